@@ -1,0 +1,45 @@
+//! The sensors: their parameters with sources, and the parametric parts made from them.
+
+use fabkit_geometry::Sensor;
+
+pub mod parameters;
+
+/// A sensor built from validated parameters.
+#[derive(Clone, Debug)]
+pub struct Design {
+    /// The parts, layers and components.
+    pub sensor: Sensor,
+    /// Every parameter in the order of the schema, with value and source.
+    pub parameters: Vec<parameters::Setting>,
+    /// What follows from the parameters: name, value with unit; for `fabkit show`.
+    pub derived: Vec<(String, String)>,
+}
+
+/// Names of the built-in sensors, sorted.
+pub fn builtin_names() -> Vec<&'static str> {
+    todo!()
+}
+
+/// The YAML text of a built-in sensor.
+pub fn builtin_yaml(_name: &str) -> Option<&'static str> {
+    todo!()
+}
+
+/// Builds a design from YAML text and overrides.
+///
+/// `file` names the text in messages. Each override is `path=value` as on the command line.
+///
+/// # Errors
+/// Everything that is wrong, each with place, value, limit and a hint.
+pub fn load(
+    _file: &str,
+    _yaml: &str,
+    _overrides: &[String],
+) -> Result<Design, parameters::InvalidDesign> {
+    todo!()
+}
+
+/// The JSON Schema (draft-07) of sensor files.
+pub fn json_schema() -> serde_json::Value {
+    todo!()
+}

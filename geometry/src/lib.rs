@@ -1,0 +1,49 @@
+//! Exact geometry: what a part *is*, before anyone turns it into triangles or depth.
+//!
+//! # Conventions
+//!
+//! - Lengths are millimetres, angles radians, both `f64`. Names carry the unit: `radius_mm`.
+//! - Frames are right-handed. A [`Pose`] called `to_from` maps points of `from` into `to`.
+//! - Round solids (sphere, ellipsoid, torus, offset ellipsoid) are centred on their origin; solids
+//!   with a base (cylinder, cone, cuboid, extrusion) stand on the plane z = 0 and are centred on
+//!   the z axis; a revolution keeps its profile's z. A [`Solid::Placed`] moves them.
+//! - A [`Solid`] is a description. [`Body`] is the same solid prepared for questions: bounds,
+//!   containment and *all* crossings of a line with normals and faces.
+//! - Booleans are regularised: what has no volume is not there. Cuts go beyond what they cut by
+//!   [`CUT_OVERLAP_MM`], so that no two faces of one tree coincide.
+//!
+//! ```
+//! use fabkit_geometry::{Body, Point3, Ray, Solid, Vector3};
+//!
+//! let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
+//! let body = Body::new(&washer)?;
+//! let along_x = Ray { origin: Point3::new(0.0, 0.0, 0.5), direction: Vector3::x() };
+//! let x_mm: Vec<f64> = body.crossings(&along_x).iter().map(|c| c.t).collect();
+//! assert_eq!(x_mm, [-5.0, -2.0, 2.0, 5.0]);
+//! # Ok::<(), fabkit_geometry::InvalidSolid>(())
+//! ```
+
+mod body;
+mod bounds;
+mod model;
+mod pose;
+mod profile;
+mod solid;
+mod units;
+mod validate;
+
+pub use body::{Body, Crossing, Ray};
+pub use bounds::Aabb;
+pub use model::*;
+pub use nalgebra::{Matrix3, Point3, Vector3};
+pub use pose::Pose;
+pub use profile::{Path, Profile, Segment};
+pub use solid::*;
+pub use units::{Angle, Length, UnitError};
+pub use validate::{InvalidSolid, Violation};
+
+/// How far a cutting tool reaches beyond the face it starts from, mm.
+///
+/// Coincident faces have no inside and no outside; a tool that stops exactly on the face it cuts
+/// leaves that decision to rounding.
+pub const CUT_OVERLAP_MM: f64 = 0.1;

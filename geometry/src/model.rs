@@ -1,0 +1,191 @@
+//! What a sensor consists of: parts, cast layers, bought components, landmarks, camera.
+
+use std::fmt;
+
+use nalgebra::{Point3, Vector3};
+
+use crate::{Angle, Pose, Solid};
+
+/// How a part is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Process {
+    /// Filament printing.
+    Fdm,
+    /// Resin printing.
+    Sla,
+    /// Cut from a sheet with a laser.
+    Laser,
+    /// Machined.
+    Cnc,
+    /// Poured into a mold and cured.
+    Cast,
+    /// A printed circuit board from its outline.
+    Pcb,
+}
+
+impl fmt::Display for Process {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fdm => "fdm",
+            Self::Sla => "sla",
+            Self::Laser => "laser",
+            Self::Cnc => "cnc",
+            Self::Cast => "cast",
+            Self::Pcb => "pcb",
+        })
+    }
+}
+
+/// Colour for pictures and 3MF, sRGB.
+pub type Color = [u8; 3];
+
+/// A named point and axis that others rely on: a pin tip, a bolt axis, a seat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landmark {
+    /// Name, for example `hole 17`.
+    pub name: String,
+    /// Where, mm, in the frame of the solid it belongs to.
+    pub point: Point3<f64>,
+    /// Unit direction.
+    pub axis: Vector3<f64>,
+}
+
+/// Which bodies stand together in one frame: the sensor itself, or one set of tools.
+///
+/// Bodies of one assembly must not overlap.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Assembly(pub String);
+
+impl Assembly {
+    /// The sensor in use.
+    pub fn sensor() -> Self {
+        Self("sensor".into())
+    }
+}
+
+/// Something a lab makes from a file: printed, cut or etched.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// `[a-z0-9-]{1,64}`; the file name.
+    pub name: String,
+    /// One line for people.
+    pub summary: String,
+    /// Where it stands in its assembly, mm.
+    pub solid: Solid,
+    /// What it is assembled with.
+    pub assembly: Assembly,
+    /// How it is made.
+    pub process: Process,
+    /// From what.
+    pub material: String,
+    /// How many a lab needs.
+    pub quantity: u32,
+    /// Points others rely on, in the frame of `solid`.
+    pub landmarks: Vec<Landmark>,
+    /// For pictures.
+    pub color: Color,
+    /// Turns the part as it should lie on the printer's bed; where it lies there is up to the
+    /// exporter.
+    pub bed_from_part: Pose,
+    /// What to mind when making it.
+    pub print_notes: Vec<String>,
+    /// Through holes and handles, counted where they are cut; the mesh must agree.
+    pub genus: i32,
+    /// Where it goes in the exploded picture, mm.
+    pub explode_mm: Vector3<f64>,
+}
+
+/// A body that is poured, sprayed or otherwise formed in place.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// `[a-z0-9-]{1,64}`.
+    pub name: String,
+    /// One line for people.
+    pub summary: String,
+    /// Where it lies in its assembly, mm.
+    pub solid: Solid,
+    /// What it is assembled with.
+    pub assembly: Assembly,
+    /// Trade name.
+    pub material: String,
+    /// Mix, degas, pour, cure: in order.
+    pub recipe: Vec<String>,
+    /// For pictures.
+    pub color: Color,
+    /// Opacity in pictures, 0 to 1.
+    pub opacity: f64,
+    /// As for a part.
+    pub genus: i32,
+    /// Where it goes in the exploded picture, mm.
+    pub explode_mm: Vector3<f64>,
+}
+
+/// Something bought; its solid is there so that fits can be checked.
+#[derive(Clone, Debug)]
+pub struct Component {
+    /// `[a-z0-9-]{1,64}`.
+    pub name: String,
+    /// What to order.
+    pub specification: String,
+    /// Its shape in its own frame, mm.
+    pub solid: Solid,
+    /// Where each one sits in the assembly; their number is the quantity.
+    pub assembly_from_component: Vec<Pose>,
+    /// What it is assembled with.
+    pub assembly: Assembly,
+    /// For pictures.
+    pub color: Color,
+    /// Opacity in pictures, 0 to 1.
+    pub opacity: f64,
+    /// Where they go in the exploded picture, mm.
+    pub explode_mm: Vector3<f64>,
+}
+
+/// Two bodies that are meant to overlap: a press fit, a thread that cuts its own way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PressFit {
+    /// The one that is pressed in.
+    pub inner: String,
+    /// The one that holds it.
+    pub outer: String,
+    /// Largest overlap that is meant, mm, measured across the fit's surface (per side).
+    pub interference_mm: f64,
+    /// Why.
+    pub reason: String,
+}
+
+/// The camera as the design intends it, before any calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NominalCamera {
+    /// Camera frame (+z forward, +x right, +y down) to sensor frame, mm.
+    pub sensor_from_camera: Pose,
+    /// Image width, px.
+    pub width_px: u32,
+    /// Image height, px.
+    pub height_px: u32,
+    /// Full angle of view of the lens across its image circle.
+    pub field_of_view: Angle,
+}
+
+/// A whole sensor, ready for export, pictures and checks.
+///
+/// Sensor frame: origin at the centre of the sensing surface's base circle, +z toward the tip.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// `[a-z0-9-]{1,64}`.
+    pub name: String,
+    /// For people.
+    pub title: String,
+    /// The paper.
+    pub reference: String,
+    /// What is made.
+    pub parts: Vec<Part>,
+    /// What is poured.
+    pub layers: Vec<Layer>,
+    /// What is bought.
+    pub components: Vec<Component>,
+    /// Overlaps that are meant.
+    pub press_fits: Vec<PressFit>,
+    /// The camera as designed.
+    pub camera: NominalCamera,
+}

@@ -1,0 +1,157 @@
+//! Rigid placements.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::Angle;
+
+/// A rigid motion: a proper rotation followed by a translation in mm.
+///
+/// A pose named `a_from_b` maps coordinates in frame `b` to coordinates in frame `a`, so that
+/// `a_from_c = a_from_b.then_in(b_from_c)` reads from left to right.
+///
+/// JSON: `{"rotation": [[r00, r01, r02], ...rows], "translation_mm": [x, y, z]}`.
+///
+/// ```
+/// use fabkit_geometry::{Angle, Point3, Pose};
+/// let quarter = Pose::rotation_z(Angle::from_deg(90.0).unwrap());
+/// assert_eq!(quarter.point(Point3::new(1.0, 0.0, 0.0)), Point3::new(0.0, 1.0, 0.0)); // exactly
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "PoseForm", try_from = "PoseForm")]
+pub struct Pose {
+    rotation: Matrix3<f64>,
+    translation_mm: Vector3<f64>,
+}
+
+impl Pose {
+    /// Nothing moves.
+    pub fn identity() -> Self {
+        Self { rotation: Matrix3::identity(), translation_mm: Vector3::zeros() }
+    }
+
+    /// A shift in mm.
+    pub fn translation(x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
+        Self { rotation: Matrix3::identity(), translation_mm: Vector3::new(x_mm, y_mm, z_mm) }
+    }
+
+    /// A turn about x; multiples of 90 degrees are exact.
+    pub fn rotation_x(angle: Angle) -> Self {
+        let (s, c) = sin_cos(angle);
+        Self::from_rows([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    }
+
+    /// A turn about y; multiples of 90 degrees are exact.
+    pub fn rotation_y(angle: Angle) -> Self {
+        let (s, c) = sin_cos(angle);
+        Self::from_rows([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    }
+
+    /// A turn about z; multiples of 90 degrees are exact.
+    pub fn rotation_z(angle: Angle) -> Self {
+        let (s, c) = sin_cos(angle);
+        Self::from_rows([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    }
+
+    /// Carries the z axis at the origin to `axis` at `point`.
+    ///
+    /// The x axis follows by the smallest possible turn, so that neighbouring axes get neighbouring
+    /// frames everywhere but near -z (Duff et al., "Building an Orthonormal Basis, Revisited",
+    /// JCGT 2017). `axis` need not be of unit length but must not be zero.
+    pub fn z_to(axis: Vector3<f64>, point: Point3<f64>) -> Self {
+        let n = axis.normalize();
+        let sign = 1.0f64.copysign(n.z);
+        let a = -1.0 / (sign + n.z);
+        let b = n.x * n.y * a;
+        let x = Vector3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
+        let y = Vector3::new(b, sign + n.y * n.y * a, -n.y);
+        Self { rotation: Matrix3::from_columns(&[x, y, n]), translation_mm: point.coords }
+    }
+
+    fn from_rows(rows: [[f64; 3]; 3]) -> Self {
+        Self { rotation: Matrix3::from_fn(|r, c| rows[r][c]), translation_mm: Vector3::zeros() }
+    }
+
+    /// `self` after `inner`: `(a_from_b).then_in(b_from_c)` is `a_from_c`.
+    #[must_use]
+    pub fn then_in(&self, inner: Pose) -> Self {
+        Self {
+            rotation: self.rotation * inner.rotation,
+            translation_mm: self.rotation * inner.translation_mm + self.translation_mm,
+        }
+    }
+
+    /// The way back: `(a_from_b).inverse()` is `b_from_a`.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let back = self.rotation.transpose();
+        Self { rotation: back, translation_mm: -(back * self.translation_mm) }
+    }
+
+    /// Moves a point.
+    pub fn point(&self, point: Point3<f64>) -> Point3<f64> {
+        Point3::from(self.rotation * point.coords + self.translation_mm)
+    }
+
+    /// Turns a direction.
+    pub fn vector(&self, vector: Vector3<f64>) -> Vector3<f64> {
+        self.rotation * vector
+    }
+
+    /// The rotation matrix.
+    pub fn rotation(&self) -> &Matrix3<f64> {
+        &self.rotation
+    }
+
+    /// The translation, mm.
+    pub fn translation_mm(&self) -> &Vector3<f64> {
+        &self.translation_mm
+    }
+
+    /// Whether every number is finite and the rotation is proper (no mirror, no scale) to 1e-9.
+    pub fn is_rigid(&self) -> bool {
+        let r = &self.rotation;
+        let residual = (r.transpose() * r - Matrix3::identity()).amax();
+        self.translation_mm.iter().all(|v| v.is_finite())
+            && residual < 1e-9
+            && (r.determinant() - 1.0).abs() < 1e-9
+    }
+}
+
+/// Sine and cosine that are exact at multiples of 90 degrees.
+fn sin_cos(angle: Angle) -> (f64, f64) {
+    let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
+    if (quarters - quarters.round()).abs() > 1e-13 * quarters.abs().max(1.0) {
+        return angle.rad().sin_cos();
+    }
+    match quarters.round().rem_euclid(4.0) as u8 {
+        0 => (0.0, 1.0),
+        1 => (1.0, 0.0),
+        2 => (0.0, -1.0),
+        _ => (-1.0, 0.0),
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseForm {
+    rotation: [[f64; 3]; 3],
+    translation_mm: [f64; 3],
+}
+
+impl From<Pose> for PoseForm {
+    fn from(pose: Pose) -> Self {
+        let rotation = std::array::from_fn(|r| std::array::from_fn(|c| pose.rotation[(r, c)]));
+        Self { rotation, translation_mm: pose.translation_mm.into() }
+    }
+}
+
+impl TryFrom<PoseForm> for Pose {
+    type Error = &'static str;
+
+    fn try_from(form: PoseForm) -> Result<Self, Self::Error> {
+        let mut pose = Pose::from_rows(form.rotation);
+        pose.translation_mm = form.translation_mm.into();
+        pose.is_rigid().then_some(pose).ok_or("a pose must be finite, without mirror or scale")
+    }
+}

@@ -1,0 +1,213 @@
+//! Plane figures bounded by lines and arcs.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Angle;
+
+/// One piece of a [`Path`], from where the last one ended.
+///
+/// JSON: `{"line": {"to": [x, y]}}`, `{"arc": {"to": .., "centre": .., "ccw": true}}`, ...
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Segment {
+    /// A straight line.
+    Line {
+        /// End point, mm.
+        to: [f64; 2],
+    },
+    /// A circular arc; the start must be as far from the centre as the end.
+    Arc {
+        /// End point, mm.
+        to: [f64; 2],
+        /// Centre of the circle, mm.
+        centre: [f64; 2],
+        /// Counter-clockwise from start to end; clockwise otherwise.
+        ccw: bool,
+    },
+    /// An arc of an ellipse whose axes are those of the plane. Only in revolutions.
+    EllipticArc {
+        /// End point, mm.
+        to: [f64; 2],
+        /// Centre of the ellipse, mm.
+        centre: [f64; 2],
+        /// Half axes along x and y, mm.
+        semi_axes_mm: [f64; 2],
+        /// Counter-clockwise from start to end; clockwise otherwise.
+        ccw: bool,
+    },
+}
+
+impl Segment {
+    /// Where the piece ends, mm.
+    pub fn to(&self) -> [f64; 2] {
+        match self {
+            Self::Line { to } | Self::Arc { to, .. } | Self::EllipticArc { to, .. } => *to,
+        }
+    }
+}
+
+/// A closed curve: the last segment must end where the first begins.
+///
+/// Two half arcs make a circle. Built point by point:
+///
+/// ```
+/// use fabkit_geometry::Path;
+/// let half_disc = Path::from([0.0, -5.0]).arc([0.0, 5.0], [0.0, 0.0], true).close();
+/// assert_eq!(half_disc.segments.len(), 2);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Path {
+    /// First point, mm.
+    pub start: [f64; 2],
+    /// The pieces in order.
+    pub segments: Vec<Segment>,
+}
+
+impl Path {
+    /// Starts a path.
+    pub fn from(start: [f64; 2]) -> Self {
+        Self { start, segments: Vec::new() }
+    }
+
+    /// Adds a straight line.
+    #[must_use]
+    pub fn line(mut self, to: [f64; 2]) -> Self {
+        self.segments.push(Segment::Line { to });
+        self
+    }
+
+    /// Adds a circular arc.
+    #[must_use]
+    pub fn arc(mut self, to: [f64; 2], centre: [f64; 2], ccw: bool) -> Self {
+        self.segments.push(Segment::Arc { to, centre, ccw });
+        self
+    }
+
+    /// Adds an arc of an axis-aligned ellipse.
+    #[must_use]
+    pub fn elliptic_arc(
+        mut self,
+        to: [f64; 2],
+        centre: [f64; 2],
+        semi_axes_mm: [f64; 2],
+        ccw: bool,
+    ) -> Self {
+        self.segments.push(Segment::EllipticArc { to, centre, semi_axes_mm, ccw });
+        self
+    }
+
+    /// Closes with a straight line if it is still open.
+    #[must_use]
+    pub fn close(self) -> Self {
+        if self.end() == self.start && !self.segments.is_empty() {
+            return self;
+        }
+        let start = self.start;
+        self.line(start)
+    }
+
+    /// The last point, mm.
+    pub fn end(&self) -> [f64; 2] {
+        self.segments.last().map_or(self.start, Segment::to)
+    }
+
+    /// Straight lines through the points, closed.
+    pub fn polygon(points: &[[f64; 2]]) -> Self {
+        let start = points.first().copied().unwrap_or_default();
+        points.iter().skip(1).fold(Self::from(start), |path, &to| path.line(to)).close()
+    }
+
+    /// A circle as two arcs, counter-clockwise.
+    pub fn circle(centre: [f64; 2], radius_mm: f64) -> Self {
+        let [x, y] = centre;
+        let (right, left) = ([x + radius_mm, y], [x - radius_mm, y]);
+        Self::from(right).arc(left, centre, true).arc(right, centre, true)
+    }
+
+    /// An axis-aligned rectangle with rounded corners (sharp where `corner_mm` is 0).
+    pub fn rectangle(centre: [f64; 2], size_mm: [f64; 2], corner_mm: f64) -> Self {
+        let [cx, cy] = centre;
+        let (hx, hy, r) = (size_mm[0] / 2.0, size_mm[1] / 2.0, corner_mm);
+        let (l, b, t, rt) = (cx - hx, cy - hy, cy + hy, cx + hx);
+        if r <= 0.0 {
+            return Self::polygon(&[[l, b], [rt, b], [rt, t], [l, t]]);
+        }
+        let mut path = Self::from([l + r, b]);
+        let corners = [
+            ([rt - r, b], [rt, b + r], [rt - r, b + r]),
+            ([rt, t - r], [rt - r, t], [rt - r, t - r]),
+            ([l + r, t], [l, t - r], [l + r, t - r]),
+            ([l, b + r], [l + r, b], [l + r, b + r]),
+        ];
+        for (from, to, centre) in corners {
+            if path.end() != from {
+                path = path.line(from);
+            }
+            path = path.arc(to, centre, true);
+        }
+        path
+    }
+
+    /// A slot with round ends: all points within `radius_mm` of the segment between two points.
+    pub fn slot(from: [f64; 2], to: [f64; 2], radius_mm: f64) -> Self {
+        let d = [to[0] - from[0], to[1] - from[1]];
+        let scale = radius_mm / d[0].hypot(d[1]);
+        let n = [-d[1] * scale, d[0] * scale];
+        let left = |p: [f64; 2]| [p[0] + n[0], p[1] + n[1]];
+        let right = |p: [f64; 2]| [p[0] - n[0], p[1] - n[1]];
+        Self::from(right(from)).line(right(to)).arc(left(to), to, true).line(left(from)).arc(
+            right(from),
+            from,
+            true,
+        )
+    }
+
+    /// A sector of a ring around the origin, from `start` counter-clockwise to `end`.
+    pub fn ring_sector(inner_mm: f64, outer_mm: f64, start: Angle, end: Angle) -> Self {
+        let at = |r: f64, a: Angle| [r * a.rad().cos(), r * a.rad().sin()];
+        Self::from(at(inner_mm, start))
+            .line(at(outer_mm, start))
+            .arc(at(outer_mm, end), [0.0, 0.0], true)
+            .line(at(inner_mm, end))
+            .arc(at(inner_mm, start), [0.0, 0.0], false)
+    }
+}
+
+/// A region of the plane: inside `outer` and inside none of `holes`.
+///
+/// Paths must not cross themselves or each other; their direction does not matter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    /// The outer boundary.
+    pub outer: Path,
+    /// Boundaries of holes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub holes: Vec<Path>,
+}
+
+impl Profile {
+    /// A region without holes.
+    pub fn new(outer: Path) -> Self {
+        Self { outer, holes: Vec::new() }
+    }
+
+    /// The same region with one more hole.
+    #[must_use]
+    pub fn with_hole(mut self, hole: Path) -> Self {
+        self.holes.push(hole);
+        self
+    }
+
+    /// Outer boundary first, then the holes: the order in which faces are numbered.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(&self.outer).chain(&self.holes)
+    }
+}
+
+impl From<Path> for Profile {
+    fn from(outer: Path) -> Self {
+        Self::new(outer)
+    }
+}

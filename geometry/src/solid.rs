@@ -1,0 +1,356 @@
+//! The tree of exact primitives that a part is.
+//!
+//! Faces are numbered within each primitive as its documentation says; leaves are numbered in the
+//! order in which [`Solid::leaves`] walks the tree. Meshes, ray hits and STEP faces all use these
+//! two numbers, which is how a feature keeps its name from the parameter to the triangle.
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::{Angle, Pose, Profile};
+
+/// A ball around the origin. Face 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    /// Radius, mm, above 0.
+    pub radius_mm: f64,
+}
+
+/// An ellipsoid around the origin with its axes along x, y and z. Face 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ellipsoid {
+    /// Half axes, mm, above 0.
+    pub semi_axes_mm: [f64; 3],
+}
+
+/// A cylinder around z from z = 0 upwards. Faces: 0 side, 1 bottom, 2 top.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius, mm, above 0.
+    pub radius_mm: f64,
+    /// Height, mm, above 0.
+    pub height_mm: f64,
+}
+
+/// A cone or frustum around z from z = 0 upwards. Faces: 0 side, 1 bottom, 2 top.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cone {
+    /// Radius at z = 0, mm; one of the two radii may be 0.
+    pub bottom_radius_mm: f64,
+    /// Radius at the top, mm.
+    pub top_radius_mm: f64,
+    /// Height, mm, above 0.
+    pub height_mm: f64,
+}
+
+/// A box centred on the z axis, from z = 0 upwards.
+/// Faces: 0 at -x, 1 at +x, 2 at -y, 3 at +y, 4 bottom, 5 top.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cuboid {
+    /// Edge lengths along x, y, z, mm, above 0.
+    pub size_mm: [f64; 3],
+}
+
+/// A ring around z, centred on the origin. Face 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Torus {
+    /// Radius of the tube's centre line, mm; larger than the tube's (no self-contact).
+    pub ring_radius_mm: f64,
+    /// Radius of the tube, mm, above 0.
+    pub tube_radius_mm: f64,
+}
+
+/// Everything with z <= 0. Only to intersect with and to cut with. Face 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {}
+
+/// A profile in the xy plane, from z = 0 upwards.
+/// Faces: 0 bottom, 1 top, 2 + k the wall over segment k (outer path first, then the holes).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Extrusion {
+    /// The region, in x and y; lines and circular arcs only.
+    pub profile: Profile,
+    /// Height, mm, above 0.
+    pub height_mm: f64,
+}
+
+/// A profile in the (distance from the axis, z) half plane, turned once around z.
+/// Faces: k is swept by segment k (outer path first, then the holes).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Revolution {
+    /// The region; its first coordinate is the distance from the axis, nowhere negative.
+    pub profile: Profile,
+}
+
+/// All points within `offset_mm` of an ellipsoid of revolution around z (a parallel surface, which
+/// is not an ellipsoid); with a negative offset, all points at least that deep inside. Face 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EllipsoidOffset {
+    /// Half axis of the ellipsoid across z, mm, above 0.
+    pub equatorial_mm: f64,
+    /// Half axis of the ellipsoid along z, mm, above 0.
+    pub polar_mm: f64,
+    /// Distance of the parallel surface, mm. Negative values are limited by the ellipsoid's
+    /// smallest radius of curvature, where the surface would grow an edge.
+    pub offset_mm: f64,
+}
+
+/// A solid: a primitive, a boolean of solids, a placed solid or a named one.
+///
+/// JSON has one key, the kind in kebab-case: `{"cylinder": {"radius_mm": 1.0, "height_mm": 2.0}}`,
+/// `{"difference": {"of": .., "minus": [..]}}`.
+///
+/// Booleans must not be empty: a union of nothing is an error, not nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Solid {
+    /// See [`Sphere`].
+    Sphere(Sphere),
+    /// See [`Ellipsoid`].
+    Ellipsoid(Ellipsoid),
+    /// See [`Cylinder`].
+    Cylinder(Cylinder),
+    /// See [`Cone`].
+    Cone(Cone),
+    /// See [`Cuboid`].
+    Cuboid(Cuboid),
+    /// See [`Torus`].
+    Torus(Torus),
+    /// See [`HalfSpace`].
+    HalfSpace(HalfSpace),
+    /// See [`Extrusion`].
+    Extrusion(Extrusion),
+    /// See [`Revolution`].
+    Revolution(Revolution),
+    /// See [`EllipsoidOffset`].
+    EllipsoidOffset(EllipsoidOffset),
+    /// In any of them.
+    Union(Vec<Solid>),
+    /// In all of them.
+    Intersection(Vec<Solid>),
+    /// In `of` and in none of `minus`.
+    Difference {
+        /// What is cut.
+        of: Box<Solid>,
+        /// The tools.
+        minus: Vec<Solid>,
+    },
+    /// Moved.
+    Placed {
+        /// Maps the inner solid's frame to this one's.
+        pose: Pose,
+        /// What is moved.
+        of: Box<Solid>,
+    },
+    /// Named: faces of everything below belong to this feature, unless a deeper name says otherwise.
+    Feature {
+        /// For example `hole 17`.
+        name: String,
+        /// What is named.
+        of: Box<Solid>,
+    },
+}
+
+/// A primitive in its place, with the name of the innermost feature around it.
+#[derive(Clone, Debug)]
+pub struct Leaf<'a> {
+    /// Always one of the primitive variants.
+    pub primitive: &'a Solid,
+    /// Maps the primitive's frame to that of the whole tree.
+    pub root_from_leaf: Pose,
+    /// Innermost feature name; empty where there is none.
+    pub feature: &'a str,
+}
+
+impl Solid {
+    /// A ball around the origin.
+    pub fn sphere(radius_mm: f64) -> Self {
+        Self::Sphere(Sphere { radius_mm })
+    }
+
+    /// An ellipsoid around the origin.
+    pub fn ellipsoid(semi_axes_mm: [f64; 3]) -> Self {
+        Self::Ellipsoid(Ellipsoid { semi_axes_mm })
+    }
+
+    /// A cylinder standing on z = 0.
+    pub fn cylinder(radius_mm: f64, height_mm: f64) -> Self {
+        Self::Cylinder(Cylinder { radius_mm, height_mm })
+    }
+
+    /// A cone or frustum standing on z = 0.
+    pub fn cone(bottom_radius_mm: f64, top_radius_mm: f64, height_mm: f64) -> Self {
+        Self::Cone(Cone { bottom_radius_mm, top_radius_mm, height_mm })
+    }
+
+    /// A box standing on z = 0, centred on the z axis.
+    pub fn cuboid(x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
+        Self::Cuboid(Cuboid { size_mm: [x_mm, y_mm, z_mm] })
+    }
+
+    /// The box between two corners.
+    pub fn cuboid_between(min_mm: [f64; 3], max_mm: [f64; 3]) -> Self {
+        let size: [f64; 3] = std::array::from_fn(|i| max_mm[i] - min_mm[i]);
+        let centre = |i: usize| (min_mm[i] + max_mm[i]) / 2.0;
+        Self::cuboid(size[0], size[1], size[2]).at(centre(0), centre(1), min_mm[2])
+    }
+
+    /// A ring around z.
+    pub fn torus(ring_radius_mm: f64, tube_radius_mm: f64) -> Self {
+        Self::Torus(Torus { ring_radius_mm, tube_radius_mm })
+    }
+
+    /// Everything at or below the plane z = `z_mm`.
+    pub fn below(z_mm: f64) -> Self {
+        Self::HalfSpace(HalfSpace {}).at(0.0, 0.0, z_mm)
+    }
+
+    /// Everything on the side of the plane through `point` that `outward` points away from.
+    pub fn behind(point: Point3<f64>, outward: Vector3<f64>) -> Self {
+        Self::HalfSpace(HalfSpace {}).placed(Pose::z_to(outward, point))
+    }
+
+    /// A profile in xy, from z = 0 upwards.
+    pub fn extrusion(profile: impl Into<Profile>, height_mm: f64) -> Self {
+        Self::Extrusion(Extrusion { profile: profile.into(), height_mm })
+    }
+
+    /// A profile in (distance from axis, z), turned around z.
+    pub fn revolution(profile: impl Into<Profile>) -> Self {
+        Self::Revolution(Revolution { profile: profile.into() })
+    }
+
+    /// A parallel surface of an ellipsoid of revolution around z.
+    pub fn ellipsoid_offset(equatorial_mm: f64, polar_mm: f64, offset_mm: f64) -> Self {
+        Self::EllipsoidOffset(EllipsoidOffset { equatorial_mm, polar_mm, offset_mm })
+    }
+
+    /// All of them together.
+    pub fn union(of: impl IntoIterator<Item = Solid>) -> Self {
+        Self::Union(of.into_iter().collect())
+    }
+
+    /// What they have in common.
+    pub fn intersection(of: impl IntoIterator<Item = Solid>) -> Self {
+        Self::Intersection(of.into_iter().collect())
+    }
+
+    /// Adds another solid; a union grows instead of nesting.
+    #[must_use]
+    pub fn plus(self, other: Solid) -> Self {
+        match self {
+            Self::Union(mut of) => {
+                of.push(other);
+                Self::Union(of)
+            }
+            one => Self::Union(vec![one, other]),
+        }
+    }
+
+    /// Cuts one tool away; a difference grows instead of nesting.
+    #[must_use]
+    pub fn minus(self, tool: Solid) -> Self {
+        self.minus_all([tool])
+    }
+
+    /// Cuts all tools away; without tools, nothing changes.
+    #[must_use]
+    pub fn minus_all(self, tools: impl IntoIterator<Item = Solid>) -> Self {
+        let tools: Vec<Solid> = tools.into_iter().collect();
+        match self {
+            one if tools.is_empty() => one,
+            Self::Difference { of, mut minus } => {
+                minus.extend(tools);
+                Self::Difference { of, minus }
+            }
+            one => Self::Difference { of: Box::new(one), minus: tools },
+        }
+    }
+
+    /// Keeps what lies in `other` too.
+    #[must_use]
+    pub fn and(self, other: Solid) -> Self {
+        Self::Intersection(vec![self, other])
+    }
+
+    /// Moves by a pose.
+    #[must_use]
+    pub fn placed(self, pose: Pose) -> Self {
+        match self {
+            Self::Placed { pose: inner, of } => Self::Placed { pose: pose.then_in(inner), of },
+            one => Self::Placed { pose, of: Box::new(one) },
+        }
+    }
+
+    /// Shifts, mm.
+    #[must_use]
+    pub fn at(self, x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
+        self.placed(Pose::translation(x_mm, y_mm, z_mm))
+    }
+
+    /// Turns about the x axis.
+    #[must_use]
+    pub fn turned_x(self, angle: Angle) -> Self {
+        self.placed(Pose::rotation_x(angle))
+    }
+
+    /// Turns about the y axis.
+    #[must_use]
+    pub fn turned_y(self, angle: Angle) -> Self {
+        self.placed(Pose::rotation_y(angle))
+    }
+
+    /// Turns about the z axis.
+    #[must_use]
+    pub fn turned_z(self, angle: Angle) -> Self {
+        self.placed(Pose::rotation_z(angle))
+    }
+
+    /// Names everything in it that has no name yet.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self::Feature { name: name.into(), of: Box::new(self) }
+    }
+
+    /// Direct children of a boolean, placement or feature, in order; none for a primitive.
+    pub fn children(&self) -> Vec<&Solid> {
+        match self {
+            Self::Union(of) | Self::Intersection(of) => of.iter().collect(),
+            Self::Difference { of, minus } => std::iter::once(&**of).chain(minus).collect(),
+            Self::Placed { of, .. } | Self::Feature { of, .. } => vec![of],
+            _ => Vec::new(),
+        }
+    }
+
+    /// All primitives, first to last as the tree is read: leaf numbers are indices into this list.
+    pub fn leaves(&self) -> Vec<Leaf<'_>> {
+        let mut leaves = Vec::new();
+        self.walk_leaves(Pose::identity(), "", &mut leaves);
+        leaves
+    }
+
+    fn walk_leaves<'a>(&'a self, pose: Pose, feature: &'a str, leaves: &mut Vec<Leaf<'a>>) {
+        match self {
+            Self::Placed { pose: inner, of } => {
+                of.walk_leaves(pose.then_in(*inner), feature, leaves);
+            }
+            Self::Feature { name, of } => of.walk_leaves(pose, name, leaves),
+            Self::Union(_) | Self::Intersection(_) | Self::Difference { .. } => {
+                for child in self.children() {
+                    child.walk_leaves(pose, feature, leaves);
+                }
+            }
+            primitive => leaves.push(Leaf { primitive, root_from_leaf: pose, feature }),
+        }
+    }
+}

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Document, Found, Place, Written, WrittenText, plain};
+use super::document::{Document, plain};
+use super::place::{Found, Place, Written, WrittenText};
 use super::tree;
 use super::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
 

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use fabkit_geometry::Length;
 
-use super::document::{Found, Written};
+use super::place::{Found, Written};
 use super::suggest::either;
 
 /// Lengths that differ by less are the same: rounding in what a limit is computed from.
@@ -144,7 +144,7 @@ fn mm(mm: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::document::{Layer, Place, WrittenText};
+    use super::super::place::{Layer, Place, WrittenText};
     use super::super::{Source, SourceKind};
     use super::*;
 

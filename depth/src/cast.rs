@@ -48,6 +48,7 @@ pub struct Scratch {
     /// Box entry and index of the bodies that a ray may meet, nearest first.
     candidates: Vec<(f64, u32)>,
     crossings: Vec<Crossing>,
+    in_body: fabkit_geometry::Scratch,
     stack: Vec<u32>,
 }
 
@@ -101,7 +102,8 @@ impl<'a> Scene<'a> {
     ) {
         self.find_candidates(ray, scratch);
         let mut enough = f64::INFINITY;
-        for &(entry, index) in &scratch.candidates {
+        for candidate in 0..scratch.candidates.len() {
+            let (entry, index) = scratch.candidates[candidate];
             if entry > enough {
                 break;
             }
@@ -110,8 +112,8 @@ impl<'a> Scene<'a> {
                 origin: placed.body_from_scene.point(ray.origin),
                 direction: placed.body_from_scene.vector(ray.direction),
             };
-            scratch.crossings.clear();
-            scratch.crossings.extend(placed.body.crossings(&ray_in_body));
+            let Scratch { crossings, in_body, .. } = scratch;
+            placed.body.crossings_into(&ray_in_body, in_body, crossings);
             if scratch.crossings.is_empty() {
                 continue;
             }

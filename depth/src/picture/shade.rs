@@ -115,7 +115,7 @@ impl Shader {
     /// other way round (ISO 128-3).
     fn hatched(&self, albedo: Linear, actor: u32, x_px: f64, y_px: f64) -> Linear {
         let pitch_px = (self.height_px / 70.0).max(6.0) * if actor % 4 < 2 { 1.0 } else { 0.7 };
-        let along = if actor % 2 == 0 { x_px + y_px } else { x_px - y_px };
+        let along = if actor.is_multiple_of(2) { x_px + y_px } else { x_px - y_px };
         let phase_px = (along * std::f64::consts::FRAC_1_SQRT_2).rem_euclid(pitch_px);
         let half_width_px = 0.06 * pitch_px;
         // A line's coverage of a pixel-wide box around the sample.

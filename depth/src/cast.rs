@@ -1,5 +1,7 @@
 //! What a ray meets in a scene of placed bodies.
 
+use std::ops::Range;
+
 use fabkit_geometry::{Aabb, Body, Crossing, Point3, Pose, Ray, Vector3};
 
 /// Boxes grow by this much, so that a surface lying in its own box's face is not lost to rounding.
@@ -98,9 +100,35 @@ impl<'a> Scene<'a> {
         &self,
         ray: &Ray,
         scratch: &mut Scratch,
+        visit: impl FnMut(u32, &[Crossing]) -> f64,
+    ) {
+        self.visit_within(f64::NEG_INFINITY..f64::INFINITY, ray, scratch, visit);
+    }
+
+    /// The first surface entered with `t` in a range.
+    pub fn first_hit(&self, ray: &Ray, range: Range<f64>, scratch: &mut Scratch) -> Option<Hit> {
+        let mut first: Option<Hit> = None;
+        self.visit_within(range.clone(), ray, scratch, |body, crossings| {
+            let entered = crossings.iter().find(|c| c.entering && range.contains(&c.t));
+            if let Some(&crossing) = entered
+                && first.is_none_or(|hit| crossing.t < hit.crossing.t)
+            {
+                first = Some(Hit { body, crossing });
+            }
+            first.map_or(f64::INFINITY, |hit| hit.crossing.t)
+        });
+        first
+    }
+
+    /// As [`Scene::visit_crossings`], but only bodies whose boxes the ray passes within a range.
+    fn visit_within(
+        &self,
+        range: Range<f64>,
+        ray: &Ray,
+        scratch: &mut Scratch,
         mut visit: impl FnMut(u32, &[Crossing]) -> f64,
     ) {
-        self.find_candidates(ray, scratch);
+        self.find_candidates(&range, ray, scratch);
         let mut enough = f64::INFINITY;
         for candidate in 0..scratch.candidates.len() {
             let (entry, index) = scratch.candidates[candidate];
@@ -124,22 +152,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The first surface entered at or after `t_min`.
-    pub fn first_hit(&self, ray: &Ray, t_min: f64, scratch: &mut Scratch) -> Option<Hit> {
-        let mut first: Option<Hit> = None;
-        self.visit_crossings(ray, scratch, |body, crossings| {
-            let entered = crossings.iter().find(|c| c.entering && c.t >= t_min);
-            if let Some(&crossing) = entered
-                && first.is_none_or(|hit| crossing.t < hit.crossing.t)
-            {
-                first = Some(Hit { body, crossing });
-            }
-            first.map_or(f64::INFINITY, |hit| hit.crossing.t)
-        });
-        first
-    }
-
-    fn find_candidates(&self, ray: &Ray, scratch: &mut Scratch) {
+    fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut Scratch) {
         scratch.candidates.clear();
         scratch.stack.clear();
         if !self.nodes.is_empty() {
@@ -147,7 +160,7 @@ impl<'a> Scene<'a> {
         }
         while let Some(at) = scratch.stack.pop() {
             let node = &self.nodes[at as usize];
-            let Some(entry) = box_entry(&node.bounds, ray) else { continue };
+            let Some(entry) = box_entry(&node.bounds, ray, range) else { continue };
             match node.kind {
                 NodeKind::Leaf { body } => scratch.candidates.push((entry, body)),
                 NodeKind::Inner { right } => scratch.stack.extend([right, at + 1]),
@@ -208,9 +221,10 @@ fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
         .grown(BOX_SLACK_MM)
 }
 
-/// Where the whole line enters a box, if it does (the slab method of Kay and Kajiya, 1986).
-fn box_entry(bounds: &Aabb, ray: &Ray) -> Option<f64> {
-    let (mut entry, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+/// Where a ray enters a box, if it is in it anywhere in the range (the slab method of Kay and
+/// Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986).
+fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
+    let (mut entry, mut exit) = (range.start, range.end);
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
         if direction == 0.0 {

@@ -35,7 +35,8 @@ proptest! {
         placed in prop::collection::vec((body(), pose()), 1..12),
         origin in vector(30.0),
         target in vector(10.0),
-        t_min in -10.0..10.0f64,
+        from_t in -10.0..40.0f64,
+        length in 0.0..40.0f64,
     ) {
         prop_assume!((target - origin).norm() > 0.1);
         let ray = Ray { origin: Point3::from(origin), direction: (target - origin).normalize() };
@@ -60,11 +61,12 @@ proptest! {
         found.sort_by_key(|hit| hit.body);
         prop_assert_eq!(&found, &expected);
 
+        let range = from_t..from_t + length;
         let first = expected
             .iter()
-            .filter(|hit| hit.crossing.entering && hit.crossing.t >= t_min)
+            .filter(|hit| hit.crossing.entering && range.contains(&hit.crossing.t))
             .min_by(|a, b| a.crossing.t.total_cmp(&b.crossing.t))
             .copied();
-        prop_assert_eq!(scene.first_hit(&ray, t_min, &mut scratch), first);
+        prop_assert_eq!(scene.first_hit(&ray, range, &mut scratch), first);
     }
 }

@@ -24,13 +24,15 @@ const AMBIENT: (f64, f64) = (0.24, 0.46);
 /// Strength and sharpness of the highlight (Blinn, 1977).
 const HIGHLIGHT: (f64, i32) = (0.10, 40);
 
+/// How far shelter reaches, as a share of the diagonal of the sheltered body's box.
+const SHELTER_REACH: f64 = 0.08;
 /// Share of the light that the closest shelter takes.
 const SHELTERED: f64 = 0.6;
 
 /// Everything about colour that is the same for all samples.
 #[derive(Clone, Debug)]
 pub(super) struct Shader {
-    actors: Vec<(Linear, f64)>,
+    actors: Vec<Paint>,
     /// With `outward` of unit length.
     pub cut: Option<Cut>,
     key: Vector3<f64>,
@@ -39,6 +41,26 @@ pub(super) struct Shader {
     height_px: f64,
     paper: [Linear; 2],
     ink: Linear,
+}
+
+/// What one actor looks like.
+#[derive(Clone, Debug)]
+struct Paint {
+    albedo: Linear,
+    opacity: f64,
+    shelter_reach_mm: f64,
+}
+
+impl Paint {
+    fn of(actor: &Actor) -> Self {
+        let bounds = actor.body.bounds();
+        let reach_mm = if bounds.is_empty() { 0.0 } else { (bounds.max - bounds.min).norm() };
+        Self {
+            albedo: linear(actor.color),
+            opacity: actor.opacity,
+            shelter_reach_mm: SHELTER_REACH * reach_mm,
+        }
+    }
 }
 
 impl Shader {
@@ -50,7 +72,7 @@ impl Shader {
         };
         let key = in_scene(KEY.0);
         Self {
-            actors: actors.iter().map(|a| (linear(a.color), a.opacity)).collect(),
+            actors: actors.iter().map(Paint::of).collect(),
             cut: view.cut.map(|cut| Cut { outward: cut.outward.normalize(), ..cut }),
             key,
             fill: in_scene(FILL.0),
@@ -62,7 +84,7 @@ impl Shader {
     }
 
     pub fn opacity(&self, actor: u32) -> f64 {
-        self.actors[actor as usize].1
+        self.actors[actor as usize].opacity
     }
 
     /// How much a surface covers of what is behind it. A cut face covers all; a clear one covers
@@ -82,6 +104,14 @@ impl Shader {
         if surface.leaf == CUT_LEAF { 1.0 } else { 0.3 + 0.7 * opacity * opacity }
     }
 
+    /// How far something in front of a surface may be to keep light from it, mm; none for surfaces
+    /// that are flatly lit or let light through.
+    pub fn shelter_reach_mm(&self, surface: &Surface) -> Option<f64> {
+        let paint = &self.actors[surface.actor as usize];
+        let is_plain = surface.leaf == CUT_LEAF || paint.opacity < 1.0;
+        (!is_plain).then_some(paint.shelter_reach_mm)
+    }
+
     /// The background in a row.
     pub fn background(&self, y_px: f64) -> Linear {
         mix(self.paper[0], self.paper[1], (y_px / self.height_px) as f32)
@@ -95,7 +125,7 @@ impl Shader {
     /// Light from a surface, at a place in the picture. `shelter` is 0 in the open and goes up to
     /// 1 where something stands close in front of the surface.
     pub fn shade(&self, surface: &Surface, shelter: f64, x_px: f64, y_px: f64) -> Linear {
-        let albedo = self.actors[surface.actor as usize].0;
+        let albedo = self.actors[surface.actor as usize].albedo;
         if surface.leaf == CUT_LEAF {
             return self.hatched(albedo, surface.actor, x_px, y_px);
         }

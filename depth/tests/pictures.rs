@@ -78,6 +78,21 @@ fn what_is_clear_lets_the_inside_show() {
 }
 
 #[test]
+fn black_and_white_parts_show_their_faces_and_edges() {
+    for color in [[0; 3], [255; 3]] {
+        let cube = [actor(&Solid::cuboid(10.0, 10.0, 10.0), color)];
+        let picture = render(&cube, &View::isometric(200, 200)).expect("a picture");
+        // The three faces that an isometric view shows meet in the middle.
+        let [top, left, right] =
+            [[100, 60], [70, 120], [130, 120]].map(|[x, y]| i32::from(picture.pixel(x, y)[1]));
+        assert!(top > left + 8 && left > right + 8, "{color:?}: {top} {left} {right}");
+        // The vertical edge: a pixel wide, shared by two columns.
+        let edge = (95..105).map(|x| i32::from(picture.pixel(x, 140)[1])).min().expect("pixels");
+        assert!(10 * edge < 9 * right, "{color:?}: {edge} {right}");
+    }
+}
+
+#[test]
 fn touching_bodies_do_not_flicker() {
     // Both tops lie in one plane, reached by different arithmetic.
     let tilt = Angle::from_deg(31.0).expect("finite");

@@ -14,15 +14,18 @@ pub(super) const PAPER: [u8; 3] = [252, 252, 253];
 /// sRGB of the background's bottom.
 const PAPER_BELOW: [u8; 3] = [231, 234, 238];
 /// sRGB of lines.
-const INK: [u8; 3] = [28, 32, 40];
+const INK: [u8; 3] = [16, 18, 24];
 
 /// Lights in (right, up, towards the viewer), and their strengths.
-const KEY: ([f64; 3], f64) = ([-0.50, 0.55, 0.67], 0.60);
-const FILL: ([f64; 3], f64) = ([0.80, 0.00, 0.60], 0.20);
+const KEY: ([f64; 3], f64) = ([-0.50, 0.55, 0.67], 0.66);
+const FILL: ([f64; 3], f64) = ([0.80, 0.00, 0.60], 0.15);
 /// Light from all sides: from the ground, and from the sky.
 const AMBIENT: (f64, f64) = (0.24, 0.46);
 /// Strength and sharpness of the highlight (Blinn, 1977).
 const HIGHLIGHT: (f64, i32) = (0.10, 40);
+
+/// How much white goes into black (linear light).
+const DARK_LIFT: f32 = 0.085;
 
 /// How far shelter reaches, as a share of the diagonal of the sheltered body's box.
 const SHELTER_REACH: f64 = 0.08;
@@ -56,7 +59,7 @@ impl Paint {
         let bounds = actor.body.bounds();
         let reach_mm = if bounds.is_empty() { 0.0 } else { (bounds.max - bounds.min).norm() };
         Self {
-            albedo: linear(actor.color),
+            albedo: lifted(linear(actor.color)),
             opacity: actor.opacity,
             shelter_reach_mm: SHELTER_REACH * reach_mm,
         }
@@ -154,6 +157,13 @@ impl Shader {
         let flat = mix(albedo, [1.0; 3], 0.35);
         mix(flat, mix(albedo, self.ink, 0.6), 0.75 * covered as f32)
     }
+}
+
+/// Black parts are drawn dark grey: on black, neither shade nor lines would show.
+fn lifted(albedo: Linear) -> Linear {
+    // Luminance of linear sRGB (ITU-R BT.709).
+    let luminance = 0.2126 * albedo[0] + 0.7152 * albedo[1] + 0.0722 * albedo[2];
+    mix(albedo, [1.0; 3], DARK_LIFT * (1.0 - luminance).powi(4))
 }
 
 /// `a` where `weight` is 0, `b` where it is 1.

@@ -124,6 +124,9 @@ pub struct Render {
     /// Pull the parts of the assembly apart
     #[arg(long)]
     pub exploded: bool,
+    /// Take the front half away
+    #[arg(long)]
+    pub section: bool,
     /// Which assembly to draw, for example one of the molds [default: sensor]
     #[arg(long, value_name = "NAME")]
     pub assembly: Option<String>,

@@ -6,6 +6,7 @@ use std::panic;
 use std::process::ExitCode;
 
 use fabkit::bodies::UnknownName;
+use fabkit::depth::RenderError;
 use fabkit::designs::parameters::{InvalidDesign, Problem};
 use fabkit::exporting::ExportFailure;
 use fabkit::pictures::PictureError;
@@ -161,6 +162,9 @@ impl From<PictureError> for Failure {
     fn from(error: PictureError) -> Self {
         match error {
             PictureError::Unknown(unknown) => unknown.into(),
+            PictureError::Render(RenderError::NothingToDraw) => {
+                Self::plain(Exit::BadInput, "nothing is left behind the section plane")
+            }
             _ => Self::bug(error),
         }
     }

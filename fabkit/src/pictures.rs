@@ -1,13 +1,21 @@
 //! Pictures of parts and assemblies, drawn from the exact geometry.
 
-use fabkit_depth::{Actor, View, render};
+use fabkit_depth::{Actor, RenderError, View, render};
 use fabkit_export::ExportError;
-use fabkit_geometry::{Assembly, Body, InvalidSolid, Pose, Sensor, Vector3};
+use fabkit_geometry::{Assembly, Body, InvalidSolid, Point3, Pose, Sensor, Vector3};
 
 use crate::bodies::{BodyRef, UnknownName, bodies};
 
-/// Largest picture, px.
-pub const MAX_PIXELS: u64 = 64_000_000;
+pub use fabkit_depth::MAX_PIXELS;
+
+/// How a picture is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shot {
+    /// Width and height, px.
+    pub size_px: [u32; 2],
+    /// Take the half in front of the x-z plane away.
+    pub section: bool,
+}
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -23,18 +31,21 @@ pub enum PictureError {
     /// No body stands in that assembly.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
+    /// The scene cannot be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
     /// The picture could not be encoded.
     #[error(transparent)]
     Encode(#[from] ExportError),
 }
 
-/// A body alone, as it lies in its own frame, as PNG; `size_px` is width and height.
+/// A body alone, as it lies in its own frame, as PNG.
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn picture_of_body(body: &BodyRef, size_px: [u32; 2]) -> Result<Vec<u8>, PictureError> {
+pub fn picture_of_body(body: &BodyRef, shot: Shot) -> Result<Vec<u8>, PictureError> {
     let actor = actor(body, &prepared(body)?, Pose::identity(), 1.0);
-    draw(&[actor], size_px)
+    draw(&[actor], shot)
 }
 
 /// All bodies of an assembly in their places as PNG, or apart as the design spreads them.
@@ -45,7 +56,7 @@ pub fn picture_of_assembly(
     sensor: &Sensor,
     assembly: &str,
     exploded: bool,
-    size_px: [u32; 2],
+    shot: Shot,
 ) -> Result<Vec<u8>, PictureError> {
     let mut actors = Vec::new();
     let all = bodies(sensor);
@@ -71,7 +82,7 @@ pub fn picture_of_assembly(
             all.iter().flat_map(|b| b.placements).map(|p| p.assembly.0.as_str()).collect();
         return Err(UnknownName::new("assembly", assembly, known).into());
     }
-    draw(&actors, size_px)
+    draw(&actors, shot)
 }
 
 /// The assembly that pictures show unless another is asked for.
@@ -87,8 +98,13 @@ fn actor(body: &BodyRef, prepared: &Body, scene_from_body: Pose, opacity: f64) -
     Actor { body: prepared.clone(), scene_from_body, color: body.color, opacity }
 }
 
-fn draw(actors: &[Actor], [width_px, height_px]: [u32; 2]) -> Result<Vec<u8>, PictureError> {
-    let picture =
-        render(actors, &View { width_px, height_px, looking: Vector3::new(-1.0, 1.0, -1.0) });
+fn draw(actors: &[Actor], shot: Shot) -> Result<Vec<u8>, PictureError> {
+    let [width_px, height_px] = shot.size_px;
+    let view = if shot.section {
+        View::section(width_px, height_px, Point3::origin(), -Vector3::y())
+    } else {
+        View::isometric(width_px, height_px)
+    };
+    let picture = render(actors, &view)?;
     Ok(fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb)?)
 }

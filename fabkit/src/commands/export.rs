@@ -26,7 +26,6 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         formats: args.format.iter().map(|&format| format.into()).collect(),
         tolerance_mm: args.tolerance,
         bed: Bed { size_mm: args.bed, ..Bed::default() },
-        ..ExportOptions::default()
     };
     options.formats.sort();
     options.formats.dedup();

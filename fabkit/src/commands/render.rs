@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fabkit::bodies;
-use fabkit::pictures::{self, MAX_PIXELS};
+use fabkit::pictures::{self, MAX_PIXELS, Shot};
 use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
@@ -31,12 +31,13 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
         return Err(Failure::plain(Exit::BadInput, message));
     }
 
+    let shot = Shot { size_px: args.size, section: args.section };
     let design = source::load(sensor, &args.set)?;
     let bytes = match part {
-        Some(part) => pictures::picture_of_body(&bodies::find(&design.sensor, part)?, args.size)?,
+        Some(part) => pictures::picture_of_body(&bodies::find(&design.sensor, part)?, shot)?,
         None => {
             let assembly = args.assembly.clone().unwrap_or_else(pictures::default_assembly);
-            pictures::picture_of_assembly(&design.sensor, &assembly, args.exploded, args.size)?
+            pictures::picture_of_assembly(&design.sensor, &assembly, args.exploded, shot)?
         }
     };
 

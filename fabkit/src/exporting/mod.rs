@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::bodies::{self, BodyRef, Kind, UnknownName};
 use crate::identity::design_hash;
-use crate::pictures::{self, PictureError};
+use crate::pictures::{self, PictureError, Shot};
 use crate::staging::OutputFile;
 
 /// Most triangles that one export may have, copies on plates included.
@@ -23,6 +23,9 @@ pub const MAX_TRIANGLES: usize = 5_000_000;
 
 /// Name of the list of contents.
 pub const MANIFEST_NAME: &str = "manifest.json";
+
+/// How pictures of single parts are taken.
+const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false };
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,8 +70,6 @@ pub struct ExportOptions {
     pub tolerance_mm: f64,
     /// Where plates are laid out.
     pub bed: Bed,
-    /// Width and height of pictures, px.
-    pub picture_px: [u32; 2],
 }
 
 impl Default for ExportOptions {
@@ -78,7 +79,6 @@ impl Default for ExportOptions {
             formats: vec![Format::Stl, Format::ThreeMf],
             tolerance_mm: fabkit_mesh::DEFAULT_TOLERANCE_MM,
             bed: Bed::default(),
-            picture_px: [800, 600],
         }
     }
 }
@@ -274,7 +274,7 @@ fn part_files(
                 let objects = [object(body, &meshed.print)];
                 fabkit_export::three_mf(document, &objects).map_err(failed)?
             }
-            Format::Png => pictures::picture_of_body(body, options.picture_px)
+            Format::Png => pictures::picture_of_body(body, PART_SHOT)
                 .map_err(|source| ExportFailure::Picture { part: body.name.into(), source })?,
             Format::Tree => {
                 let process = body.process_word();

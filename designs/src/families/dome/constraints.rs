@@ -143,7 +143,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
         || format!("write {most}, or change `leds.circle_radius` or `leds.length`"),
     );
     report.require(
-        p.leds.count % p.shell.ribs == 0,
+        p.leds.count.is_multiple_of(p.shell.ribs),
         "shell.ribs",
         || {
             format!(
@@ -441,8 +441,8 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
     report.at_least(
         "mold.lid_thickness",
         mold.lid_thickness,
-        grip.min(4.0).max(2.4),
-        "the lid must hold its dowels and the overflow channel",
+        grip,
+        "the dowels must not stand out of the lid",
         &["mold.dowel_length"],
     );
 

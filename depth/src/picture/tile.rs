@@ -28,7 +28,7 @@ pub(super) struct Tile {
     pub x_px: u32,
     pub y_px: u32,
     pub width_px: u32,
-    height_px: u32,
+    pub height_px: u32,
 }
 
 impl Tile {

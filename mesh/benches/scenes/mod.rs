@@ -4,9 +4,13 @@ use fabkit_geometry::{Path, Point3, Pose, Solid, Vector3};
 
 /// A part whose volume is known in closed form.
 pub struct Scene {
+    /// For people.
     pub name: &'static str,
+    /// The part.
     pub solid: Solid,
+    /// Volume, mm^3.
     pub exact_mm3: f64,
+    /// Through holes.
     pub genus: i32,
 }
 

@@ -28,11 +28,14 @@ mod bounds;
 mod model;
 mod pose;
 mod profile;
+mod roots;
 mod solid;
+#[cfg(feature = "testing")]
+pub mod testing;
 mod units;
 mod validate;
 
-pub use body::{Body, Crossing, Ray};
+pub use body::{Body, BodyLeaf, Crossing, Ray, Scratch};
 pub use bounds::Aabb;
 pub use model::*;
 pub use nalgebra::{Matrix3, Point3, Vector3};

@@ -63,6 +63,22 @@ impl Assembly {
     }
 }
 
+/// Where a body stands in one assembly. A lid stands in each mold it closes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// Which assembly.
+    pub assembly: Assembly,
+    /// Maps the body's own frame to the assembly's, mm.
+    pub assembly_from_body: Pose,
+}
+
+impl Placement {
+    /// In the assembly's own frame.
+    pub fn in_place(assembly: Assembly) -> Self {
+        Self { assembly, assembly_from_body: Pose::identity() }
+    }
+}
+
 /// Something a lab makes from a file: printed, cut or etched.
 #[derive(Clone, Debug)]
 pub struct Part {
@@ -70,10 +86,10 @@ pub struct Part {
     pub name: String,
     /// One line for people.
     pub summary: String,
-    /// Where it stands in its assembly, mm.
+    /// Its shape, mm; in the sensor frame unless its placements say otherwise.
     pub solid: Solid,
-    /// What it is assembled with.
-    pub assembly: Assembly,
+    /// Where it is used.
+    pub placements: Vec<Placement>,
     /// How it is made.
     pub process: Process,
     /// From what.
@@ -102,10 +118,10 @@ pub struct Layer {
     pub name: String,
     /// One line for people.
     pub summary: String,
-    /// Where it lies in its assembly, mm.
+    /// Its shape, mm; in the sensor frame unless its placements say otherwise.
     pub solid: Solid,
-    /// What it is assembled with.
-    pub assembly: Assembly,
+    /// Where it is poured, and where it is used.
+    pub placements: Vec<Placement>,
     /// Trade name.
     pub material: String,
     /// Mix, degas, pour, cure: in order.
@@ -129,10 +145,10 @@ pub struct Component {
     pub specification: String,
     /// Its shape in its own frame, mm.
     pub solid: Solid,
-    /// Where each one sits in the assembly; their number is the quantity.
-    pub assembly_from_component: Vec<Pose>,
-    /// What it is assembled with.
-    pub assembly: Assembly,
+    /// Where each one sits.
+    pub placements: Vec<Placement>,
+    /// How many a lab needs.
+    pub quantity: u32,
     /// For pictures.
     pub color: Color,
     /// Opacity in pictures, 0 to 1.

@@ -1,0 +1,122 @@
+//! From a tree of solids to a flat list of nodes with boxes.
+
+use nalgebra::Vector3;
+
+use super::boxes::{Children, generous};
+use super::shape::Primitive;
+use crate::{Aabb, Pose, Solid};
+
+/// A primitive in its place.
+#[derive(Clone, Debug)]
+pub(crate) struct CompiledLeaf {
+    pub(crate) primitive: Primitive,
+    pub(crate) leaf_from_root: Pose,
+    /// Centre of the primitive, leaf frame; rays are recentred on it.
+    pub(crate) centre: Vector3<f64>,
+    /// Radius of a ball around `centre` that holds the primitive.
+    pub(crate) reach_mm: f64,
+    /// Below an odd number of subtractions: its inside is the body's outside.
+    pub(crate) is_tool: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Node {
+    Leaf(u32),
+    Any(Children),
+    All(Vec<u32>),
+    Minus { of: u32, tools: u32 },
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Compiler {
+    pub(crate) nodes: Vec<Node>,
+    /// Exact where documented so; empty where a node holds nothing.
+    pub(crate) bounds: Vec<Aabb>,
+    pub(crate) leaves: Vec<CompiledLeaf>,
+}
+
+impl Compiler {
+    /// Adds a node and all below it; returns its number. Leaves are added in the order of
+    /// [`Solid::leaves`].
+    pub(crate) fn add(&mut self, solid: &Solid, root_from_here: Pose, is_tool: bool) -> u32 {
+        match solid {
+            Solid::Placed { pose, of } => self.add(of, root_from_here.then_in(*pose), is_tool),
+            Solid::Feature { of, .. } => self.add(of, root_from_here, is_tool),
+            Solid::Union(of) => self.any(of, root_from_here, is_tool),
+            Solid::Intersection(of) => {
+                let all: Vec<u32> =
+                    of.iter().map(|child| self.add(child, root_from_here, is_tool)).collect();
+                let bounds = all
+                    .iter()
+                    .fold(Aabb::everything(), |b, &child| b.common(&self.bounds[child as usize]));
+                self.push(Node::All(all), bounds)
+            }
+            Solid::Difference { of, minus } => {
+                let of = self.add(of, root_from_here, is_tool);
+                let tools = self.any(minus, root_from_here, !is_tool);
+                let bounds = self.bounds[of as usize];
+                self.push(Node::Minus { of, tools }, bounds)
+            }
+            primitive => self.leaf(primitive, root_from_here, is_tool),
+        }
+    }
+
+    /// A union; unions directly below it are part of it.
+    fn any(&mut self, of: &[Solid], root_from_here: Pose, is_tool: bool) -> u32 {
+        let mut members = Vec::new();
+        for child in of {
+            self.members(child, root_from_here, is_tool, &mut members);
+        }
+        if let [one] = members[..] {
+            return one;
+        }
+        let bounds = |&node: &u32| self.bounds[node as usize];
+        let hull = members.iter().map(bounds).fold(Aabb::nothing(), |all, b| all.hull(&b));
+        let items = members.iter().map(|node| (*node, generous(&bounds(node)))).collect();
+        self.push(Node::Any(Children::new(items)), hull)
+    }
+
+    fn members(&mut self, solid: &Solid, pose: Pose, is_tool: bool, members: &mut Vec<u32>) {
+        match solid {
+            Solid::Placed { pose: inner, of } => {
+                self.members(of, pose.then_in(*inner), is_tool, members);
+            }
+            Solid::Feature { of, .. } => self.members(of, pose, is_tool, members),
+            Solid::Union(of) => {
+                for child in of {
+                    self.members(child, pose, is_tool, members);
+                }
+            }
+            other => members.push(self.add(other, pose, is_tool)),
+        }
+    }
+
+    fn leaf(&mut self, solid: &Solid, root_from_leaf: Pose, is_tool: bool) -> u32 {
+        let Some(primitive) = Primitive::new(solid) else {
+            unreachable!("booleans, placements and features are handled by the caller")
+        };
+        let bounds = primitive.bounds(&root_from_leaf);
+        let own = primitive.bounds(&Pose::identity());
+        let (centre, reach_mm) = if own.is_finite() {
+            (own.centre().coords, 0.5 * (own.max - own.min).norm())
+        } else {
+            (Vector3::zeros(), f64::INFINITY)
+        };
+        let number = self.leaves.len() as u32;
+        self.leaves.push(CompiledLeaf {
+            primitive,
+            leaf_from_root: root_from_leaf.inverse(),
+            centre,
+            // Candidates on the ball itself must not fall off by rounding.
+            reach_mm: reach_mm * 1.001,
+            is_tool,
+        });
+        self.push(Node::Leaf(number), bounds)
+    }
+
+    fn push(&mut self, node: Node, bounds: Aabb) -> u32 {
+        self.nodes.push(node);
+        self.bounds.push(if bounds.is_empty() { Aabb::nothing() } else { bounds });
+        self.nodes.len() as u32 - 1
+    }
+}

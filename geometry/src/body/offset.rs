@@ -1,0 +1,132 @@
+//! Parallel surface of an ellipsoid of revolution.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::ring::{meridian, turned};
+use super::shape::{Chord, LocalRay, Shape, Work};
+use crate::{Ellipsoid, EllipsoidOffset};
+
+/// Signed distance from an ellipse around the origin and its gradient, the unit outward normal at
+/// the nearest point. `p` must lie in the first quadrant; negative inside.
+///
+/// The nearest point is the root of a convex decreasing function (Eberly, "Distance from a Point
+/// to an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), which Newton's method approaches from
+/// the left without ever overshooting; no branch of the distance can be mistaken for another.
+fn ellipse_distance(half_axes: Vector2<f64>, p: Vector2<f64>) -> (f64, Vector2<f64>) {
+    if half_axes.x < half_axes.y {
+        let (distance, normal) = ellipse_distance(half_axes.yx(), p.yx());
+        return (distance, normal.yx());
+    }
+    let (a, b) = (half_axes.x, half_axes.y);
+    // In units of the short half axis: the point is z, the ellipse has half axes `long` and 1.
+    let long = a / b;
+    let k = long * long;
+    // k - 1 without cancellation; the parameter s is counted from its pole for the same reason.
+    let gap = (a - b) * (a + b) / (b * b);
+    let z = p / b;
+    let n = long * z.x;
+    let nearest = if z.y > 1e-200 {
+        // Both terms of g are at most 1 at the root, so it lies right of where either equals 1.
+        let mut s = z.y.max(n - gap);
+        for _ in 0..100 {
+            let (u, v) = (n / (s + gap), z.y / s);
+            let g = u * u + v * v - 1.0;
+            let slope = -2.0 * (u * u / (s + gap) + v * v / s);
+            let next = s - g / slope;
+            // Rising no more: what is left is rounding.
+            if next <= s || next.is_nan() {
+                break;
+            }
+            s = next;
+        }
+        Vector2::new(k * z.x / (s + gap), z.y / s)
+    } else if n < gap {
+        // On the long axis, between the centres of curvature of its two ends.
+        let x = k * z.x / gap;
+        Vector2::new(x, (1.0 - x * x / k).max(0.0).sqrt())
+    } else {
+        Vector2::new(long, 0.0)
+    };
+    let normal = Vector2::new(nearest.x / k, nearest.y).normalize();
+    // Projected on the normal: an error in the nearest point enters only squared.
+    ((z - nearest).dot(&normal) * b, normal)
+}
+
+impl EllipsoidOffset {
+    fn half_axes(&self) -> Vector2<f64> {
+        Vector2::new(self.equatorial_mm, self.polar_mm)
+    }
+
+    /// Distance outside the parallel surface, mm, and its gradient.
+    fn distance(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let flat = meridian(p);
+        let quadrant = Vector2::new(flat.x, flat.y.abs());
+        let (from_ellipse, mut normal) = ellipse_distance(self.half_axes(), quadrant);
+        normal.y = normal.y.copysign(p.z);
+        (from_ellipse - self.offset_mm, turned(normal, p))
+    }
+
+    /// An ellipsoid that encloses the solid tightly, for a first guess and for misses.
+    fn enclosing(&self) -> Ellipsoid {
+        let short = self.equatorial_mm.min(self.polar_mm);
+        let (equatorial, polar) = if self.offset_mm >= 0.0 {
+            // A ball of radius r lies within the ellipsoid scaled by r over its short half axis.
+            let scale = 1.0 + self.offset_mm / short;
+            (self.equatorial_mm * scale, self.polar_mm * scale)
+        } else {
+            // Minkowski's inequality on the support functions.
+            (self.equatorial_mm + self.offset_mm, self.polar_mm + self.offset_mm)
+        };
+        // The least growth that rounding cannot undo.
+        Ellipsoid { semi_axes_mm: [equatorial, equatorial, polar].map(|v| v * (1.0 + 1e-12)) }
+    }
+
+    /// The first parameter after `start_mm` (going `sign`) at which the line enters, if any.
+    ///
+    /// Distance from a convex body is convex along a line, so Newton's method from outside
+    /// approaches the crossing from one side only, and a slope that turns proves a miss.
+    fn enter(&self, ray: &LocalRay, start_mm: f64, sign: f64) -> Option<f64> {
+        let mut t_mm = start_mm;
+        let resolution_mm = 4.0 * f64::EPSILON * ray.reach_mm;
+        for _ in 0..80 {
+            let (distance, gradient) = self.distance(&ray.at(t_mm));
+            if distance <= resolution_mm {
+                return Some(t_mm);
+            }
+            let approach = sign * gradient.dot(&ray.direction);
+            if approach >= 0.0 {
+                return None;
+            }
+            let step = -distance / approach;
+            if step <= 2.0 * f64::EPSILON * ray.reach_mm {
+                return Some(t_mm);
+            }
+            t_mm += sign * step;
+        }
+        // Linear convergence for this long means a tangent.
+        None
+    }
+}
+
+impl Shape for EllipsoidOffset {
+    fn support(&self, u: &Vector3<f64>) -> f64 {
+        meridian(u).component_mul(&self.half_axes()).norm() + self.offset_mm
+    }
+
+    fn holds(&self, p: &Vector3<f64>) -> bool {
+        self.distance(p).0 < 0.0
+    }
+
+    fn normal(&self, _face: u32, p: &Vector3<f64>) -> Vector3<f64> {
+        self.distance(p).1
+    }
+
+    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+        let Some(outer) = self.enclosing().chord(ray) else { return };
+        let chord = self
+            .enter(ray, outer.t_mm[0], 1.0)
+            .zip(self.enter(ray, outer.t_mm[1], -1.0))
+            .map(|(enter, exit)| Chord::on_face(0, enter, exit));
+        work.chords.extend(chord.filter(|c| c.t_mm[0] < c.t_mm[1]));
+    }
+}

@@ -1,0 +1,224 @@
+//! A profile prepared for point tests and for finding where lines may cross its boundary.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::ops::Range;
+
+use nalgebra::Vector2;
+
+use crate::{Path, Profile, Segment};
+
+/// How generously an edge accepts a point near one of its ends, relative to its size.
+const SLACK: f64 = 1e-9;
+
+/// The ellipse that an arc is part of; a circle where the half axes agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ellipse {
+    pub(crate) centre: Vector2<f64>,
+    pub(crate) half_axes: Vector2<f64>,
+}
+
+/// One segment of a path with all that is derived from it.
+#[derive(Clone, Debug)]
+pub(crate) struct Edge {
+    pub(crate) from: Vector2<f64>,
+    pub(crate) to: Vector2<f64>,
+    /// `None` for a straight line.
+    pub(crate) ellipse: Option<Ellipse>,
+    /// Whether the arc runs counter-clockwise.
+    ccw: bool,
+    /// 1 where the region lies to the left, -1 where it lies to the right.
+    left: f64,
+}
+
+impl Edge {
+    fn new(from: [f64; 2], segment: &Segment, left: f64) -> Self {
+        let (from, to) = (Vector2::from(from), Vector2::from(segment.to()));
+        let (ellipse, ccw) = match segment {
+            Segment::Line { .. } => (None, true),
+            Segment::Arc { centre, ccw, .. } => {
+                let centre = Vector2::from(*centre);
+                let radius = (from - centre).norm();
+                (Some(Ellipse { centre, half_axes: Vector2::new(radius, radius) }), *ccw)
+            }
+            Segment::EllipticArc { centre, semi_axes_mm, ccw, .. } => {
+                let (centre, half_axes) = (Vector2::from(*centre), Vector2::from(*semi_axes_mm));
+                (Some(Ellipse { centre, half_axes }), *ccw)
+            }
+        };
+        Self { from, to, ellipse, ccw, left }
+    }
+
+    /// Whether a point of the edge's full line or ellipse belongs to the edge; generous at the ends.
+    pub(crate) fn accepts(&self, p: Vector2<f64>) -> bool {
+        let chord = self.to - self.from;
+        match &self.ellipse {
+            None => {
+                let along = (p - self.from).dot(&chord) / chord.norm_squared();
+                (-SLACK..=1.0 + SLACK).contains(&along)
+            }
+            // A counter-clockwise arc lies to the right of its chord, however long it is.
+            Some(ellipse) => {
+                let side = chord.perp(&(p - self.from)) * if self.ccw { 1.0 } else { -1.0 };
+                side <= SLACK * chord.norm() * ellipse.half_axes.amax()
+            }
+        }
+    }
+
+    /// Normal out of the region at a point of the edge; not of unit length.
+    pub(crate) fn outward(&self, p: Vector2<f64>) -> Vector2<f64> {
+        match &self.ellipse {
+            None => {
+                let along = self.to - self.from;
+                Vector2::new(along.y, -along.x) * self.left
+            }
+            Some(Ellipse { centre, half_axes }) => {
+                let from_centre = (p - centre).component_div(half_axes).component_div(half_axes);
+                // A counter-clockwise arc with the region to its left bulges outwards.
+                from_centre * if self.ccw { self.left } else { -self.left }
+            }
+        }
+    }
+
+    /// Largest projection of the edge on a direction.
+    fn support(&self, u: Vector2<f64>) -> f64 {
+        let ends = self.from.dot(&u).max(self.to.dot(&u));
+        let Some(Ellipse { centre, half_axes }) = &self.ellipse else { return ends };
+        let scaled = half_axes.component_mul(&u);
+        let reach = scaled.norm();
+        if reach == 0.0 {
+            return ends;
+        }
+        let farthest = centre + half_axes.component_mul(&scaled) / reach;
+        if self.accepts(farthest) { ends.max(centre.dot(&u) + reach) } else { ends }
+    }
+
+    /// Splits the edge where y turns back, so that each piece meets a horizontal line once.
+    fn monotone(&self, pieces: &mut Vec<Piece>) {
+        let Some(ellipse) = self.ellipse else {
+            pieces.push(Piece { from: self.from, to: self.to, bulge: None });
+            return;
+        };
+        let angle = |p: Vector2<f64>| {
+            let q = (p - ellipse.centre).component_div(&ellipse.half_axes);
+            q.y.atan2(q.x)
+        };
+        let turn = if self.ccw { 1.0 } else { -1.0 };
+        let start = angle(self.from);
+        let swept = |angle: f64| (turn * (angle - start)).rem_euclid(TAU);
+        let total = swept(angle(self.to));
+        let mut turns: Vec<(f64, Vector2<f64>)> = [FRAC_PI_2, -FRAC_PI_2]
+            .into_iter()
+            .map(|a| {
+                let top = ellipse.centre + Vector2::new(0.0, ellipse.half_axes.y * a.signum());
+                (swept(a), top)
+            })
+            .filter(|&(at, _)| 0.0 < at && at < total)
+            .collect();
+        turns.sort_by(|a, b| a.0.total_cmp(&b.0));
+        turns.push((total, self.to));
+        let (mut from, mut from_at) = (self.from, 0.0);
+        for (at, to) in turns {
+            let middle = start + turn * 0.5 * (from_at + at);
+            let bulge = Some((ellipse, middle.cos().signum()));
+            pieces.push(Piece { from, to, bulge });
+            (from, from_at) = (to, at);
+        }
+    }
+}
+
+/// A piece of the boundary along which y only rises or only falls.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    from: Vector2<f64>,
+    to: Vector2<f64>,
+    /// The ellipse, and on which side of its centre the piece lies: 1 right, -1 left.
+    bulge: Option<(Ellipse, f64)>,
+}
+
+impl Piece {
+    /// Whether a ray from `p` toward +x crosses the piece. Half-open in y: of two pieces that
+    /// share an end, exactly one counts it.
+    fn is_right_of(&self, p: Vector2<f64>) -> bool {
+        if (self.from.y <= p.y) == (self.to.y <= p.y) {
+            return false;
+        }
+        match &self.bulge {
+            None => {
+                let cross = (self.to - self.from).perp(&(p - self.from));
+                if self.to.y > self.from.y { cross > 0.0 } else { cross < 0.0 }
+            }
+            Some((Ellipse { centre, half_axes }, side)) => {
+                let v = (p.y - centre.y) / half_axes.y;
+                let half_width = half_axes.x * (1.0 - v * v).max(0.0).sqrt();
+                p.x < centre.x + side * half_width
+            }
+        }
+    }
+}
+
+/// A [`Profile`] ready for questions.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    /// In the order of face numbers: outer path first, then the holes.
+    pub(crate) edges: Vec<Edge>,
+    pieces: Vec<Piece>,
+    /// Which pieces make up each path.
+    paths: Vec<Range<usize>>,
+    outer_edges: usize,
+}
+
+impl Region {
+    pub(crate) fn new(profile: &Profile) -> Self {
+        let (mut edges, mut pieces, mut paths) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, path) in profile.paths().enumerate() {
+            let is_hole = i > 0;
+            let left = if (signed_area(path) > 0.0) == is_hole { -1.0 } else { 1.0 };
+            let first_piece = pieces.len();
+            let mut from = path.start;
+            for segment in &path.segments {
+                let edge = Edge::new(from, segment, left);
+                edge.monotone(&mut pieces);
+                edges.push(edge);
+                from = segment.to();
+            }
+            paths.push(first_piece..pieces.len());
+        }
+        Self { edges, pieces, paths, outer_edges: profile.outer.segments.len() }
+    }
+
+    /// Whether the point lies inside the outer path and outside every hole.
+    pub(crate) fn holds(&self, p: Vector2<f64>) -> bool {
+        let within = |path: &Range<usize>| {
+            self.pieces[path.clone()].iter().filter(|piece| piece.is_right_of(p)).count() % 2 == 1
+        };
+        self.paths.first().is_some_and(within) && !self.paths.iter().skip(1).any(within)
+    }
+
+    /// Largest projection of the region on a direction.
+    pub(crate) fn support(&self, u: Vector2<f64>) -> f64 {
+        let outer = &self.edges[..self.outer_edges];
+        outer.iter().map(|edge| edge.support(u)).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// Area enclosed by a path, mm^2; positive counter-clockwise (Green's theorem, exact for arcs).
+pub(crate) fn signed_area(path: &Path) -> f64 {
+    let mut twice_area = 0.0;
+    let mut from = Vector2::from(path.start);
+    // About the first point, so that a small path far from the origin keeps its digits.
+    let base = from;
+    for segment in &path.segments {
+        let edge = Edge::new(from.into(), segment, 1.0);
+        twice_area += (edge.from - base).perp(&(edge.to - base));
+        if let Some(Ellipse { centre, half_axes }) = edge.ellipse {
+            // The area between the arc and its chord: in scaled coordinates, sweep - sin(sweep).
+            let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
+            let (a, b) = (unit(edge.from), unit(edge.to));
+            let turn = a.perp(&b).atan2(a.dot(&b));
+            let sweep = if edge.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) };
+            twice_area += (sweep - sweep.sin()) * half_axes.x * half_axes.y;
+        }
+        from = edge.to;
+    }
+    0.5 * twice_area
+}

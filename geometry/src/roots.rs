@@ -1,0 +1,260 @@
+//! Real roots of polynomials of low degree, found between the roots of their derivatives.
+//!
+//! Between two neighbouring stationary points a polynomial is monotone, so a sign change brackets
+//! exactly one root and a safeguarded Newton iteration cannot miss it or leave it. The stationary
+//! points come from the same procedure one degree lower. Closed formulas for cubics and quartics
+//! are shorter but lose half the digits to cancellation, which shows as holes in thin tori.
+
+/// Highest degree handled.
+const MAX_DEGREE: usize = 4;
+
+/// A short ascending list of roots.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Roots {
+    values: [f64; MAX_DEGREE],
+    count: usize,
+}
+
+impl Roots {
+    fn push(&mut self, root: f64) {
+        // A root that is also a bracket's end is found from both sides.
+        if self.count < MAX_DEGREE && self.as_slice().last() != Some(&root) {
+            self.values[self.count] = root;
+            self.count += 1;
+        }
+    }
+
+    /// All of them times a positive factor.
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
+        self.values.iter_mut().for_each(|v| *v *= factor);
+        self
+    }
+
+    pub(crate) fn as_slice(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+/// Roots of `a x^2 + 2 half_b x + c`, ascending; the stable form of the textbook formula.
+///
+/// Tangents (a vanishing discriminant) count as no root: they bound no volume. With `a = 0` the one
+/// root of the linear equation is returned.
+pub(crate) fn quadratic(a: f64, half_b: f64, c: f64) -> Roots {
+    let mut roots = Roots::default();
+    if a == 0.0 {
+        if half_b != 0.0 {
+            roots.push(-0.5 * c / half_b);
+        }
+        return roots;
+    }
+    let discriminant = half_b * half_b - a * c;
+    // Written so that NaN is refused too.
+    if discriminant > 0.0 {
+        // The sum of two numbers of one sign; the other root follows from the product c / a.
+        let q = -(half_b + discriminant.sqrt().copysign(half_b));
+        let (x0, x1) = (q / a, c / q);
+        roots.push(x0.min(x1));
+        roots.push(x0.max(x1));
+    }
+    roots
+}
+
+/// Roots in `[low, high]` of `c[0] + c[1] x + ... + c[n] x^n` with n up to 4, ascending.
+///
+/// A root of even multiplicity is found where the polynomial comes within its own rounding error of
+/// zero, once. Simple roots are exact to a few units in the last place of the evaluation.
+pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
+    let degree = c.iter().rposition(|&v| v != 0.0).unwrap_or(0);
+    debug_assert!(degree <= MAX_DEGREE);
+    let mut roots = Roots::default();
+    if degree == 0 {
+        return roots;
+    }
+    let c = &c[..=degree];
+    let mut stationary = Roots::default();
+    if degree > 1 {
+        let mut slope = [0.0; MAX_DEGREE];
+        for (i, s) in slope.iter_mut().enumerate().take(degree) {
+            *s = (i + 1) as f64 * c[i + 1];
+        }
+        stationary = polynomial(&slope[..degree], low, high);
+    }
+    let mut left = low;
+    let mut at_left = value(c, left);
+    for &right in stationary.as_slice().iter().chain(std::iter::once(&high)) {
+        let at_right = value(c, right);
+        if at_left.is_zero() {
+            roots.push(left);
+        } else if !at_right.is_zero() && (at_left.value < 0.0) != (at_right.value < 0.0) {
+            roots.push(bracketed(c, left, right, at_left.value < 0.0));
+        }
+        (left, at_left) = (right, at_right);
+    }
+    if at_left.is_zero() {
+        roots.push(high);
+    }
+    roots
+}
+
+/// A value and how far rounding may have moved it.
+struct Value {
+    value: f64,
+    error: f64,
+}
+
+impl Value {
+    fn is_zero(&self) -> bool {
+        self.value.abs() <= self.error
+    }
+}
+
+/// Horner's rule with a running error bound (Higham, "Accuracy and Stability of Numerical
+/// Algorithms", section 5.1).
+fn value(c: &[f64], x: f64) -> Value {
+    let (mut value, mut error) = (0.0, 0.0);
+    for &k in c.iter().rev() {
+        value = value * x + k;
+        error = error * x.abs() + f64::abs(value);
+    }
+    Value { value, error: 2.0 * f64::EPSILON * error }
+}
+
+fn value_and_slope(c: &[f64], x: f64) -> (f64, f64) {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for &k in c.iter().rev() {
+        slope = slope * x + value;
+        value = value * x + k;
+    }
+    (value, slope)
+}
+
+/// The root between two ends of different sign: Newton, with bisection where it would leave.
+fn bracketed(c: &[f64], mut left: f64, mut right: f64, rising: bool) -> f64 {
+    let mut x = 0.5 * (left + right);
+    let mut last_step = right - left;
+    // Bisection alone needs about 60 steps; the limit only guards against a broken invariant.
+    for _ in 0..200 {
+        let (value, slope) = value_and_slope(c, x);
+        if value == 0.0 {
+            return x;
+        }
+        if (value < 0.0) == rising {
+            left = x;
+        } else {
+            right = x;
+        }
+        let newton = x - value / slope;
+        let stays = newton > left && newton < right && 2.0 * (newton - x).abs() < last_step.abs();
+        let next = if stays { newton } else { 0.5 * (left + right) };
+        last_step = next - x;
+        if last_step == 0.0 || last_step.abs() <= 0.5 * f64::EPSILON * x.abs() {
+            return next;
+        }
+        x = next;
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Coefficients of the monic polynomial with the given roots.
+    fn with_roots(roots: &[f64]) -> Vec<f64> {
+        let mut c = vec![1.0];
+        for &root in roots {
+            c.insert(0, 0.0);
+            for i in 0..c.len() - 1 {
+                c[i] -= root * c[i + 1];
+            }
+        }
+        c
+    }
+
+    fn is_root(c: &[f64], x: f64) -> bool {
+        value(c, x).value.abs() <= 8.0 * value(c, x).error
+    }
+
+    proptest! {
+        #![proptest_config(crate::testing::cases(512))]
+
+        #[test]
+        fn finds_well_separated_roots(
+            gaps in prop::collection::vec(0.05f64..3.0, 1..=4),
+            start in -5.0f64..1.0,
+            scale in prop::sample::select(vec![1e-6, 1.0, 1e6]),
+        ) {
+            let mut known = vec![start];
+            for gap in &gaps[1..] {
+                known.push(known[known.len() - 1] + gap);
+            }
+            let c: Vec<f64> = with_roots(&known).iter().map(|v| v * scale).collect();
+            let found = polynomial(&c, -20.0, 20.0);
+            prop_assert_eq!(found.as_slice().len(), known.len());
+            for (x, y) in found.as_slice().iter().zip(&known) {
+                // Coefficient rounding ~ 20^4 eps over a slope of at least 0.05^3.
+                prop_assert!((x - y).abs() < 1e-7, "{} {}", x, y);
+                prop_assert!(is_root(&c, *x));
+            }
+        }
+
+        #[test]
+        fn finds_double_and_triple_roots_with_exact_coefficients(
+            a in -4i32..4, b in -4i32..4, multiplicity in 1usize..=3,
+        ) {
+            prop_assume!(a != b);
+            // Integer coefficients are exact, so a multiple root is one in floating point too.
+            let mut known = vec![f64::from(a); multiplicity];
+            known.push(f64::from(b));
+            let c = with_roots(&known);
+            let found = polynomial(&c, -10.0, 10.0);
+            for root in [a, b] {
+                // A triple root is determined to the cube root of the rounding error only.
+                let close = |x: &f64| (x - f64::from(root)).abs() < 1e-4;
+                prop_assert!(found.as_slice().iter().any(close), "{:?} in {:?}", root, found);
+            }
+            for x in found.as_slice() {
+                prop_assert!(is_root(&c, *x));
+            }
+        }
+
+        #[test]
+        fn counts_what_sign_changes_prove(
+            c in prop::collection::vec(-10.0f64..10.0, 5),
+        ) {
+            // Independent: a dense scan proves at least as many roots as it sees sign changes.
+            let at = |i: usize| -3.0 + 6.0 * i as f64 / 3000.0;
+            let changes = (0..3000)
+                .filter(|&i| (value(&c, at(i)).value < 0.0) != (value(&c, at(i + 1)).value < 0.0))
+                .count();
+            let found = polynomial(&c, -3.0, 3.0);
+            prop_assert!(found.as_slice().len() >= changes);
+            prop_assert!(found.as_slice().windows(2).all(|w| w[0] < w[1]));
+            for x in found.as_slice() {
+                prop_assert!(is_root(&c, *x));
+            }
+        }
+
+        #[test]
+        fn quadratic_agrees_with_its_factors(a in -5.0f64..5.0, x in -1e3f64..1e3, gap in 1e-3f64..1e3) {
+            prop_assume!(a.abs() > 1e-3);
+            let y = x + gap;
+            let found = quadratic(a, -0.5 * a * (x + y), a * x * y);
+            prop_assert_eq!(found.as_slice().len(), 2);
+            let tolerance = 1e-9 * (1.0 + x * x / gap);
+            prop_assert!((found.as_slice()[0] - x).abs() < tolerance);
+            prop_assert!((found.as_slice()[1] - y).abs() < tolerance);
+        }
+    }
+
+    #[test]
+    fn quadratic_keeps_the_small_root() {
+        // 1e-8 x^2 - x + 1e-8: the naive formula returns 0 for the small root.
+        let found = quadratic(1e-8, -0.5, 1e-8);
+        assert!((found.as_slice()[0] - 1e-8).abs() < 1e-22);
+        assert_eq!(quadratic(0.0, 0.5, -3.0).as_slice(), [3.0]);
+        assert_eq!(quadratic(1.0, 0.0, 1.0).as_slice(), []);
+    }
+}

@@ -3,6 +3,8 @@
 use fabkit_geometry::Sensor;
 
 mod families;
+mod fits;
+mod hardware;
 pub mod parameters;
 mod registry;
 

@@ -262,9 +262,14 @@ impl Registry {
                     _ => family = Some((known, at)),
                 }
             }
+            let extends_something = own.iter().any(|entry| entry.key == "extends");
             let extends = take_word(&mut own, "extends", &place, found);
             entries.push((place, own));
-            let Some((name, at)) = extends else { continue };
+            if !extends_something {
+                continue;
+            }
+            // Extends something unreadable: everything else would seem to be missing.
+            let (name, at) = extends?;
             let Some(base) = self.builtin_yaml(&name) else {
                 let message = format!("extends `{}`, which is not a built-in sensor", shown(&name));
                 let hint = suggestion(&name, self.builtin_names(), "the built-in sensors are");
@@ -273,7 +278,7 @@ impl Registry {
             };
             if entries.len() >= LONGEST_CHAIN {
                 let message = format!("extends {name}, which extends itself");
-                found.push(at.problem("extends", &name, message));
+                found.push(at.problem("extends", &name, message).hint("extend another sensor"));
                 return None;
             }
             let file = format!("{name}.yaml (built-in)").into();
@@ -349,7 +354,8 @@ fn take_word(
         Content::Scalar(word) => Some((word, place.at(entry.value.position))),
         _ => {
             let at = place.at(entry.key_position);
-            found.push(at.problem(key, "", format!("{key} must be followed by one word")));
+            let message = format!("{key} must be followed by one word");
+            found.push(at.problem(key, "", message).hint(format!("write `{key}: WORD`")));
             None
         }
     }

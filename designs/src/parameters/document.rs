@@ -1,104 +1,10 @@
 //! One table of values by dotted path, from several layers of YAML.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
-use super::tree::{Content, Entry, Fault, Node, Position};
-use super::{Field, Problem, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
-
-/// Which text a value comes from; also the order in which problems are told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Layer {
-    /// The file that was asked for.
-    File,
-    /// `--set`.
-    Override,
-    /// The built-in sensor that the file extends.
-    Base,
-}
-
-/// Where something stands.
-#[derive(Clone, Debug)]
-pub(crate) struct Place {
-    pub layer: Layer,
-    pub file: Arc<str>,
-    pub position: Option<Position>,
-}
-
-impl Place {
-    pub fn at(&self, position: Position) -> Self {
-        Self { position: Some(position), ..self.clone() }
-    }
-
-    pub fn problem(&self, path: &str, value: &str, message: String) -> Found {
-        Found {
-            layer: self.layer,
-            problem: Problem {
-                file: self.file.to_string(),
-                line: self.position.map(|p| p.line),
-                column: self.position.map(|p| p.column),
-                path: path.to_owned(),
-                value: value.to_owned(),
-                message,
-                hint: None,
-            },
-        }
-    }
-}
-
-/// A problem and what is needed to put it in order.
-#[derive(Clone, Debug)]
-pub(crate) struct Found {
-    pub layer: Layer,
-    pub problem: Problem,
-}
-
-impl Found {
-    pub fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.problem.hint = Some(hint.into());
-        self
-    }
-
-    pub fn fault(fault: Fault, place: &Place) -> Self {
-        let place = Place { position: fault.position, ..place.clone() };
-        let found = place.problem(&fault.path, &fault.written, fault.message);
-        Self { problem: Problem { hint: fault.hint, ..found.problem }, ..found }
-    }
-
-    /// In the order of the file, then `--set`, then what the file extends.
-    pub fn sorted(mut found: Vec<Self>) -> Vec<Problem> {
-        found.sort_by_key(|f| (f.layer, f.problem.line, f.problem.column));
-        found.into_iter().map(|f| f.problem).collect()
-    }
-}
-
-/// A value as written.
-#[derive(Clone, Debug)]
-pub(crate) struct Written {
-    pub place: Place,
-    pub text: WrittenText,
-    pub source: Source,
-}
-
-#[derive(Clone, Debug)]
-pub(crate) enum WrittenText {
-    Scalar(String),
-    /// Items with their places.
-    List(Vec<(String, Place)>),
-}
-
-impl WrittenText {
-    /// On one line, for messages.
-    pub fn shown(&self) -> String {
-        match self {
-            Self::Scalar(text) => shown(text),
-            Self::List(items) => {
-                let items: Vec<&str> = items.iter().map(|(text, _)| &**text).collect();
-                shown(&format!("[{}]", items.join(", ")))
-            }
-        }
-    }
-}
+use super::place::{Found, Place, Written, WrittenText};
+use super::tree::{Content, Entry, Node};
+use super::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
 
 /// All values that were written, whichever layer they come from.
 #[derive(Debug)]
@@ -188,8 +94,7 @@ impl Document {
             let path = join(section, &key);
             let key_place = place.at(key_position);
             let Some(field) = fields.iter().find(|f| f.name == key) else {
-                let found = unknown_key(all, fields, section, &key, &key_place);
-                self.found.push(found);
+                self.unknown_key(all, fields, section, &key, &key_place);
                 continue;
             };
             match (&field.shape, value.content) {
@@ -230,6 +135,39 @@ impl Document {
                 }
             }
         }
+    }
+
+    fn unknown_key(
+        &mut self,
+        all: &[Field],
+        fields: &[Field],
+        section: &str,
+        key: &str,
+        place: &Place,
+    ) {
+        let message = match section {
+            "" => format!("`{}` is not a key of a sensor", shown(key)),
+            _ => format!("`{}` is not a key of {section}", shown(key)),
+        };
+        let near = similar(key, fields.iter().map(|f| f.name));
+        let hint = if let Some(meant) = near.first() {
+            // Mistyped rather than missing: one slip, one problem.
+            self.broken.insert(join(section, meant));
+            did_you_mean(&near)
+        } else {
+            // Perhaps the right word in the wrong section.
+            let mut paths = Vec::new();
+            value_paths(all, "", &mut paths);
+            let is_meant = |path: &&str| path.rsplit('.').next() == Some(key);
+            let elsewhere: Vec<&str> =
+                paths.iter().map(String::as_str).filter(is_meant).take(3).collect();
+            match elsewhere.is_empty() {
+                true => format!("the keys are {}", names(fields)),
+                false => did_you_mean(&elsewhere),
+            }
+        };
+        let path = join(section, &shown(key));
+        self.found.push(place.problem(&path, &shown(key), message).hint(hint));
     }
 
     fn break_at(&mut self, path: &str, found: Found) {
@@ -375,31 +313,4 @@ fn value_paths(fields: &[Field], section: &str, paths: &mut Vec<String>) {
             Shape::Value { .. } => paths.push(path),
         }
     }
-}
-
-fn unknown_key(all: &[Field], fields: &[Field], section: &str, key: &str, place: &Place) -> Found {
-    let message = match section {
-        "" => format!("`{}` is not a key of a sensor", shown(key)),
-        _ => format!("`{}` is not a key of {section}", shown(key)),
-    };
-    let near = similar(key, fields.iter().map(|f| f.name));
-    let hint = if near.is_empty() {
-        // Right word, wrong section.
-        let mut paths = Vec::new();
-        value_paths(all, "", &mut paths);
-        let elsewhere: Vec<&str> = paths
-            .iter()
-            .filter(|path| path.rsplit('.').next() == Some(key))
-            .map(String::as_str)
-            .take(3)
-            .collect();
-        match elsewhere.is_empty() {
-            true => format!("the keys are {}", names(fields)),
-            false => did_you_mean(&elsewhere),
-        }
-    } else {
-        did_you_mean(&near)
-    };
-    let path = join(section, &shown(key));
-    place.problem(&path, &shown(key), message).hint(hint)
 }

@@ -16,6 +16,7 @@ use std::fmt;
 mod declare;
 mod document;
 mod overrides;
+mod place;
 mod reader;
 mod report;
 mod schema;
@@ -30,8 +31,9 @@ pub use serde_json::Value as Json;
 pub use tree::{MAX_BYTES, MAX_DEPTH, MAX_NODES};
 pub use value::{Name, Refusal, Scalar};
 
-pub(crate) use document::{Document, Found, Layer, Place};
+pub(crate) use document::Document;
 pub(crate) use overrides::apply as apply_overrides;
+pub(crate) use place::{Found, Layer, Place};
 pub(crate) use reader::Example;
 pub(crate) use schema::{FamilySchema, root as root_schema};
 pub(crate) use suggest::{did_you_mean, hint as suggestion, similar};

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Document, Place, Written, WrittenText, plain};
+use super::document::{Document, plain};
+use super::place::{Found, Place, Written, WrittenText};
 use super::tree;
 use super::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
 
@@ -39,7 +40,7 @@ fn written(
     path: &str,
     value: &str,
     place: &Place,
-) -> Result<Written, Box<super::document::Found>> {
+) -> Result<Written, Box<Found>> {
     let problem = |message: String, hint: String| {
         Box::new(place.problem(&shown(path), &shown(value), message).hint(hint))
     };
@@ -64,7 +65,13 @@ fn written(
         let (node, _) = tree::parse(value).map_err(|fault| {
             problem(format!("{path} cannot be read: {}", fault.message), "write `[a, b]`".into())
         })?;
-        plain(path, true, node, place)?.0.without_positions(place)
+        // Lines and columns within an override tell nobody anything.
+        let without_position = |mut found: Box<Found>| {
+            (found.problem.line, found.problem.column) = (None, None);
+            found
+        };
+        let (text, _) = plain(path, true, node, place).map_err(without_position)?;
+        text.placed(place)
     } else {
         WrittenText::Scalar(value.to_owned())
     };
@@ -73,8 +80,8 @@ fn written(
 }
 
 impl WrittenText {
-    /// Lines and columns within an override tell nobody anything.
-    fn without_positions(self, place: &Place) -> Self {
+    /// The same text, standing as a whole in one place.
+    fn placed(self, place: &Place) -> Self {
         match self {
             Self::Scalar(text) => Self::Scalar(text),
             Self::List(items) => {

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use super::document::{Document, Found, WrittenText};
+use super::document::Document;
+use super::place::{Found, Written, WrittenText};
 use super::suggest::either;
 use super::{Report, Scalar, Setting, Shape, join};
 
@@ -88,7 +89,7 @@ impl Reader {
         Some(values)
     }
 
-    fn written(&mut self, path: &str) -> Option<super::document::Written> {
+    fn written(&mut self, path: &str) -> Option<Written> {
         let written = self.document.value(path).cloned();
         if written.is_none() && !self.document.is_broken(path) {
             self.missing.push(path.to_owned());
@@ -102,7 +103,7 @@ impl Reader {
         summary: &str,
         value: String,
         limits: String,
-        written: &super::document::Written,
+        written: &Written,
     ) {
         self.settings.push(Setting {
             path: path.to_owned(),

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use fabkit_geometry::Length;
 
-use super::document::{Found, Written};
+use super::place::{Found, Written};
 use super::suggest::either;
 
 /// Lengths that differ by less are the same: rounding in what a limit is computed from.
@@ -140,4 +140,52 @@ impl Report {
 fn mm(mm: f64) -> String {
     // `-0` reads badly.
     format!("{} mm", mm + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::place::{Layer, Place, WrittenText};
+    use super::super::{Source, SourceKind};
+    use super::*;
+
+    fn report() -> Report {
+        let place = Place { layer: Layer::File, file: "x.yaml".into(), position: None };
+        let text = WrittenText::Scalar("1 mm".into());
+        let source = Source { kind: SourceKind::User, note: String::new() };
+        let written = BTreeMap::from([("wall".to_owned(), Written { place, text, source })]);
+        Report::new(written, Vec::new())
+    }
+
+    fn length(mm: f64) -> Length {
+        Length::from_mm(mm).unwrap()
+    }
+
+    #[test]
+    fn the_limit_that_is_offered_is_itself_accepted() {
+        for limit_mm in [1.0 / 3.0, 0.1 + 0.2, 2.0, 1e-4, 0.0] {
+            let mut report = report();
+            report.at_least("wall", length(-1.0), limit_mm, "it must hold", &[]);
+            let hint = report.found[0].problem.hint.clone().unwrap();
+            let offered: Length = hint.trim_start_matches("write at least ").parse().unwrap();
+            assert!(offered.mm() - limit_mm < 1e-3, "{hint}");
+            let mut report = self::report();
+            report.at_least("wall", offered, limit_mm, "it must hold", &[]);
+            assert!(report.is_clean(), "{hint}");
+        }
+        // 0.1 + 0.2 is a little more than 0.3, which still counts as 0.3.
+        let mut report = report();
+        report.at_least("wall", length(0.3), 0.1 + 0.2, "it must hold", &[]);
+        report.at_most("wall", length(0.1 + 0.2), 0.3, "it must fit", &[]);
+        assert!(report.is_clean());
+        // A limit that came out as NaN is never met.
+        report.at_most("wall", length(0.3), f64::NAN, "it must fit", &[]);
+        report.at_least("wall", length(0.3), f64::NAN, "it must fit", &[]);
+        assert_eq!(report.found.len(), 2);
+    }
+
+    #[test]
+    #[should_panic(expected = "`wal` is not a parameter")]
+    fn a_slip_in_a_path_shows_even_if_the_condition_holds() {
+        report().require(true, "wal", String::new, String::new);
+    }
 }

@@ -73,7 +73,7 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
             Refusal::new("has no unit", &format!("write `{} {unit}`", super::shown(text.trim())))
         }
         UnitError::UnknownUnit { unit, quantity, .. } => Refusal::new(
-            format!("has the unit `{}`, which is not a unit of {quantity}", super::shown(&unit)),
+            format!("is in `{}`, not in a unit of {quantity}", super::shown(&unit)),
             &format!("write a number and one of {units}, for example `{example}`"),
         ),
         UnitError::NotANumber { .. } => Refusal::new(

@@ -9,6 +9,7 @@ use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
 use fabkit::designs::parameters::{InvalidDesign, Problem};
 use fabkit::exporting::ExportFailure;
+use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
 use fabkit::staging::StagingError;
 use serde_json::json;
@@ -142,7 +143,8 @@ impl From<ExportFailure> for Failure {
         match failure {
             ExportFailure::Unknown(unknown) => unknown.into(),
             ExportFailure::Cancelled => Self::plain(Exit::Interrupted, "interrupted"),
-            ExportFailure::TooManyTriangles { .. } => Self::new(
+            ExportFailure::TooManyTriangles { .. }
+            | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => Self::new(
                 Exit::Limit,
                 &failure,
                 "allow a larger --tolerance, or export fewer parts with --part",

@@ -1,43 +1,34 @@
-//! Exact ray casting of solids. For now: shaded pictures of parts and assemblies.
+//! Exact ray casting of solids: shaded pictures of parts and assemblies.
+//!
+//! # Conventions
+//!
+//! - Millimetres and radians, `f64` throughout. There are no triangles anywhere: every sample is a
+//!   ray through the exact surfaces, so a picture shows the part and not its tessellation.
+//! - The *scene* frame is right-handed with z up. Bodies are placed in it by `scene_from_body`.
+//! - Rays have unit directions, so a crossing's `t` is the range along the ray in mm.
+//! - Image coordinates are in pixels, x to the right, y downwards, the first pixel's *centre* at
+//!   (0.5, 0.5).
+//! - Same scene, same bytes: every sample is a pure function of its place, and threads only decide
+//!   who computes it.
+//!
+//! [`Scene`] answers what a ray meets and knows nothing of pixels; [`render`] asks it once or more
+//! per pixel, shades by the true normals and draws lines where the surface breaks.
+//!
+//! ```
+//! use fabkit_depth::{Actor, View, render};
+//! use fabkit_geometry::{Body, Solid};
+//!
+//! let ball = Actor::new(Body::new(&Solid::sphere(5.0))?, [200, 120, 60]);
+//! let picture = render(&[ball], &View::isometric(64, 48))?;
+//! let centre = picture.pixel(32, 24);
+//! assert!(centre[0] > centre[2], "the ball is orange");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-use fabkit_geometry::{Body, Pose, Vector3};
+mod cast;
+mod picture;
 
-/// One body in a picture.
-#[derive(Clone, Debug)]
-pub struct Actor {
-    /// What is drawn.
-    pub body: Body,
-    /// Where it stands.
-    pub scene_from_body: Pose,
-    /// sRGB.
-    pub color: [u8; 3],
-    /// 0 to 1; below 1, what lies behind shows through.
-    pub opacity: f64,
-}
-
-/// From where, and how large.
-#[derive(Clone, Debug, PartialEq)]
-pub struct View {
-    /// Image width, px.
-    pub width_px: u32,
-    /// Image height, px.
-    pub height_px: u32,
-    /// Direction in which the viewer looks, scene frame; the image's up is z's as far as possible.
-    pub looking: Vector3<f64>,
-}
-
-/// An opaque sRGB image, row by row from the top, three bytes a pixel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// px.
-    pub width_px: u32,
-    /// px.
-    pub height_px: u32,
-    /// `3 * width * height` bytes.
-    pub rgb: Vec<u8>,
-}
-
-/// Draws a scene.
-pub fn render(_actors: &[Actor], _view: &View) -> Picture {
-    todo!()
-}
+pub use cast::{Hit, Scene, Scratch};
+pub use picture::{
+    Actor, Cut, MAX_PIXELS, Picture, Projection, RenderError, View, contact_sheet, render,
+};

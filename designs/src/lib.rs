@@ -2,7 +2,13 @@
 
 use fabkit_geometry::Sensor;
 
+mod families;
+mod fits;
+mod hardware;
 pub mod parameters;
+mod registry;
+
+pub use registry::{Built, FORMAT, Family, FamilyEntry, Header, Registry};
 
 /// A sensor built from validated parameters.
 #[derive(Clone, Debug)]
@@ -15,14 +21,17 @@ pub struct Design {
     pub derived: Vec<(String, String)>,
 }
 
+/// The families and sensors that fabkit comes with.
+pub static REGISTRY: Registry = Registry::new(families::FAMILIES, families::SENSORS);
+
 /// Names of the built-in sensors, sorted.
 pub fn builtin_names() -> Vec<&'static str> {
-    todo!()
+    REGISTRY.builtin_names()
 }
 
 /// The YAML text of a built-in sensor.
-pub fn builtin_yaml(_name: &str) -> Option<&'static str> {
-    todo!()
+pub fn builtin_yaml(name: &str) -> Option<&'static str> {
+    REGISTRY.builtin_yaml(name)
 }
 
 /// Builds a design from YAML text and overrides.
@@ -32,14 +41,14 @@ pub fn builtin_yaml(_name: &str) -> Option<&'static str> {
 /// # Errors
 /// Everything that is wrong, each with place, value, limit and a hint.
 pub fn load(
-    _file: &str,
-    _yaml: &str,
-    _overrides: &[String],
+    file: &str,
+    yaml: &str,
+    overrides: &[String],
 ) -> Result<Design, parameters::InvalidDesign> {
-    todo!()
+    REGISTRY.load(file, yaml, overrides)
 }
 
 /// The JSON Schema (draft-07) of sensor files.
 pub fn json_schema() -> serde_json::Value {
-    todo!()
+    REGISTRY.json_schema()
 }

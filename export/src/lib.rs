@@ -1,1 +1,39 @@
-//! export
+//! Meshes, pictures and trees to the bytes of file formats.
+//!
+//! Every function here is pure: the same arguments give the same bytes, on any machine, on any
+//! number of threads, in debug and release. Nothing here opens a file.
+//!
+//! # Conventions
+//!
+//! - Millimetres in every format that can say so, and in those that cannot (STL).
+//! - Placement is baked into the vertices; no file relies on a transform, because slicers disagree
+//!   about the unit of one.
+//! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
+//! - Archives carry the earliest time stamp their format knows, never the clock's.
+
+mod error;
+mod manifest;
+mod opc;
+mod picture;
+mod plate;
+mod stl;
+mod three_mf;
+mod tree;
+
+pub use error::ExportError;
+pub use manifest::{FileEntry, Manifest, PartEntry, SettingEntry};
+pub use picture::png;
+pub use plate::{Bed, Spot, pack};
+pub use stl::stl;
+pub use three_mf::{Document, Object, three_mf};
+pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
+
+/// The version that files name as their maker.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Pretty JSON with a final newline, as people and `diff` like it.
+fn json_bytes(document: &impl serde::Serialize) -> Result<Vec<u8>, ExportError> {
+    let mut bytes = serde_json::to_vec_pretty(document)?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}

@@ -63,6 +63,42 @@ impl Assembly {
     }
 }
 
+/// Where a body stands in one assembly. A lid stands in each mold it closes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// Which assembly.
+    pub assembly: Assembly,
+    /// Maps the body's own frame to the assembly's, mm.
+    pub assembly_from_body: Pose,
+    /// How far it moves in the exploded picture, assembly frame, mm.
+    pub explode_mm: Vector3<f64>,
+}
+
+impl Placement {
+    /// In the assembly's own frame.
+    pub fn in_place(assembly: Assembly) -> Self {
+        Self::at(assembly, Pose::identity())
+    }
+
+    /// At a pose.
+    pub fn at(assembly: Assembly, assembly_from_body: Pose) -> Self {
+        Self { assembly, assembly_from_body, explode_mm: Vector3::zeros() }
+    }
+
+    /// The same placement, lifted along the assembly's z in the exploded picture.
+    #[must_use]
+    pub fn lifted(self, z_mm: f64) -> Self {
+        self.moved_apart(Vector3::new(0.0, 0.0, z_mm))
+    }
+
+    /// The same placement, moved further in the exploded picture.
+    #[must_use]
+    pub fn moved_apart(mut self, explode_mm: Vector3<f64>) -> Self {
+        self.explode_mm += explode_mm;
+        self
+    }
+}
+
 /// Something a lab makes from a file: printed, cut or etched.
 #[derive(Clone, Debug)]
 pub struct Part {
@@ -70,10 +106,10 @@ pub struct Part {
     pub name: String,
     /// One line for people.
     pub summary: String,
-    /// Where it stands in its assembly, mm.
+    /// Its shape, mm; in the sensor frame unless its placements say otherwise.
     pub solid: Solid,
-    /// What it is assembled with.
-    pub assembly: Assembly,
+    /// Where it is used.
+    pub placements: Vec<Placement>,
     /// How it is made.
     pub process: Process,
     /// From what.
@@ -91,8 +127,6 @@ pub struct Part {
     pub print_notes: Vec<String>,
     /// Through holes and handles, counted where they are cut; the mesh must agree.
     pub genus: i32,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// A body that is poured, sprayed or otherwise formed in place.
@@ -102,10 +136,10 @@ pub struct Layer {
     pub name: String,
     /// One line for people.
     pub summary: String,
-    /// Where it lies in its assembly, mm.
+    /// Its shape, mm; in the sensor frame unless its placements say otherwise.
     pub solid: Solid,
-    /// What it is assembled with.
-    pub assembly: Assembly,
+    /// Where it is poured, and where it is used.
+    pub placements: Vec<Placement>,
     /// Trade name.
     pub material: String,
     /// Mix, degas, pour, cure: in order.
@@ -116,8 +150,6 @@ pub struct Layer {
     pub opacity: f64,
     /// As for a part.
     pub genus: i32,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// Something bought; its solid is there so that fits can be checked.
@@ -129,16 +161,14 @@ pub struct Component {
     pub specification: String,
     /// Its shape in its own frame, mm.
     pub solid: Solid,
-    /// Where each one sits in the assembly; their number is the quantity.
-    pub assembly_from_component: Vec<Pose>,
-    /// What it is assembled with.
-    pub assembly: Assembly,
+    /// Where each one sits.
+    pub placements: Vec<Placement>,
+    /// How many a lab needs.
+    pub quantity: u32,
     /// For pictures.
     pub color: Color,
     /// Opacity in pictures, 0 to 1.
     pub opacity: f64,
-    /// Where they go in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// Two bodies that are meant to overlap: a press fit, a thread that cuts its own way.

@@ -5,11 +5,39 @@
 //! written from: rounded to `f32`, welded, and proven closed and oriented *after* that.
 //!
 //! This crate is the only one that knows the boolean kernel.
+//!
+//! ```
+//! use fabkit_geometry::Solid;
+//! use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};
+//!
+//! let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
+//! let triangles = mesh(&washer, DEFAULT_TOLERANCE_MM)?;
+//! assert_eq!(triangles.genus(), 1);
+//! let file = triangles.to_print()?;
+//! let exact_mm3 = 21.0 * std::f64::consts::PI;
+//! assert!((file.volume_mm3() - exact_mm3).abs() < triangles.area_mm2() * DEFAULT_TOLERANCE_MM);
+//! # Ok::<(), fabkit_mesh::MeshError>(())
+//! ```
 
-use fabkit_geometry::{Aabb, Pose, Solid};
+mod evaluate;
+mod extent;
+mod facets;
+mod kernel;
+mod measure;
+mod print;
+mod shape_key;
+mod tessellate;
+
+use fabkit_geometry::{Pose, Solid};
+
+pub use print::{PrintDefect, PrintMesh};
 
 /// Chord tolerance where nobody asks for another, mm.
 pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;
+
+/// Chord tolerances outside this range are refused, mm: below, rounding to `f32` would take part in
+/// the shape; above, nothing of a sensor's part is left.
+pub const TOLERANCE_RANGE_MM: std::ops::RangeInclusive<f64> = 1e-4..=5.0;
 
 /// Which face of which primitive a triangle belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -31,38 +59,86 @@ pub struct TriMesh {
     pub faces: Vec<FaceId>,
 }
 
-/// A mesh as files hold it: `f32`, welded, checked. Only [`TriMesh::to_print`] makes one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrintMesh {
-    vertices: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-    faces: Vec<FaceId>,
-}
-
 /// Why there is no mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// The tree is not a solid.
     #[error(transparent)]
     Invalid(#[from] fabkit_geometry::InvalidSolid),
-    /// To be completed.
-    #[error("{0}")]
-    Defect(String),
+    /// The chord tolerance makes no sense.
+    #[error(
+        "a chord tolerance of {tolerance_mm} mm; it must lie between {} and {} mm",
+        TOLERANCE_RANGE_MM.start(), TOLERANCE_RANGE_MM.end()
+    )]
+    Tolerance {
+        /// As asked for, mm.
+        tolerance_mm: f64,
+    },
+    /// A half space is not cut down to anything finite.
+    #[error("the solid is unbounded: a half space only cuts, or is cut by, something finite")]
+    Unbounded,
+    /// Nothing is left.
+    #[error("the solid is empty: the booleans leave nothing")]
+    Empty,
+    /// Too many triangles.
+    #[error("a face cannot be followed to {tolerance_mm} mm with a sensible number of triangles")]
+    TooFine {
+        /// As asked for, mm.
+        tolerance_mm: f64,
+    },
+    /// The boolean kernel refused.
+    #[error("the boolean kernel failed while {operation}: {reason}")]
+    Kernel {
+        /// What it was doing.
+        operation: &'static str,
+        /// In its own words.
+        reason: &'static str,
+    },
+    /// What is left after rounding to `f32` is no solid.
+    #[error(transparent)]
+    Print(#[from] PrintDefect),
 }
 
 /// Meshes a solid.
 ///
+/// The same solid and tolerance give the same mesh, bit for bit.
+///
 /// # Errors
 /// See [`MeshError`].
-pub fn mesh(_solid: &Solid, _tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    todo!()
+pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
+    if !TOLERANCE_RANGE_MM.contains(&tolerance_mm) {
+        return Err(MeshError::Tolerance { tolerance_mm });
+    }
+    solid.validate()?;
+    let facets = evaluate::evaluate(solid, tolerance_mm)?;
+    let ids: Vec<FaceId> = (0..)
+        .zip(solid.leaves())
+        .flat_map(|(leaf, l)| {
+            (0..tessellate::face_count(l.primitive)).map(move |face| FaceId { leaf, face })
+        })
+        .collect();
+    let faces = facets.faces.iter().map(|&f| ids[f as usize]).collect();
+    Ok(TriMesh { vertices: facets.vertices, triangles: facets.triangles, faces })
+}
+
+/// Volume that two solids have in common at a chord tolerance, mm^3; 0 if they are apart.
+///
+/// # Errors
+/// As [`mesh`], but nothing in common is no error.
+pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
+    match mesh(&a.clone().and(b.clone()), tolerance_mm) {
+        Ok(common) => Ok(common.volume_mm3()),
+        Err(MeshError::Empty) => Ok(0.0),
+        Err(other) => Err(other),
+    }
 }
 
 impl TriMesh {
     /// The same mesh moved rigidly.
     #[must_use]
-    pub fn placed(&self, _pose: &Pose) -> Self {
-        todo!()
+    pub fn placed(&self, pose: &Pose) -> Self {
+        let vertices = self.vertices.iter().map(|&v| facets::moved(pose, v)).collect();
+        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 
     /// Rounds to `f32`, welds, removes what became degenerate, and proves the result closed,
@@ -71,43 +147,6 @@ impl TriMesh {
     /// # Errors
     /// What could not be repaired.
     pub fn to_print(&self) -> Result<PrintMesh, MeshError> {
-        todo!()
-    }
-
-    /// Enclosed volume, mm^3.
-    pub fn volume_mm3(&self) -> f64 {
-        todo!()
-    }
-
-    /// Surface area, mm^2.
-    pub fn area_mm2(&self) -> f64 {
-        todo!()
-    }
-
-    /// Through holes and handles, summed over connected shells: 1 - (V - E + F) / 2 per shell.
-    pub fn genus(&self) -> i32 {
-        todo!()
-    }
-
-    /// Smallest box, mm.
-    pub fn bounds(&self) -> Aabb {
-        todo!()
-    }
-}
-
-impl PrintMesh {
-    /// Vertex positions, mm.
-    pub fn vertices(&self) -> &[[f32; 3]] {
-        &self.vertices
-    }
-
-    /// Counter-clockwise seen from outside.
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
-    }
-
-    /// One per triangle.
-    pub fn faces(&self) -> &[FaceId] {
-        &self.faces
+        Ok(print::to_print(self)?)
     }
 }

@@ -1,0 +1,242 @@
+//! What a ray meets in a scene of placed bodies.
+
+use std::ops::Range;
+
+use fabkit_geometry::{Aabb, Body, Crossing, Point3, Pose, Ray, Vector3};
+
+/// Boxes grow by this much, so that a surface lying in its own box's face is not lost to rounding.
+const BOX_SLACK_MM: f64 = 1e-6;
+
+/// Bodies in their places, with a bounding-volume hierarchy over their boxes.
+#[derive(Clone, Debug)]
+pub struct Scene<'a> {
+    bodies: Vec<PlacedBody<'a>>,
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Debug)]
+struct PlacedBody<'a> {
+    body: &'a Body,
+    scene_from_body: Pose,
+    body_from_scene: Pose,
+    bounds: Aabb,
+}
+
+/// The hierarchy, flattened: an inner node's left child follows it directly.
+#[derive(Clone, Debug)]
+struct Node {
+    bounds: Aabb,
+    kind: NodeKind,
+}
+
+#[derive(Clone, Debug)]
+enum NodeKind {
+    Leaf { body: u32 },
+    Inner { right: u32 },
+}
+
+/// Where a ray enters a body of a [`Scene`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Which body, by its place in the list given to [`Scene::new`].
+    pub body: u32,
+    /// The crossing; its normal is in the scene frame.
+    pub crossing: Crossing,
+}
+
+/// Memory that queries reuse; one per thread.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    /// Box entry and index of the bodies that a ray may meet, nearest first.
+    candidates: Vec<(f64, u32)>,
+    crossings: Vec<Crossing>,
+    in_body: fabkit_geometry::Scratch,
+    stack: Vec<u32>,
+}
+
+impl<'a> Scene<'a> {
+    /// Prepares bodies, each with its `scene_from_body`.
+    pub fn new(bodies: impl IntoIterator<Item = (&'a Body, Pose)>) -> Self {
+        let bodies: Vec<_> = bodies
+            .into_iter()
+            .map(|(body, scene_from_body)| PlacedBody {
+                body,
+                scene_from_body,
+                body_from_scene: scene_from_body.inverse(),
+                bounds: moved_bounds(&body.bounds(), &scene_from_body),
+            })
+            .collect();
+        let mut order: Vec<u32> = (0..bodies.len() as u32)
+            .filter(|&index| !bodies[index as usize].bounds.is_empty())
+            .collect();
+        let mut scene = Self { bodies, nodes: Vec::new() };
+        if !order.is_empty() {
+            scene.build(&mut order);
+        }
+        scene
+    }
+
+    /// A box around one body, scene frame; empty for a body that holds nothing.
+    pub fn bounds(&self, body: usize) -> Aabb {
+        self.bodies[body].bounds
+    }
+
+    /// How many bodies there are.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// Hands out all crossings of the whole line, body by body, nearest box first.
+    ///
+    /// `visit` gets the body's index and its crossings (in order along the ray, normals in the
+    /// scene frame) and answers with the `t` beyond which it needs no further bodies: infinity to
+    /// see all.
+    pub fn visit_crossings(
+        &self,
+        ray: &Ray,
+        scratch: &mut Scratch,
+        visit: impl FnMut(u32, &[Crossing]) -> f64,
+    ) {
+        self.visit_within(f64::NEG_INFINITY..f64::INFINITY, ray, scratch, visit);
+    }
+
+    /// The first surface entered with `t` in a range.
+    pub fn first_hit(&self, ray: &Ray, range: Range<f64>, scratch: &mut Scratch) -> Option<Hit> {
+        let mut first: Option<Hit> = None;
+        self.visit_within(range.clone(), ray, scratch, |body, crossings| {
+            let entered = crossings.iter().find(|c| c.entering && range.contains(&c.t));
+            if let Some(&crossing) = entered
+                && first.is_none_or(|hit| crossing.t < hit.crossing.t)
+            {
+                first = Some(Hit { body, crossing });
+            }
+            first.map_or(f64::INFINITY, |hit| hit.crossing.t)
+        });
+        first
+    }
+
+    /// As [`Scene::visit_crossings`], but only bodies whose boxes the ray passes within a range.
+    fn visit_within(
+        &self,
+        range: Range<f64>,
+        ray: &Ray,
+        scratch: &mut Scratch,
+        mut visit: impl FnMut(u32, &[Crossing]) -> f64,
+    ) {
+        self.find_candidates(&range, ray, scratch);
+        let mut enough = f64::INFINITY;
+        for candidate in 0..scratch.candidates.len() {
+            let (entry, index) = scratch.candidates[candidate];
+            if entry > enough {
+                break;
+            }
+            let placed = &self.bodies[index as usize];
+            let ray_in_body = Ray {
+                origin: placed.body_from_scene.point(ray.origin),
+                direction: placed.body_from_scene.vector(ray.direction),
+            };
+            let Scratch { crossings, in_body, .. } = scratch;
+            placed.body.crossings_into(&ray_in_body, in_body, crossings);
+            if scratch.crossings.is_empty() {
+                continue;
+            }
+            for crossing in &mut scratch.crossings {
+                crossing.normal = placed.scene_from_body.vector(crossing.normal);
+            }
+            enough = enough.min(visit(index, &scratch.crossings));
+        }
+    }
+
+    fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut Scratch) {
+        scratch.candidates.clear();
+        scratch.stack.clear();
+        if !self.nodes.is_empty() {
+            scratch.stack.push(0);
+        }
+        while let Some(at) = scratch.stack.pop() {
+            let node = &self.nodes[at as usize];
+            let Some(entry) = box_entry(&node.bounds, ray, range) else { continue };
+            match node.kind {
+                NodeKind::Leaf { body } => scratch.candidates.push((entry, body)),
+                NodeKind::Inner { right } => scratch.stack.extend([right, at + 1]),
+            }
+        }
+        // The index settles ties, so that the order never depends on the hierarchy.
+        scratch.candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+
+    /// Adds a subtree over `order` and returns its root; median split along the longest side of
+    /// the centres' box.
+    fn build(&mut self, order: &mut [u32]) -> u32 {
+        let at = self.nodes.len();
+        let bounds = order
+            .iter()
+            .fold(Aabb::nothing(), |hull, &i| hull.hull(&self.bodies[i as usize].bounds));
+        if let [body] = *order {
+            self.nodes.push(Node { bounds, kind: NodeKind::Leaf { body } });
+            return at as u32;
+        }
+        let centre = |i: u32| self.bodies[i as usize].bounds.centre();
+        let centres = order.iter().fold(Aabb::nothing(), |hull, &i| {
+            let point = centre(i);
+            hull.hull(&Aabb { min: point, max: point })
+        });
+        let axis = Vector3::from(centres.size_mm()).imax();
+        order.sort_by(|&a, &b| centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b)));
+        let (left, right) = order.split_at_mut(order.len() / 2);
+        self.nodes.push(Node { bounds, kind: NodeKind::Inner { right: 0 } });
+        self.build(left);
+        let right = self.build(right);
+        self.nodes[at].kind = NodeKind::Inner { right };
+        at as u32
+    }
+}
+
+/// The eight corners of a box.
+pub(crate) fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
+    std::array::from_fn(|i| {
+        let pick = |axis: usize| {
+            if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] }
+        };
+        Point3::new(pick(0), pick(1), pick(2))
+    })
+}
+
+fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
+    if bounds.is_empty() {
+        return Aabb::nothing();
+    }
+    if !bounds.is_finite() {
+        return Aabb::everything();
+    }
+    corners(bounds)
+        .map(|corner| scene_from_body.point(corner))
+        .iter()
+        .fold(Aabb::nothing(), |hull, corner| hull.hull(&Aabb { min: *corner, max: *corner }))
+        .grown(BOX_SLACK_MM)
+}
+
+/// Where a ray enters a box, if it is in it anywhere in the range (the slab method of Kay and
+/// Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986).
+fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
+    let (mut entry, mut exit) = (range.start, range.end);
+    for axis in 0..3 {
+        let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
+        if direction == 0.0 {
+            if origin < bounds.min[axis] || origin > bounds.max[axis] {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) =
+            ((bounds.min[axis] - origin) / direction, (bounds.max[axis] - origin) / direction);
+        entry = entry.max(a.min(b));
+        exit = exit.min(a.max(b));
+    }
+    (entry <= exit).then_some(entry)
+}

@@ -1,0 +1,110 @@
+//! Pixels to rays, so that the scene fits.
+
+use fabkit_geometry::{Point3, Ray, Vector3};
+
+use super::{Projection, RenderError, View};
+
+/// A view with a scale: which ray belongs to which place in the picture.
+#[derive(Clone, Debug)]
+pub(super) struct Framing {
+    /// Image axes and viewing direction in the scene frame, unit length.
+    pub right: Vector3<f64>,
+    pub up: Vector3<f64>,
+    pub forward: Vector3<f64>,
+    perspective: bool,
+    /// Perspective: where all rays start. Orthographic: a point in front of all that is drawn.
+    eye: Point3<f64>,
+    /// Place of the picture's top left corner on the image plane: mm across the viewing direction
+    /// for parallel rays, tangents of angles from it for perspective.
+    left: f64,
+    top: f64,
+    /// Image plane units per pixel.
+    pub per_px: f64,
+}
+
+impl Framing {
+    /// Fits the points into a validated view.
+    pub fn fit(view: &View, points: &[Point3<f64>]) -> Result<Self, RenderError> {
+        let forward = view.looking.normalize();
+        let mut right = forward.cross(&Vector3::z());
+        if right.norm() < 1e-9 {
+            right = forward.cross(&Vector3::y());
+        }
+        let right = right.normalize();
+        let up = right.cross(&forward);
+
+        let (min, max) = extremes(points.iter().map(|point| point.coords));
+        let centre = Point3::from((min + max) / 2.0);
+        // A lone point still needs a frame around it.
+        let radius_mm =
+            points.iter().map(|p| (p - centre).norm()).fold(1e-6, |a: f64, b: f64| a.max(b));
+        let (perspective, distance_mm) = match view.projection {
+            Projection::Orthographic => (false, 2.0 * radius_mm),
+            Projection::Perspective { field_of_view } => {
+                (true, radius_mm / (field_of_view.rad() / 2.0).sin())
+            }
+        };
+        let eye = centre - forward * distance_mm;
+        let (low, high) = extremes(points.iter().map(|point| {
+            let offset = point - eye;
+            let depth = if perspective { offset.dot(&forward) } else { 1.0 };
+            Vector3::new(offset.dot(&right) / depth, offset.dot(&up) / depth, 0.0)
+        }));
+        if !(low.iter().chain(high.iter()).all(|v| v.is_finite()) && radius_mm.is_finite()) {
+            return Err(RenderError::NothingToDraw);
+        }
+        let (left, top, per_px) = (0.0, 0.0, 0.0);
+        let mut framing = Self { right, up, forward, perspective, eye, left, top, per_px };
+        framing.fit_rectangle(view, low, high);
+        Ok(framing)
+    }
+
+    /// The same view, closer: fits the part of the picture between two corners, px.
+    pub fn closer(&self, view: &View, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Self {
+        let on_plane = |x_px, y_px| Vector3::new(self.plane_x(x_px), self.plane_y(y_px), 0.0);
+        let mut framing = self.clone();
+        framing.fit_rectangle(view, on_plane(x0, y1), on_plane(x1, y0));
+        framing
+    }
+
+    /// Scales and shifts so that a rectangle of the image plane is centred within the margins.
+    fn fit_rectangle(&mut self, view: &View, low: Vector3<f64>, high: Vector3<f64>) {
+        let (width, height) = (f64::from(view.width_px), f64::from(view.height_px));
+        let border = 2.0 * view.margin * width.min(height);
+        let size = high - low;
+        let per_px = (size.x / (width - border)).max(size.y / (height - border));
+        // What is seen edge-on to a point still needs a frame around it.
+        self.per_px = per_px.max(1e-9);
+        let middle = (low + high) / 2.0;
+        self.left = middle.x - self.per_px * width / 2.0;
+        self.top = middle.y + self.per_px * height / 2.0;
+    }
+
+    fn plane_x(&self, x_px: f64) -> f64 {
+        self.left + x_px * self.per_px
+    }
+
+    fn plane_y(&self, y_px: f64) -> f64 {
+        self.top - y_px * self.per_px
+    }
+
+    /// The ray through a place in the picture, px.
+    pub fn ray(&self, x_px: f64, y_px: f64) -> Ray {
+        let across = self.right * self.plane_x(x_px) + self.up * self.plane_y(y_px);
+        if self.perspective {
+            Ray { origin: self.eye, direction: (self.forward + across).normalize() }
+        } else {
+            Ray { origin: self.eye + across, direction: self.forward }
+        }
+    }
+
+    /// Direction of the ray that meets a point.
+    pub fn direction_to(&self, point: &Point3<f64>) -> Vector3<f64> {
+        if self.perspective { (point - self.eye).normalize() } else { self.forward }
+    }
+}
+
+fn extremes(vectors: impl Iterator<Item = Vector3<f64>>) -> (Vector3<f64>, Vector3<f64>) {
+    let inf = Vector3::repeat(f64::INFINITY);
+    vectors.fold((inf, -inf), |(min, max), v| (min.inf(&v), max.sup(&v)))
+}

@@ -1,0 +1,217 @@
+//! What one ray sees: surfaces from front to back, and their blended colour.
+
+use fabkit_geometry::{Crossing, Point3, Ray, Vector3};
+
+use super::Cut;
+use super::framing::Framing;
+use super::shade::{Linear, Shader, add};
+use crate::{Scene, Scratch};
+
+/// Surfaces nearer together than this count as touching, mm; then the earlier actor is in front,
+/// rather than whichever rounding prefers.
+const TOUCHING_MM: f64 = 1e-6;
+
+/// What is left of a body between two crossings must be at least this thick, mm.
+const THINNEST_MM: f64 = 1e-9;
+
+/// Less light than this from behind goes unnoticed.
+const LEAST_LIGHT: f64 = 0.02;
+
+/// A surface does not shelter itself: hits closer than this share of the reach do not count.
+const SHELTER_GAP: f64 = 1e-4;
+
+/// Stands for the leaf number of a face that the cut has made.
+pub(super) const CUT_LEAF: u32 = u32::MAX;
+
+/// A surface that a ray sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    pub t: f64,
+    /// Scene frame, mm.
+    pub point: Point3<f64>,
+    /// Scene frame, unit length, towards the viewer.
+    pub normal: Vector3<f64>,
+    pub actor: u32,
+    pub leaf: u32,
+    pub face: u32,
+    /// How strongly lines on it show, 0 to 1: less on and behind what lets light through.
+    pub line_weight: f64,
+}
+
+/// One ray's result; its surfaces are kept in the [`Tracer`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    first: u32,
+    end: u32,
+    pub color: Linear,
+}
+
+/// What all samples of a picture have in common.
+pub(super) struct Setup<'a> {
+    pub scene: Scene<'a>,
+    /// The opaque bodies of the scene: a clear one in front does not keep the light away.
+    pub shelters: Scene<'a>,
+    pub framing: Framing,
+    pub shader: Shader,
+}
+
+/// Traces samples and keeps their surfaces in one growing list.
+pub(super) struct Tracer<'a> {
+    scene: &'a Scene<'a>,
+    shelters: &'a Scene<'a>,
+    pub framing: &'a Framing,
+    shader: &'a Shader,
+    scratch: Scratch,
+    seen: Vec<Surface>,
+    surfaces: Vec<Surface>,
+}
+
+impl<'a> Tracer<'a> {
+    pub fn new(setup: &'a Setup<'a>) -> Self {
+        let Setup { scene, shelters, framing, shader } = setup;
+        let (scratch, seen, surfaces) = Default::default();
+        Self { scene, shelters, framing, shader, scratch, seen, surfaces }
+    }
+
+    pub fn surfaces(&self, sample: &Sample) -> &[Surface] {
+        &self.surfaces[sample.first as usize..sample.end as usize]
+    }
+
+    /// Whether anything is to be seen at a place in the picture, px.
+    pub fn meets(&mut self, x_px: f64, y_px: f64) -> bool {
+        self.surfaces.clear();
+        let sample = self.trace(x_px, y_px);
+        !self.surfaces(&sample).is_empty()
+    }
+
+    /// Sends a ray through a place in the picture, px.
+    pub fn trace(&mut self, x_px: f64, y_px: f64) -> Sample {
+        let Self { scene, shelters, framing, shader, scratch, seen, surfaces } = self;
+        let ray = framing.ray(x_px, y_px);
+        let kept = Kept::of(shader.cut.as_ref(), &ray);
+        seen.clear();
+        let mut nearest_opaque = f64::INFINITY;
+        scene.visit_crossings(&ray, scratch, |actor, crossings| {
+            let opacity = shader.opacity(actor);
+            if opacity == 0.0 {
+                return nearest_opaque;
+            }
+            for (index, entering) in crossings.iter().enumerate().filter(|(_, c)| c.entering) {
+                let leaving_t = crossings.get(index + 1).map_or(f64::INFINITY, |c| c.t);
+                let Some(surface) = kept.surface(actor, entering, leaving_t, &ray) else {
+                    continue;
+                };
+                seen.push(surface);
+                if opacity == 1.0 || surface.leaf == CUT_LEAF {
+                    nearest_opaque = nearest_opaque.min(surface.t);
+                    break;
+                }
+            }
+            nearest_opaque
+        });
+        front_to_back(seen);
+
+        let first = surfaces.len() as u32;
+        let mut color = [0.0; 3];
+        let mut light = 1.0;
+        for surface in seen.iter_mut() {
+            let opacity = shader.surface_opacity(surface, &ray.direction);
+            surface.line_weight = light * shader.line_strength(surface);
+            let shelter = match shader.shelter_reach_mm(surface) {
+                Some(reach_mm) => {
+                    shelter(shelters, surface, reach_mm, shader.cut.as_ref(), scratch)
+                }
+                None => 0.0,
+            };
+            let shade = shader.shade(surface, shelter, x_px, y_px);
+            color = add(color, shade, (light * opacity) as f32);
+            light *= 1.0 - opacity;
+            surfaces.push(*surface);
+            if light < LEAST_LIGHT {
+                break;
+            }
+        }
+        let color = add(color, shader.background(y_px), light as f32);
+        Sample { first, end: surfaces.len() as u32, color }
+    }
+}
+
+/// How close something stands in front of a surface: 1 at no distance, 0 at `reach_mm` or more.
+///
+/// One ray along the normal is a coarse stand-in for ambient occlusion, but it has no noise, costs
+/// no more than the sample itself, and darkens what should look deep: holes, slots and gaps.
+fn shelter(
+    shelters: &Scene<'_>,
+    surface: &Surface,
+    reach_mm: f64,
+    cut: Option<&Cut>,
+    scratch: &mut Scratch,
+) -> f64 {
+    let ray = Ray { origin: surface.point, direction: surface.normal };
+    let range = SHELTER_GAP * reach_mm..reach_mm;
+    let Some(hit) = shelters.first_hit(&ray, range, scratch) else { return 0.0 };
+    let t = hit.crossing.t;
+    let is_cut_away = |cut: &Cut| cut.excess_mm(&ray.at(t)) > 0.0;
+    if cut.is_some_and(is_cut_away) { 0.0 } else { 1.0 - t / reach_mm }
+}
+
+/// The stretch of a ray that the cut leaves.
+struct Kept {
+    from_t: f64,
+    to_t: f64,
+    /// Normal of a face at `from_t`.
+    outward: Vector3<f64>,
+}
+
+impl Kept {
+    fn of(cut: Option<&Cut>, ray: &Ray) -> Self {
+        let (mut from_t, mut to_t) = (f64::NEG_INFINITY, f64::INFINITY);
+        let Some(cut) = cut else { return Self { from_t, to_t, outward: Vector3::zeros() } };
+        let excess_mm = cut.excess_mm(&ray.origin);
+        let slope = ray.direction.dot(&cut.outward);
+        if slope < 0.0 {
+            from_t = excess_mm / -slope;
+        } else if slope > 0.0 {
+            to_t = -excess_mm / slope;
+        } else if excess_mm > 0.0 {
+            to_t = f64::NEG_INFINITY;
+        }
+        Self { from_t, to_t, outward: cut.outward }
+    }
+
+    /// The front of a body that the ray is in between two crossings.
+    fn surface(
+        &self,
+        actor: u32,
+        entering: &Crossing,
+        leaving_t: f64,
+        ray: &Ray,
+    ) -> Option<Surface> {
+        let t = entering.t.max(self.from_t);
+        if leaving_t.min(self.to_t) - t < THINNEST_MM {
+            return None;
+        }
+        let (normal, leaf, face) = if entering.t < self.from_t {
+            (self.outward, CUT_LEAF, 0)
+        } else {
+            (entering.normal, entering.leaf, entering.face)
+        };
+        let point = ray.at(t);
+        Some(Surface { t, point, normal, actor, leaf, face, line_weight: 0.0 })
+    }
+}
+
+/// Sorts by insertion: the lists are short, and "touching" is not an order that a general sort
+/// would accept.
+fn front_to_back(surfaces: &mut [Surface]) {
+    let before = |a: &Surface, b: &Surface| {
+        if (a.t - b.t).abs() <= TOUCHING_MM { a.actor < b.actor } else { a.t < b.t }
+    };
+    for end in 1..surfaces.len() {
+        let mut at = end;
+        while at > 0 && before(&surfaces[at], &surfaces[at - 1]) {
+            surfaces.swap(at, at - 1);
+            at -= 1;
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! From where a picture is taken.
+
+use fabkit_geometry::{Angle, Point3, Vector3};
+
+use super::{RenderError, check_size};
+
+/// From where, and how large. The scene is always framed to fit.
+///
+/// ```
+/// use fabkit_depth::View;
+/// use fabkit_geometry::{Point3, Vector3};
+/// // The front half is taken away, so that a mold shows its cavity.
+/// let view = View::section(800, 600, Point3::origin(), -Vector3::y());
+/// assert!(view.cut.is_some());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Image width, px.
+    pub width_px: u32,
+    /// Image height, px.
+    pub height_px: u32,
+    /// Direction in which the viewer looks, scene frame; the image's up is z's as far as possible,
+    /// and y's where the viewer looks along z.
+    pub looking: Vector3<f64>,
+    /// How space is flattened.
+    pub projection: Projection,
+    /// What is taken away before drawing.
+    pub cut: Option<Cut>,
+    /// Free border on each side, as a fraction of the shorter side: 0 to 0.45.
+    pub margin: f64,
+}
+
+/// How space is flattened onto the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// All rays parallel: lengths in one direction keep their ratios.
+    Orthographic,
+    /// All rays from one point, which stands as far away as the field of view asks.
+    Perspective {
+        /// Angle under which the scene's bounding ball is seen, 1 to 120 degrees; 20 to 30 look
+        /// natural.
+        field_of_view: Angle,
+    },
+}
+
+/// A half-space taken away from every actor; where it cuts a body, the body shows a hatched face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// A point on the cutting plane, scene frame, mm.
+    pub point: Point3<f64>,
+    /// Points into what is taken away; need not be of unit length.
+    pub outward: Vector3<f64>,
+}
+
+impl View {
+    /// A view along a direction in the scene frame.
+    pub fn along(looking: Vector3<f64>, width_px: u32, height_px: u32) -> Self {
+        let projection = Projection::Orthographic;
+        Self { width_px, height_px, looking, projection, cut: None, margin: 0.05 }
+    }
+
+    /// From the front (-y), the right (+x) and above, all three equally.
+    pub fn isometric(width_px: u32, height_px: u32) -> Self {
+        Self::along(Vector3::new(-1.0, 1.0, -1.0), width_px, height_px)
+    }
+
+    /// From -y: x to the right, z up.
+    pub fn front(width_px: u32, height_px: u32) -> Self {
+        Self::along(Vector3::y(), width_px, height_px)
+    }
+
+    /// From above: x to the right, y up.
+    pub fn top(width_px: u32, height_px: u32) -> Self {
+        Self::along(-Vector3::z(), width_px, height_px)
+    }
+
+    /// What is left after a cut, seen from the cut side, a little from the right and from above.
+    pub fn section(
+        width_px: u32,
+        height_px: u32,
+        point: Point3<f64>,
+        outward: Vector3<f64>,
+    ) -> Self {
+        let towards = outward.try_normalize(0.0).unwrap_or_else(|| -Vector3::y());
+        let right = Vector3::z().cross(&towards).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let above = if towards.z.abs() < 0.999 { Vector3::z() } else { -Vector3::y() };
+        let looking = -(towards + right * 0.42 + above * 0.45);
+        Self::along(looking, width_px, height_px).cut(point, outward)
+    }
+
+    /// Takes away the half-space beyond the plane through `point`, on the side `outward` points to.
+    #[must_use]
+    pub fn cut(mut self, point: Point3<f64>, outward: Vector3<f64>) -> Self {
+        self.cut = Some(Cut { point, outward });
+        self
+    }
+
+    /// Lets parallel lines meet.
+    #[must_use]
+    pub fn perspective(mut self, field_of_view: Angle) -> Self {
+        self.projection = Projection::Perspective { field_of_view };
+        self
+    }
+
+    pub(super) fn validate(&self) -> Result<(), RenderError> {
+        check_size(self.width_px, self.height_px)?;
+        if !is_direction(&self.looking) {
+            return Err(RenderError::NoDirection);
+        }
+        if !(0.0..=0.45).contains(&self.margin) {
+            return Err(RenderError::Margin { margin: self.margin });
+        }
+        if let Projection::Perspective { field_of_view } = self.projection {
+            let field_of_view_deg = field_of_view.deg();
+            if !(1.0..=120.0).contains(&field_of_view_deg) {
+                return Err(RenderError::FieldOfView { field_of_view_deg });
+            }
+        }
+        match &self.cut {
+            Some(cut)
+                if !is_direction(&cut.outward) || !cut.point.iter().all(|v| v.is_finite()) =>
+            {
+                Err(RenderError::BadCut)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Cut {
+    /// How far a point lies in what is taken away, mm; negative in what stays.
+    pub(super) fn excess_mm(&self, point: &Point3<f64>) -> f64 {
+        (point - self.point).dot(&self.outward.normalize())
+    }
+
+    /// Collects the corners of what the cut leaves of a box.
+    pub(super) fn keep_of_box(&self, corners: &[Point3<f64>; 8], points: &mut Vec<Point3<f64>>) {
+        for (index, corner) in corners.iter().enumerate() {
+            let excess = self.excess_mm(corner);
+            if excess <= 0.0 {
+                points.push(*corner);
+            }
+            // Corners that differ in one bit are joined by an edge.
+            for other in (0..3).map(|axis| index | 1 << axis).filter(|&other| other > index) {
+                let other_excess = self.excess_mm(&corners[other]);
+                if excess * other_excess < 0.0 {
+                    let along = excess / (excess - other_excess);
+                    points.push(corner + (corners[other] - corner) * along);
+                }
+            }
+        }
+    }
+}
+
+/// Normalising must neither overflow nor lose the direction.
+fn is_direction(vector: &Vector3<f64>) -> bool {
+    let norm = vector.norm();
+    norm.is_finite() && norm > 1e-100
+}

@@ -1,0 +1,11 @@
+//! The families of sensors, and the built-in sensors: one line here registers each.
+
+mod dome;
+
+use crate::FamilyEntry;
+
+/// Every family.
+pub(crate) const FAMILIES: &[FamilyEntry] = &[FamilyEntry::of::<dome::DomeFamily>()];
+
+/// Every built-in sensor: its name, and its text in `sensors/`.
+pub(crate) const SENSORS: &[(&str, &str)] = &[("rtac0", include_str!("../sensors/rtac0.yaml"))];

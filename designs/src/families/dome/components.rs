@@ -1,0 +1,259 @@
+//! What is bought: glass, camera, LEDs, screws, nuts, dowels, O-ring.
+
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, Color, Component, Path, Placement, Pose, Process, Solid, Vector3,
+};
+
+use super::housing::{camera_screw_poses, joint_nut_pose, joint_pose, led_pose, relief_edge_mm};
+use super::layout::Layout;
+use super::mold::{lid_dowel_poses, side_dowel_poses};
+use super::parameters::Dome;
+use super::surface::dome_shell;
+use super::tooling::{FormLayout, form_screw_poses, groove_radius_mm};
+use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::{HeatSetNut, Screw};
+
+const STEEL: Color = [176, 180, 186];
+const BRASS: Color = [205, 170, 90];
+const GLASS: Color = [190, 215, 225];
+
+/// Play that keeps a modelled O-ring off the faces that squeeze it, mm.
+const SQUEEZED_PLAY_MM: f64 = 0.01;
+
+/// Everything bought.
+pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
+    let each = |assembly: AssemblyName, poses: &[Pose], lift_mm: f64| -> Vec<Placement> {
+        poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
+    };
+    // Fasteners leave along their own axis.
+    let drawn_out = |poses: Vec<Pose>, out_mm: f64, lift_mm: f64| -> Vec<Placement> {
+        let out = Vector3::new(0.0, 0.0, out_mm);
+        let place = |pose: Pose| {
+            let placement = Placement { assembly_from_body: pose, ..in_sensor() };
+            placement.moved_apart(pose.vector(out)).lifted(lift_mm)
+        };
+        poses.into_iter().map(place).collect()
+    };
+    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| Component {
+        name: name.into(),
+        specification,
+        solid,
+        quantity: placements.len() as u32,
+        placements,
+        color: STEEL,
+        opacity: 1.0,
+    };
+    let here = [Pose::identity()];
+
+    let side = side_dowel_poses(p);
+    let lid = lid_dowel_poses(p);
+    let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
+        .into_iter()
+        .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat())
+        .collect();
+    let form = FormLayout::new(p, layout);
+    let joint = |pose: fn(&Dome, &Layout, u32) -> Pose| -> Vec<Pose> {
+        (0..p.shell.screws).map(|i| pose(p, layout, i)).collect()
+    };
+
+    vec![
+        Component {
+            placements: vec![
+                in_sensor().lifted(56.0),
+                TRANSPARENT_MOLD.in_place(),
+                TRANSLUCENT_MOLD.in_place(),
+                JOINING.in_place(),
+                COATING.in_place(),
+            ],
+            quantity: 1,
+            color: GLASS,
+            opacity: 0.3,
+            ..bought(
+                "tube",
+                format!(
+                    "glass test tube, {} mm outside, {} mm wall, cut {} mm from its tip",
+                    p.tube.outer_diameter.mm(),
+                    p.tube.wall.mm(),
+                    layout.wall_height + layout.tube_radius
+                ),
+                dome_shell(layout.tube_bore_radius, layout.tube_radius, layout.wall_height),
+                vec![],
+            )
+        },
+        Component {
+            color: [35, 60, 45],
+            ..bought(
+                "camera",
+                camera_specification(p),
+                camera(p, layout),
+                vec![in_sensor().lifted(-46.0)],
+            )
+        },
+        Component {
+            color: [250, 240, 170],
+            ..bought(
+                "led",
+                p.leds.model.clone(),
+                Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
+                drawn_out((0..p.leds.count).map(|i| led_pose(p, layout, i)).collect(), 0.0, -20.0),
+            )
+        },
+        Component {
+            ..bought(
+                "screw-m1-6x5",
+                "pan head screw ISO 7045 M1.6x5".into(),
+                Screw::M1_6X5.solid(),
+                drawn_out(camera_screw_poses(p, layout), 0.0, -36.0),
+            )
+        },
+        Component {
+            ..bought(
+                "screw-m2x4",
+                "countersunk screw ISO 7046 M2x4".into(),
+                Screw::M2X4.solid(),
+                drawn_out(joint(joint_pose), 12.0, 0.0),
+            )
+        },
+        Component {
+            color: BRASS,
+            ..bought(
+                "nut-m2",
+                "heat-set nut M2, 3.2 mm outside, 3 mm long".into(),
+                HeatSetNut::M2.solid(),
+                drawn_out(joint(joint_nut_pose), 6.0, -66.0),
+            )
+        },
+        Component {
+            ..bought(
+                "screw-m3x4",
+                "pan head screw ISO 7045 M3x4".into(),
+                Screw::M3X4.solid(),
+                each(FORM, &form_screw_poses(p, &form), -45.0),
+            )
+        },
+        Component {
+            quantity: 2 * (side.len() + lid.len()) as u32,
+            ..bought(
+                "dowel",
+                format!(
+                    "dowel pin ISO 2338, {} x {} mm",
+                    p.mold.dowel_diameter.mm(),
+                    p.mold.dowel_length.mm()
+                ),
+                dowel(p),
+                dowels,
+            )
+        },
+        Component {
+            quantity: 1,
+            color: [30, 30, 30],
+            ..bought(
+                "o-ring",
+                format!(
+                    "O-ring, {} mm cord, {:.1} mm inside",
+                    p.connector.o_ring_cord.mm(),
+                    2.0 * groove_radius_mm(p, layout)
+                ),
+                o_ring(p, layout),
+                [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
+                    .into_iter()
+                    .flat_map(|tool| each(tool, &here, -42.0))
+                    .collect(),
+            )
+        },
+        Component {
+            color: GLASS,
+            opacity: 0.35,
+            ..bought(
+                "form-tube",
+                format!(
+                    "glass test tube with rim, {} mm outside, {} mm long",
+                    2.0 * layout.transparent_radius,
+                    p.form.tube_length.mm()
+                ),
+                form_tube(p, layout, &form),
+                each(FORM, &here, -60.0),
+            )
+        },
+    ]
+}
+
+fn camera_specification(p: &Dome) -> String {
+    format!(
+        "{}, {} x {} px at {} fps, {} lens, board {} x {} mm",
+        p.camera.model,
+        p.camera.width_px,
+        p.camera.height_px,
+        p.camera.frame_rate,
+        p.camera.field_of_view,
+        p.camera.board_size.mm(),
+        p.camera.board_size.mm()
+    )
+}
+
+/// Board with four holes, lens holder and barrel, connector behind.
+fn camera(p: &Dome, layout: &Layout) -> Solid {
+    // Pieces of one body reach into each other, so that no faces coincide.
+    let into = 0.2;
+    let (board, holder) = (p.camera.board_size.mm(), p.camera.holder_size.mm());
+    let top = layout.camera_board_top_z;
+    let plate = Solid::cuboid(board, board, p.camera.board_thickness.mm())
+        .at(0.0, 0.0, layout.camera_board_bottom_z)
+        .minus_all(camera_screw_poses(p, layout).into_iter().map(|pose| {
+            Screw::M1_6X5
+                .clearance_tool(p.camera.board_thickness.mm(), gap_mm(Process::Pcb, Fit::Snug))
+                .placed(pose)
+        }));
+    let holder = Solid::cuboid(holder, holder, p.camera.holder_height.mm() + into)
+        .at(0.0, 0.0, top - into)
+        .named("lens holder");
+    let barrel = Solid::cylinder(
+        p.camera.barrel_diameter.mm() / 2.0,
+        p.camera.lens_height.mm() - p.camera.holder_height.mm() + into,
+    )
+    .at(0.0, 0.0, top + p.camera.holder_height.mm() - into)
+    .named("lens barrel");
+    let edge = relief_edge_mm(p) - 2.0;
+    let connector = Solid::cuboid(edge, edge / 2.0, p.camera.back_clearance.mm() - 0.5 + into)
+        .at(0.0, 0.0, layout.relief_z + 0.5)
+        .named("connector");
+    Solid::union([plate, holder, barrel, connector])
+}
+
+fn dowel(p: &Dome) -> Solid {
+    let length = p.mold.dowel_length.mm();
+    Solid::cylinder(p.mold.dowel_diameter.mm() / 2.0, length).at(0.0, 0.0, -length / 2.0)
+}
+
+/// The O-ring as the tube squeezes it: its cord just fills the groove.
+fn o_ring(p: &Dome, layout: &Layout) -> Solid {
+    let inner = groove_radius_mm(p, layout);
+    let cord = (layout.tube_bore_radius - inner) / 2.0 - SQUEEZED_PLAY_MM;
+    Solid::torus((inner + layout.tube_bore_radius) / 2.0, cord).at(
+        0.0,
+        0.0,
+        p.connector.plug_length.mm() / 2.0,
+    )
+}
+
+/// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
+fn form_tube(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
+    let (outer, wall) = (layout.transparent_radius, layout.wall_height);
+    let inner = outer - p.tube.wall.mm();
+    let centre = [0.0, wall];
+    let outside = Path::from([0.0, form.rim_z])
+        .line([outer + p.form.tube_rim.mm(), form.rim_z])
+        .line([outer + p.form.tube_rim.mm(), form.sleeve_z])
+        .line([outer, form.sleeve_z])
+        .line([outer, wall])
+        .arc([0.0, wall + outer], centre, true)
+        .close();
+    let below = form.rim_z - CUT_OVERLAP_MM;
+    let inside = Path::from([0.0, below])
+        .line([inner, below])
+        .line([inner, wall])
+        .arc([0.0, wall + inner], centre, true)
+        .close();
+    Solid::revolution(outside).minus(Solid::revolution(inside))
+}

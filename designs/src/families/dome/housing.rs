@@ -1,0 +1,331 @@
+//! Shell, base, diffuser and LED board.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+};
+
+use super::layout::Layout;
+use super::parameters::Dome;
+use super::{BLACK, FROST, JOINING, MASK_GREEN, flipped, in_sensor};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::{HeatSetNut, Screw};
+
+/// Plastic below the joint's nuts, mm.
+const JOINT_FLOOR_MM: f64 = 1.0;
+
+/// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
+const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
+
+/// How far a rib reaches into the wall that carries it, mm.
+const RIB_ROOT_MM: f64 = 0.5;
+
+/// `index` out of `count` around the axis, from `offset` steps.
+pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
+    let rad = TAU * (f64::from(index) + offset) / f64::from(count);
+    Angle::from_rad(rad).expect("a fraction of a turn is finite")
+}
+
+/// Height of the joint's screws: below the camera's pocket, which has no wall to spare for nuts.
+fn joint_z(layout: &Layout) -> f64 {
+    layout.bottom_z + JOINT_FLOOR_MM + HeatSetNut::M2.diameter_mm / 2.0
+}
+
+/// Shell and base are joined by screws that point at the axis: the pose of screw `index`, with its
+/// z axis out of the shell and its origin where a countersunk head lies flush.
+pub fn joint_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
+    let z = joint_z(layout);
+    // A flat head lies flush with a round wall where its rim does.
+    let head = Screw::M2X4.head_diameter_mm() / 2.0;
+    let radius = (layout.shell_radius.powi(2) - head.powi(2)).sqrt();
+    let out = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z));
+    Pose::rotation_z(turn(index, p.shell.screws, 0.0)).then_in(out)
+}
+
+/// The pose of the nut in the base that screw `index` of the joint goes into.
+pub fn joint_nut_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
+    let z = joint_z(layout);
+    // Flush with the plug where its side is lowest across the nut's width.
+    let nut = HeatSetNut::M2.diameter_mm / 2.0;
+    let radius = (layout.base_radius.powi(2) - nut.powi(2)).sqrt();
+    let out = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z));
+    Pose::rotation_z(turn(index, p.shell.screws, 0.0)).then_in(out)
+}
+
+/// The pose of mounting hole `index` in the base's bottom, z axis out of the base.
+pub fn mount_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
+    // Half a step off the joint's nuts.
+    let down =
+        Pose::z_to(-Vector3::z(), Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z));
+    Pose::rotation_z(turn(index, p.base.mount_holes, 0.5)).then_in(down)
+}
+
+/// Where the four screws of the camera board stand, z axis up, origin on the board.
+pub fn camera_screw_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
+    let half = p.camera.screw_spacing.mm() / 2.0;
+    [[half, half], [-half, half], [-half, -half], [half, -half]]
+        .map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z))
+        .to_vec()
+}
+
+/// The pose of LED `index` on the board, z axis up, x axis outwards.
+pub fn led_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
+    // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
+    Pose::rotation_z(turn(index, p.leds.count, 0.5)).then_in(Pose::translation(
+        p.leds.circle_radius.mm(),
+        0.0,
+        layout.board_top_z,
+    ))
+}
+
+fn landmark(name: String, pose: &Pose) -> Landmark {
+    Landmark { name, point: pose.point(Point3::origin()), axis: pose.vector(Vector3::z()) }
+}
+
+/// The tube that everything slides into from below, and the gel stands on.
+pub fn shell(p: &Dome, layout: &Layout) -> Part {
+    let height = layout.shell_height();
+    let wall = Solid::cylinder(layout.shell_radius, height).at(0.0, 0.0, layout.bottom_z).minus(
+        Solid::cylinder(layout.shell_bore_radius, height + 2.0 * CUT_OVERLAP_MM).at(
+            0.0,
+            0.0,
+            layout.bottom_z - CUT_OVERLAP_MM,
+        ),
+    );
+    // A rib's width is an angle at the bore.
+    let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius).asin();
+    let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
+    let back = Angle::from_rad(-half_width.rad()).expect("finite");
+    let rib = Solid::extrusion(
+        Path::ring_sector(
+            layout.rib_radius,
+            layout.shell_bore_radius + RIB_ROOT_MM,
+            back,
+            half_width,
+        ),
+        layout.diffuser_bottom_z - layout.board_top_z,
+    )
+    .at(0.0, 0.0, layout.board_top_z);
+    let ribs = (0..p.shell.ribs)
+        .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
+    let through = layout.shell_radius - layout.base_radius + CUT_OVERLAP_MM;
+    let screw_holes = (0..p.shell.screws).map(|i| {
+        Screw::M2X4
+            .clearance_tool(through, gap_mm(Process::Fdm, Fit::Snug))
+            .placed(joint_pose(p, layout, i))
+            .named(format!("screw hole {}", i + 1))
+    });
+    let joint = (0..p.shell.screws)
+        .map(|i| landmark(format!("screw {}", i + 1), &joint_pose(p, layout, i)));
+    Part {
+        name: "shell".into(),
+        summary: "tube that holds diffuser, LED board and base; the gel stands on it".into(),
+        solid: Solid::union(std::iter::once(wall).chain(ribs)).minus_all(screw_holes),
+        placements: vec![in_sensor(), JOINING.in_place().lifted(-45.0)],
+        process: Process::Fdm,
+        material: p.shell.material.clone(),
+        quantity: 1,
+        landmarks: joint.collect(),
+        color: BLACK,
+        bed_from_part: flipped(),
+        print_notes: vec![
+            "0.12 mm layers, no supports: the ribs overhang less than 1 mm".into(),
+            "bore the screw holes with a 2.4 mm drill if the printer closes them".into(),
+        ],
+        genus: 1 + p.shell.screws as i32,
+    }
+}
+
+/// The plug that carries the camera and closes the shell.
+pub fn base(p: &Dome, layout: &Layout) -> Part {
+    let chamfer = 0.6;
+    let (r, top, bottom) = (layout.base_radius, layout.base_top_z, layout.bottom_z);
+    let plug = Solid::revolution(Path::polygon(&[
+        [0.0, bottom],
+        [r, bottom],
+        [r, top - chamfer],
+        [r - chamfer, top],
+        [0.0, top],
+    ]));
+
+    let pocket_edge = p.camera.board_size.mm() + 2.0 * gap_mm(Process::Fdm, Fit::Slide);
+    let pocket_floor = layout.camera_board_bottom_z;
+    let pocket = Solid::cuboid(pocket_edge, pocket_edge, top - pocket_floor + CUT_OVERLAP_MM).at(
+        0.0,
+        0.0,
+        pocket_floor,
+    );
+    // Between the camera's screws there is room for its connector.
+    let relief_edge = relief_edge_mm(p);
+    let relief =
+        Solid::cuboid(relief_edge, relief_edge, pocket_floor - layout.relief_z + CUT_OVERLAP_MM)
+            .at(0.0, 0.0, layout.relief_z);
+    let slot_half = (p.base.cable_slot_length.mm() - p.base.cable_slot_width.mm()) / 2.0;
+    let cable_slot = Solid::extrusion(
+        Path::slot([-slot_half, 0.0], [slot_half, 0.0], p.base.cable_slot_width.mm() / 2.0),
+        layout.relief_z - bottom + 2.0 * CUT_OVERLAP_MM,
+    )
+    .at(0.0, 0.0, bottom - CUT_OVERLAP_MM);
+
+    let screw_holes = camera_screw_poses(p, layout).into_iter().enumerate().map(|(i, pose)| {
+        // All the way through, so that a broken screw can be pushed out.
+        let depth = layout.camera_board_top_z - bottom + CUT_OVERLAP_MM;
+        Screw::M1_6X5.pilot_tool(depth).placed(pose).named(format!("camera screw hole {}", i + 1))
+    });
+    let nuts = (0..p.shell.screws).map(|i| {
+        HeatSetNut::M2
+            .tool(NUT_SPARE_MM)
+            .placed(joint_nut_pose(p, layout, i))
+            .named(format!("nut hole {}", i + 1))
+    });
+    let mounts = (0..p.base.mount_holes).map(|i| {
+        Screw::M3X4
+            .pilot_tool(mount_hole_depth_mm(layout))
+            .placed(mount_pose(p, layout, i))
+            .named(format!("mounting hole {}", i + 1))
+    });
+    let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
+    let pry_slots = [0, 1].map(|i| {
+        // Twice as deep as it shows: the outer half cuts air, whatever the plug's curvature.
+        let slot = Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM);
+        let slot = slot.at(r, 0.0, bottom - CUT_OVERLAP_MM);
+        slot.turned_z(turn(i, 2, 0.5)).named(format!("pry slot {}", i + 1))
+    });
+
+    let joint = (0..p.shell.screws)
+        .map(|i| landmark(format!("nut {}", i + 1), &joint_nut_pose(p, layout, i)));
+    let mount = (0..p.base.mount_holes)
+        .map(|i| landmark(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
+    Part {
+        name: "base".into(),
+        summary: "plug that carries the camera and closes the shell".into(),
+        solid: plug
+            .minus(pocket.named("camera pocket"))
+            .minus(relief.named("relief"))
+            .minus(cable_slot.named("cable slot"))
+            .minus_all(screw_holes)
+            .minus_all(nuts)
+            .minus_all(mounts)
+            .minus_all(pry_slots),
+        placements: vec![in_sensor().lifted(-66.0)],
+        process: Process::Fdm,
+        material: p.shell.material.clone(),
+        quantity: 1,
+        landmarks: joint.chain(mount).collect(),
+        color: BLACK,
+        bed_from_part: Pose::identity(),
+        print_notes: vec![
+            "melt the M2 nuts in flush with the side before anything else".into(),
+            "lead the cable through the slot, then screw the camera down".into(),
+        ],
+        // The cable slot and the four camera screws go all the way through.
+        genus: 5,
+    }
+}
+
+/// Room behind a heat-set nut, mm.
+pub const NUT_SPARE_MM: f64 = 0.6;
+
+/// Floor left between a mounting hole and the camera pocket, mm.
+const MOUNT_FLOOR_MM: f64 = 1.0;
+
+/// Depth of the holes in the base's bottom, mm.
+pub fn mount_hole_depth_mm(layout: &Layout) -> f64 {
+    layout.camera_board_bottom_z - MOUNT_FLOOR_MM - layout.bottom_z
+}
+
+/// Edge of the square recess behind the camera board, mm: up to the pads of its screws.
+pub fn relief_edge_mm(p: &Dome) -> f64 {
+    let pad = Screw::M1_6X5.pilot_hole_mm() + 1.2;
+    p.camera.screw_spacing.mm() - pad
+}
+
+/// The frosted ring.
+pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
+    let (bore, notch) = (p.diffuser.bore_radius.mm(), p.diffuser.notch_radius.mm());
+    let half = p.diffuser.notch_width.mm() / 2.0;
+    let profile = Profile::new(Path::circle([0.0, 0.0], layout.diffuser_radius))
+        .with_hole(notched_circle(bore, notch, half, p.diffuser.notches));
+    Part {
+        name: "diffuser".into(),
+        summary: "frosted ring that spreads the LEDs' light".into(),
+        solid: Solid::extrusion(profile, p.diffuser.thickness.mm()).at(
+            0.0,
+            0.0,
+            layout.diffuser_bottom_z,
+        ),
+        placements: vec![in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)],
+        process: Process::Laser,
+        material: p.diffuser.material.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: FROST,
+        bed_from_part: Pose::identity(),
+        print_notes: vec![
+            "cut from a sheet frosted on both sides".into(),
+            "the filling gel keys into the notches".into(),
+        ],
+        genus: 1,
+    }
+}
+
+/// A circle with `count` notches of half width `half` out to a larger radius.
+fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> Path {
+    let centre = [0.0, 0.0];
+    let at = |r: f64, angle: f64| [r * angle.cos(), r * angle.sin()];
+    let (inner, outer) = ((half / radius).asin(), (half / notch).asin());
+    let start = at(radius, -inner);
+    let mut path = Path::from(start);
+    for i in 0..count {
+        let middle = turn(i, count, 0.0).rad();
+        let next =
+            if i + 1 == count { start } else { at(radius, turn(i + 1, count, 0.0).rad() - inner) };
+        path = path
+            .line(at(notch, middle - outer))
+            .arc(at(notch, middle + outer), centre, true)
+            .line(at(radius, middle + inner))
+            .arc(next, centre, true);
+    }
+    path
+}
+
+/// The outline of the LED board.
+pub fn led_board(p: &Dome, layout: &Layout) -> Part {
+    let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
+        .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
+    let wires =
+        wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
+    let profile = wires.into_iter().fold(profile, Profile::with_hole);
+    let leds = (0..p.leds.count)
+        .map(|i| landmark(format!("led {}", i + 1), &led_pose(p, layout, i)))
+        .collect();
+    Part {
+        name: "led-board".into(),
+        summary: "annular circuit board that carries the LEDs".into(),
+        solid: Solid::extrusion(profile, p.led_board.thickness.mm()).at(
+            0.0,
+            0.0,
+            layout.base_top_z,
+        ),
+        placements: vec![in_sensor().lifted(-26.0)],
+        process: Process::Pcb,
+        material: p.led_board.material.clone(),
+        quantity: 1,
+        landmarks: leds,
+        color: MASK_GREEN,
+        bed_from_part: Pose::identity(),
+        print_notes: vec![
+            "press it in from below until it meets the ribs, LEDs between the ribs".into(),
+            "one 470 ohm resistor for each LED".into(),
+        ],
+        genus: 3,
+    }
+}
+
+/// Where the wires leave the board, mm: inside the LEDs, over the corners of the camera's pocket.
+pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
+    let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
+    // The LEDs nearest to 45 and 225 degrees stand half a step beside.
+    [0.125, 0.625].map(|turns: f64| [radius * (turns * TAU).cos(), radius * (turns * TAU).sin()])
+}

@@ -1,0 +1,183 @@
+//! Dome sensors: a hemisphere of gels on a glass tube, a ring of LEDs, a camera below (R-Tac0).
+
+mod components;
+mod constraints;
+mod housing;
+mod layers;
+mod layout;
+mod mold;
+mod parameters;
+mod surface;
+mod tooling;
+
+use fabkit_geometry::{
+    Angle, Assembly, Color, NominalCamera, Part, Placement, Pose, PressFit, Process, Sensor,
+};
+
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::{HeatSetNut, Screw};
+use crate::parameters::Report;
+use crate::{Built, Family, Header};
+use layout::Layout;
+use mold::Cavity;
+use parameters::Dome;
+
+/// Black plastic as pictures show it: light enough that its edges can be told apart.
+const BLACK: Color = [92, 96, 104];
+const FROST: Color = [225, 236, 240];
+const MASK_GREEN: Color = [40, 120, 70];
+const MOLD_BLUE: Color = [120, 160, 205];
+const TOOL_GREY: Color = [180, 184, 190];
+
+/// Name of an assembly of this family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct AssemblyName(&'static str);
+
+impl AssemblyName {
+    fn in_place(self) -> Placement {
+        self.at(Pose::identity())
+    }
+
+    fn at(self, assembly_from_body: Pose) -> Placement {
+        Placement::at(Assembly(self.0.into()), assembly_from_body)
+    }
+}
+
+/// Casting the transparent gel around the tube.
+const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
+/// Casting the translucent gel around the transparent one.
+const TRANSLUCENT_MOLD: AssemblyName = AssemblyName("translucent-mold");
+/// Gluing the cured module to its shell.
+const JOINING: AssemblyName = AssemblyName("joining");
+/// Casting a silicone mold around a glass tube.
+const FORM: AssemblyName = AssemblyName("form");
+/// Dipping a module into black mixture.
+const COATING: AssemblyName = AssemblyName("coating");
+
+fn in_sensor() -> Placement {
+    Placement::in_place(Assembly::sensor())
+}
+
+/// Upside down.
+fn flipped() -> Pose {
+    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
+}
+
+/// The family of R-Tac0.
+pub(crate) struct DomeFamily;
+
+impl Family for DomeFamily {
+    type Parameters = Dome;
+    const NAME: &'static str = "dome";
+    const SUMMARY: &'static str = "a hemisphere of gels on a glass tube, lit by a ring of LEDs";
+    const EXAMPLE: &'static str = "rtac0";
+
+    fn check(parameters: &Dome, report: &mut Report) {
+        constraints::check(parameters, report);
+    }
+
+    fn build(parameters: &Dome, header: &Header, _report: &mut Report) -> Option<Built> {
+        Some(Built { sensor: sensor(parameters, header), derived: derived(parameters) })
+    }
+}
+
+/// Everything a dome sensor consists of.
+fn sensor(p: &Dome, header: &Header) -> Sensor {
+    let layout = Layout::new(p);
+    let transparent = Cavity {
+        layer: "transparent-gel",
+        assembly: TRANSPARENT_MOLD,
+        radius: layout.transparent_radius,
+        core_radius: layout.tube_radius,
+    };
+    let translucent = Cavity {
+        layer: "translucent-gel",
+        assembly: TRANSLUCENT_MOLD,
+        radius: layout.surface_radius,
+        core_radius: layout.transparent_radius,
+    };
+    let housing = [
+        housing::shell(p, &layout),
+        housing::base(p, &layout),
+        housing::diffuser(p, &layout),
+        housing::led_board(p, &layout),
+    ];
+    let molds = [&transparent, &translucent].map(|cavity| {
+        let [a, b] = mold::halves(p, &layout, cavity);
+        [a, b, mold::lid(p, &layout, cavity)]
+    });
+    let parts: Vec<Part> = housing
+        .into_iter()
+        .chain(molds.into_iter().flatten())
+        .chain([mold::collar(p, &layout), tooling::connector(p, &layout)])
+        .chain(tooling::form_parts(p, &layout))
+        .chain(tooling::coating_parts(p, &layout))
+        .collect();
+    let mut layers = layers::layers(p, &layout);
+    layers.push(tooling::silicone_mold(p, &layout));
+    Sensor {
+        name: header.name.as_str().into(),
+        title: header.title.clone(),
+        reference: header.reference.clone(),
+        parts,
+        layers,
+        components: components::components(p, &layout),
+        press_fits: press_fits(),
+        camera: NominalCamera {
+            // The camera looks at the tip; its image's right is the sensor's +x.
+            sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
+            width_px: p.camera.width_px,
+            height_px: p.camera.height_px,
+            field_of_view: p.camera.field_of_view,
+        },
+    }
+}
+
+/// The overlaps that are meant.
+fn press_fits() -> Vec<PressFit> {
+    let fit = |inner: &str, outer: &str, interference_mm: f64, reason: &str| PressFit {
+        inner: inner.into(),
+        outer: outer.into(),
+        interference_mm,
+        reason: reason.into(),
+    };
+    let dowel = -gap_mm(Process::Fdm, Fit::Press);
+    vec![
+        fit("led-board", "shell", -gap_mm(Process::Pcb, Fit::Press), "the board is pressed in"),
+        fit(
+            "screw-m1-6x5",
+            "base",
+            Screw::M1_6X5.thread_overlap_mm(),
+            "the screw cuts its thread into plastic",
+        ),
+        fit(
+            "screw-m3x4",
+            "form-cup",
+            Screw::M3X4.thread_overlap_mm(),
+            "the screw cuts its thread into plastic",
+        ),
+        fit("nut-m2", "base", HeatSetNut::M2.overlap_mm(), "the nut is melted in"),
+        fit("dowel", "mold-transparent-gel-a", dowel, "the dowels stay in half a"),
+        fit("dowel", "mold-translucent-gel-a", dowel, "the dowels stay in half a"),
+        fit("dowel", "mold-transparent-gel-b", dowel, "the lid's dowel stays in half b"),
+        fit("dowel", "mold-translucent-gel-b", dowel, "the lid's dowel stays in half b"),
+    ]
+}
+
+/// What follows from the parameters, for `fabkit show`.
+fn derived(p: &Dome) -> Vec<(String, String)> {
+    let layout = Layout::new(p);
+    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
+    vec![
+        mm("apex above the foot", layout.apex_z()),
+        mm("total height", layout.total_height()),
+        mm("shell height", layout.shell_height()),
+        mm("shell bore radius", layout.shell_bore_radius),
+        mm("translucent gel outer radius", layout.translucent_radius),
+        mm("transparent gel outer radius", layout.transparent_radius),
+        mm("transparent gel thickness", layout.transparent_radius - layout.tube_radius),
+        mm("tube inner radius", layout.tube_bore_radius),
+        mm("lens front below the foot", -layout.lens_front_z),
+        mm("camera board top below the foot", -layout.camera_board_top_z),
+    ]
+}

@@ -1,0 +1,323 @@
+//! Parameters of the dome family.
+
+use fabkit_geometry::{Angle, Length};
+
+use crate::parameters;
+
+parameters! {
+    /// The sensing surface: a hemisphere on a straight wall.
+    pub struct Surface {
+        /// Radius of the hemisphere and the wall, to the outside of the black coat.
+        radius: Length = 8.0..=60.0,
+        /// Height of the straight wall below the hemisphere.
+        wall_height: Length = 0.0..=60.0,
+    }
+}
+
+parameters! {
+    /// The rigid transparent test tube that carries the gels.
+    pub struct Tube {
+        /// Outer diameter.
+        outer_diameter: Length = 8.0..=100.0,
+        /// Thickness of the glass.
+        wall: Length = 0.4..=5.0,
+    }
+}
+
+parameters! {
+    /// The layer between tube and translucent gel; its thickness is what these two leave.
+    pub struct TransparentGel {
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The layer whose brightness tells its depth.
+    pub struct TranslucentGel {
+        /// Thickness with the coat: the difference of the two cavities' radii.
+        thickness: Length = 0.3..=10.0,
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The black layer outside.
+    pub struct Coat {
+        /// Thickness when dry.
+        thickness: Length = 0.005..=1.0,
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The gel that fills the tube and glues it to the diffuser and shell.
+    pub struct FillingGel {
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The largest outer dimensions.
+    pub struct Envelope {
+        /// Across.
+        diameter: Length = 10.0..=200.0,
+        /// From the base's bottom to the tip.
+        height: Length = 10.0..=300.0,
+    }
+}
+
+parameters! {
+    /// The printed tube that holds diffuser, LED board and base.
+    pub struct Shell {
+        /// Outer diameter.
+        outer_diameter: Length = 12.0..=150.0,
+        /// Thickness of the wall.
+        wall: Length = 0.8..=10.0,
+        /// Number of ribs between diffuser and LED board.
+        ribs: u32 = 3..=12,
+        /// How far a rib stands out from the wall.
+        rib_depth: Length = 0.4..=5.0,
+        /// Width of a rib.
+        rib_width: Length = 0.8..=10.0,
+        /// Number of M2x4 screws that join shell and base.
+        screws: u32 = 2..=8,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The frosted ring above the LEDs.
+    pub struct Diffuser {
+        /// Thickness of the sheet.
+        thickness: Length = 0.5..=6.0,
+        /// Radius of the bore the camera looks through.
+        bore_radius: Length = 2.0..=60.0,
+        /// Radius the notches in the bore reach.
+        notch_radius: Length = 2.0..=60.0,
+        /// Number of notches.
+        notches: u32 = 2..=16,
+        /// Width of a notch.
+        notch_width: Length = 0.5..=10.0,
+        /// Distance from the LED board's top to the diffuser's bottom.
+        height_above_board: Length = 1.0..=60.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The annular board that carries the LEDs.
+    pub struct LedBoard {
+        /// Thickness.
+        thickness: Length = 0.4..=3.2,
+        /// Radius of the bore the lens passes through.
+        bore_radius: Length = 2.0..=60.0,
+        /// Diameter of the two holes for wires.
+        wire_hole_diameter: Length = 0.4..=3.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The LEDs.
+    pub struct Leds {
+        /// How many.
+        count: u32 = 3..=32,
+        /// Radius of the circle of their centres.
+        circle_radius: Length = 3.0..=70.0,
+        /// Length of the package, along the circle.
+        length: Length = 0.5..=6.0,
+        /// Width of the package, along the radius.
+        width: Length = 0.5..=6.0,
+        /// Height of the package.
+        height: Length = 0.2..=4.0,
+        /// Type.
+        model: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The camera and the board it comes on.
+    pub struct Camera {
+        /// Type.
+        model: String = 1..=80,
+        /// Image width in pixels.
+        width_px: u32 = 16..=20000,
+        /// Image height in pixels.
+        height_px: u32 = 16..=20000,
+        /// Frames per second.
+        frame_rate: u32 = 1..=10000,
+        /// Full angle of view of the lens.
+        field_of_view: Angle = 10.0..=220.0,
+        /// Distance of the optical centre below the sensing surface's foot.
+        depth: Length = 0.0..=100.0,
+        /// Distance of the optical centre behind the lens's front.
+        pupil_behind_front: Length = 0.0..=20.0,
+        /// Edge of the square board.
+        board_size: Length = 4.0..=60.0,
+        /// Thickness of the board.
+        board_thickness: Length = 0.4..=3.2,
+        /// Distance of the screw holes' centres along an edge.
+        screw_spacing: Length = 2.0..=58.0,
+        /// Edge of the square lens holder.
+        holder_size: Length = 2.0..=40.0,
+        /// Height of the lens holder above the board.
+        holder_height: Length = 0.5..=30.0,
+        /// Diameter of the lens barrel.
+        barrel_diameter: Length = 1.0..=40.0,
+        /// Height of the lens's front above the board.
+        lens_height: Length = 1.0..=60.0,
+        /// Room behind the board for connector and parts.
+        back_clearance: Length = 0.5..=10.0,
+    }
+}
+
+parameters! {
+    /// The printed plug that closes the shell and carries the camera.
+    pub struct Base {
+        /// Height.
+        height: Length = 4.0..=60.0,
+        /// Length of the slot for the cable.
+        cable_slot_length: Length = 1.0..=20.0,
+        /// Width of the slot for the cable.
+        cable_slot_width: Length = 1.0..=20.0,
+        /// Number of M3 holes in the bottom for mounting.
+        mount_holes: u32 = 2..=6,
+        /// Radius of the circle of the mounting holes.
+        mount_radius: Length = 2.0..=70.0,
+    }
+}
+
+parameters! {
+    /// Two-piece molds for the gel layers.
+    pub struct Mold {
+        /// Edge of the square block.
+        width: Length = 20.0..=200.0,
+        /// Height of the block.
+        height: Length = 10.0..=200.0,
+        /// Thinnest wall and floor allowed around the cavity.
+        wall: Length = 1.2..=20.0,
+        /// Diameter of the steel dowel pins.
+        dowel_diameter: Length = 1.0..=8.0,
+        /// Length of the dowel pins.
+        dowel_length: Length = 3.0..=40.0,
+        /// Distance of the dowels from the block's sides to their centres.
+        dowel_inset: Length = 1.5..=20.0,
+        /// Depth of the groove for rubber bands.
+        band_depth: Length = 0.5..=4.0,
+        /// Width of the groove for rubber bands.
+        band_width: Length = 1.0..=15.0,
+        /// Width of a pry slot's mouth.
+        pry_length: Length = 3.0..=20.0,
+        /// How far a pry slot reaches in.
+        pry_depth: Length = 0.8..=6.0,
+        /// Height of a pry slot, both halves together.
+        pry_gap: Length = 0.8..=6.0,
+        /// Thickness of the lid.
+        lid_thickness: Length = 2.0..=15.0,
+        /// Number of vents above the gel.
+        vents: u32 = 4..=32,
+        /// Diameter of a vent.
+        vent_diameter: Length = 0.6..=4.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The handle that holds the tube by its inside while gel is cast around it.
+    pub struct Connector {
+        /// How far the plug reaches into the tube.
+        plug_length: Length = 2.0..=40.0,
+        /// Diameter of the cord of the O-ring around the plug.
+        o_ring_cord: Length = 1.0..=4.0,
+        /// How much of the cord is squeezed.
+        o_ring_squeeze: f64 = 0.05..=0.35,
+        /// Diameter of the handle.
+        handle_diameter: Length = 4.0..=40.0,
+        /// Length of the handle.
+        handle_length: Length = 5.0..=80.0,
+        /// Diameter of the air channel.
+        air_channel_diameter: Length = 1.0..=8.0,
+    }
+}
+
+parameters! {
+    /// The cup and bridge that cast a silicone mold around a glass tube.
+    pub struct Form {
+        /// Thickness of silicone beside the tube.
+        silicone: Length = 3.0..=40.0,
+        /// Thickness of silicone under the tube's tip.
+        silicone_floor: Length = 2.0..=40.0,
+        /// Material of the mold.
+        silicone_material: String = 1..=80,
+        /// Length of the glass tube from rim to tip.
+        tube_length: Length = 20.0..=300.0,
+        /// Width of the tube's rim beyond its outside.
+        tube_rim: Length = 0.3..=5.0,
+        /// Thickness of the cup's wall.
+        cup_wall: Length = 4.0..=20.0,
+        /// Thickness of floor and bridge.
+        plate: Length = 1.2..=10.0,
+        /// Height of the cup above the silicone.
+        headroom: Length = 0.5..=20.0,
+        /// Number of M3x4 screws that hold the bridge.
+        screws: u32 = 2..=8,
+    }
+}
+
+parameters! {
+    /// The container for black mixture and the holder that hangs a sensor into it.
+    pub struct Coating {
+        /// Gap between sensing surface and container.
+        gap: Length = 1.0..=40.0,
+        /// Thickness of walls, floor and holder.
+        wall: Length = 1.2..=10.0,
+    }
+}
+
+parameters! {
+    /// A dome sensor.
+    pub struct Dome {
+        /// The sensing surface.
+        surface: Surface,
+        /// The rigid transparent tube.
+        tube: Tube,
+        /// The filling gel.
+        filling_gel: FillingGel,
+        /// The transparent gel.
+        transparent_gel: TransparentGel,
+        /// The translucent gel.
+        translucent_gel: TranslucentGel,
+        /// The black coat.
+        coat: Coat,
+        /// The outer dimensions.
+        envelope: Envelope,
+        /// The shell.
+        shell: Shell,
+        /// The diffuser.
+        diffuser: Diffuser,
+        /// The LED board.
+        led_board: LedBoard,
+        /// The LEDs.
+        leds: Leds,
+        /// The camera.
+        camera: Camera,
+        /// The base.
+        base: Base,
+        /// The molds.
+        mold: Mold,
+        /// The connector.
+        connector: Connector,
+        /// The silicone form.
+        form: Form,
+        /// The coating tools.
+        coating: Coating,
+    }
+}

@@ -1,0 +1,321 @@
+//! Tools around the molds: the connector that holds the tube, the form that casts a silicone mold
+//! around a glass tube, the coating container and its holder.
+//!
+//! All stand in the sensor frame; like the molds they are used tip down.
+
+use fabkit_geometry::{
+    Angle, CUT_OVERLAP_MM, Layer, Part, Path, Point3, Pose, Process, Solid, Vector3,
+};
+
+use super::housing::turn;
+use super::layout::Layout;
+use super::parameters::Dome;
+use super::surface::dome_tool;
+use super::{COATING, FORM, TOOL_GREY, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, flipped};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Screw;
+
+/// Thickness of the connector's flange, mm.
+const FLANGE_MM: f64 = 3.0;
+
+/// How much smaller than the tube the flange is, mm per side: it must clear the lid's channel.
+pub(super) const FLANGE_INSET_MM: f64 = 0.25;
+
+/// Gap between the holder and the foot of the gel that hangs below it, mm.
+const HOLDER_GAP_MM: f64 = 0.5;
+
+/// Depth of a screw's hole beyond its tip, mm.
+const PILOT_SPARE_MM: f64 = 0.5;
+
+/// Radius of the hole through which a cured mold is pushed out of its cup, mm.
+const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
+
+/// Number of windows in the bridge to pour through.
+const POUR_WINDOWS: u32 = 3;
+
+/// Radius of the connector's plug, mm: it slides into the tube.
+pub fn plug_radius_mm(layout: &Layout) -> f64 {
+    layout.tube_bore_radius - gap_mm(Process::Fdm, Fit::Slide)
+}
+
+/// Radius of the bottom of the O-ring's groove, mm.
+pub fn groove_radius_mm(p: &Dome, layout: &Layout) -> f64 {
+    layout.tube_bore_radius - p.connector.o_ring_cord.mm() * (1.0 - p.connector.o_ring_squeeze)
+}
+
+/// The handle that the tube hangs on while gel is cast around it: an O-ring grips the tube's
+/// inside, the neck passes the lid, the flange stops on it, a channel lets the tube's air out.
+pub fn connector(p: &Dome, layout: &Layout) -> Part {
+    let plug = plug_radius_mm(layout);
+    let groove = groove_radius_mm(p, layout);
+    // A squeezed cord grows wider: 1.3 cords is the usual groove.
+    let groove_half = 0.65 * p.connector.o_ring_cord.mm();
+    let groove_z = p.connector.plug_length.mm() / 2.0;
+    let flange_radius = layout.tube_radius - FLANGE_INSET_MM;
+    let (handle, air) =
+        (p.connector.handle_diameter.mm() / 2.0, p.connector.air_channel_diameter.mm() / 2.0);
+    let flange_top = -p.mold.lid_thickness.mm();
+    let flange_bottom = flange_top - FLANGE_MM;
+    let handle_end = flange_bottom - p.connector.handle_length.mm();
+    let plug_end = p.connector.plug_length.mm();
+    let outline = Path::polygon(&[
+        [air, handle_end],
+        [handle, handle_end],
+        [handle, flange_bottom],
+        [flange_radius, flange_bottom],
+        [flange_radius, flange_top],
+        [plug, flange_top],
+        [plug, groove_z - groove_half],
+        [groove, groove_z - groove_half],
+        [groove, groove_z + groove_half],
+        [plug, groove_z + groove_half],
+        [plug, plug_end],
+        [air, plug_end],
+    ]);
+    Part {
+        name: "connector".into(),
+        summary: "handle that holds the tube by its inside while gel is cast around it".into(),
+        solid: Solid::revolution(outline),
+        placements: [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
+            .map(|a| a.in_place().lifted(-55.0))
+            .to_vec(),
+        process: Process::Fdm,
+        material: p.mold.material.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: TOOL_GREY,
+        bed_from_part: flipped(),
+        print_notes: vec!["plug down, handle up".into(), "put the O-ring on dry".into()],
+        genus: 1,
+    }
+}
+
+/// Heights and radii of the silicone form, mm, sensor frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FormLayout {
+    /// Outside of the silicone, inside of the cup.
+    pub silicone_radius: f64,
+    /// Top of the silicone (its floor in use).
+    pub silicone_top_z: f64,
+    /// Rim of the cup.
+    pub cup_rim_z: f64,
+    /// Outside of the cup.
+    pub cup_radius: f64,
+    /// Side of the bridge that faces away from the cup.
+    pub bridge_z: f64,
+    /// Where the tube's rim rests on the bridge's sleeve.
+    pub sleeve_z: f64,
+    /// Open end of the tube.
+    pub rim_z: f64,
+}
+
+impl FormLayout {
+    /// Height of the tube's rim, mm.
+    const RIM_HEIGHT_MM: f64 = 1.5;
+
+    /// Derives the form.
+    pub fn new(p: &Dome, layout: &Layout) -> Self {
+        let silicone_radius = layout.transparent_radius + p.form.silicone.mm();
+        let tip_z = layout.wall_height + layout.transparent_radius;
+        let rim_z = tip_z - p.form.tube_length.mm();
+        let cup_rim_z = -p.form.headroom.mm();
+        Self {
+            silicone_radius,
+            silicone_top_z: tip_z + p.form.silicone_floor.mm(),
+            cup_rim_z,
+            cup_radius: silicone_radius + p.form.cup_wall.mm(),
+            bridge_z: cup_rim_z - p.form.plate.mm(),
+            sleeve_z: rim_z + Self::RIM_HEIGHT_MM,
+            rim_z,
+        }
+    }
+}
+
+/// The bridge's screws: origin on the bridge, z axis out of it.
+pub fn form_screw_poses(p: &Dome, form: &FormLayout) -> Vec<Pose> {
+    let radius = (form.silicone_radius + form.cup_radius) / 2.0;
+    let down = Pose::z_to(-Vector3::z(), Point3::new(radius, 0.0, form.bridge_z));
+    (0..p.form.screws)
+        .map(|i| Pose::rotation_z(turn(i, p.form.screws, 0.0)).then_in(down))
+        .collect()
+}
+
+/// Cup and bridge.
+pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
+    let form = FormLayout::new(p, layout);
+    let tool = |name: &str, summary: &str, solid, genus, lift_mm, notes: &[&str]| Part {
+        name: name.into(),
+        summary: summary.into(),
+        solid,
+        placements: vec![FORM.in_place().lifted(lift_mm)],
+        process: Process::Fdm,
+        material: p.mold.material.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: TOOL_GREY,
+        bed_from_part: flipped(),
+        print_notes: notes.iter().map(|n| n.to_string()).collect(),
+        genus,
+    };
+    let cup = tool(
+        "form-cup",
+        "cup that a silicone mold is cast in, around a glass tube",
+        cup(p, &form),
+        1,
+        70.0,
+        &["tape the hole in the floor before pouring; push the cured mold out through it"],
+    );
+    let bridge = tool(
+        "form-bridge",
+        "hangs the glass tube into the form's cup; silicone is poured through its windows",
+        bridge(p, layout, &form),
+        1 + (POUR_WINDOWS + p.form.screws) as i32,
+        -30.0,
+        &["sleeve up, no supports"],
+    );
+    [cup, bridge]
+}
+
+fn cup(p: &Dome, form: &FormLayout) -> Solid {
+    let floor_z = form.silicone_top_z + p.form.plate.mm();
+    let bowl = Path::polygon(&[
+        [0.0, form.silicone_top_z],
+        [form.silicone_radius, form.silicone_top_z],
+        [form.silicone_radius, form.cup_rim_z],
+        [form.cup_radius, form.cup_rim_z],
+        [form.cup_radius, floor_z],
+        [0.0, floor_z],
+    ]);
+    let push_hole = Solid::cylinder(PUSH_HOLE_RADIUS_MM, p.form.plate.mm() + 2.0 * CUT_OVERLAP_MM)
+        .at(0.0, 0.0, form.silicone_top_z - CUT_OVERLAP_MM);
+    let screws = form_screw_poses(p, form).into_iter().enumerate().map(|(i, pose)| {
+        Screw::M3X4
+            .pilot_tool(Screw::M3X4.length_mm + PILOT_SPARE_MM)
+            .placed(pose)
+            .named(format!("screw hole {}", i + 1))
+    });
+    Solid::revolution(bowl).minus(push_hole.named("push hole")).minus_all(screws)
+}
+
+fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
+    let bore = layout.transparent_radius + gap_mm(Process::Fdm, Fit::Slide);
+    let sleeve = bore + p.form.plate.mm();
+    let plate = Path::polygon(&[
+        [bore, form.cup_rim_z],
+        [form.cup_radius, form.cup_rim_z],
+        [form.cup_radius, form.bridge_z],
+        [sleeve, form.bridge_z],
+        [sleeve, form.sleeve_z],
+        [bore, form.sleeve_z],
+    ]);
+    // Windows stay over the silicone and off the sleeve.
+    let rim = 1.0;
+    let quarter = Angle::from_deg(25.0).expect("finite");
+    let back = Angle::from_deg(-25.0).expect("finite");
+    let window = Solid::extrusion(
+        Path::ring_sector(sleeve + rim, form.silicone_radius - rim, back, quarter),
+        p.form.plate.mm() + 2.0 * CUT_OVERLAP_MM,
+    )
+    .at(0.0, 0.0, form.bridge_z - CUT_OVERLAP_MM);
+    let windows = (0..POUR_WINDOWS).map(|i| {
+        window.clone().turned_z(turn(i, POUR_WINDOWS, 0.5)).named(format!("pour window {}", i + 1))
+    });
+    let screws = form_screw_poses(p, form).into_iter().enumerate().map(|(i, pose)| {
+        Screw::M3X4
+            .clearance_tool(p.form.plate.mm(), gap_mm(Process::Fdm, Fit::Snug))
+            .placed(pose)
+            .named(format!("screw hole {}", i + 1))
+    });
+    Solid::revolution(plate).minus_all(windows).minus_all(screws)
+}
+
+/// The silicone mold itself: glass-smooth, cut open along the parting plane when cured.
+pub fn silicone_mold(p: &Dome, layout: &Layout) -> Layer {
+    let form = FormLayout::new(p, layout);
+    Layer {
+        name: "silicone-mold".into(),
+        summary: "smooth mold for the transparent gel, cast around a glass tube".into(),
+        solid: Solid::cylinder(form.silicone_radius, form.silicone_top_z)
+            .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
+        placements: vec![FORM.in_place().lifted(30.0)],
+        material: p.form.silicone_material.clone(),
+        recipe: vec![
+            "mix A and B 1 : 1 by volume and degas".into(),
+            "pour through the bridge's windows up to the marked height".into(),
+            "cure 6 h, pull the tube, push the mold out, cut it open in two".into(),
+        ],
+        color: [90, 140, 215],
+        opacity: 0.6,
+        genus: 0,
+    }
+}
+
+/// Container for the black mixture, and the holder that hangs a module into it by its connector.
+pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
+    let wall = p.coating.wall.mm();
+    let inner = layout.surface_radius + p.coating.gap.mm();
+    let (rim_z, floor_z) = (-HOLDER_GAP_MM, layout.apex_z() + p.coating.gap.mm());
+    let container = Solid::revolution(Path::polygon(&[
+        [0.0, floor_z],
+        [inner, floor_z],
+        [inner, rim_z],
+        [inner + wall, rim_z],
+        [inner + wall, floor_z + wall],
+        [0.0, floor_z + wall],
+    ]));
+
+    // The holder takes the lid's place under the connector's flange.
+    let plate_z = -p.mold.lid_thickness.mm();
+    let spigot_depth = wall;
+    let spigot = inner - gap_mm(Process::Fdm, Fit::Slide);
+    let holder = Solid::revolution(Path::polygon(&[
+        [0.0, plate_z],
+        [inner + wall, plate_z],
+        [inner + wall, rim_z],
+        [spigot, rim_z],
+        [spigot, rim_z + spigot_depth],
+        [spigot - wall, rim_z + spigot_depth],
+        [spigot - wall, rim_z],
+        [0.0, rim_z],
+    ]));
+    let slot_radius = plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Free);
+    let slot_height = rim_z + spigot_depth - plate_z + 2.0 * CUT_OVERLAP_MM;
+    let slot = Solid::extrusion(
+        Path::slot([0.0, 0.0], [0.0, 2.0 * inner], slot_radius),
+        slot_height,
+    )
+    .at(0.0, 0.0, plate_z - CUT_OVERLAP_MM);
+
+    let tool = |name: &str, summary: &str, solid, bed_from_part, lift_mm, notes: &[&str]| Part {
+        name: name.into(),
+        summary: summary.into(),
+        solid,
+        placements: vec![COATING.in_place().lifted(lift_mm)],
+        process: Process::Fdm,
+        material: p.mold.material.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: TOOL_GREY,
+        bed_from_part,
+        print_notes: notes.iter().map(|n| n.to_string()).collect(),
+        genus: 0,
+    };
+    [
+        tool(
+            "coating-container",
+            "holds the black mixture",
+            container,
+            flipped(),
+            40.0,
+            &["four perimeters, so that it holds solvent"],
+        ),
+        tool(
+            "coating-holder",
+            "hangs a module into the container by its connector",
+            holder.minus(slot.named("slot")),
+            Pose::identity(),
+            -20.0,
+            &["slide it under the connector's flange, then lower both into the container"],
+        ),
+    ]
+}

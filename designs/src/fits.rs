@@ -1,0 +1,52 @@
+//! Clearances by process: the one table that every part takes its fits from.
+
+use fabkit_geometry::Process;
+
+/// How two parts meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// Holds by itself; pushed in by hand or with a vice.
+    Press,
+    /// Located without play worth naming; pushed in by hand.
+    Snug,
+    /// Moves freely, stays centred.
+    Slide,
+    /// Never touches: passages for bolts, cables, moving parts.
+    Free,
+}
+
+/// Gap per side, mm, between a hole made by `process` and what goes in at its nominal size;
+/// negative where the two overlap.
+///
+/// Chosen for ordinary machines: a 0.4 mm nozzle closes holes by 0.1 to 0.2 mm, resin and laser
+/// stay within 0.05 mm, routed board edges within 0.1 mm. A lab replaces them by what its own
+/// coupon measures.
+pub fn gap_mm(process: Process, fit: Fit) -> f64 {
+    let [press, snug, slide, free] = match process {
+        Process::Fdm => [-0.05, 0.10, 0.20, 0.35],
+        Process::Sla | Process::Cast => [-0.03, 0.05, 0.10, 0.20],
+        Process::Laser => [-0.03, 0.05, 0.10, 0.15],
+        Process::Cnc => [-0.01, 0.02, 0.05, 0.10],
+        Process::Pcb => [-0.05, 0.05, 0.10, 0.15],
+    };
+    match fit {
+        Fit::Press => press,
+        Fit::Snug => snug,
+        Fit::Slide => slide,
+        Fit::Free => free,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fits_loosen_in_order() {
+        use Process::*;
+        for process in [Fdm, Sla, Laser, Cnc, Cast, Pcb] {
+            let gaps = [Fit::Press, Fit::Snug, Fit::Slide, Fit::Free].map(|f| gap_mm(process, f));
+            assert!(gaps[0] < 0.0 && gaps.windows(2).all(|w| w[0] < w[1]), "{process}: {gaps:?}");
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Bought fasteners and standard pieces, as solids and as the holes they need.
+//!
+//! A fastener's frame: origin where its head bears (pan) or ends flush (countersunk), z out of the
+//! material, so that the shaft goes down -z. A hole's frame is its fastener's.
+
+use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
+
+/// Shape of a screw's head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Head {
+    /// ISO 7045, bears on a plane.
+    Pan,
+    /// ISO 7046, 90 degrees, ends flush with the surface.
+    Countersunk,
+}
+
+/// A metric screw. `length_mm` counts as ordered: a countersunk head is part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Screw {
+    /// Nominal thread diameter, mm.
+    pub thread_mm: f64,
+    /// Ordered length, mm.
+    pub length_mm: f64,
+    /// Head.
+    pub head: Head,
+}
+
+/// Dimensions that depend on the thread alone, mm.
+struct Thread {
+    nominal: f64,
+    pan_head_diameter: f64,
+    pan_head_height: f64,
+    countersunk_diameter: f64,
+    /// ISO 273, medium.
+    clearance_hole: f64,
+    /// Hole in plastic that the screw cuts its own thread into: about 0.82 of the nominal.
+    pilot_hole: f64,
+}
+
+const THREADS: [Thread; 3] = [
+    Thread {
+        nominal: 1.6,
+        pan_head_diameter: 3.2,
+        pan_head_height: 1.3,
+        countersunk_diameter: 3.0,
+        clearance_hole: 1.8,
+        pilot_hole: 1.3,
+    },
+    Thread {
+        nominal: 2.0,
+        pan_head_diameter: 4.0,
+        pan_head_height: 1.6,
+        countersunk_diameter: 3.8,
+        clearance_hole: 2.4,
+        pilot_hole: 1.65,
+    },
+    Thread {
+        nominal: 3.0,
+        pan_head_diameter: 5.6,
+        pan_head_height: 2.4,
+        countersunk_diameter: 5.5,
+        clearance_hole: 3.4,
+        pilot_hole: 2.5,
+    },
+];
+
+impl Screw {
+    /// M1.6 x 5, pan head.
+    pub const M1_6X5: Self = Self { thread_mm: 1.6, length_mm: 5.0, head: Head::Pan };
+    /// M2 x 4, countersunk.
+    pub const M2X4: Self = Self { thread_mm: 2.0, length_mm: 4.0, head: Head::Countersunk };
+    /// M3 x 4, pan head.
+    pub const M3X4: Self = Self { thread_mm: 3.0, length_mm: 4.0, head: Head::Pan };
+
+    fn thread(&self) -> &'static Thread {
+        // Screws are made from the constants above, whose threads are all in the table.
+        THREADS.iter().find(|t| t.nominal == self.thread_mm).unwrap_or(&THREADS[0])
+    }
+
+    /// Diameter of a hole that it passes through, mm.
+    pub fn clearance_hole_mm(&self) -> f64 {
+        self.thread().clearance_hole
+    }
+
+    /// Diameter of a hole in plastic that it cuts its thread into, mm.
+    pub fn pilot_hole_mm(&self) -> f64 {
+        self.thread().pilot_hole
+    }
+
+    /// Diameter of the head, mm.
+    pub fn head_diameter_mm(&self) -> f64 {
+        match self.head {
+            Head::Pan => self.thread().pan_head_diameter,
+            Head::Countersunk => self.thread().countersunk_diameter,
+        }
+    }
+
+    /// How much a thread that is cut into plastic overlaps it, mm per side.
+    pub fn thread_overlap_mm(&self) -> f64 {
+        (self.thread_mm - self.pilot_hole_mm()) / 2.0
+    }
+
+    /// The screw.
+    pub fn solid(&self) -> Solid {
+        let (shaft, head, length) =
+            (self.thread_mm / 2.0, self.head_diameter_mm() / 2.0, self.length_mm);
+        let outline = match self.head {
+            Head::Pan => {
+                let height = self.thread().pan_head_height;
+                let top = [[head, 0.0], [head, height], [0.0, height]];
+                [vec![[0.0, -length], [shaft, -length], [shaft, 0.0]], top.to_vec()].concat()
+            }
+            Head::Countersunk => {
+                let cone = head - shaft;
+                vec![[0.0, -length], [shaft, -length], [shaft, -cone], [head, 0.0], [0.0, 0.0]]
+            }
+        };
+        Solid::revolution(Path::polygon(&outline)).named("screw")
+    }
+
+    /// The passage through a plate of `depth_mm` below the origin, open above. A countersunk head
+    /// gets a cone `gap_mm` wider than itself, which goes on upwards so that it leaves a curved
+    /// face too.
+    pub fn clearance_tool(&self, depth_mm: f64, gap_mm: f64) -> Solid {
+        let hole = self.clearance_hole_mm() / 2.0;
+        let bottom = -depth_mm - CUT_OVERLAP_MM;
+        let outline = match self.head {
+            Head::Pan => {
+                vec![[0.0, bottom], [hole, bottom], [hole, CUT_OVERLAP_MM], [0.0, CUT_OVERLAP_MM]]
+            }
+            Head::Countersunk => {
+                let rim = self.head_diameter_mm() / 2.0 + gap_mm;
+                let above = 1.0;
+                vec![
+                    [0.0, bottom],
+                    [hole, bottom],
+                    [hole, hole - rim],
+                    [rim + above, above],
+                    [0.0, above],
+                ]
+            }
+        };
+        Solid::revolution(Path::polygon(&outline))
+    }
+
+    /// The hole that the screw cuts its thread into, `depth_mm` deep below the origin.
+    pub fn pilot_tool(&self, depth_mm: f64) -> Solid {
+        Solid::cylinder(self.pilot_hole_mm() / 2.0, depth_mm + CUT_OVERLAP_MM)
+            .at(0.0, 0.0, -depth_mm)
+    }
+}
+
+/// A brass nut that is melted into plastic, M2 x 3 x 3.2: open at z = 0, going down -z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatSetNut {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Outer diameter over the knurl, mm.
+    pub diameter_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Diameter of the hole it is melted into, mm.
+    pub hole_mm: f64,
+}
+
+impl HeatSetNut {
+    /// M2, 3 mm long, 3.2 mm over the knurl, into a 3.0 mm hole.
+    pub const M2: Self = Self { thread_mm: 2.0, diameter_mm: 3.2, length_mm: 3.0, hole_mm: 3.0 };
+
+    /// Play of the screw in the modelled bore, mm per side: a thread that neither binds nor shows.
+    const BORE_PLAY_MM: f64 = 0.02;
+
+    /// The nut.
+    pub fn solid(&self) -> Solid {
+        let bore = self.thread_mm / 2.0 + Self::BORE_PLAY_MM;
+        Solid::cylinder(self.diameter_mm / 2.0, self.length_mm)
+            .at(0.0, 0.0, -self.length_mm)
+            .minus(Solid::cylinder(bore, self.length_mm + 2.0 * CUT_OVERLAP_MM).at(
+                0.0,
+                0.0,
+                -self.length_mm - CUT_OVERLAP_MM,
+            ))
+            .named("nut")
+    }
+
+    /// Its hole, `spare_mm` deeper than the nut: room for molten plastic and the screw's tip.
+    pub fn tool(&self, spare_mm: f64) -> Solid {
+        let depth = self.length_mm + spare_mm;
+        Solid::cylinder(self.hole_mm / 2.0, depth + CUT_OVERLAP_MM).at(0.0, 0.0, -depth)
+    }
+
+    /// Overlap with its hole before the plastic melts, mm per side.
+    pub fn overlap_mm(&self) -> f64 {
+        (self.diameter_mm - self.hole_mm) / 2.0
+    }
+}

@@ -1,0 +1,308 @@
+//! Declaring parameters: one declaration gives the type, its limits, its schema and its table.
+
+use std::ops::RangeInclusive;
+
+use serde_json::{Value as Json, json};
+
+use super::{Reader, Scalar};
+
+/// One parameter or section, as declared.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// The key in YAML.
+    pub name: &'static str,
+    /// First paragraph of the documentation.
+    pub summary: String,
+    /// What it holds.
+    pub shape: Shape,
+}
+
+/// What a key holds.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Further keys.
+    Section(Vec<Field>),
+    /// A value.
+    Value {
+        /// A sequence of scalars rather than one scalar.
+        is_list: bool,
+        /// What is allowed, for people.
+        allowed: String,
+        /// JSON Schema of the plain form.
+        schema: Json,
+    },
+}
+
+/// Whatever can stand behind a key: a section or a value.
+pub trait Parameter: Sized {
+    /// What is allowed; `()` for sections and where the type says it all.
+    type Limits;
+
+    /// What the key holds.
+    fn shape(limits: &Self::Limits) -> Shape;
+
+    /// Reads the value at `path`; what is wrong goes to the reader.
+    fn read(reader: &mut Reader, path: &str, summary: &str, limits: &Self::Limits) -> Option<Self>;
+}
+
+/// A struct declared with [`parameters!`](crate::parameters!).
+pub trait Section: Parameter<Limits = ()> {
+    /// Its keys, in order.
+    fn fields() -> Vec<Field>;
+}
+
+impl<T: Scalar> Parameter for T {
+    type Limits = T::Limits;
+
+    fn shape(limits: &T::Limits) -> Shape {
+        Shape::Value { is_list: false, allowed: T::allowed(limits), schema: T::schema(limits) }
+    }
+
+    fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
+        reader.scalar(path, summary, limits)
+    }
+}
+
+/// Limits: how many items, and those of each item.
+impl<T: Scalar> Parameter for Vec<T> {
+    type Limits = (RangeInclusive<usize>, T::Limits);
+
+    fn shape((count, each): &Self::Limits) -> Shape {
+        let (low, high) = (count.start(), count.end());
+        Shape::Value {
+            is_list: true,
+            allowed: format!("{low} to {high} items, each {}", T::allowed(each)),
+            schema: json!({
+                "type": "array",
+                "items": T::schema(each),
+                "minItems": low,
+                "maxItems": high,
+            }),
+        }
+    }
+
+    fn read(
+        reader: &mut Reader,
+        path: &str,
+        summary: &str,
+        (count, each): &Self::Limits,
+    ) -> Option<Self> {
+        reader.list(path, summary, count, each)
+    }
+}
+
+/// `surface` and `radius` to `surface.radius`.
+pub fn join(section: &str, key: &str) -> String {
+    if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") }
+}
+
+/// First paragraph of a documentation comment, given line by line.
+pub fn summary(lines: &[&str]) -> String {
+    let paragraph = lines.iter().map(|line| line.trim()).take_while(|line| !line.is_empty());
+    paragraph.collect::<Vec<_>>().join(" ")
+}
+
+/// Declares a section of parameters: a plain struct that can be read from YAML.
+///
+/// Each field is a section of its own, or a value with inclusive limits after `=`:
+///
+/// | type | YAML | limits |
+/// |---|---|---|
+/// | `Length` | `12.5 mm` | `4.0..=60.0`, mm |
+/// | `Angle` | `160 deg` | `0.0..=180.0`, deg |
+/// | `u32` | `8` | `1..=64` |
+/// | `f64` | `0.5` | `0.0..=1.0` |
+/// | `String` | `text` | `1..=80`, characters |
+/// | `bool` | `true` | none |
+/// | an enum of [`choices!`](crate::choices!) | `round` | none |
+/// | `Vec` of one of these | `[1 mm, 2 mm]` | `(1..=8, 0.0..=5.0)`: items, then of each |
+///
+/// The first paragraph of each comment is what `fabkit show` and the schema say.
+///
+/// ```
+/// use fabkit_designs::parameters;
+/// use fabkit_designs::parameters::Section;
+/// use fabkit_geometry::Length;
+///
+/// parameters! {
+///     /// The sensing surface: a hemisphere on a straight wall.
+///     pub struct Surface {
+///         /// Radius of hemisphere and wall.
+///         radius: Length = 4.0..=60.0,
+///         /// Height of the straight wall.
+///         wall_height: Length = 0.0..=60.0,
+///     }
+/// }
+/// parameters! {
+///     /// Everything about a sensor.
+///     pub struct Dome {
+///         /// The sensing surface.
+///         surface: Surface,
+///     }
+/// }
+///
+/// let top_radius_mm = |p: &Dome| p.surface.radius.mm();
+/// assert_eq!(Surface::fields()[1].summary, "Height of the straight wall.");
+/// # let _ = top_radius_mm;
+/// ```
+#[macro_export]
+macro_rules! parameters {
+    (
+        $(#[doc = $doc:literal])+
+        pub struct $name:ident {
+            $(
+                $(#[doc = $field_doc:literal])+
+                $field:ident: $type:ty $(= $limits:expr)?
+            ),+ $(,)?
+        }
+    ) => {
+        $(#[doc = $doc])+
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct $name {
+            $(
+                $(#[doc = $field_doc])+
+                $(#[doc = concat!("\n\nLimits: `", stringify!($limits), "`.")])?
+                pub $field: $type,
+            )+
+        }
+
+        impl $crate::parameters::Parameter for $name {
+            type Limits = ();
+
+            fn shape((): &()) -> $crate::parameters::Shape {
+                $crate::parameters::Shape::Section(
+                    <Self as $crate::parameters::Section>::fields(),
+                )
+            }
+
+            fn read(
+                reader: &mut $crate::parameters::Reader,
+                path: &str,
+                _summary: &str,
+                (): &(),
+            ) -> Option<Self> {
+                use $crate::parameters::{Parameter, join, summary};
+                // All are read before any is missed: every error is reported.
+                $(
+                    let $field = <$type as Parameter>::read(
+                        reader,
+                        &join(path, stringify!($field)),
+                        &summary(&[$($field_doc),+]),
+                        &$crate::parameter_limits!($($limits)?),
+                    );
+                )+
+                Some(Self { $($field: $field?),+ })
+            }
+        }
+
+        impl $crate::parameters::Section for $name {
+            fn fields() -> Vec<$crate::parameters::Field> {
+                use $crate::parameters::{Field, Parameter, summary};
+                vec![$(
+                    Field {
+                        name: stringify!($field),
+                        summary: summary(&[$($field_doc),+]),
+                        shape: <$type as Parameter>::shape(
+                            &$crate::parameter_limits!($($limits)?),
+                        ),
+                    }
+                ),+]
+            }
+        }
+    };
+}
+
+/// No limits written means no limits: `()`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! parameter_limits {
+    () => {
+        ()
+    };
+    ($limits:expr) => {
+        $limits
+    };
+}
+
+/// Declares a parameter that is one of a few words.
+///
+/// ```
+/// fabkit_designs::choices! {
+///     /// Outline of the base, seen from above.
+///     pub enum Outline {
+///         /// A circle.
+///         Round = "round",
+///         /// A square with the circle's diameter as its side.
+///         Square = "square",
+///     }
+/// }
+/// assert_eq!(Outline::Square.word(), "square");
+/// ```
+#[macro_export]
+macro_rules! choices {
+    (
+        $(#[doc = $doc:literal])+
+        pub enum $name:ident {
+            $(
+                $(#[doc = $choice_doc:literal])+
+                $choice:ident = $word:literal
+            ),+ $(,)?
+        }
+    ) => {
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name {
+            $(
+                $(#[doc = $choice_doc])+
+                $choice,
+            )+
+        }
+
+        impl $name {
+            /// The words, in order.
+            pub const WORDS: &'static [&'static str] = &[$($word),+];
+
+            /// As written in YAML.
+            pub fn word(self) -> &'static str {
+                match self {
+                    $(Self::$choice => $word,)+
+                }
+            }
+        }
+
+        impl $crate::parameters::Scalar for $name {
+            type Limits = ();
+
+            fn parse(text: &str) -> Result<Self, $crate::parameters::Refusal> {
+                match text.trim() {
+                    $($word => Ok(Self::$choice),)+
+                    other => Err($crate::parameters::Refusal::not_a_choice(other, Self::WORDS)),
+                }
+            }
+
+            fn is_within(&self, (): &()) -> bool {
+                true
+            }
+
+            fn nearest(&self, (): &()) -> Option<Self> {
+                None
+            }
+
+            fn show(&self) -> String {
+                self.word().to_owned()
+            }
+
+            fn allowed((): &()) -> String {
+                Self::WORDS.join(", ")
+            }
+
+            fn must_be((): &()) -> String {
+                format!("one of {}", Self::WORDS.join(", "))
+            }
+
+            fn schema((): &()) -> $crate::parameters::Json {
+                $crate::parameters::Json::from_iter([("enum", Self::WORDS)])
+            }
+        }
+    };
+}

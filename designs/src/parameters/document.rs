@@ -1,0 +1,316 @@
+//! One table of values by dotted path, from several layers of YAML.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::place::{Found, Place, Written, WrittenText};
+use super::tree::{Content, Entry, Node};
+use super::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
+
+/// All values that were written, whichever layer they come from.
+#[derive(Debug)]
+pub(crate) struct Document {
+    fields: Vec<Field>,
+    /// Where the whole document is.
+    pub root: Place,
+    values: BTreeMap<String, Written>,
+    sections: BTreeMap<String, Place>,
+    /// Paths at which something was written that cannot be read: reported, hence not missing.
+    broken: BTreeSet<String>,
+    pub found: Vec<Found>,
+}
+
+impl Document {
+    pub fn new(fields: Vec<Field>, root: Place) -> Self {
+        Self {
+            fields,
+            root,
+            values: BTreeMap::new(),
+            sections: BTreeMap::new(),
+            broken: BTreeSet::new(),
+            found: Vec::new(),
+        }
+    }
+
+    pub fn value(&self, path: &str) -> Option<&Written> {
+        self.values.get(path)
+    }
+
+    pub fn section(&self, path: &str) -> Option<&Place> {
+        self.sections.get(path)
+    }
+
+    /// Whether this path, or a section it lies in, was written but not understood.
+    pub fn is_broken(&self, path: &str) -> bool {
+        let ends = path.match_indices('.').map(|(i, _)| i).chain([path.len()]);
+        ends.into_iter().any(|end| self.broken.contains(&path[..end]))
+    }
+
+    pub fn into_values(self) -> BTreeMap<String, Written> {
+        self.values
+    }
+
+    /// Lays the entries of one text over what is there.
+    pub fn lay(&mut self, entries: Vec<Entry>, place: &Place) {
+        let fields = std::mem::take(&mut self.fields);
+        self.lay_section(&fields, &fields, "", entries, place);
+        self.fields = fields;
+    }
+
+    /// Puts one value over what is there.
+    pub fn set(&mut self, path: &str, written: Written) {
+        self.values.insert(path.to_owned(), written);
+    }
+
+    /// What stands behind a path, if it is known.
+    pub fn field(&self, path: &str) -> Option<&Field> {
+        let (first, rest) = match path.split_once('.') {
+            Some((first, rest)) => (first, Some(rest)),
+            None => (path, None),
+        };
+        let mut field = self.fields.iter().find(|f| f.name == first)?;
+        for key in rest.into_iter().flat_map(|rest| rest.split('.')) {
+            let Shape::Section(fields) = &field.shape else { return None };
+            field = fields.iter().find(|f| f.name == key)?;
+        }
+        Some(field)
+    }
+
+    /// Every path of a value, in order.
+    pub fn paths(&self) -> Vec<String> {
+        let mut paths = Vec::new();
+        value_paths(&self.fields, "", &mut paths);
+        paths
+    }
+
+    fn lay_section(
+        &mut self,
+        all: &[Field],
+        fields: &[Field],
+        section: &str,
+        entries: Vec<Entry>,
+        place: &Place,
+    ) {
+        for Entry { key, key_position, value } in entries {
+            let path = join(section, &key);
+            let key_place = place.at(key_position);
+            let Some(field) = fields.iter().find(|f| f.name == key) else {
+                self.unknown_key(all, fields, section, &key, &key_place);
+                continue;
+            };
+            match (&field.shape, value.content) {
+                (_, Content::Nothing) => {
+                    let message = format!("{path} has no value");
+                    self.break_at(&path, key_place.problem(&path, "", message).hint(
+                        "write a value after the colon, or remove the line if the file extends a \
+                         built-in sensor",
+                    ));
+                }
+                (Shape::Section(inner), Content::Map(entries)) => {
+                    self.sections.insert(path.clone(), key_place);
+                    self.lay_section(all, inner, &path, entries, place);
+                }
+                (Shape::Section(inner), _) => {
+                    let keys = names(inner);
+                    let message = format!("{path} is a section, not a value");
+                    let found = place.at(value.position).problem(&path, "", message);
+                    self.break_at(&path, found.hint(format!("its keys are {keys}")));
+                }
+                (Shape::Value { is_list, .. }, Content::Map(entries)) => {
+                    match self.read_map(&path, *is_list, entries, &key_place, place) {
+                        Some(written) => self.set(&path, written),
+                        None => {
+                            self.broken.insert(path);
+                        }
+                    }
+                }
+                (Shape::Value { is_list, .. }, content) => {
+                    let node = Node { position: value.position, content };
+                    match plain(&path, *is_list, node, place) {
+                        Ok((text, place)) => {
+                            let source = Source { kind: SourceKind::User, note: String::new() };
+                            self.set(&path, Written { place, text, source });
+                        }
+                        Err(found) => self.break_at(&path, *found),
+                    }
+                }
+            }
+        }
+    }
+
+    fn unknown_key(
+        &mut self,
+        all: &[Field],
+        fields: &[Field],
+        section: &str,
+        key: &str,
+        place: &Place,
+    ) {
+        let message = match section {
+            "" => format!("`{}` is not a key of a sensor", shown(key)),
+            _ => format!("`{}` is not a key of {section}", shown(key)),
+        };
+        let near = similar(key, fields.iter().map(|f| f.name));
+        let hint = if let Some(meant) = near.first() {
+            // Mistyped rather than missing: one slip, one problem.
+            self.broken.insert(join(section, meant));
+            did_you_mean(&near)
+        } else {
+            // Perhaps the right word in the wrong section.
+            let mut paths = Vec::new();
+            value_paths(all, "", &mut paths);
+            let is_meant = |path: &&str| path.rsplit('.').next() == Some(key);
+            let elsewhere: Vec<&str> =
+                paths.iter().map(String::as_str).filter(is_meant).take(3).collect();
+            match elsewhere.is_empty() {
+                true => format!("the keys are {}", names(fields)),
+                false => did_you_mean(&elsewhere),
+            }
+        };
+        let path = join(section, &shown(key));
+        self.found.push(place.problem(&path, &shown(key), message).hint(hint));
+    }
+
+    fn break_at(&mut self, path: &str, found: Found) {
+        self.broken.insert(path.to_owned());
+        self.found.push(found);
+    }
+
+    /// Reads `{value, source, note}`.
+    fn read_map(
+        &mut self,
+        path: &str,
+        is_list: bool,
+        entries: Vec<Entry>,
+        key_place: &Place,
+        place: &Place,
+    ) -> Option<Written> {
+        const KEYS: [&str; 3] = ["value", "source", "note"];
+        let mut text = None;
+        let mut source = Source { kind: SourceKind::User, note: String::new() };
+        let mut has_value = false;
+        for Entry { key, key_position, value } in entries {
+            let at = place.at(value.position);
+            match (&*key, value.content) {
+                ("value", Content::Nothing) => {}
+                ("value", content) => {
+                    has_value = true;
+                    let node = Node { position: value.position, content };
+                    match plain(path, is_list, node, place) {
+                        Ok(read) => text = Some(read),
+                        Err(found) => self.found.push(*found),
+                    }
+                }
+                ("source", Content::Scalar(word)) => {
+                    match SourceKind::ALL.into_iter().find(|kind| kind.word() == word) {
+                        Some(kind) => source.kind = kind,
+                        None => {
+                            let words = SourceKind::ALL.map(SourceKind::word);
+                            let message = format!(
+                                "the source of {path} is `{}`; it must be one of {}",
+                                shown(&word),
+                                words.join(", ")
+                            );
+                            let hint = super::suggestion(&word, words, "write one of");
+                            let path = join(path, "source");
+                            let found = at.problem(&path, &shown(&word), message).hint(hint);
+                            self.found.push(found);
+                        }
+                    }
+                }
+                ("note", Content::Scalar(note)) => match note_text(&note) {
+                    Ok(note) => source.note = note,
+                    Err(says) => {
+                        let message = format!("the note of {path} {says}");
+                        let found = at.problem(&join(path, "note"), &shown(&note), message);
+                        self.found.push(found.hint("write one short line"));
+                    }
+                },
+                ("source" | "note", _) => {
+                    let message = format!("the {key} of {path} is not a text");
+                    let found = at.problem(&join(path, &key), "", message);
+                    self.found.push(found.hint("write it as one line of text"));
+                }
+                _ => {
+                    let known = super::suggestion(&key, KEYS, "a value may have");
+                    let message =
+                        format!("`{}` is not known; {path} is a single value", shown(&key));
+                    let path = join(path, &shown(&key));
+                    let found = place.at(key_position).problem(&path, &shown(&key), message);
+                    self.found.push(found.hint(known));
+                }
+            }
+        }
+        if !has_value {
+            let message = format!("{path} has no `value`");
+            let found = key_place.problem(path, "", message);
+            self.found.push(found.hint("write `{value: ..., source: ..., note: ...}`"));
+        }
+        let (text, place) = text?;
+        Some(Written { place, text, source })
+    }
+}
+
+/// Reads a value in its plain form.
+pub(crate) fn plain(
+    path: &str,
+    is_list: bool,
+    node: Node,
+    place: &Place,
+) -> Result<(WrittenText, Place), Box<Found>> {
+    let at = place.at(node.position);
+    match (is_list, node.content) {
+        (false, Content::Scalar(text)) => Ok((WrittenText::Scalar(text), at)),
+        (true, Content::List(items)) => {
+            let item = |(i, item): (usize, Node)| match item.content {
+                Content::Scalar(text) => Ok((text, place.at(item.position))),
+                _ => {
+                    let path = format!("{path}[{i}]");
+                    let message = format!("{path} is not a single value");
+                    let found = place.at(item.position).problem(&path, "", message);
+                    Err(Box::new(found.hint("write the items as `[a, b, c]`")))
+                }
+            };
+            let items: Result<Vec<_>, _> = items.into_iter().enumerate().map(item).collect();
+            Ok((WrittenText::List(items?), at))
+        }
+        (true, content) => {
+            let text = if let Content::Scalar(text) = content { shown(&text) } else { "".into() };
+            let message = format!("{path} is a list, not a single value");
+            Err(Box::new(at.problem(path, &text, message).hint("write `[a, b, c]`")))
+        }
+        (false, _) => {
+            let message = format!("{path} is a single value, not a list or a section");
+            Err(Box::new(
+                at.problem(path, "", message).hint(format!("write `{path}` with one value")),
+            ))
+        }
+    }
+}
+
+/// Longest note, characters.
+const LONGEST_NOTE: usize = 500;
+
+fn note_text(note: &str) -> Result<String, String> {
+    let note = note.trim();
+    if note.chars().count() > LONGEST_NOTE {
+        return Err(format!("is longer than {LONGEST_NOTE} characters"));
+    }
+    if note.chars().any(char::is_control) {
+        return Err("contains a control character".into());
+    }
+    Ok(note.to_owned())
+}
+
+fn names(fields: &[Field]) -> String {
+    fields.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
+}
+
+fn value_paths(fields: &[Field], section: &str, paths: &mut Vec<String>) {
+    for field in fields {
+        let path = join(section, field.name);
+        match &field.shape {
+            Shape::Section(inner) => value_paths(inner, &path, paths),
+            Shape::Value { .. } => paths.push(path),
+        }
+    }
+}

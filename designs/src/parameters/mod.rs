@@ -1,0 +1,162 @@
+//! Parameters: names, units, limits and sources, read from YAML with all errors at once.
+//!
+//! A family of sensors declares its parameters once, with [`parameters!`](crate::parameters!).
+//! From that one declaration come the typed struct that part code reads, the limits that are
+//! checked, the JSON Schema, the rows of `fabkit show`, and the paths that `--set` knows.
+//!
+//! Reading goes on after an error. The steps are: text to a tree with positions (`tree`), trees
+//! to one table of values by path (`document`: the built-in sensor that a file `extends`, the
+//! file itself, then `--set`), table to typed values within their limits ([`Reader`]), and last
+//! what the family requires of several values together ([`Report`]).
+//!
+//! Why not serde: it stops at the first error, and forgets where values stood.
+
+use std::fmt;
+
+mod declare;
+mod document;
+mod overrides;
+mod place;
+mod reader;
+mod report;
+mod schema;
+mod suggest;
+mod tree;
+mod value;
+
+pub use declare::{Field, Parameter, Section, Shape, join, summary};
+pub use reader::Reader;
+pub use report::Report;
+pub use serde_json::Value as Json;
+pub use tree::{MAX_BYTES, MAX_DEPTH, MAX_NODES};
+pub use value::{Name, Refusal, Scalar};
+
+pub(crate) use document::Document;
+pub(crate) use overrides::apply as apply_overrides;
+pub(crate) use place::{Found, Layer, Place};
+pub(crate) use reader::Example;
+pub(crate) use schema::{FamilySchema, root as root_schema};
+pub(crate) use suggest::{did_you_mean, hint as suggestion, similar};
+pub(crate) use tree::{Content, Entry, Node, parse as parse_tree};
+
+/// Where a number comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SourceKind {
+    /// Stated in the paper.
+    Paper,
+    /// Measured from published files.
+    Measured,
+    /// Chosen by fabkit's authors.
+    Chosen,
+    /// Given by the user: in their own file without a source, or on the command line.
+    User,
+}
+
+impl SourceKind {
+    /// Every kind, in the order in which messages name them.
+    pub const ALL: [Self; 4] = [Self::Paper, Self::Measured, Self::Chosen, Self::User];
+
+    /// As written in YAML.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Measured => "measured",
+            Self::Chosen => "chosen",
+            Self::User => "user",
+        }
+    }
+}
+
+impl fmt::Display for SourceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// The source of one value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// What kind.
+    pub kind: SourceKind,
+    /// Section, file or reason.
+    pub note: String,
+}
+
+/// One parameter as it stands, for `fabkit show`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Dotted path, for example `surface.radius`.
+    pub path: String,
+    /// Value with unit, as it would be written in YAML.
+    pub value: String,
+    /// Where it comes from.
+    pub source: Source,
+    /// One line for people.
+    pub summary: String,
+    /// Allowed values, for people, for example `2 mm to 60 mm`.
+    pub limits: String,
+}
+
+/// One thing wrong with a design.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// File name, or `--set`.
+    pub file: String,
+    /// 1-based line, where there is one.
+    pub line: Option<usize>,
+    /// 1-based column, where there is one.
+    pub column: Option<usize>,
+    /// Dotted path of the parameter; empty for the whole document.
+    pub path: String,
+    /// The value as written; empty where there is none.
+    pub value: String,
+    /// What is wrong, with the limit.
+    pub message: String,
+    /// What to do.
+    pub hint: Option<String>,
+}
+
+impl fmt::Display for Problem {
+    /// `file:line:column: message`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        for count in [self.line, self.column].into_iter().flatten() {
+            write!(f, ":{count}")?;
+        }
+        write!(f, ": {}", self.message)
+    }
+}
+
+/// Everything wrong with a design.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct InvalidDesign {
+    /// At least one, in the order of the file.
+    pub problems: Vec<Problem>,
+}
+
+impl fmt::Display for InvalidDesign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} problem(s) in the design", self.problems.len())
+    }
+}
+
+/// Text from a file as it may be shown on a terminal: one line, no control characters, not long.
+pub(crate) fn shown(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut safe = String::new();
+    for (i, c) in text.chars().enumerate() {
+        if i == LONGEST {
+            safe.push('…');
+            break;
+        }
+        match c {
+            // Direction marks could make a terminal show another text than the one refused.
+            '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
+                safe.extend(c.escape_unicode());
+            }
+            c if c.is_control() => safe.extend(c.escape_default()),
+            c => safe.push(c),
+        }
+    }
+    safe
+}

@@ -1,0 +1,113 @@
+//! `--set path=value`.
+
+use std::collections::BTreeMap;
+
+use super::document::{Document, plain};
+use super::place::{Found, Place, Written, WrittenText};
+use super::tree;
+use super::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
+
+/// What problems with overrides give as their file.
+const FILE: &str = "--set";
+
+/// Lays `path=value` overrides over a document; what is wrong with them goes to its problems.
+pub(crate) fn apply(document: &mut Document, overrides: &[String]) {
+    let place = Place { layer: Layer::Override, file: FILE.into(), position: None };
+    let mut first: BTreeMap<&str, &str> = BTreeMap::new();
+    for text in overrides {
+        let Some((path, value)) = text.split_once('=') else {
+            let message = format!("`{}` is not an override", shown(text));
+            let found = place.problem("", &shown(text), message);
+            document.found.push(found.hint("write `--set path=value`, for example `name=wide`"));
+            continue;
+        };
+        let (path, value) = (path.trim(), value.trim());
+        if let Some(first) = first.insert(path, value) {
+            let (path, first, second) = (shown(path), shown(first), shown(value));
+            let message = format!("{path} is set twice: to `{first}` and to `{second}`");
+            document.found.push(place.problem(&path, &second, message).hint("keep one of them"));
+            continue;
+        }
+        match written(document, path, value, &place) {
+            Ok(written) => document.set(path, written),
+            Err(found) => document.found.push(*found),
+        }
+    }
+}
+
+fn written(
+    document: &Document,
+    path: &str,
+    value: &str,
+    place: &Place,
+) -> Result<Written, Box<Found>> {
+    let problem = |message: String, hint: String| {
+        Box::new(place.problem(&shown(path), &shown(value), message).hint(hint))
+    };
+    let is_list = match document.field(path).map(|field| &field.shape) {
+        Some(Shape::Value { is_list, .. }) => *is_list,
+        Some(Shape::Section(fields)) => {
+            let keys: Vec<String> = fields.iter().map(|f| format!("{path}.{}", f.name)).collect();
+            return Err(problem(
+                format!("{path} is a section, not a value"),
+                format!("set one of {}", keys.join(", ")),
+            ));
+        }
+        None => {
+            let message = format!("`{}` is not a parameter", shown(path));
+            return Err(problem(message, suggest(document, path)));
+        }
+    };
+    if value.is_empty() {
+        return Err(problem(format!("{path} is set to nothing"), format!("write `{path}=VALUE`")));
+    }
+    let text = if is_list {
+        let (node, _) = tree::parse(value).map_err(|fault| {
+            problem(format!("{path} cannot be read: {}", fault.message), "write `[a, b]`".into())
+        })?;
+        // Lines and columns within an override tell nobody anything.
+        let without_position = |mut found: Box<Found>| {
+            (found.problem.line, found.problem.column) = (None, None);
+            found
+        };
+        let (text, _) = plain(path, true, node, place).map_err(without_position)?;
+        text.placed(place)
+    } else {
+        WrittenText::Scalar(value.to_owned())
+    };
+    let source = Source { kind: SourceKind::User, note: FILE.to_owned() };
+    Ok(Written { place: place.clone(), text, source })
+}
+
+impl WrittenText {
+    /// The same text, standing as a whole in one place.
+    fn placed(self, place: &Place) -> Self {
+        match self {
+            Self::Scalar(text) => Self::Scalar(text),
+            Self::List(items) => {
+                Self::List(items.into_iter().map(|(text, _)| (text, place.clone())).collect())
+            }
+        }
+    }
+}
+
+fn suggest(document: &Document, path: &str) -> String {
+    if matches!(path, "format" | "family" | "extends") {
+        return "this is decided by the file, not by an override".into();
+    }
+    let paths = document.paths();
+    let mut near = similar(path, paths.iter().map(String::as_str));
+    if near.is_empty() {
+        // The last word alone: `radius` for `surface.radius`.
+        let word = path.rsplit('.').next().unwrap_or(path);
+        let leaf = |path: &str| path.rsplit('.').next().map(str::to_owned).unwrap_or_default();
+        let leaves: Vec<String> = paths.iter().map(|path| leaf(path)).collect();
+        if let Some(best) = similar(word, leaves.iter().map(String::as_str)).first() {
+            near = paths.iter().filter(|p| leaf(p) == *best).take(3).map(|p| &**p).collect();
+        }
+    }
+    match near.is_empty() {
+        true => "`fabkit show` lists every parameter".into(),
+        false => did_you_mean(&near),
+    }
+}

@@ -1,0 +1,213 @@
+//! Typed values from the table of written ones; collects what is wrong and goes on.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use super::document::Document;
+use super::place::{Found, Written, WrittenText};
+use super::suggest::either;
+use super::{Report, Scalar, Setting, Shape, join};
+
+/// Reads parameters by path.
+#[derive(Debug)]
+pub struct Reader {
+    document: Document,
+    settings: Vec<Setting>,
+    missing: Vec<String>,
+    found: Vec<Found>,
+}
+
+impl Reader {
+    pub(crate) fn new(mut document: Document) -> Self {
+        let found = std::mem::take(&mut document.found);
+        Self { document, settings: Vec::new(), missing: Vec::new(), found }
+    }
+
+    /// Reads one scalar.
+    pub(crate) fn scalar<T: Scalar>(
+        &mut self,
+        path: &str,
+        summary: &str,
+        limits: &T::Limits,
+    ) -> Option<T> {
+        let written = self.written(path)?;
+        let WrittenText::Scalar(text) = &written.text else { return None };
+        match read::<T>(path, text, limits) {
+            Ok(value) => {
+                self.setting(path, summary, value.show(), T::allowed(limits), &written);
+                Some(value)
+            }
+            Err((message, hint)) => {
+                let mut found = written.place.problem(path, &super::shown(text), message);
+                found.problem.hint = hint;
+                self.found.push(found);
+                None
+            }
+        }
+    }
+
+    /// Reads a list.
+    pub(crate) fn list<T: Scalar>(
+        &mut self,
+        path: &str,
+        summary: &str,
+        count: &RangeInclusive<usize>,
+        each: &T::Limits,
+    ) -> Option<Vec<T>> {
+        let written = self.written(path)?;
+        let WrittenText::List(items) = &written.text else { return None };
+        if !count.contains(&items.len()) {
+            let message = format!(
+                "{path} has {} items; it must have between {} and {}",
+                items.len(),
+                count.start(),
+                count.end()
+            );
+            let shown = written.text.shown();
+            self.found.push(written.place.problem(path, &shown, message));
+            return None;
+        }
+        let mut values = Vec::new();
+        for (i, (text, place)) in items.iter().enumerate() {
+            let path = format!("{path}[{i}]");
+            match read::<T>(&path, text, each) {
+                Ok(value) => values.push(value),
+                Err((message, hint)) => {
+                    let mut found = place.problem(&path, &super::shown(text), message);
+                    found.problem.hint = hint;
+                    self.found.push(found);
+                }
+            }
+        }
+        if values.len() < items.len() {
+            return None;
+        }
+        let shown: Vec<String> = values.iter().map(Scalar::show).collect();
+        let allowed =
+            format!("{} to {} items, each {}", count.start(), count.end(), T::allowed(each));
+        self.setting(path, summary, format!("[{}]", shown.join(", ")), allowed, &written);
+        Some(values)
+    }
+
+    fn written(&mut self, path: &str) -> Option<Written> {
+        let written = self.document.value(path).cloned();
+        if written.is_none() && !self.document.is_broken(path) {
+            self.missing.push(path.to_owned());
+        }
+        written
+    }
+
+    fn setting(
+        &mut self,
+        path: &str,
+        summary: &str,
+        value: String,
+        limits: String,
+        written: &Written,
+    ) {
+        self.settings.push(Setting {
+            path: path.to_owned(),
+            value,
+            source: written.source.clone(),
+            summary: summary.to_owned(),
+            limits,
+        });
+    }
+
+    /// What was read since the last call, in order.
+    pub(crate) fn take_settings(&mut self) -> Vec<Setting> {
+        std::mem::take(&mut self.settings)
+    }
+
+    /// Ends reading: says what is missing, with lines of the example, and goes on to a report.
+    pub(crate) fn finish(mut self, example: Option<&Example>) -> Report {
+        // Whatever is missing from one section is one problem.
+        let mut by_section: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for path in &self.missing {
+            by_section.entry(self.nearest_section(path)).or_default().push(path);
+        }
+        let found: Vec<Found> = by_section
+            .into_iter()
+            .map(|(section, paths)| self.missing_from(section, &paths, example))
+            .collect();
+        self.found.extend(found);
+        Report::new(self.document.into_values(), self.found)
+    }
+
+    /// The innermost section around `path` that was written.
+    fn nearest_section<'a>(&self, path: &'a str) -> &'a str {
+        let mut section = path;
+        while let Some((outer, _)) = section.rsplit_once('.') {
+            if self.document.section(outer).is_some() {
+                return outer;
+            }
+            section = outer;
+        }
+        ""
+    }
+
+    fn missing_from(&self, section: &str, paths: &[&str], example: Option<&Example>) -> Found {
+        /// Examples given in a hint: enough to show the form.
+        const EXAMPLES: usize = 3;
+        let mut keys: Vec<String> = Vec::new();
+        for path in paths {
+            let inner = path.strip_prefix(section).unwrap_or(path).trim_start_matches('.');
+            let key = inner.split('.').next().unwrap_or(inner);
+            let is_section = matches!(
+                self.document.field(&join(section, key)).map(|field| &field.shape),
+                Some(Shape::Section(_))
+            );
+            let key = if is_section { format!("the section `{key}`") } else { format!("`{key}`") };
+            if !keys.contains(&key) {
+                keys.push(key);
+            }
+        }
+        let whole = if section.is_empty() { "the file" } else { section };
+        let message = format!("{whole} lacks {}", either(&keys, "and"));
+        let place = self.document.section(section).unwrap_or(&self.document.root);
+        let path = if let [one] = paths { one } else { section };
+        let found = place.problem(path, "", message);
+        let Some(example) = example else { return found };
+        let lines: Vec<String> = paths
+            .iter()
+            .take(EXAMPLES)
+            .filter_map(|path| Some(format!("`{path}: {}`", example.values.get(*path)?)))
+            .collect();
+        let more = match paths.len().saturating_sub(EXAMPLES) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let name = example.name;
+        found.hint(format!(
+            "{name} has {}{more}; `extends: {name}` fills in whatever a file leaves out",
+            lines.join(", ")
+        ))
+    }
+}
+
+/// The built-in sensor that example values are taken from.
+#[derive(Debug)]
+pub(crate) struct Example {
+    pub name: &'static str,
+    /// Values as written, by path.
+    pub values: BTreeMap<String, String>,
+}
+
+/// Reads one scalar, or says in one sentence what is wrong, and what to do.
+fn read<T: Scalar>(
+    path: &str,
+    text: &str,
+    limits: &T::Limits,
+) -> Result<T, (String, Option<String>)> {
+    let written = super::shown(text.trim());
+    let value = T::parse(text).map_err(|refusal| {
+        let says = refusal.says;
+        let must_be = T::must_be(limits);
+        (format!("{path} is `{written}`, which {says}; it must be {must_be}"), refusal.hint)
+    })?;
+    if value.is_within(limits) {
+        return Ok(value);
+    }
+    let hint = value.nearest(limits).map(|v| format!("the nearest allowed value is {}", v.show()));
+    Err((format!("{path} is {written}; it must be {}", T::must_be(limits)), hint))
+}

@@ -1,0 +1,112 @@
+//! JSON Schema (draft-07) of sensor files, from the declarations.
+
+use serde_json::{Map, Value as Json, json};
+
+use super::{Field, Shape, SourceKind};
+
+/// What the schema says about one family.
+pub(crate) struct FamilySchema<'a> {
+    pub name: &'a str,
+    pub summary: &'a str,
+    /// Keys of the whole file, without `format`, `family` and `extends`.
+    pub fields: Vec<Field>,
+    /// Built-in sensors of the family.
+    pub sensors: Vec<&'a str>,
+}
+
+/// The schema of a file: complete if it names a family, partial if it extends a sensor.
+pub(crate) fn root(format: u32, families: &[FamilySchema<'_>]) -> Json {
+    let names: Vec<&str> = families.iter().map(|f| f.name).collect();
+    let sensors: Vec<&str> = families.iter().flat_map(|f| f.sensors.iter().copied()).collect();
+    let head = json!({
+        "format": { "const": format, "description": "Version of the file format." },
+        "family": { "enum": names, "description": "Which family of parts." },
+        "extends": {
+            "enum": sensors,
+            "description": "A built-in sensor; the file then lists only what differs.",
+        },
+    });
+    let mut definitions = Map::new();
+    let mut cases = Vec::new();
+    for family in families {
+        let complete = family.name.to_owned();
+        let partial = format!("{}-variant", family.name);
+        cases.push(json!({
+            "if": {
+                "properties": { "family": { "const": family.name } },
+                "required": ["family"],
+                "not": { "required": ["extends"] },
+            },
+            "then": { "$ref": format!("#/definitions/{complete}") },
+        }));
+        cases.push(json!({
+            "if": {
+                "properties": { "extends": { "enum": family.sensors } },
+                "required": ["extends"],
+            },
+            "then": { "$ref": format!("#/definitions/{partial}") },
+        }));
+        for (name, is_complete) in [(complete, true), (partial, false)] {
+            let mut schema = section(&family.fields, family.summary, is_complete);
+            if let (Some(properties), Some(head)) =
+                (schema["properties"].as_object_mut(), head.as_object())
+            {
+                properties.extend(head.clone());
+            }
+            definitions.insert(name, schema);
+        }
+    }
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "fabkit sensor",
+        "description": "One vision-based tactile sensor, from which parts, molds and ground \
+                        truth are made.",
+        "type": "object",
+        "properties": head,
+        "required": ["format"],
+        "anyOf": [{ "required": ["family"] }, { "required": ["extends"] }],
+        "allOf": cases,
+        "definitions": definitions,
+    })
+}
+
+fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
+    let property = |field: &Field| {
+        let schema = match &field.shape {
+            Shape::Section(inner) => section(inner, &field.summary, is_complete),
+            Shape::Value { allowed, schema, .. } => value(&field.summary, allowed, schema),
+        };
+        (field.name.to_owned(), schema)
+    };
+    let properties: Map<String, Json> = fields.iter().map(property).collect();
+    let mut schema = json!({
+        "type": "object",
+        "description": summary,
+        "properties": properties,
+        "additionalProperties": false,
+    });
+    if is_complete {
+        schema["required"] = fields.iter().map(|field| field.name).collect();
+    }
+    schema
+}
+
+/// A value stands alone, or in a map with its source.
+fn value(summary: &str, allowed: &str, plain: &Json) -> Json {
+    json!({
+        "description": format!("{summary} Allowed: {allowed}."),
+        "anyOf": [
+            plain,
+            {
+                "type": "object",
+                "properties": {
+                    "value": plain,
+                    "source": { "enum": SourceKind::ALL.map(SourceKind::word) },
+                    "note": { "type": "string" },
+                },
+                "required": ["value"],
+                "additionalProperties": false,
+            },
+        ],
+    })
+}

@@ -1,0 +1,70 @@
+//! "Did you mean ...?"
+
+/// How alike two words must be, 0 to 1, to be suggested. At 0.6 one slip in three letters still
+/// counts (`raduis`), unrelated words of the same length do not.
+const LIKENESS: f64 = 0.6;
+
+/// At most this many suggestions.
+const MOST: usize = 3;
+
+/// The known names that `written` may have meant, best first.
+pub(crate) fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    // Comparing is quadratic in length, and nobody mistypes a name this long.
+    if written.len() > 200 {
+        return Vec::new();
+    }
+    let written = written.to_lowercase().replace(['-', ' '], "_");
+    let mut scored: Vec<(f64, &str)> = known
+        .into_iter()
+        .map(|name| {
+            (strsim::normalized_damerau_levenshtein(&written, &name.replace('-', "_")), name)
+        })
+        .filter(|(score, _)| *score >= LIKENESS)
+        .collect();
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
+    scored.into_iter().take(MOST).map(|(_, name)| name).collect()
+}
+
+/// `did you mean ...?`, or the list of what is known.
+pub(crate) fn hint<'a>(
+    written: &str,
+    known: impl IntoIterator<Item = &'a str> + Clone,
+    what: &str,
+) -> String {
+    let similar = similar(written, known.clone());
+    if similar.is_empty() {
+        let known: Vec<&str> = known.into_iter().collect();
+        return format!("{what}: {}", known.join(", "));
+    }
+    did_you_mean(&similar)
+}
+
+/// ``did you mean `a` or `b`?``
+pub(crate) fn did_you_mean(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    format!("did you mean {}?", either(&quoted, "or"))
+}
+
+/// `a, b or c`.
+pub(crate) fn either(words: &[String], conjunction: &str) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} {conjunction} {last}", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggests_slips_but_not_strangers() {
+        let known = ["radius", "wall_height", "field_of_view"];
+        assert_eq!(similar("raduis", known), ["radius"]);
+        assert_eq!(similar("Wall-Height", known), ["wall_height"]);
+        assert!(similar("pitch", known).is_empty());
+        assert!(similar(&"r".repeat(1 << 20), known).is_empty());
+        assert_eq!(hint("pitch", known, "known"), "known: radius, wall_height, field_of_view");
+    }
+}

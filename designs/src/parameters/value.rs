@@ -1,0 +1,366 @@
+//! The kinds of value a parameter can have, and how each is read, limited and shown.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use fabkit_geometry::{Angle, Length, UnitError};
+use serde_json::{Value as Json, json};
+
+/// Why a text is not the value that was expected.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Completes the sentence "`surface.radius` is `12.5`, which ...".
+    pub says: String,
+    /// What to write instead.
+    pub hint: Option<String>,
+}
+
+impl Refusal {
+    fn new(says: impl Into<String>, hint: &str) -> Self {
+        Self { says: says.into(), hint: Some(hint.to_owned()) }
+    }
+
+    /// The word is none of those that were declared.
+    pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
+        let hint = super::suggestion(written, words.iter().copied(), "write one of");
+        Self::new("is not one of the choices", &hint)
+    }
+}
+
+/// A single value: one YAML scalar.
+pub trait Scalar: Sized {
+    /// What is allowed; `()` where the type says it all.
+    type Limits;
+
+    /// Reads the text of the scalar.
+    ///
+    /// # Errors
+    /// If the text is not such a value, whatever the limits.
+    fn parse(text: &str) -> Result<Self, Refusal>;
+
+    /// Whether the value is within the limits.
+    fn is_within(&self, limits: &Self::Limits) -> bool;
+
+    /// The nearest value within the limits, where there is such a thing.
+    fn nearest(&self, limits: &Self::Limits) -> Option<Self>;
+
+    /// The value as it would be written in YAML.
+    fn show(&self) -> String;
+
+    /// What is allowed, for a table: `4 mm to 60 mm`.
+    fn allowed(limits: &Self::Limits) -> String;
+
+    /// What is allowed, to complete "it must be ...".
+    fn must_be(limits: &Self::Limits) -> String {
+        Self::allowed(limits)
+    }
+
+    /// JSON Schema of the scalar.
+    fn schema(limits: &Self::Limits) -> Json;
+}
+
+fn between(low: impl Display, high: impl Display) -> String {
+    format!("between {low} and {high}")
+}
+
+/// What a number looks like before its unit, as a regular expression.
+const NUMBER: &str = r"[+-]?([0-9][0-9_]*(\.[0-9_]*)?|\.[0-9][0-9_]*)([eE][+-]?[0-9]+)?";
+
+fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
+    match error {
+        UnitError::MissingUnit { text, .. } => {
+            let unit = units.split(", ").next().unwrap_or_default();
+            Refusal::new("has no unit", &format!("write `{} {unit}`", super::shown(text.trim())))
+        }
+        UnitError::UnknownUnit { unit, quantity, .. } => Refusal::new(
+            format!("is in `{}`, not in a unit of {quantity}", super::shown(&unit)),
+            &format!("write a number and one of {units}, for example `{example}`"),
+        ),
+        UnitError::NotANumber { .. } => Refusal::new(
+            "is not a number with a unit",
+            &format!("write a number and one of {units}, for example `{example}`"),
+        ),
+        UnitError::NotFinite { .. } => {
+            Refusal::new("is not finite", &format!("write a number, for example `{example}`"))
+        }
+    }
+}
+
+/// Limits in millimetres.
+impl Scalar for Length {
+    type Limits = RangeInclusive<f64>;
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        text.parse().map_err(|e| unit_refusal(e, "mm, um, cm, m, in", "12.5 mm"))
+    }
+
+    fn is_within(&self, limits: &Self::Limits) -> bool {
+        limits.contains(&self.mm())
+    }
+
+    fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
+        Self::from_mm(nearest(self.mm(), limits))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed(limits: &Self::Limits) -> String {
+        format!("{} mm to {} mm", limits.start(), limits.end())
+    }
+
+    fn must_be(limits: &Self::Limits) -> String {
+        between(format!("{} mm", limits.start()), format!("{} mm", limits.end()))
+    }
+
+    fn schema(_: &Self::Limits) -> Json {
+        json!({ "type": "string", "pattern": format!(r#"^{NUMBER} *(um|µm|μm|mm|cm|m|in|")$"#) })
+    }
+}
+
+/// Limits in degrees.
+impl Scalar for Angle {
+    type Limits = RangeInclusive<f64>;
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        text.parse().map_err(|e| unit_refusal(e, "deg, rad", "160 deg"))
+    }
+
+    fn is_within(&self, limits: &Self::Limits) -> bool {
+        // In radians, made the way `60 deg` is: 60.00000000000001 degrees must not be refused.
+        let (low, high) = (Self::from_deg(*limits.start()), Self::from_deg(*limits.end()));
+        low.is_some_and(|low| low <= *self) && high.is_some_and(|high| *self <= high)
+    }
+
+    fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
+        Self::from_deg(nearest(self.deg(), limits))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed(limits: &Self::Limits) -> String {
+        format!("{} deg to {} deg", limits.start(), limits.end())
+    }
+
+    fn must_be(limits: &Self::Limits) -> String {
+        between(format!("{} deg", limits.start()), format!("{} deg", limits.end()))
+    }
+
+    fn schema(_: &Self::Limits) -> Json {
+        json!({ "type": "string", "pattern": format!(r"^{NUMBER} *(deg|°|rad)$") })
+    }
+}
+
+fn nearest(value: f64, limits: &RangeInclusive<f64>) -> f64 {
+    // Not `clamp`, which panics if a declaration has its limits the wrong way round.
+    value.max(*limits.start()).min(*limits.end())
+}
+
+/// A count.
+impl Scalar for u32 {
+    type Limits = RangeInclusive<u32>;
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        let digits = text.trim();
+        let is_whole = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+        match digits.parse() {
+            Ok(count) if is_whole => Ok(count),
+            _ if is_whole => Err(Refusal::new("is too large", "write a smaller number")),
+            _ => Err(Refusal::new(
+                "is not a whole number without sign or unit",
+                "write digits only, for example `8`",
+            )),
+        }
+    }
+
+    fn is_within(&self, limits: &Self::Limits) -> bool {
+        limits.contains(self)
+    }
+
+    fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
+        Some(*self.max(limits.start()).min(limits.end()))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed(limits: &Self::Limits) -> String {
+        format!("{} to {}", limits.start(), limits.end())
+    }
+
+    fn must_be(limits: &Self::Limits) -> String {
+        between(limits.start(), limits.end())
+    }
+
+    fn schema(limits: &Self::Limits) -> Json {
+        json!({ "type": "integer", "minimum": limits.start(), "maximum": limits.end() })
+    }
+}
+
+/// A plain number without unit.
+impl Scalar for f64 {
+    type Limits = RangeInclusive<f64>;
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        let lower = text.trim().to_ascii_lowercase();
+        let word = lower.trim_start_matches(['+', '-', '.']);
+        if word.starts_with("nan") || word.starts_with("inf") {
+            return Err(Refusal::new("is not finite", "write a number, for example `0.5`"));
+        }
+        match lower.parse::<Self>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            Ok(_) => Err(Refusal::new("is not finite", "write a number, for example `0.5`")),
+            Err(_) => Err(Refusal::new(
+                "is not a plain number",
+                "write a number without unit, for example `0.5`",
+            )),
+        }
+    }
+
+    fn is_within(&self, limits: &Self::Limits) -> bool {
+        limits.contains(self)
+    }
+
+    fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
+        Some(nearest(*self, limits))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed(limits: &Self::Limits) -> String {
+        format!("{} to {}", limits.start(), limits.end())
+    }
+
+    fn must_be(limits: &Self::Limits) -> String {
+        between(limits.start(), limits.end())
+    }
+
+    fn schema(limits: &Self::Limits) -> Json {
+        json!({ "type": "number", "minimum": limits.start(), "maximum": limits.end() })
+    }
+}
+
+impl Scalar for bool {
+    type Limits = ();
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        match text.trim() {
+            "true" => Ok(true),
+            "false" => Ok(false),
+            _ => Err(Refusal::new("is neither true nor false", "write `true` or `false`")),
+        }
+    }
+
+    fn is_within(&self, (): &()) -> bool {
+        true
+    }
+
+    fn nearest(&self, (): &()) -> Option<Self> {
+        None
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed((): &()) -> String {
+        "true or false".into()
+    }
+
+    fn schema((): &()) -> Json {
+        json!({ "type": "boolean" })
+    }
+}
+
+/// One line of text; limits in characters.
+impl Scalar for String {
+    type Limits = RangeInclusive<usize>;
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        // A folded block ends with a line break that nobody meant.
+        let text = text.trim();
+        match text.chars().find(|c| c.is_control()) {
+            None => Ok(text.to_owned()),
+            Some(_) => Err(Refusal::new(
+                "contains a control character",
+                "write it on one line, or folded with `>`",
+            )),
+        }
+    }
+
+    fn is_within(&self, limits: &Self::Limits) -> bool {
+        limits.contains(&self.chars().count())
+    }
+
+    fn nearest(&self, _: &Self::Limits) -> Option<Self> {
+        None
+    }
+
+    fn show(&self) -> String {
+        self.clone()
+    }
+
+    fn allowed(limits: &Self::Limits) -> String {
+        format!("{} to {} characters", limits.start(), limits.end())
+    }
+
+    fn must_be(limits: &Self::Limits) -> String {
+        between(limits.start(), format!("{} characters long", limits.end()))
+    }
+
+    fn schema(limits: &Self::Limits) -> Json {
+        json!({ "type": "string", "minLength": limits.start(), "maxLength": limits.end() })
+    }
+}
+
+/// A name that is also a file name: `[a-z0-9-]{1,64}`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name(String);
+
+impl Name {
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Scalar for Name {
+    type Limits = ();
+
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        let is_plain = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-';
+        if (1..=64).contains(&text.len()) && text.bytes().all(is_plain) {
+            return Ok(Self(text.to_owned()));
+        }
+        Err(Refusal::new(
+            "is not a name",
+            "write small letters, digits and hyphens, for example `rtac0-wide`",
+        ))
+    }
+
+    fn is_within(&self, (): &()) -> bool {
+        true
+    }
+
+    fn nearest(&self, (): &()) -> Option<Self> {
+        None
+    }
+
+    fn show(&self) -> String {
+        self.0.clone()
+    }
+
+    fn allowed((): &()) -> String {
+        "1 to 64 of a-z, 0-9 and -".into()
+    }
+
+    fn schema((): &()) -> Json {
+        json!({ "type": "string", "pattern": "^[a-z0-9-]{1,64}$" })
+    }
+}

@@ -1,0 +1,362 @@
+//! Families of sensors and built-in sensors, and how a file becomes a design.
+
+use fabkit_geometry::Sensor;
+
+use crate::Design;
+use crate::parameters::{Content, apply_overrides, parse_tree, root_schema, shown, suggestion};
+use crate::parameters::{
+    Document, Field, InvalidDesign, Json, Layer, Name, Parameter, Problem, Reader, Report, Section,
+    Setting,
+};
+use crate::parameters::{Entry, Example, FamilySchema, Found, Node, Place};
+
+/// The version of the file format that is read.
+pub const FORMAT: u32 = 1;
+
+/// Built-in sensors that extend each other: more than this is a circle.
+const LONGEST_CHAIN: usize = 8;
+
+crate::parameters! {
+    /// What every sensor file says besides its parameters.
+    pub struct Header {
+        /// Name of the sensor and of its output folder.
+        name: Name,
+        /// Title for people.
+        title: String = 1..=200,
+        /// The publication the sensor comes from.
+        reference: String = 0..=500,
+    }
+}
+
+/// What a family makes of its parameters.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// The parts, layers and components.
+    pub sensor: Sensor,
+    /// What follows from the parameters: name, value with unit; for `fabkit show`.
+    pub derived: Vec<(String, String)>,
+}
+
+/// A family of sensors: parameters, what they must fulfil together, and the parts made of them.
+pub trait Family {
+    /// Declared with [`parameters!`](crate::parameters!).
+    type Parameters: Section;
+    /// The word behind `family:`.
+    const NAME: &'static str;
+    /// One line for people.
+    const SUMMARY: &'static str;
+    /// The built-in sensor whose values serve as examples.
+    const EXAMPLE: &'static str;
+
+    /// Reports impossible combinations. Each value is within its own limits by now.
+    fn check(parameters: &Self::Parameters, report: &mut Report);
+
+    /// Makes the parts. Only called when nothing is wrong so far; `None` after reporting why.
+    fn build(parameters: &Self::Parameters, header: &Header, report: &mut Report) -> Option<Built>;
+}
+
+/// A [`Family`] in the table of families.
+#[derive(Clone, Copy, Debug)]
+pub struct FamilyEntry {
+    name: &'static str,
+    summary: &'static str,
+    example: &'static str,
+    fields: fn() -> Vec<Field>,
+    run: fn(Reader, Option<&Example>) -> Run,
+}
+
+/// Settings and parts, as far as they came, and what is wrong.
+struct Run {
+    settings: Vec<Setting>,
+    built: Option<Built>,
+    found: Vec<Found>,
+}
+
+impl FamilyEntry {
+    /// The entry of a family.
+    pub const fn of<F: Family>() -> Self {
+        Self {
+            name: F::NAME,
+            summary: F::SUMMARY,
+            example: F::EXAMPLE,
+            fields: F::Parameters::fields,
+            run: run::<F>,
+        }
+    }
+
+    /// Every key of a file of this family but `format`, `family` and `extends`.
+    fn all_fields(&self) -> Vec<Field> {
+        let mut fields = Header::fields();
+        fields.extend((self.fields)());
+        fields
+    }
+}
+
+fn run<F: Family>(mut reader: Reader, example: Option<&Example>) -> Run {
+    let header = Header::read(&mut reader, "", "", &());
+    reader.take_settings(); // The header is no parameter.
+    let parameters = F::Parameters::read(&mut reader, "", "", &());
+    let settings = reader.take_settings();
+    let mut report = reader.finish(example);
+    if let Some(parameters) = &parameters {
+        F::check(parameters, &mut report);
+    }
+    let built = match (&parameters, &header) {
+        (Some(parameters), Some(header)) if report.is_clean() => {
+            F::build(parameters, header, &mut report)
+        }
+        _ => None,
+    };
+    Run { settings, built, found: report.into_found() }
+}
+
+/// All families and built-in sensors.
+#[derive(Clone, Copy, Debug)]
+pub struct Registry {
+    families: &'static [FamilyEntry],
+    sensors: &'static [(&'static str, &'static str)],
+}
+
+impl Registry {
+    /// A registry of families and of built-in sensors, each with its name and YAML text.
+    pub const fn new(
+        families: &'static [FamilyEntry],
+        sensors: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self { families, sensors }
+    }
+
+    /// Names of the built-in sensors, sorted.
+    pub fn builtin_names(&self) -> Vec<&'static str> {
+        let mut names: Vec<&str> = self.sensors.iter().map(|(name, _)| *name).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// The YAML text of a built-in sensor.
+    pub fn builtin_yaml(&self, name: &str) -> Option<&'static str> {
+        self.sensors.iter().find(|(known, _)| *known == name).map(|(_, yaml)| *yaml)
+    }
+
+    /// Dotted path of every parameter of a family, in order.
+    pub fn parameter_paths(&self, family: &str) -> Vec<String> {
+        let family = self.families.iter().filter(|f| f.name == family);
+        let root = Place { layer: Layer::File, file: "".into(), position: None };
+        family.flat_map(|f| Document::new((f.fields)(), root.clone()).paths()).collect()
+    }
+
+    /// The JSON Schema (draft-07) of sensor files.
+    pub fn json_schema(&self) -> Json {
+        let schema = |family: &FamilyEntry| FamilySchema {
+            name: family.name,
+            summary: family.summary,
+            fields: family.all_fields(),
+            sensors: self
+                .builtin_names()
+                .into_iter()
+                .filter(|name| self.family_of(name) == Some(family.name))
+                .collect(),
+        };
+        root_schema(FORMAT, &self.families.iter().map(schema).collect::<Vec<_>>())
+    }
+
+    /// The family that a built-in sensor belongs to, directly or through what it extends.
+    fn family_of(&self, name: &str) -> Option<&'static str> {
+        let place = Place { layer: Layer::Base, file: name.into(), position: None };
+        let layers = self.layers(self.builtin_yaml(name)?, place, &mut Vec::new())?;
+        Some(layers.family.name)
+    }
+
+    /// Builds a design from YAML text and overrides (`path=value`).
+    ///
+    /// `file` names the text in messages.
+    ///
+    /// # Errors
+    /// Everything that is wrong, in the order of the file, then of the overrides.
+    pub fn load(
+        &self,
+        file: &str,
+        yaml: &str,
+        overrides: &[String],
+    ) -> Result<Design, InvalidDesign> {
+        let place = Place { layer: Layer::File, file: file.into(), position: None };
+        let mut found = Vec::new();
+        let Some(layers) = self.layers(yaml, place.clone(), &mut found) else {
+            return Err(InvalidDesign { problems: Found::sorted(found) });
+        };
+        let family = layers.family;
+        let mut document = Document::new(family.all_fields(), place);
+        document.found = found;
+        // What is extended comes first, so that the file lies over it.
+        for (place, entries) in layers.entries.into_iter().rev() {
+            document.lay(entries, &place);
+        }
+        apply_overrides(&mut document, overrides);
+        let example = self.example(&family);
+        let Run { settings, built, found } = (family.run)(Reader::new(document), example.as_ref());
+        match built {
+            Some(Built { sensor, derived }) if found.is_empty() => {
+                Ok(Design { sensor, parameters: settings, derived })
+            }
+            _ if !found.is_empty() => Err(InvalidDesign { problems: Found::sorted(found) }),
+            _ => Err(InvalidDesign {
+                problems: vec![Problem {
+                    file: file.to_owned(),
+                    line: None,
+                    column: None,
+                    path: String::new(),
+                    value: String::new(),
+                    message: format!("the family {} built nothing", family.name),
+                    hint: Some("this is a bug in fabkit; please report it with the file".into()),
+                }],
+            }),
+        }
+    }
+
+    fn example(&self, family: &FamilyEntry) -> Option<Example> {
+        let place = Place { layer: Layer::Base, file: family.example.into(), position: None };
+        let yaml = self.builtin_yaml(family.example)?;
+        let layers = self.layers(yaml, place.clone(), &mut Vec::new())?;
+        let mut document = Document::new(family.all_fields(), place);
+        for (place, entries) in layers.entries.into_iter().rev() {
+            document.lay(entries, &place);
+        }
+        let values = document.into_values();
+        let values = values.into_iter().map(|(path, w)| (path, w.text.shown())).collect();
+        Some(Example { name: family.example, values })
+    }
+
+    /// Reads a file and the built-in sensors it extends, and finds the family.
+    ///
+    /// `None` after reporting why the rest cannot be read.
+    fn layers(&self, yaml: &str, place: Place, found: &mut Vec<Found>) -> Option<Layers> {
+        let mut entries = Vec::new();
+        let mut family: Option<(&FamilyEntry, Place)> = None;
+        let mut next = Some((yaml, place.clone()));
+        while let Some((yaml, place)) = next.take() {
+            let mut own = match parse_tree(yaml) {
+                Ok((node, duplicates)) => {
+                    found.extend(duplicates.into_iter().map(|fault| Found::fault(fault, &place)));
+                    mapping(node, &place, found)?
+                }
+                Err(fault) => {
+                    found.push(Found::fault(fault, &place));
+                    return None;
+                }
+            };
+            check_format(&mut own, &place, found);
+            if let Some((word, at)) = take_word(&mut own, "family", &place, found) {
+                let known = self.family(&word, &at, found)?;
+                match &family {
+                    Some((first, at)) if first.name != known.name => {
+                        let message = format!(
+                            "family is {}, but {} is a sensor of the family {}",
+                            first.name, place.file, known.name
+                        );
+                        found.push(
+                            at.problem("family", first.name, message)
+                                .hint("remove the line, or extend another sensor"),
+                        );
+                        return None;
+                    }
+                    _ => family = Some((known, at)),
+                }
+            }
+            let extends_something = own.iter().any(|entry| entry.key == "extends");
+            let extends = take_word(&mut own, "extends", &place, found);
+            entries.push((place, own));
+            if !extends_something {
+                continue;
+            }
+            // Extends something unreadable: everything else would seem to be missing.
+            let (name, at) = extends?;
+            let Some(base) = self.builtin_yaml(&name) else {
+                let message = format!("extends `{}`, which is not a built-in sensor", shown(&name));
+                let hint = suggestion(&name, self.builtin_names(), "the built-in sensors are");
+                found.push(at.problem("extends", &shown(&name), message).hint(hint));
+                return None;
+            };
+            if entries.len() >= LONGEST_CHAIN {
+                let message = format!("extends {name}, which extends itself");
+                found.push(at.problem("extends", &name, message).hint("extend another sensor"));
+                return None;
+            }
+            let file = format!("{name}.yaml (built-in)").into();
+            next = Some((base, Place { layer: Layer::Base, file, position: None }));
+        }
+        let Some((family, _)) = family else {
+            let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
+            let found_here = place.problem("family", "", "the family is missing".into());
+            found.push(found_here.hint(format!(
+                "add `family: NAME` with one of {}, or `extends: NAME` with one of {}",
+                names.join(", "),
+                self.builtin_names().join(", ")
+            )));
+            return None;
+        };
+        Some(Layers { family: *family, entries })
+    }
+
+    fn family(&self, word: &str, at: &Place, found: &mut Vec<Found>) -> Option<&FamilyEntry> {
+        let family = self.families.iter().find(|family| family.name == word);
+        if family.is_none() {
+            let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
+            let message = format!("`{}` is not a family of sensors", shown(word));
+            let hint = suggestion(word, names, "the families are");
+            found.push(at.problem("family", &shown(word), message).hint(hint));
+        }
+        family
+    }
+}
+
+/// A file, then the built-in sensors it extends.
+struct Layers {
+    family: FamilyEntry,
+    entries: Vec<(Place, Vec<Entry>)>,
+}
+
+fn mapping(node: Node, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
+    let (message, at) = match node.content {
+        Content::Map(entries) => return Some(entries),
+        Content::Nothing => ("the file is empty", place.clone()),
+        _ => ("the file is not a list of keys and values", place.at(node.position)),
+    };
+    let found_here = at.problem("", "", message.into());
+    found.push(found_here.hint(format!("begin with `format: {FORMAT}` and `extends: NAME`")));
+    None
+}
+
+fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>) {
+    let hint = format!("begin the file with `format: {FORMAT}`");
+    let before = found.len();
+    match take_word(entries, "format", place, found) {
+        Some((word, _)) if word == FORMAT.to_string() => {}
+        Some((word, at)) => {
+            let word = shown(&word);
+            let message = format!("format is `{word}`; this version of fabkit reads {FORMAT}");
+            found.push(at.problem("format", &word, message).hint(hint));
+        }
+        None if found.len() > before => {}
+        None => found.push(place.problem("format", "", "the format is missing".into()).hint(hint)),
+    }
+}
+
+/// Takes a key with a plain word out of the entries.
+fn take_word(
+    entries: &mut Vec<Entry>,
+    key: &str,
+    place: &Place,
+    found: &mut Vec<Found>,
+) -> Option<(String, Place)> {
+    let i = entries.iter().position(|entry| entry.key == key)?;
+    let entry = entries.remove(i);
+    match entry.value.content {
+        Content::Scalar(word) => Some((word, place.at(entry.value.position))),
+        _ => {
+            let at = place.at(entry.key_position);
+            let message = format!("{key} must be followed by one word");
+            found.push(at.problem(key, "", message).hint(format!("write `{key}: WORD`")));
+            None
+        }
+    }
+}

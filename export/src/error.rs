@@ -1,0 +1,53 @@
+//! Why there are no bytes.
+
+/// What cannot be written in the format asked for.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// More than the format's counters hold.
+    #[error("{what} needs {needed}, but the format holds {limit}")]
+    TooLarge {
+        /// What does not fit.
+        what: &'static str,
+        /// How much it is.
+        needed: u64,
+        /// How much fits.
+        limit: u64,
+    },
+    /// An archive or plate without a single object.
+    #[error("there is nothing to write")]
+    Nothing,
+    /// An object that does not fit on the printer's bed.
+    #[error(
+        "{name} needs {:.1} x {:.1} mm of the bed; {:.0} x {:.0} mm are usable",
+        .size_mm[0], .size_mm[1], .usable_mm[0], .usable_mm[1]
+    )]
+    LargerThanBed {
+        /// Which object.
+        name: String,
+        /// Its footprint, mm.
+        size_mm: [f64; 2],
+        /// The bed without its margin, mm.
+        usable_mm: [f64; 2],
+    },
+    /// Pixels and picture size disagree.
+    #[error("{width_px} x {height_px} pixels need {needed} bytes of RGB, there are {found}")]
+    PictureSize {
+        /// Width, px.
+        width_px: u32,
+        /// Height, px.
+        height_px: u32,
+        /// Bytes that the size asks for.
+        needed: u64,
+        /// Bytes that are there.
+        found: usize,
+    },
+    /// The PNG encoder refused.
+    #[error("PNG: {0}")]
+    Png(#[from] png::EncodingError),
+    /// The deflate encoder refused.
+    #[error("deflate: {0}")]
+    Deflate(#[from] std::io::Error),
+    /// The JSON encoder refused.
+    #[error("JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}

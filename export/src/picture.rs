@@ -1,0 +1,57 @@
+//! Pictures as PNG.
+
+use crate::ExportError;
+
+/// Writes an 8-bit sRGB PNG. `rgb` holds three bytes a pixel, row by row from the top.
+///
+/// # Errors
+/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+///
+/// ```
+/// let red_dot = fabkit_export::png(1, 1, &[255, 0, 0])?;
+/// assert_eq!(&red_dot[1..4], b"PNG");
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
+pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportError> {
+    let needed = 3 * u64::from(width_px) * u64::from(height_px);
+    if needed == 0 || needed != rgb.len() as u64 {
+        return Err(ExportError::PictureSize { width_px, height_px, needed, found: rgb.len() });
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    // Named, so that another version's defaults do not change the bytes.
+    encoder.set_filter(png::Filter::Adaptive);
+    encoder.set_deflate_compression(png::DeflateCompression::Level(6));
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgb)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_come_back() {
+        let (width_px, height_px) = (37u32, 23u32);
+        let rgb: Vec<u8> = (0..3 * width_px * height_px).map(|i| (i * i / 7) as u8).collect();
+        let bytes = png(width_px, height_px, &rgb).unwrap();
+        assert_eq!(bytes, png(width_px, height_px, &rgb).unwrap());
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut read = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut read).unwrap();
+        assert_eq!((info.width, info.height), (width_px, height_px));
+        assert_eq!(read, rgb);
+    }
+
+    #[test]
+    fn sizes_that_do_not_match_are_refused() {
+        assert!(matches!(png(2, 2, &[0; 11]), Err(ExportError::PictureSize { needed: 12, .. })));
+        assert!(matches!(png(0, 2, &[]), Err(ExportError::PictureSize { needed: 0, .. })));
+        assert!(png(u32::MAX, u32::MAX, &[]).is_err());
+    }
+}

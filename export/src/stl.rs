@@ -1,0 +1,53 @@
+//! Binary STL: triangles without units, names or neighbours.
+
+use fabkit_mesh::PrintMesh;
+
+use crate::{ExportError, VERSION};
+
+const HEADER_BYTES: usize = 80;
+const TRIANGLE_BYTES: usize = 50;
+
+/// Writes a binary STL file, mm.
+///
+/// The header names the maker, the part and the unit, for people: STL has no field for them. It
+/// does not begin with `solid`, by which readers would take the file for text. Facet normals are
+/// computed in `f64` from the vertices as written.
+///
+/// # Errors
+/// [`ExportError::TooLarge`] beyond 2^32 - 1 triangles.
+pub fn stl(name: &str, mesh: &PrintMesh) -> Result<Vec<u8>, ExportError> {
+    let triangles = mesh.triangles();
+    let count = u32::try_from(triangles.len()).map_err(|_| ExportError::TooLarge {
+        what: "the number of triangles",
+        needed: triangles.len() as u64,
+        limit: u32::MAX.into(),
+    })?;
+
+    let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 + TRIANGLE_BYTES * triangles.len());
+    let ascii: String = name.chars().filter(char::is_ascii_graphic).collect();
+    bytes.extend(format!("fabkit {VERSION}; unit mm; {ascii}").bytes().take(HEADER_BYTES));
+    bytes.resize(HEADER_BYTES, b' ');
+    bytes.extend(count.to_le_bytes());
+
+    let vertices = mesh.vertices();
+    for triangle in triangles {
+        let corners = triangle.map(|i| vertices[i as usize]);
+        for value in [normal(corners)].iter().chain(&corners).flatten() {
+            // No negative zero: equal numbers are equal bytes.
+            bytes.extend((value + 0.0).to_le_bytes());
+        }
+        bytes.extend([0, 0]); // attribute byte count, unused
+    }
+    Ok(bytes)
+}
+
+/// Unit normal by the right-hand rule. In `f64`: differences and products of `f32` coordinates lose
+/// at most a few of its bits, where `f32` would turn thin triangles around.
+fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|corner| corner.map(f64::from));
+    let u: [f64; 3] = std::array::from_fn(|i| b[i] - a[i]);
+    let v: [f64; 3] = std::array::from_fn(|i| c[i] - a[i]);
+    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = n[0].hypot(n[1]).hypot(n[2]);
+    n.map(|x| (x / length) as f32)
+}

@@ -1,0 +1,164 @@
+//! 3MF: named, coloured objects with units (3MF Core Specification 1.4).
+
+use std::fmt::Write as _;
+
+use fabkit_mesh::PrintMesh;
+
+use crate::{ExportError, VERSION, opc};
+
+/// Qualifies fabkit's own metadata, as section 3.4.1 of the specification demands.
+const METADATA_NAMESPACE: &str = "urn:fabkit:metadata:1";
+
+const CONTENT_TYPES: &str = concat!(
+    r#"<?xml version="1.0" encoding="UTF-8"?>"#,
+    r#"<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">"#,
+    r#"<Default Extension="rels" "#,
+    r#"ContentType="application/vnd.openxmlformats-package.relationships+xml"/>"#,
+    r#"<Default Extension="model" "#,
+    r#"ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>"#,
+    "</Types>\n",
+);
+
+const RELATIONSHIPS: &str = concat!(
+    r#"<?xml version="1.0" encoding="UTF-8"?>"#,
+    r#"<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">"#,
+    r#"<Relationship Id="rel0" Target="/3D/3dmodel.model" "#,
+    r#"Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>"#,
+    "</Relationships>\n",
+);
+
+/// What a file says about itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Document<'a> {
+    /// For people, for example `R-Tac0: shell`.
+    pub title: &'a str,
+    /// Identifies the design and the maker's version.
+    pub design_hash: &'a str,
+}
+
+/// One thing to print.
+#[derive(Clone, Copy, Debug)]
+pub struct Object<'a> {
+    /// Shown in the slicer's list.
+    pub name: &'a str,
+    /// Shown as the material's name.
+    pub material: &'a str,
+    /// sRGB.
+    pub color: [u8; 3],
+    /// Where it lies, mm; the specification asks for coordinates that are not negative.
+    pub mesh: &'a PrintMesh,
+}
+
+/// Writes a 3MF file with one build item per object, mm, without transforms.
+///
+/// Coordinates are written as the shortest decimals that read back as the same `f32`.
+///
+/// # Errors
+/// [`ExportError::Nothing`] without objects, [`ExportError::TooLarge`] beyond 4 GiB.
+pub fn three_mf(document: Document, objects: &[Object]) -> Result<Vec<u8>, ExportError> {
+    if objects.is_empty() {
+        return Err(ExportError::Nothing);
+    }
+    let model = model_xml(document, objects);
+    opc::archive(&[
+        ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
+        ("_rels/.rels", RELATIONSHIPS.as_bytes()),
+        ("3D/3dmodel.model", model.as_bytes()),
+    ])
+}
+
+/// Objects follow the one material group, which has id 1.
+fn object_id(index: usize) -> usize {
+    index + 2
+}
+
+fn model_xml(document: Document, objects: &[Object]) -> String {
+    let mut materials: Vec<(&str, [u8; 3])> = Vec::new();
+    let mut xml = Xml(String::new());
+    xml.line(r#"<?xml version="1.0" encoding="UTF-8"?>"#);
+    xml.put(r#"<model unit="millimeter" xml:lang="en-US" "#);
+    xml.put(r#"xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" "#);
+    xml.line(&format!(r#"xmlns:fabkit="{METADATA_NAMESPACE}">"#));
+    xml.metadata("Title", document.title);
+    xml.metadata("Application", &format!("fabkit {VERSION}"));
+    xml.metadata("fabkit:DesignHash", document.design_hash);
+    xml.line("<resources>");
+
+    xml.line(r#"<basematerials id="1">"#);
+    for object in objects {
+        let material = (object.material, object.color);
+        if !materials.contains(&material) {
+            materials.push(material);
+            let [r, g, b] = object.color;
+            xml.put(r#"<base name=""#);
+            xml.escaped(object.material);
+            xml.line(&format!(r##"" displaycolor="#{r:02X}{g:02X}{b:02X}"/>"##));
+        }
+    }
+    xml.line("</basematerials>");
+    for (index, object) in objects.iter().enumerate() {
+        let material = (object.material, object.color);
+        let pindex = materials.iter().position(|m| *m == material).unwrap_or_default();
+        xml.object(object_id(index), pindex, object);
+    }
+    xml.line("</resources>");
+    xml.line("<build>");
+    for index in 0..objects.len() {
+        xml.line(&format!(r#"<item objectid="{}"/>"#, object_id(index)));
+    }
+    xml.line("</build>");
+    xml.line("</model>");
+    xml.0
+}
+
+struct Xml(String);
+
+impl Xml {
+    fn put(&mut self, text: &str) {
+        self.0.push_str(text);
+    }
+
+    fn line(&mut self, text: &str) {
+        self.0.push_str(text);
+        self.0.push('\n');
+    }
+
+    /// Text or attribute content. Control characters have no place in XML 1.0 and become spaces.
+    fn escaped(&mut self, text: &str) {
+        for c in text.chars() {
+            match c {
+                '&' => self.put("&amp;"),
+                '<' => self.put("&lt;"),
+                '>' => self.put("&gt;"),
+                '"' => self.put("&quot;"),
+                c if c.is_control() => self.0.push(' '),
+                c => self.0.push(c),
+            }
+        }
+    }
+
+    fn metadata(&mut self, name: &str, value: &str) {
+        self.put(&format!(r#"<metadata name="{name}">"#));
+        self.escaped(value);
+        self.line("</metadata>");
+    }
+
+    fn object(&mut self, id: usize, pindex: usize, object: &Object) {
+        let (vertices, triangles) = (object.mesh.vertices(), object.mesh.triangles());
+        self.0.reserve(48 * vertices.len() + 40 * triangles.len());
+        self.put(&format!(r#"<object id="{id}" type="model" pid="1" pindex="{pindex}" name=""#));
+        self.escaped(object.name);
+        self.line("\">\n<mesh>\n<vertices>");
+        for vertex in vertices {
+            // Display of f32 is the shortest decimal that reads back; + 0.0 drops the sign of -0.
+            let [x, y, z] = vertex.map(|value| value + 0.0);
+            // Writing to a String cannot fail.
+            let _ = writeln!(self.0, r#"<vertex x="{x}" y="{y}" z="{z}"/>"#);
+        }
+        self.line("</vertices>\n<triangles>");
+        for [a, b, c] in triangles {
+            let _ = writeln!(self.0, r#"<triangle v1="{a}" v2="{b}" v3="{c}"/>"#);
+        }
+        self.line("</triangles>\n</mesh>\n</object>");
+    }
+}

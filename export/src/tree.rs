@@ -1,0 +1,143 @@
+//! The exact geometry as JSON, for whoever wants to rebuild a part without fabkit.
+
+use fabkit_geometry::{Landmark, Placement, Pose, Solid};
+use serde::Serialize;
+
+use crate::{ExportError, VERSION, json_bytes};
+
+/// Figures of a mesh as written, to compare a rebuilt part with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeshFigures {
+    /// Largest distance between triangles and the exact surface, mm.
+    pub chord_tolerance_mm: f64,
+    /// How many triangles.
+    pub triangles: usize,
+    /// Enclosed volume, mm^3.
+    pub volume_mm3: f64,
+    /// Surface area, mm^2.
+    pub area_mm2: f64,
+    /// Through holes and handles.
+    pub genus: i32,
+}
+
+/// What a tree file says, before it becomes JSON.
+#[derive(Clone, Copy, Debug)]
+pub struct TreeDocument<'a> {
+    /// Identifies the design and the maker's version.
+    pub design_hash: &'a str,
+    /// The sensor's name.
+    pub sensor: &'a str,
+    /// The body's name.
+    pub name: &'a str,
+    /// `part`, `layer` or `component`.
+    pub kind: &'a str,
+    /// One line for people.
+    pub summary: &'a str,
+    /// How it is made, for example `fdm`; empty for what is bought.
+    pub process: &'a str,
+    /// From what; empty for what is bought.
+    pub material: &'a str,
+    /// How many a lab needs.
+    pub quantity: u32,
+    /// The exact shape, mm, in the body's own frame.
+    pub solid: &'a Solid,
+    /// Points others rely on, in the body's own frame.
+    pub landmarks: &'a [Landmark],
+    /// Where it is used.
+    pub placements: &'a [Placement],
+    /// The mesh at the tolerance of the export.
+    pub mesh: MeshFigures,
+}
+
+/// One primitive of the tree, numbered as faces and ray hits refer to it.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeafEntry<'a> {
+    /// Position in the list.
+    pub leaf: usize,
+    /// Innermost feature name around it; empty where there is none.
+    pub feature: &'a str,
+    /// Maps the primitive's frame to the body's.
+    pub body_from_leaf: Pose,
+}
+
+#[derive(Serialize)]
+struct Form<'a> {
+    format: &'static str,
+    version: u32,
+    fabkit: &'static str,
+    units: Units,
+    design_hash: &'a str,
+    sensor: &'a str,
+    name: &'a str,
+    kind: &'a str,
+    summary: &'a str,
+    process: &'a str,
+    material: &'a str,
+    quantity: u32,
+    mesh: MeshFigures,
+    landmarks: Vec<LandmarkForm<'a>>,
+    placements: Vec<PlacementForm<'a>>,
+    leaves: Vec<LeafEntry<'a>>,
+    solid: &'a Solid,
+}
+
+#[derive(Serialize)]
+struct Units {
+    length: &'static str,
+    angle: &'static str,
+}
+
+#[derive(Serialize)]
+struct LandmarkForm<'a> {
+    name: &'a str,
+    point_mm: [f64; 3],
+    axis: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct PlacementForm<'a> {
+    assembly: &'a str,
+    assembly_from_body: Pose,
+}
+
+/// Writes a body's solid tree with what belongs to it, as JSON (`fabkit-tree` version 1).
+///
+/// # Errors
+/// [`ExportError::Json`] if the encoder refuses.
+pub fn tree(document: &TreeDocument) -> Result<Vec<u8>, ExportError> {
+    let leaves = document.solid.leaves().into_iter().enumerate();
+    let landmarks = document.landmarks.iter().map(|landmark| LandmarkForm {
+        name: &landmark.name,
+        point_mm: landmark.point.coords.into(),
+        axis: landmark.axis.into(),
+    });
+    let placements = document.placements.iter().map(|placement| PlacementForm {
+        assembly: &placement.assembly.0,
+        assembly_from_body: placement.assembly_from_body,
+    });
+    json_bytes(&Form {
+        format: "fabkit-tree",
+        version: 1,
+        fabkit: VERSION,
+        units: Units { length: "mm", angle: "rad" },
+        design_hash: document.design_hash,
+        sensor: document.sensor,
+        name: document.name,
+        kind: document.kind,
+        summary: document.summary,
+        process: document.process,
+        material: document.material,
+        quantity: document.quantity,
+        mesh: document.mesh,
+        landmarks: landmarks.collect(),
+        placements: placements.collect(),
+        leaves: leaves
+            .map(|(leaf, found)| LeafEntry {
+                leaf,
+                feature: found.feature,
+                body_from_leaf: found.root_from_leaf,
+            })
+            .collect(),
+        solid: document.solid,
+    })
+}

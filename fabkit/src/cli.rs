@@ -1,0 +1,227 @@
+//! What the command line may say. Values that have a unit or a limit are checked here, as they are
+//! read; what needs the sensor to be checked is checked by the command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use fabkit::exporting::Format;
+use fabkit::geometry::Length;
+
+/// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
+/// hole is a triangle.
+const TOLERANCE_LIMITS_MM: [f64; 2] = [0.0005, 1.0];
+const BED_LIMITS_MM: [f64; 2] = [20.0, 5000.0];
+const MAX_THREADS: i64 = 256;
+
+const AFTER_HELP: &str = "\
+SENSOR is the name of a built-in sensor or a path to a YAML file.
+
+Exit codes: 0 done, 1 a check failed, 2 bad input, 3 a limit was hit, 4 files could not be read or \
+written, 70 a bug in fabkit, 130 interrupted.";
+
+/// One description of a vision-based tactile sensor to printable parts, molds and ground truth.
+#[derive(Debug, Parser)]
+#[command(name = "fabkit", version, after_help = AFTER_HELP, max_term_width = 100)]
+pub struct Cli {
+    /// Options of every command.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+pub struct Global {
+    /// Write one JSON document to standard output instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Write nothing but errors
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Work on this many threads instead of one per processor; the output is the same
+    #[arg(long, global = true, value_name = "N",
+          value_parser = clap::value_parser!(u16).range(1..=MAX_THREADS))]
+    pub threads: Option<u16>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// List the built-in sensors with their parts, layers and components
+    List,
+    /// Show a sensor's parameters with their sources, its parts and derived figures
+    Show(Design),
+    /// Write a sensor's parts as files for printers, or one part of it
+    Export(Export),
+    /// Draw a sensor or one part of it as PNG, from the exact geometry
+    Render(Render),
+    /// Print the JSON Schema of sensor files, for editors
+    Schema,
+    /// Print the completions for a shell
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, or write all pages into a folder
+    Man {
+        /// Folder for `fabkit.1` and one page per command
+        #[arg(short, long, value_name = "DIR")]
+        output: Option<PathBuf>,
+    },
+}
+
+/// Which design.
+#[derive(Debug, Args)]
+pub struct Design {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Change a parameter, for example `surface.radius=14mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// `fabkit export`.
+#[derive(Debug, Args)]
+pub struct Export {
+    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    pub sensor: String,
+    /// Change a parameter, for example `surface.radius=14mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Where to write [default: out/SENSOR]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Only this part, layer or component; may be repeated
+    #[arg(long = "part", value_name = "NAME")]
+    pub parts: Vec<String>,
+    /// Which files
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "stl,3mf", value_name = "LIST")]
+    pub format: Vec<FormatArg>,
+    /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm
+    #[arg(long, value_parser = tolerance, default_value = "0.01mm", value_name = "LENGTH")]
+    pub tolerance: f64,
+    /// Printer bed on which plates are laid out, width x depth
+    #[arg(long, value_parser = bed, default_value = "250x210mm", value_name = "WxD")]
+    pub bed: [f64; 2],
+}
+
+/// `fabkit render`.
+#[derive(Debug, Args)]
+pub struct Render {
+    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    pub sensor: String,
+    /// Change a parameter, for example `surface.radius=14mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The PNG file to write
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: PathBuf,
+    /// Width and height, px
+    #[arg(long, value_parser = picture_size, default_value = "1600x1200", value_name = "WxH")]
+    pub size: [u32; 2],
+    /// Pull the parts of the assembly apart
+    #[arg(long)]
+    pub exploded: bool,
+    /// Take the front half away
+    #[arg(long)]
+    pub section: bool,
+    /// Which assembly to draw, for example one of the molds [default: sensor]
+    #[arg(long, value_name = "NAME")]
+    pub assembly: Option<String>,
+}
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum FormatArg {
+    /// Binary STL
+    Stl,
+    /// 3MF, one file per part and plates with all parts laid out
+    #[value(name = "3mf")]
+    ThreeMf,
+    /// A picture, 800 x 600 px
+    Png,
+    /// The exact geometry as JSON
+    Tree,
+}
+
+impl From<FormatArg> for Format {
+    fn from(arg: FormatArg) -> Self {
+        match arg {
+            FormatArg::Stl => Self::Stl,
+            FormatArg::ThreeMf => Self::ThreeMf,
+            FormatArg::Png => Self::Png,
+            FormatArg::Tree => Self::Tree,
+        }
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    length_within(text, TOLERANCE_LIMITS_MM)
+}
+
+fn length_within(text: &str, [min, max]: [f64; 2]) -> Result<f64, String> {
+    let mm = text.parse::<Length>().map_err(|e| e.to_string())?.mm();
+    if (min..=max).contains(&mm) {
+        Ok(mm)
+    } else {
+        Err(format!("{mm} mm is not between {min} mm and {max} mm"))
+    }
+}
+
+/// `250x210mm`, or with a unit on both.
+fn bed(text: &str) -> Result<[f64; 2], String> {
+    let (width, depth) = split_size(text)?;
+    let unit = depth.trim_start_matches(|c: char| !c.is_alphabetic());
+    let bare = width.trim().chars().all(|c| c.is_ascii_digit() || c == '.');
+    let width = if bare { format!("{width}{unit}") } else { width.to_owned() };
+    Ok([length_within(&width, BED_LIMITS_MM)?, length_within(depth, BED_LIMITS_MM)?])
+}
+
+fn picture_size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = split_size(text)?;
+    let side = |text: &str| match text.trim().parse::<u32>() {
+        Ok(0) | Err(_) => Err(format!("`{text}` is not a number of pixels above 0")),
+        Ok(px) => Ok(px),
+    };
+    Ok([side(width)?, side(height)?])
+}
+
+fn split_size(text: &str) -> Result<(&str, &str), String> {
+    text.split_once('x').ok_or_else(|| "write width x height, for example 800x600".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn tolerances_have_a_unit_and_limits() {
+        assert_eq!(tolerance("0.01mm"), Ok(0.01));
+        assert_eq!(tolerance("0.5 um"), Ok(0.0005));
+        assert_eq!(tolerance("2 mm").unwrap_err(), "2 mm is not between 0.0005 mm and 1 mm");
+        assert!(tolerance("0.4 um").is_err());
+        assert!(tolerance("-0.01 mm").is_err());
+        assert!(tolerance("nan mm").unwrap_err().contains("not finite"));
+        assert!(tolerance("0.01").unwrap_err().contains("no unit"));
+    }
+
+    #[test]
+    fn sizes_are_two_numbers() {
+        assert_eq!(bed("250x210mm"), Ok([250.0, 210.0]));
+        assert_eq!(bed("10in x 20 cm"), Ok([254.0, 200.0]));
+        assert!(bed("250x210").is_err());
+        assert!(bed("1x1mm").is_err());
+        assert_eq!(picture_size("800x600"), Ok([800, 600]));
+        for wrong in ["800", "0x600", "800x", "-1x5", "1e3x5"] {
+            assert!(picture_size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! `fabkit list`
+
+use fabkit::bodies::{self, Kind};
+use fabkit::designs;
+use serde_json::json;
+
+use super::Report;
+use crate::failure::Failure;
+use crate::source;
+
+pub(super) fn run() -> Result<Report, Failure> {
+    let mut text = String::new();
+    let mut sensors = Vec::new();
+    for name in designs::builtin_names() {
+        let design = source::load(name, &[])?;
+        let all = bodies::bodies(&design.sensor);
+        let names = |kind| -> Vec<&str> {
+            all.iter().filter(|body| body.kind == kind).map(|body| body.name).collect()
+        };
+        let (parts, layers, components) =
+            (names(Kind::Part), names(Kind::Layer), names(Kind::Component));
+        text += &format!("{name}: {}\n", design.sensor.title);
+        for (label, names) in [("parts", &parts), ("layers", &layers), ("components", &components)]
+        {
+            text += &format!("  {label:<11} {}\n", names.join(", "));
+        }
+        sensors.push(json!({
+            "name": name,
+            "title": design.sensor.title,
+            "reference": design.sensor.reference,
+            "parts": parts,
+            "layers": layers,
+            "components": components,
+        }));
+    }
+    let json = json!({ "format": "fabkit-list", "version": 1, "sensors": sensors });
+    Ok(Report { text, json })
+}

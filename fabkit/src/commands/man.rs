@@ -1,0 +1,42 @@
+//! `fabkit man`
+
+use std::path::Path;
+
+use clap::{Command, CommandFactory};
+use fabkit::staging::{OutputFile, write_all};
+use serde_json::json;
+
+use super::Report;
+use crate::cli::Cli;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+
+pub(super) fn run(output: Option<&Path>) -> Result<Report, Failure> {
+    let mut command = Cli::command().disable_help_subcommand(true);
+    command.build();
+    let mut pages = vec![page(&command)?];
+    for subcommand in command.get_subcommands() {
+        pages.push(page(subcommand)?);
+    }
+    let names: Vec<&str> = pages.iter().map(|page| page.name.as_str()).collect();
+    let json = json!({ "format": "fabkit-man", "version": 1, "pages": names });
+    let text = match output {
+        None => String::from_utf8(pages.swap_remove(0).bytes).map_err(Failure::bug)?,
+        Some(folder) => {
+            interrupt::begin_writing();
+            write_all(folder, &pages, &interrupt::requested)?;
+            format!("{} pages in {}\n", pages.len(), folder.display())
+        }
+    };
+    Ok(Report { text, json })
+}
+
+fn page(command: &Command) -> Result<OutputFile, Failure> {
+    // No date: the page of one version is the same on every day.
+    let man = clap_mangen::Man::new(command.clone()).date("");
+    let mut bytes = Vec::new();
+    man.render(&mut bytes).map_err(|e| Failure::plain(Exit::Bug, e))?;
+    // `fabkit-export`, as set by `build`.
+    let name = command.get_display_name().unwrap_or(command.get_name());
+    Ok(OutputFile { name: format!("{name}.1"), bytes })
+}

@@ -1,0 +1,88 @@
+//! One file per subcommand. A command returns what goes to standard output as text; this module
+//! alone prints.
+
+mod completions;
+mod export;
+mod list;
+mod man;
+mod render;
+mod schema;
+mod show;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::Parser;
+use serde_json::Value;
+
+use crate::cli::{Cli, Command, Global};
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+
+/// What a command has to say.
+struct Report {
+    /// For people; empty for nothing.
+    text: String,
+    /// For scripts.
+    json: Value,
+}
+
+/// Reads the command line, does what it says, and says how it went.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    interrupt::listen();
+    let result = run(&cli);
+    let Global { json, quiet, .. } = cli.global;
+    let (text, code) = match &result {
+        Ok(report) if json => (line(&report.json), ExitCode::SUCCESS),
+        Ok(report) => {
+            // What was asked for as text is not chatter.
+            let wanted = !quiet || prints_its_result(&cli.command);
+            (if wanted { report.text.clone() } else { String::new() }, ExitCode::SUCCESS)
+        }
+        Err(failure) => {
+            let code = ExitCode::from(failure.exit() as u8);
+            if !json {
+                // If nobody can be told, the exit code still says it.
+                let _ = io::stderr().write_all(failure.to_text().as_bytes());
+            }
+            (if json { line(&failure.to_json()) } else { String::new() }, code)
+        }
+    };
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        // The reader has seen enough, as in `fabkit show rtac0 | head`.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => code,
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "error: cannot write to standard output: {error}");
+            ExitCode::from(Exit::Io as u8)
+        }
+        Ok(()) => code,
+    }
+}
+
+fn run(cli: &Cli) -> Result<Report, Failure> {
+    if let Some(threads) = cli.global.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .map_err(|e| Failure::plain(Exit::Limit, format!("{threads} threads: {e}")))?;
+    }
+    match &cli.command {
+        Command::List => list::run(),
+        Command::Show(args) => show::run(args),
+        Command::Export(args) => export::run(args, &cli.global),
+        Command::Render(args) => render::run(args),
+        Command::Schema => schema::run(),
+        Command::Completions { shell } => completions::run(*shell),
+        Command::Man { output } => man::run(output.as_deref()),
+    }
+}
+
+/// Whether the text is what was asked for, rather than an account of what was done.
+fn prints_its_result(command: &Command) -> bool {
+    !matches!(command, Command::Export(_) | Command::Render(_) | Command::Man { output: Some(_) })
+}
+
+fn line(json: &Value) -> String {
+    format!("{json:#}\n")
+}

@@ -1,0 +1,59 @@
+//! `fabkit render SENSOR[/PART] -o FILE.png`
+
+use std::path::Path;
+
+use fabkit::bodies;
+use fabkit::pictures::{self, MAX_PIXELS, Shot};
+use fabkit::staging::{OutputFile, write_all};
+use serde_json::json;
+
+use super::Report;
+use crate::cli::Render;
+use crate::failure::{Exit, Failure};
+use crate::table::size;
+use crate::{interrupt, source};
+
+pub(super) fn run(args: &Render) -> Result<Report, Failure> {
+    let (sensor, part) = source::split_part(&args.sensor);
+    let [width_px, height_px] = args.size;
+    if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
+        let message =
+            format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
+        return Err(Failure::new(Exit::Limit, message, "ask for a smaller --size"));
+    }
+    let name = args.output.file_name().and_then(|name| name.to_str());
+    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".png")) else {
+        let message = format!("{} does not name a .png file", args.output.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    if part.is_some() && (args.exploded || args.assembly.is_some()) {
+        let message = "--exploded and --assembly are for whole assemblies, not for one part";
+        return Err(Failure::plain(Exit::BadInput, message));
+    }
+
+    let shot = Shot { size_px: args.size, section: args.section };
+    let design = source::load(sensor, &args.set)?;
+    let bytes = match part {
+        Some(part) => pictures::picture_of_body(&bodies::find(&design.sensor, part)?, shot)?,
+        None => {
+            let assembly = args.assembly.clone().unwrap_or_else(pictures::default_assembly);
+            pictures::picture_of_assembly(&design.sensor, &assembly, args.exploded, shot)?
+        }
+    };
+
+    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let count = bytes.len() as u64;
+    interrupt::begin_writing();
+    let file = OutputFile { name: name.into(), bytes };
+    write_all(folder.unwrap_or(Path::new(".")), &[file], &interrupt::requested)?;
+    let shown = args.output.display().to_string();
+    let json = json!({
+        "format": "fabkit-render",
+        "version": 1,
+        "file": shown,
+        "width_px": width_px,
+        "height_px": height_px,
+        "bytes": count,
+    });
+    Ok(Report { text: format!("{shown}: {width_px} x {height_px} px, {}\n", size(count)), json })
+}

@@ -1,0 +1,9 @@
+//! `fabkit schema`
+
+use super::{Report, line};
+use crate::failure::Failure;
+
+pub(super) fn run() -> Result<Report, Failure> {
+    let json = fabkit::designs::json_schema();
+    Ok(Report { text: line(&json), json })
+}

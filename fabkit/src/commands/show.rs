@@ -1,0 +1,114 @@
+//! `fabkit show SENSOR`
+
+use fabkit::bodies::{self, BodyRef, Kind};
+use fabkit::designs::Design;
+use fabkit::identity::design_hash;
+use serde_json::{Value, json};
+
+use super::Report;
+use crate::cli;
+use crate::failure::Failure;
+use crate::source;
+use crate::table::{Align::Left, Align::Right, table};
+
+pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
+    let design = source::load(&args.sensor, &args.set)?;
+    Ok(Report { text: text(&design), json: json(&design) })
+}
+
+fn text(design: &Design) -> String {
+    let sensor = &design.sensor;
+    let mut text = format!("{}: {}\n{}\n", sensor.name, sensor.title, sensor.reference);
+    text += &format!("design {}\n", design_hash(design));
+
+    let mut rows = vec![row(["parameter", "value", "limits", "source"])];
+    for setting in &design.parameters {
+        let source = match setting.source.note.as_str() {
+            "" => setting.source.kind.to_string(),
+            note => format!("{}: {note}", setting.source.kind),
+        };
+        rows.push(vec![
+            setting.path.clone(),
+            setting.value.clone(),
+            setting.limits.clone(),
+            source,
+        ]);
+    }
+    text += &format!("\n{}", table(&[Left, Left, Left, Left], &rows));
+
+    if !design.derived.is_empty() {
+        let mut rows = vec![row(["derived", "value"])];
+        rows.extend(design.derived.iter().map(|(name, value)| row([name, value])));
+        text += &format!("\n{}", table(&[Left, Left], &rows));
+    }
+
+    let all = bodies::bodies(sensor);
+    for kind in [Kind::Part, Kind::Layer, Kind::Component] {
+        let mut rows = vec![row([kind.word(), "n", "made", "of", "what it is"])];
+        for body in all.iter().filter(|body| body.kind == kind) {
+            let quantity = body.quantity.to_string();
+            rows.push(row([
+                body.name,
+                &quantity,
+                &body.process_word(),
+                body.material,
+                body.summary,
+            ]));
+        }
+        if rows.len() > 1 {
+            text += &format!("\n{}", table(&[Left, Right, Left, Left, Left], &rows));
+        }
+    }
+    text
+}
+
+fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}
+
+fn json(design: &Design) -> Value {
+    let sensor = &design.sensor;
+    let parameters: Vec<Value> = design
+        .parameters
+        .iter()
+        .map(|setting| {
+            json!({
+                "path": setting.path,
+                "value": setting.value,
+                "limits": setting.limits,
+                "summary": setting.summary,
+                "source": setting.source.kind.to_string(),
+                "note": setting.source.note,
+            })
+        })
+        .collect();
+    let derived: Vec<Value> = design
+        .derived
+        .iter()
+        .map(|(name, value)| json!({ "name": name, "value": value }))
+        .collect();
+    let bodies: Vec<Value> = bodies::bodies(sensor).iter().map(body_json).collect();
+    json!({
+        "format": "fabkit-show",
+        "version": 1,
+        "name": sensor.name,
+        "title": sensor.title,
+        "reference": sensor.reference,
+        "design_hash": design_hash(design),
+        "parameters": parameters,
+        "derived": derived,
+        "bodies": bodies,
+    })
+}
+
+fn body_json(body: &BodyRef) -> Value {
+    json!({
+        "name": body.name,
+        "kind": body.kind.word(),
+        "summary": body.summary,
+        "process": body.process_word(),
+        "material": body.material,
+        "quantity": body.quantity,
+        "assemblies": body.placements.iter().map(|p| &p.assembly.0).collect::<Vec<_>>(),
+    })
+}

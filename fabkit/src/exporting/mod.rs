@@ -1,0 +1,364 @@
+//! From a design to the bytes of all its files.
+
+mod plates;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_designs::Design;
+use fabkit_export::{
+    Bed, Document, ExportError, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
+    TreeDocument,
+};
+use fabkit_geometry::Pose;
+use fabkit_mesh::{MeshError, PrintMesh, TriMesh};
+use rayon::prelude::*;
+
+use crate::bodies::{self, BodyRef, Kind, UnknownName};
+use crate::identity::design_hash;
+use crate::pictures::{self, PictureError, Shot};
+use crate::staging::OutputFile;
+
+/// Most triangles that one export may have, copies on plates included.
+pub const MAX_TRIANGLES: usize = 5_000_000;
+
+/// Name of the list of contents.
+pub const MANIFEST_NAME: &str = "manifest.json";
+
+/// How pictures of single parts are taken.
+const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false };
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Format {
+    /// Binary STL.
+    Stl,
+    /// 3MF, one file per part and plates with all of them.
+    ThreeMf,
+    /// A picture.
+    Png,
+    /// The exact geometry as JSON.
+    Tree,
+}
+
+impl Format {
+    /// The word used in the manifest and on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::ThreeMf => "3mf",
+            Self::Png => "png",
+            Self::Tree => "tree",
+        }
+    }
+
+    fn file_name(self, part: &str) -> String {
+        match self {
+            Self::Tree => format!("{part}.tree.json"),
+            _ => format!("{part}.{}", self.word()),
+        }
+    }
+}
+
+/// What to export.
+#[derive(Clone, Debug)]
+pub struct ExportOptions {
+    /// Bodies by name, layers and components too; empty for all parts.
+    pub parts: Vec<String>,
+    /// Which files; sorted, each once.
+    pub formats: Vec<Format>,
+    /// Largest distance between triangles and the exact surface, mm.
+    pub tolerance_mm: f64,
+    /// Where plates are laid out.
+    pub bed: Bed,
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self {
+            parts: Vec::new(),
+            formats: vec![Format::Stl, Format::ThreeMf],
+            tolerance_mm: fabkit_mesh::DEFAULT_TOLERANCE_MM,
+            bed: Bed::default(),
+        }
+    }
+}
+
+/// Follows an export as it goes; called from many threads.
+pub trait Observer: Sync {
+    /// Asked between parts: true stops the export.
+    fn cancelled(&self) -> bool {
+        false
+    }
+
+    /// A part's files are ready.
+    fn finished(&self, _part: &str) {}
+}
+
+/// Nobody watches.
+impl Observer for () {}
+
+/// All files of an export, in memory.
+#[derive(Clone, Debug)]
+pub struct Exported {
+    /// Sorted by name, the manifest last.
+    pub files: Vec<OutputFile>,
+    /// What the manifest says.
+    pub manifest: Manifest,
+}
+
+/// Why there is nothing to write.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportFailure {
+    /// No body of that name.
+    #[error(transparent)]
+    Unknown(#[from] UnknownName),
+    /// The solid could not be turned into triangles.
+    #[error("{part}: {source}")]
+    Mesh {
+        /// Which part.
+        part: String,
+        /// Why.
+        source: MeshError,
+    },
+    /// The mesh has other holes than the design counts.
+    #[error("{part}: the mesh has {found} holes and handles, the design counts {counted}")]
+    Genus {
+        /// Which part.
+        part: String,
+        /// In the mesh.
+        found: i32,
+        /// In the design.
+        counted: i32,
+    },
+    /// More triangles than a slicer can be expected to load.
+    #[error("the export has {found} triangles, more than {MAX_TRIANGLES}")]
+    TooManyTriangles {
+        /// How many there are.
+        found: usize,
+    },
+    /// Two bodies would have the same file name.
+    #[error("two files are called {0}")]
+    DuplicateFile(String),
+    /// The part could not be drawn.
+    #[error("{part}: {source}")]
+    Picture {
+        /// Which part.
+        part: String,
+        /// Why.
+        source: PictureError,
+    },
+    /// A format could not hold it.
+    #[error("{file}: {source}")]
+    Write {
+        /// Which file.
+        file: String,
+        /// Why.
+        source: ExportError,
+    },
+    /// A part that the printer cannot hold.
+    #[error(transparent)]
+    Plate(#[from] ExportError),
+    /// The observer asked to stop.
+    #[error("stopped")]
+    Cancelled,
+}
+
+/// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
+/// where the 3MF specification (section 3.3) wants it.
+struct Meshed<'a> {
+    body: BodyRef<'a>,
+    lying: TriMesh,
+    print: PrintMesh,
+    file_from_part: Pose,
+    figures: MeshFigures,
+}
+
+/// A file and what the manifest says about it besides its content.
+struct Made {
+    file: OutputFile,
+    format: Format,
+    parts: Vec<String>,
+}
+
+/// Makes all files of a design in memory, on as many threads as the current rayon pool has.
+///
+/// The bytes depend on the design and the options alone. Plates are made when 3MF is asked for and
+/// all parts are exported; they hold each printed part as often as a lab needs it.
+///
+/// # Errors
+/// The first failure in the order of the design.
+pub fn export(
+    design: &Design,
+    options: &ExportOptions,
+    observer: &dyn Observer,
+) -> Result<Exported, ExportFailure> {
+    let sensor = &design.sensor;
+    for name in &options.parts {
+        bodies::find(sensor, name)?;
+    }
+    // In the design's order and each once, however they were asked for.
+    let asked: BTreeSet<&str> = options.parts.iter().map(String::as_str).collect();
+    let chosen: Vec<BodyRef> = bodies::bodies(sensor)
+        .into_iter()
+        .filter(|b| if asked.is_empty() { b.kind == Kind::Part } else { asked.contains(b.name) })
+        .collect();
+    let hash = design_hash(design);
+
+    let results: Vec<Result<(Meshed, Vec<Made>), ExportFailure>> = chosen
+        .into_par_iter()
+        .map(|body| {
+            if observer.cancelled() {
+                return Err(ExportFailure::Cancelled);
+            }
+            let meshed = mesh_body(body, options.tolerance_mm)?;
+            let files = part_files(design, &hash, options, &meshed)?;
+            observer.finished(body.name);
+            Ok((meshed, files))
+        })
+        .collect();
+    // One after the other, so that the first error is the same on any number of threads.
+    let (meshed, files): (Vec<_>, Vec<_>) =
+        results.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+
+    let mut made: Vec<Made> = files.into_iter().flatten().collect();
+    if options.parts.is_empty() && options.formats.contains(&Format::ThreeMf) {
+        made.extend(plates::plates(design, &hash, options, &meshed, observer)?);
+    }
+    limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
+    assemble(design, hash, &meshed, made)
+}
+
+fn mesh_body(body: BodyRef, tolerance_mm: f64) -> Result<Meshed, ExportFailure> {
+    let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
+    let nominal = fabkit_mesh::mesh(body.solid, tolerance_mm).map_err(failed)?;
+    // Turned first and shifted after, so that the lowest vertices are at zero exactly.
+    let turned = nominal.placed(&body.bed_from_part);
+    let min = turned.bounds().min;
+    let shift = Pose::translation(-min.x, -min.y, -min.z);
+    let lying = turned.placed(&shift);
+    let print = lying.to_print().map_err(failed)?;
+    let genus = print.genus();
+    if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
+        return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
+    }
+    let figures = MeshFigures {
+        chord_tolerance_mm: tolerance_mm,
+        triangles: print.triangles().len(),
+        volume_mm3: print.volume_mm3(),
+        area_mm2: print.area_mm2(),
+        genus,
+    };
+    limit_triangles(figures.triangles)?;
+    Ok(Meshed { body, lying, print, file_from_part: shift.then_in(body.bed_from_part), figures })
+}
+
+fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
+    if found > MAX_TRIANGLES { Err(ExportFailure::TooManyTriangles { found }) } else { Ok(()) }
+}
+
+fn part_files(
+    design: &Design,
+    hash: &str,
+    options: &ExportOptions,
+    meshed: &Meshed,
+) -> Result<Vec<Made>, ExportFailure> {
+    let body = &meshed.body;
+    let make = |&format: &Format| {
+        let name = format.file_name(body.name);
+        let failed = |source| ExportFailure::Write { file: name.clone(), source };
+        let bytes = match format {
+            Format::Stl => fabkit_export::stl(body.name, &meshed.print).map_err(failed)?,
+            Format::ThreeMf => {
+                let title = format!("{}: {}", design.sensor.title, body.name);
+                let document = Document { title: &title, design_hash: hash };
+                let objects = [object(body, &meshed.print)];
+                fabkit_export::three_mf(document, &objects).map_err(failed)?
+            }
+            Format::Png => pictures::picture_of_body(body, PART_SHOT)
+                .map_err(|source| ExportFailure::Picture { part: body.name.into(), source })?,
+            Format::Tree => {
+                let process = body.process_word();
+                let document = TreeDocument {
+                    design_hash: hash,
+                    sensor: &design.sensor.name,
+                    name: body.name,
+                    kind: body.kind.word(),
+                    summary: body.summary,
+                    process: &process,
+                    material: body.material,
+                    quantity: body.quantity,
+                    solid: body.solid,
+                    landmarks: body.landmarks,
+                    placements: body.placements,
+                    mesh: meshed.figures,
+                };
+                fabkit_export::tree(&document).map_err(failed)?
+            }
+        };
+        Ok(Made { file: OutputFile { name, bytes }, format, parts: vec![body.name.into()] })
+    };
+    options.formats.iter().map(make).collect()
+}
+
+fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {
+    Object { name: body.name, material: body.material, color: body.color, mesh }
+}
+
+fn assemble(
+    design: &Design,
+    design_hash: String,
+    meshed: &[Meshed],
+    made: Vec<Made>,
+) -> Result<Exported, ExportFailure> {
+    let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
+    for Made { file, format, parts } in made {
+        let entry = FileEntry {
+            name: file.name.clone(),
+            parts,
+            format: format.word().into(),
+            bytes: file.bytes.len() as u64,
+            blake3: blake3::hash(&file.bytes).to_hex().to_string(),
+        };
+        if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
+            return Err(ExportFailure::DuplicateFile(earlier.name));
+        }
+    }
+    let (entries, mut files): (Vec<_>, Vec<_>) = by_name.into_values().unzip();
+
+    let parameters = design
+        .parameters
+        .iter()
+        .map(|s| SettingEntry { path: s.path.clone(), value: s.value.clone() })
+        .collect();
+    let sensor = &design.sensor;
+    let manifest = Manifest {
+        sensor: sensor.name.clone(),
+        title: sensor.title.clone(),
+        reference: sensor.reference.clone(),
+        design_hash,
+        parameters,
+        parts: meshed.iter().map(part_entry).collect(),
+        files: entries,
+    };
+    let bytes = manifest
+        .to_json()
+        .map_err(|source| ExportFailure::Write { file: MANIFEST_NAME.into(), source })?;
+    files.push(OutputFile { name: MANIFEST_NAME.into(), bytes });
+    Ok(Exported { files, manifest })
+}
+
+fn part_entry(meshed: &Meshed) -> PartEntry {
+    let body = &meshed.body;
+    PartEntry {
+        name: body.name.into(),
+        kind: body.kind.word().into(),
+        summary: body.summary.into(),
+        process: body.process_word(),
+        material: body.material.into(),
+        quantity: body.quantity,
+        compensation: "none".into(),
+        file_from_part: meshed.file_from_part,
+        bounds_in_file_mm: meshed.lying.bounds(),
+        mesh: meshed.figures,
+    }
+}

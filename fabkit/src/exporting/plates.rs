@@ -1,0 +1,77 @@
+//! All printed parts, as often as a lab needs them, laid out on beds.
+
+use fabkit_designs::Design;
+use fabkit_export::{Document, Object, Spot};
+use fabkit_geometry::{Pose, Process};
+use fabkit_mesh::PrintMesh;
+use rayon::prelude::*;
+
+use super::{
+    ExportFailure, ExportOptions, Format, Made, Meshed, Observer, limit_triangles, object,
+};
+use crate::staging::OutputFile;
+
+/// Processes whose parts lie on a bed, and share it with others of the same process only.
+const BED_PROCESSES: [Process; 2] = [Process::Fdm, Process::Sla];
+
+/// One 3MF file per plate: `plate-fdm-1.3mf` and so on.
+pub(super) fn plates(
+    design: &Design,
+    hash: &str,
+    options: &ExportOptions,
+    meshed: &[Meshed],
+    observer: &dyn Observer,
+) -> Result<Vec<Made>, ExportFailure> {
+    let mut made = Vec::new();
+    for process in BED_PROCESSES {
+        let copies: Vec<&Meshed> = meshed
+            .iter()
+            .filter(|m| m.body.process == Some(process))
+            .flat_map(|m| std::iter::repeat_n(m, m.body.quantity as usize))
+            .collect();
+        limit_triangles(copies.iter().map(|m| m.figures.triangles).sum())?;
+        let footprints: Vec<(&str, [f64; 2])> = copies
+            .iter()
+            .map(|m| {
+                let [width_mm, depth_mm, _] = m.lying.bounds().size_mm();
+                (m.body.name, [width_mm, depth_mm])
+            })
+            .collect();
+        let spots = fabkit_export::pack(&footprints, options.bed)?;
+        let plates = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
+        for plate in 0..plates {
+            let title = format!("plate-{process}-{}", plate + 1);
+            let here: Vec<_> = spots.iter().filter(|spot| spot.plate == plate).collect();
+            let placed: Vec<_> =
+                here.par_iter().map(|spot| place(copies[spot.item], spot, observer)).collect();
+            let placed: Vec<PrintMesh> = placed.into_iter().collect::<Result<_, _>>()?;
+
+            let bodies = || here.iter().map(|spot| &copies[spot.item].body);
+            let objects: Vec<Object> =
+                bodies().zip(&placed).map(|(body, mesh)| object(body, mesh)).collect();
+            let heading = format!("{}: {title}", design.sensor.title);
+            let document = Document { title: &heading, design_hash: hash };
+            let name = Format::ThreeMf.file_name(&title);
+            let bytes = fabkit_export::three_mf(document, &objects)
+                .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
+            let parts = bodies().map(|body| body.name.to_owned()).collect();
+            made.push(Made { file: OutputFile { name, bytes }, format: Format::ThreeMf, parts });
+        }
+    }
+    Ok(made)
+}
+
+/// Moved before rounding to `f32`, and checked again after it: rounding depends on the place.
+fn place(
+    meshed: &Meshed,
+    spot: &Spot,
+    observer: &dyn Observer,
+) -> Result<PrintMesh, ExportFailure> {
+    if observer.cancelled() {
+        return Err(ExportFailure::Cancelled);
+    }
+    let [x_mm, y_mm] = spot.corner_mm;
+    let moved = meshed.lying.placed(&Pose::translation(x_mm, y_mm, 0.0));
+    let failed = |source| ExportFailure::Mesh { part: meshed.body.name.into(), source };
+    moved.to_print().map_err(failed)
+}

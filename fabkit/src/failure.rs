@@ -1,0 +1,210 @@
+//! How the command fails: exit codes, messages, and panics.
+
+use std::any::Any;
+use std::io::{self, Write};
+use std::panic;
+use std::process::ExitCode;
+
+use fabkit::bodies::UnknownName;
+use fabkit::depth::RenderError;
+use fabkit::designs::parameters::{InvalidDesign, Problem};
+use fabkit::exporting::ExportFailure;
+use fabkit::mesh::MeshError;
+use fabkit::pictures::PictureError;
+use fabkit::staging::StagingError;
+use serde_json::json;
+
+use crate::diagnostics::{self, SourceText};
+
+/// The exit codes that scripts can rely on; see `fabkit --help`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Unknown names, values out of range, designs that cannot be.
+    BadInput = 2,
+    /// Input or output beyond what fabkit is willing to handle.
+    Limit = 3,
+    /// Files that cannot be read or written.
+    Io = 4,
+    /// A bug in fabkit (`EX_SOFTWARE` of BSD's sysexits).
+    Bug = 70,
+    /// Stopped by a signal, as shells number it: 128 + SIGINT.
+    Interrupted = 130,
+}
+
+impl Exit {
+    fn word(self) -> &'static str {
+        match self {
+            Self::BadInput => "bad-input",
+            Self::Limit => "limit",
+            Self::Io => "io",
+            Self::Bug => "bug",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// Why a command did not do what it was asked to.
+#[derive(Debug)]
+pub enum Failure {
+    /// A design with problems, and the text they point into.
+    Design(InvalidDesign, SourceText),
+    /// Everything else.
+    Other {
+        /// What it means for the caller.
+        exit: Exit,
+        /// What is wrong.
+        message: String,
+        /// What to do about it.
+        hint: Option<String>,
+    },
+}
+
+impl Failure {
+    /// A failure with a hint.
+    pub fn new(exit: Exit, message: impl ToString, hint: impl Into<String>) -> Self {
+        Self::Other { exit, message: message.to_string(), hint: Some(hint.into()) }
+    }
+
+    /// A failure that speaks for itself.
+    pub fn plain(exit: Exit, message: impl ToString) -> Self {
+        Self::Other { exit, message: message.to_string(), hint: None }
+    }
+
+    /// Something that must not happen.
+    pub fn bug(message: impl ToString) -> Self {
+        Self::new(Exit::Bug, message, REPORT)
+    }
+
+    /// The code to leave with.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Design(..) => Exit::BadInput,
+            Self::Other { exit, .. } => *exit,
+        }
+    }
+
+    /// For people, with a final newline.
+    pub fn to_text(&self) -> String {
+        match self {
+            Self::Design(invalid, source) => diagnostics::list(&invalid.problems, source),
+            Self::Other { message, hint, .. } => {
+                let hint = hint.iter().map(|hint| format!("  = help: {hint}\n"));
+                format!("error: {message}\n{}", hint.collect::<String>())
+            }
+        }
+    }
+
+    /// For scripts (`fabkit-error` version 1).
+    pub fn to_json(&self) -> serde_json::Value {
+        let problems = match self {
+            Self::Design(invalid, _) => invalid.problems.iter().map(problem_json).collect(),
+            Self::Other { message, hint, .. } => vec![json!({ "message": message, "hint": hint })],
+        };
+        json!({
+            "format": "fabkit-error",
+            "version": 1,
+            "exit_code": self.exit() as u8,
+            "kind": self.exit().word(),
+            "problems": problems,
+        })
+    }
+}
+
+fn problem_json(problem: &Problem) -> serde_json::Value {
+    json!({
+        "file": problem.file,
+        "line": problem.line,
+        "column": problem.column,
+        "path": problem.path,
+        "value": problem.value,
+        "message": problem.message,
+        "hint": problem.hint,
+    })
+}
+
+impl From<UnknownName> for Failure {
+    fn from(unknown: UnknownName) -> Self {
+        Self::new(Exit::BadInput, &unknown, unknown.hint())
+    }
+}
+
+impl From<StagingError> for Failure {
+    fn from(error: StagingError) -> Self {
+        match (&error, error.hint()) {
+            (StagingError::Cancelled, _) => Self::plain(Exit::Interrupted, "interrupted"),
+            (_, Some(hint)) => Self::new(Exit::Io, &error, hint),
+            (_, None) => Self::plain(Exit::Io, &error),
+        }
+    }
+}
+
+impl From<ExportFailure> for Failure {
+    fn from(failure: ExportFailure) -> Self {
+        match failure {
+            ExportFailure::Unknown(unknown) => unknown.into(),
+            ExportFailure::Cancelled => Self::plain(Exit::Interrupted, "interrupted"),
+            ExportFailure::TooManyTriangles { .. }
+            | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => Self::new(
+                Exit::Limit,
+                &failure,
+                "allow a larger --tolerance, or export fewer parts with --part",
+            ),
+            ExportFailure::Plate(_) => Self::new(
+                Exit::BadInput,
+                &failure,
+                "name your printer's bed with --bed, or leave plates out with --format stl",
+            ),
+            ExportFailure::Picture { source, .. } => source.into(),
+            _ => Self::bug(failure),
+        }
+    }
+}
+
+impl From<PictureError> for Failure {
+    fn from(error: PictureError) -> Self {
+        match error {
+            PictureError::Unknown(unknown) => unknown.into(),
+            PictureError::Render(RenderError::NothingToDraw) => {
+                Self::plain(Exit::BadInput, "nothing is left behind the section plane")
+            }
+            _ => Self::bug(error),
+        }
+    }
+}
+
+const REPORT: &str = "this is a bug in fabkit; please report it with the command line and, if there \
+                      is one, the sensor's file";
+
+/// Runs the command; a panic becomes a message and [`Exit::Bug`].
+pub fn guard(command: fn() -> ExitCode) -> ExitCode {
+    panic::set_hook(Box::new(|info| {
+        let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
+        let text = text_of(info.payload());
+        // If nobody can be told, the exit code still says it.
+        let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
+    }));
+    panic::catch_unwind(command).unwrap_or(ExitCode::from(Exit::Bug as u8))
+}
+
+fn text_of(payload: &dyn Any) -> &str {
+    payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("fabkit stopped")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_on_any_thread_leaves_with_its_own_code() {
+        fn command() -> ExitCode {
+            let (_, code): ((), _) = rayon::join(|| panic!("on purpose"), || ExitCode::SUCCESS);
+            code
+        }
+        assert_eq!(guard(command), ExitCode::from(70));
+        assert_eq!(guard(|| ExitCode::SUCCESS), ExitCode::SUCCESS);
+    }
+}

@@ -1,0 +1,23 @@
+//! Which design a file belongs to.
+
+use fabkit_designs::Design;
+
+/// BLAKE3, in hex, over fabkit's version, the sensor's name and every parameter as `path=value`.
+///
+/// Two files with the same hash were made from the same geometry. Sources, notes and comments do
+/// not count; the chord tolerance does not either, because it belongs to the file, not the design.
+pub fn design_hash(design: &Design) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut line = |key: &str, value: &str| {
+        hasher.update(key.as_bytes());
+        hasher.update(b"=");
+        hasher.update(value.as_bytes());
+        hasher.update(b"\n");
+    };
+    line("fabkit", fabkit_export::VERSION);
+    line("sensor", &design.sensor.name);
+    for setting in &design.parameters {
+        line(&setting.path, &setting.value);
+    }
+    hasher.finalize().to_hex().to_string()
+}

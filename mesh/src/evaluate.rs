@@ -1,0 +1,310 @@
+//! Trees to triangles: which booleans are needed, in which order, on how much at once.
+//!
+//! Booleans dominate the cost, so as few as possible are made, on as little as possible:
+//!
+//! - Tools whose boxes are apart are put side by side into one mesh without a boolean.
+//! - A - (B + C) is A - B - C: tools are never united with each other first.
+//! - Equal shapes, down to whole subtrees, are made once and placed many times.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use fabkit_geometry::{Aabb, Pose, Solid};
+
+use crate::MeshError;
+use crate::extent::{OrientedBox, disjoint_groups, extent, moved};
+use crate::facets::Facets;
+use crate::kernel::{Operation, Prepared};
+use crate::shape_key::{has_half_space, shape_key};
+use crate::tessellate::{box_faces, face_count, tessellate};
+
+/// With more groups of tools than this, uniting them pairwise first costs less than cutting the
+/// whole base again for each.
+const MOST_CUTS: usize = 4;
+
+/// Meshes a valid tree.
+pub(crate) fn evaluate(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
+    let mut evaluator = Evaluator { tolerance_mm, shapes: BTreeMap::new() };
+    let root = Item::peeled(Pose::identity(), solid, 0);
+    let body = evaluator.body(&root, &Aabb::everything())?;
+    if body.shape.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    let mut facets = Facets::default();
+    facets.append(body.shape.facets(), &body.pose, body.first_face);
+    Ok(facets)
+}
+
+/// A subtree without the placements and names around it.
+struct Item<'a> {
+    pose: Pose,
+    core: &'a Solid,
+    first_face: u32,
+}
+
+impl<'a> Item<'a> {
+    fn peeled(mut pose: Pose, mut core: &'a Solid, first_face: u32) -> Self {
+        loop {
+            match core {
+                Solid::Placed { pose: inner, of } => {
+                    pose = pose.then_in(*inner);
+                    core = of;
+                }
+                Solid::Feature { of, .. } => core = of,
+                _ => return Self { pose, core, first_face },
+            }
+        }
+    }
+
+    fn list(pose: Pose, solids: &'a [Solid], mut first_face: u32) -> Vec<Self> {
+        let peel = |solid: &'a Solid| {
+            let item = Self::peeled(pose, solid, first_face);
+            first_face += face_count(solid);
+            item
+        };
+        solids.iter().map(peel).collect()
+    }
+}
+
+/// Replaces unions by what they unite, but for those that stand there several times: making such a
+/// union once is cheaper than what its parts would cost.
+fn flattened(items: Vec<Item>) -> Vec<Item> {
+    if !items.iter().any(|item| matches!(item.core, Solid::Union(_))) {
+        return items;
+    }
+    let mut times: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+    for item in &items {
+        *times.entry(shape_key(item.core)).or_default() += 1;
+    }
+    let mut flat = Vec::with_capacity(items.len());
+    for item in items {
+        match item.core {
+            Solid::Union(of) if times[&shape_key(item.core)] == 1 => {
+                flat.extend(flattened(Item::list(item.pose, of, item.first_face)));
+            }
+            _ => flat.push(item),
+        }
+    }
+    flat
+}
+
+/// A mesh in its own frame with face numbers from 0, in either form, converted when needed.
+struct Shape {
+    facets: OnceCell<Facets>,
+    prepared: OnceCell<Prepared>,
+}
+
+impl Shape {
+    fn from_facets(facets: Facets) -> Rc<Self> {
+        Rc::new(Self { facets: OnceCell::from(facets), prepared: OnceCell::new() })
+    }
+
+    fn from_prepared(prepared: Prepared) -> Rc<Self> {
+        Rc::new(Self { facets: OnceCell::new(), prepared: OnceCell::from(prepared) })
+    }
+
+    fn facets(&self) -> &Facets {
+        self.facets.get_or_init(|| self.prepared.get().map(Prepared::to_facets).unwrap_or_default())
+    }
+
+    fn prepared(&self) -> Result<&Prepared, MeshError> {
+        if let Some(prepared) = self.prepared.get() {
+            return Ok(prepared);
+        }
+        let prepared = Prepared::from_facets(self.facets())?;
+        Ok(self.prepared.get_or_init(|| prepared))
+    }
+
+    fn is_empty(&self) -> bool {
+        self.facets.get().map_or_else(
+            || self.prepared.get().is_none_or(Prepared::is_empty),
+            |facets| facets.triangles.is_empty(),
+        )
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.prepared.get().map_or_else(|| self.facets().bounds(), Prepared::bounds)
+    }
+}
+
+/// A shape in its place.
+#[derive(Clone)]
+struct Body {
+    shape: Rc<Shape>,
+    pose: Pose,
+    first_face: u32,
+}
+
+impl Body {
+    fn oriented_box(&self) -> OrientedBox {
+        OrientedBox::new(&self.shape.bounds(), &self.pose)
+    }
+
+    /// The shape in the frame around it.
+    fn settled(&self) -> Result<Rc<Shape>, MeshError> {
+        if self.pose == Pose::identity() && self.first_face == 0 {
+            return Ok(self.shape.clone());
+        }
+        if self.shape.facets.get().is_some() {
+            return Ok(side_by_side(std::slice::from_ref(self)));
+        }
+        Ok(Shape::from_prepared(self.shape.prepared()?.placed(&self.pose, self.first_face)))
+    }
+}
+
+/// One mesh of bodies that are apart.
+fn side_by_side(bodies: &[Body]) -> Rc<Shape> {
+    let mut facets = Facets::default();
+    for body in bodies {
+        facets.append(body.shape.facets(), &body.pose, body.first_face);
+    }
+    Shape::from_facets(facets)
+}
+
+fn combine(a: &Shape, b: &Shape, operation: Operation) -> Result<Rc<Shape>, MeshError> {
+    Ok(Shape::from_prepared(a.prepared()?.combine(b.prepared()?, operation)?))
+}
+
+/// Shapes of bodies that are apart, as few as a simple rule finds.
+fn grouped(bodies: &[Body]) -> Result<Vec<Rc<Shape>>, MeshError> {
+    let boxes: Vec<OrientedBox> = bodies.iter().map(Body::oriented_box).collect();
+    disjoint_groups(&boxes)
+        .into_iter()
+        .map(|group| match group[..] {
+            [only] => bodies[only].settled(),
+            _ => {
+                let members: Vec<Body> = group.iter().map(|&i| bodies[i].clone()).collect();
+                Ok(side_by_side(&members))
+            }
+        })
+        .collect()
+}
+
+/// Unites pairwise: each triangle takes part in few booleans.
+fn united(mut shapes: Vec<Rc<Shape>>) -> Result<Rc<Shape>, MeshError> {
+    while shapes.len() > 1 {
+        shapes = shapes
+            .chunks(2)
+            .map(|pair| match pair {
+                [a, b] => combine(a, b, Operation::Add),
+                _ => Ok(pair[0].clone()),
+            })
+            .collect::<Result<_, _>>()?;
+    }
+    Ok(shapes.pop().unwrap_or_else(|| Shape::from_facets(Facets::default())))
+}
+
+struct Evaluator {
+    tolerance_mm: f64,
+    shapes: BTreeMap<Vec<u64>, Rc<Shape>>,
+}
+
+impl Evaluator {
+    /// Only what lies within `context`, in the frame around the item, needs to be right.
+    fn body(&mut self, item: &Item, context: &Aabb) -> Result<Body, MeshError> {
+        let shape = if has_half_space(item.core) {
+            let local = moved(context, &item.pose.inverse());
+            self.shape(item.core, &local)?
+        } else {
+            let key = shape_key(item.core);
+            match self.shapes.get(&key) {
+                Some(shape) => shape.clone(),
+                None => {
+                    let shape = self.shape(item.core, &Aabb::everything())?;
+                    self.shapes.insert(key, shape.clone());
+                    shape
+                }
+            }
+        };
+        Ok(Body { shape, pose: item.pose, first_face: item.first_face })
+    }
+
+    /// The bodies that are not empty.
+    fn bodies(&mut self, items: &[Item], context: &Aabb) -> Result<Vec<Body>, MeshError> {
+        let mut bodies = Vec::with_capacity(items.len());
+        for item in items {
+            let body = self.body(item, context)?;
+            if !body.shape.is_empty() {
+                bodies.push(body);
+            }
+        }
+        Ok(bodies)
+    }
+
+    fn shape(&mut self, core: &Solid, context: &Aabb) -> Result<Rc<Shape>, MeshError> {
+        match core {
+            Solid::Union(of) => {
+                let items = flattened(Item::list(Pose::identity(), of, 0));
+                let bodies = self.bodies(&items, context)?;
+                united(grouped(&bodies)?)
+            }
+            Solid::Intersection(of) => self.intersection(of, context),
+            Solid::Difference { of, minus } => self.difference(of, minus, context),
+            Solid::HalfSpace(_) => half_space(context),
+            primitive => tessellate(primitive, self.tolerance_mm)
+                .map(Shape::from_facets)
+                .ok_or(MeshError::TooFine { tolerance_mm: self.tolerance_mm }),
+        }
+    }
+
+    fn difference(
+        &mut self,
+        of: &Solid,
+        minus: &[Solid],
+        context: &Aabb,
+    ) -> Result<Rc<Shape>, MeshError> {
+        let base = self.body(&Item::peeled(Pose::identity(), of, 0), context)?;
+        let base_box = base.oriented_box();
+        let base = base.settled()?;
+        if base.is_empty() {
+            return Ok(base);
+        }
+        let items = flattened(Item::list(Pose::identity(), minus, face_count(of)));
+        let mut tools = self.bodies(&items, &base.bounds())?;
+        tools.retain(|tool| !tool.oriented_box().is_apart_from(&base_box));
+        let mut tools = grouped(&tools)?;
+        if tools.len() > MOST_CUTS {
+            tools = vec![united(tools)?];
+        }
+        tools.iter().try_fold(base, |rest, tool| combine(&rest, tool, Operation::Subtract))
+    }
+
+    fn intersection(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
+        let items = Item::list(Pose::identity(), of, 0);
+        let extents: Vec<Aabb> = of.iter().map(extent).collect();
+        let mut common: Option<Rc<Shape>> = None;
+        for (i, item) in items.iter().enumerate() {
+            let others = extents.iter().enumerate().filter(|(j, _)| *j != i);
+            let within = others.fold(*context, |all, (_, other)| all.common(other));
+            let shape = self.body(item, &within)?.settled()?;
+            common = Some(match common {
+                None => shape,
+                Some(rest) if rest.is_empty() || shape.is_empty() => {
+                    return Ok(Shape::from_facets(Facets::default()));
+                }
+                Some(rest) => combine(&rest, &shape, Operation::Intersect)?,
+            });
+        }
+        common.ok_or(MeshError::Empty)
+    }
+}
+
+/// The part of the half space z <= 0 that matters within `context`.
+fn half_space(context: &Aabb) -> Result<Rc<Shape>, MeshError> {
+    let mut facets = Facets::default();
+    if context.is_empty() || context.min.z >= 0.0 {
+        return Ok(Shape::from_facets(facets));
+    }
+    if !context.is_finite() {
+        return Err(MeshError::Unbounded);
+    }
+    // Wide enough that none of its other faces comes near anything.
+    let beyond = context.grown(1.0 + context.size_mm().into_iter().fold(0.0, f64::max) / 4.0);
+    for k in 0..8 {
+        let pick = |bit: usize, top: f64| if k >> bit & 1 == 0 { beyond.min[bit] } else { top };
+        facets.vertex([pick(0, beyond.max.x), pick(1, beyond.max.y), pick(2, 0.0)]);
+    }
+    box_faces(&mut facets, [0; 6]);
+    Ok(Shape::from_facets(facets))
+}

@@ -1,0 +1,140 @@
+//! Volume, area, genus, bounds.
+
+use fabkit_geometry::{Aabb, Solid};
+
+use crate::facets::bounds_of;
+use crate::{FaceId, PrintMesh, TriMesh};
+
+impl TriMesh {
+    /// Enclosed volume, mm^3.
+    pub fn volume_mm3(&self) -> f64 {
+        volume_mm3(&self.vertices, &self.triangles)
+    }
+
+    /// Surface area, mm^2.
+    pub fn area_mm2(&self) -> f64 {
+        area_mm2(&self.vertices, &self.triangles)
+    }
+
+    /// Through holes and handles, summed over connected shells: 1 - (V - E + F) / 2 per shell.
+    pub fn genus(&self) -> i32 {
+        genus(self.vertices.len(), &self.triangles)
+    }
+
+    /// Connected shells; a closed cavity counts as one.
+    pub fn shells(&self) -> usize {
+        shells_and_vertices(self.vertices.len(), &self.triangles).0
+    }
+
+    /// Smallest box, mm.
+    pub fn bounds(&self) -> Aabb {
+        bounds_of(&self.vertices)
+    }
+
+    /// Name of the feature that a triangle of `solid`'s mesh belongs to; empty where there is none.
+    pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
+        feature_of(self.faces.get(triangle), solid)
+    }
+}
+
+impl PrintMesh {
+    /// Enclosed volume, mm^3, of the rounded vertices.
+    pub fn volume_mm3(&self) -> f64 {
+        volume_mm3(&self.vertices_f64(), self.triangles())
+    }
+
+    /// Surface area, mm^2.
+    pub fn area_mm2(&self) -> f64 {
+        area_mm2(&self.vertices_f64(), self.triangles())
+    }
+
+    /// As [`TriMesh::genus`].
+    pub fn genus(&self) -> i32 {
+        genus(self.vertices().len(), self.triangles())
+    }
+
+    /// Smallest box, mm.
+    pub fn bounds(&self) -> Aabb {
+        bounds_of(&self.vertices_f64())
+    }
+
+    /// As [`TriMesh::feature`].
+    pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
+        feature_of(self.faces().get(triangle), solid)
+    }
+
+    fn vertices_f64(&self) -> Vec<[f64; 3]> {
+        self.vertices().iter().map(|v| v.map(f64::from)).collect()
+    }
+}
+
+fn feature_of<'a>(face: Option<&FaceId>, solid: &'a Solid) -> &'a str {
+    let leaves = solid.leaves();
+    face.and_then(|id| leaves.get(id.leaf as usize)).map_or("", |leaf| leaf.feature)
+}
+
+pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Normal whose length is twice the triangle's area, mm^2.
+pub(crate) fn double_area(corners: [[f64; 3]; 3]) -> [f64; 3] {
+    cross(subtract(corners[1], corners[0]), subtract(corners[2], corners[0]))
+}
+
+pub(crate) fn volume_mm3(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
+    // Tetrahedra to a point on the mesh: around a distant origin their sum would lose digits.
+    let Some(&origin) = vertices.first() else { return 0.0 };
+    let tetrahedron = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| subtract(vertices[v as usize], origin));
+        dot(a, cross(b, c))
+    };
+    triangles.iter().map(tetrahedron).sum::<f64>() / 6.0
+}
+
+fn area_mm2(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
+    let double = |t: &[u32; 3]| {
+        let normal = double_area(t.map(|v| vertices[v as usize]));
+        dot(normal, normal).sqrt()
+    };
+    triangles.iter().map(double).sum::<f64>() / 2.0
+}
+
+/// Sum over shells of 1 - (V - E + F) / 2, where a closed mesh has E = 3 F / 2.
+pub(crate) fn genus(vertex_count: usize, triangles: &[[u32; 3]]) -> i32 {
+    let (shells, used) = shells_and_vertices(vertex_count, triangles);
+    let characteristic = used as i64 - triangles.len() as i64 / 2;
+    (shells as i64 - characteristic / 2) as i32
+}
+
+/// Connected components and vertices in use.
+fn shells_and_vertices(vertex_count: usize, triangles: &[[u32; 3]]) -> (usize, usize) {
+    let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
+    let mut used = vec![false; vertex_count];
+    fn root(parent: &mut [u32], mut v: u32) -> u32 {
+        while parent[v as usize] != v {
+            parent[v as usize] = parent[parent[v as usize] as usize];
+            v = parent[v as usize];
+        }
+        v
+    }
+    for &[a, b, c] in triangles {
+        for v in [a, b, c] {
+            used[v as usize] = true;
+        }
+        for v in [b, c] {
+            let (x, y) = (root(&mut parent, a), root(&mut parent, v));
+            parent[x.max(y) as usize] = x.min(y);
+        }
+    }
+    let shells = (0..vertex_count).filter(|&v| used[v] && parent[v] == v as u32).count();
+    (shells, used.iter().filter(|u| **u).count())
+}

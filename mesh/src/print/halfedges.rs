@@ -1,0 +1,167 @@
+//! Who is whose neighbour, kept up to date while edges collapse and flip.
+
+use super::PrintDefect;
+use crate::TriMesh;
+
+/// Marks the corners of a removed triangle.
+const GONE: u32 = u32::MAX;
+
+/// Triangles with, for each of their edges, the same edge of the neighbour.
+///
+/// Edge `3 t + i` of triangle `t` runs from its corner `i` to corner `i + 1`.
+pub(super) struct Halfedges {
+    /// Rounded to `f32` values, mm.
+    pub positions: Vec<[f64; 3]>,
+    corners: Vec<u32>,
+    twins: Vec<u32>,
+}
+
+pub(super) fn next(edge: usize) -> usize {
+    if edge % 3 == 2 { edge - 2 } else { edge + 1 }
+}
+
+pub(super) fn previous(edge: usize) -> usize {
+    if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
+}
+
+impl Halfedges {
+    /// Rounds and finds neighbours.
+    pub fn new(mesh: &TriMesh) -> Result<Self, PrintDefect> {
+        let round = |v: &[f64; 3]| v.map(|c| f64::from(c as f32));
+        let positions: Vec<_> = mesh.vertices.iter().map(round).collect();
+        let corners = mesh.triangles.as_flattened().to_vec();
+        let twins = twins(positions.len(), &corners).map_err(|edge| PrintDefect {
+            problem: "an edge does not have two triangles in opposite directions",
+            at_mm: mesh.vertices[corners[edge] as usize],
+        })?;
+        Ok(Self { positions, corners, twins })
+    }
+
+    /// Triangles that are still there.
+    pub fn alive(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.corners.len() / 3).filter(|&t| self.is_alive(t))
+    }
+
+    pub fn is_alive(&self, triangle: usize) -> bool {
+        self.corners[3 * triangle] != GONE
+    }
+
+    pub fn triangle(&self, t: usize) -> [u32; 3] {
+        [self.corners[3 * t], self.corners[3 * t + 1], self.corners[3 * t + 2]]
+    }
+
+    pub fn points(&self, t: usize) -> [[f64; 3]; 3] {
+        self.triangle(t).map(|v| self.positions[v as usize])
+    }
+
+    pub fn from(&self, edge: usize) -> u32 {
+        self.corners[edge]
+    }
+
+    pub fn to(&self, edge: usize) -> u32 {
+        self.corners[next(edge)]
+    }
+
+    pub fn twin(&self, edge: usize) -> usize {
+        self.twins[edge] as usize
+    }
+
+    /// Edges that start where `edge` starts, all around.
+    pub fn around(&self, edge: usize) -> impl Iterator<Item = usize> + '_ {
+        let mut current = Some(edge);
+        std::iter::from_fn(move || {
+            let this = current?;
+            let following = self.twin(previous(this));
+            current = (following != edge).then_some(following);
+            Some(this)
+        })
+    }
+
+    /// Ends of all edges from the start of `edge`, sorted.
+    pub fn neighbours(&self, edge: usize) -> Vec<u32> {
+        let mut ends: Vec<u32> = self.around(edge).map(|e| self.to(e)).collect();
+        ends.sort_unstable();
+        ends
+    }
+
+    /// Removes an edge by moving its start onto its end. The two triangles beside it go.
+    ///
+    /// Only for edges whose ends have exactly two common neighbours.
+    pub fn collapse(&mut self, edge: usize) {
+        let (moved, kept) = (self.from(edge), self.to(edge));
+        let fan: Vec<usize> = self.around(edge).collect();
+        for e in fan {
+            debug_assert_eq!(self.corners[e], moved);
+            self.corners[e] = kept;
+        }
+        for side in [edge, self.twin(edge)] {
+            let (a, b) = (self.twin(next(side)), self.twin(previous(side)));
+            self.twins[a] = b as u32;
+            self.twins[b] = a as u32;
+            let t = side / 3;
+            self.corners[3 * t..3 * t + 3].fill(GONE);
+        }
+    }
+
+    /// Replaces an edge by the other diagonal of the two triangles beside it.
+    ///
+    /// Only if the ends of the new edge are not neighbours already.
+    pub fn flip(&mut self, edge: usize) {
+        let other = self.twin(edge);
+        let (c, d) = (self.from(previous(edge)), self.from(previous(other)));
+        // Triangles a b c and b a d become d b c and c a d.
+        let (outer_bc, outer_ad) = (self.twin(next(edge)), self.twin(next(other)));
+        let (bc, ad) = (next(edge), next(other));
+        self.corners[edge] = d;
+        self.corners[other] = c;
+        // The edges b c and a d stay where they are; c a and d b move to the other triangle.
+        let outer_ca = self.twin(previous(edge));
+        let outer_db = self.twin(previous(other));
+        self.link(bc, outer_bc);
+        self.link(ad, outer_ad);
+        self.link(edge, outer_db);
+        self.link(other, outer_ca);
+        self.link(previous(edge), previous(other));
+    }
+
+    fn link(&mut self, a: usize, b: usize) {
+        self.twins[a] = b as u32;
+        self.twins[b] = a as u32;
+    }
+}
+
+/// The twin of each edge, or an edge that has none.
+fn twins(vertex_count: usize, corners: &[u32]) -> Result<Vec<u32>, usize> {
+    // Edges sorted into buckets by their lower vertex: an edge and its twin share a bucket.
+    let ends = |edge: usize| (corners[edge], corners[next(edge)]);
+    let mut first = vec![0u32; vertex_count + 1];
+    for edge in 0..corners.len() {
+        let (a, b) = ends(edge);
+        first[a.min(b) as usize + 1] += 1;
+    }
+    for v in 0..vertex_count {
+        first[v + 1] += first[v];
+    }
+    let mut filled = first.clone();
+    let mut sorted = vec![0u32; corners.len()];
+    for edge in 0..corners.len() {
+        let (a, b) = ends(edge);
+        let slot = &mut filled[a.min(b) as usize];
+        sorted[*slot as usize] = edge as u32;
+        *slot += 1;
+    }
+    let mut twins = vec![GONE; corners.len()];
+    for v in 0..vertex_count {
+        let bucket = &sorted[first[v] as usize..first[v + 1] as usize];
+        for &edge in bucket {
+            let (a, b) = ends(edge as usize);
+            let mut same = bucket.iter().filter(|&&e| ends(e as usize) == (a, b));
+            let mut opposite = bucket.iter().filter(|&&e| ends(e as usize) == (b, a));
+            match (same.nth(1), opposite.next(), opposite.next()) {
+                (None, Some(&twin), None) if a != b => twins[edge as usize] = twin,
+                _ => return Err(edge as usize),
+            }
+        }
+    }
+    Ok(twins)
+}

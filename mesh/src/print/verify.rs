@@ -1,0 +1,97 @@
+//! The proof that a file's mesh is sound. It shares no code with the repair.
+
+use super::{PrintDefect, PrintMesh};
+use crate::TriMesh;
+use crate::measure::{double_area, genus, subtract, volume_mm3};
+
+/// Checks everything that [`PrintMesh`] promises about itself.
+pub(super) fn sound(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDefect> {
+    let vertices: Vec<[f64; 3]> = print.vertices.iter().map(|v| v.map(f64::from)).collect();
+    let at = |v: u32| vertices[v as usize];
+    let defect = |problem, at_mm| Err(PrintDefect { problem, at_mm });
+
+    let bits = |v: u32| print.vertices[v as usize].map(|c| (c + 0.0).to_bits());
+    let mut by_place: Vec<u32> = (0..vertices.len() as u32).collect();
+    by_place.sort_unstable_by_key(|&v| bits(v));
+    if let Some(pair) = by_place.windows(2).find(|w| bits(w[0]) == bits(w[1])) {
+        return defect("two vertices fall together", at(pair[0]));
+    }
+    if let Some(&[a, ..]) = print.triangles.iter().find(|t| double_area(t.map(at)) == [0.0; 3]) {
+        return defect("a triangle has no area", at(a));
+    }
+    if let Some(vertex) = open_fan(vertices.len(), &print.triangles) {
+        return defect("the triangles around a vertex do not close to one fan", at(vertex));
+    }
+    let somewhere = vertices.first().copied().unwrap_or_default();
+    if volume_mm3(&vertices, &print.triangles) <= 0.0 {
+        return defect("the volume is not positive", somewhere);
+    }
+    if genus(vertices.len(), &print.triangles) != original.genus() {
+        return defect("the genus has changed", somewhere);
+    }
+    Ok(())
+}
+
+/// A vertex whose triangles are not one closed, oriented fan.
+///
+/// Around a vertex, every triangle leads from one neighbour to another. The surface is a closed,
+/// oriented manifold there exactly if those steps form a single cycle.
+fn open_fan(vertex_count: usize, triangles: &[[u32; 3]]) -> Option<u32> {
+    let mut first = vec![0usize; vertex_count + 1];
+    for v in triangles.iter().flatten() {
+        first[*v as usize + 1] += 1;
+    }
+    for v in 0..vertex_count {
+        first[v + 1] += first[v];
+    }
+    let mut filled = first.clone();
+    let mut steps = vec![[0u32; 2]; 3 * triangles.len()];
+    for &[a, b, c] in triangles {
+        for [at, from, to] in [[a, b, c], [b, c, a], [c, a, b]] {
+            steps[filled[at as usize]] = [from, to];
+            filled[at as usize] += 1;
+        }
+    }
+    (0..vertex_count as u32).find(|&v| {
+        let fan = &mut steps[first[v as usize]..first[v as usize + 1]];
+        fan.sort_unstable();
+        !is_single_cycle(fan)
+    })
+}
+
+/// Whether sorted steps lead once through all their starts and back.
+fn is_single_cycle(steps: &[[u32; 2]]) -> bool {
+    if steps.len() < 3 || steps.windows(2).any(|w| w[0][0] == w[1][0]) {
+        return false;
+    }
+    let mut current = steps[0][0];
+    for taken in 1..=steps.len() {
+        let Ok(i) = steps.binary_search_by_key(&current, |s| s[0]) else { return false };
+        current = steps[i][1];
+        if current == steps[0][0] {
+            return taken == steps.len();
+        }
+    }
+    false
+}
+
+/// Checks how far each vertex of the original is from the one it became.
+pub(super) fn within(
+    original: &[[f64; 3]],
+    positions: &[[f64; 3]],
+    moved_to: &[u32],
+    most_mm: f64,
+) -> Result<(), PrintDefect> {
+    for (v, &from) in original.iter().enumerate() {
+        let mut end = v;
+        while moved_to[end] as usize != end {
+            end = moved_to[end] as usize;
+        }
+        let way = subtract(positions[end], from);
+        if way.iter().any(|c| c.abs() > most_mm) {
+            let problem = "a vertex would have to move too far to mend the mesh";
+            return Err(PrintDefect { problem, at_mm: from });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,154 @@
+//! The one curved generatrix: an arc of an ellipse or of a curve parallel to it.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Intervals for the table that turns scaled arc length into the ellipse's parameter.
+const TABLE: usize = 512;
+
+/// A counter-clockwise arc in the (distance from axis, z) half plane: the points at `offset_mm`
+/// along the outward normal of an ellipse, for its parameter between `from_rad` and `to_rad`.
+#[derive(Clone, Debug)]
+pub(super) struct Arc {
+    pub centre: [f64; 2],
+    pub semi_axes_mm: [f64; 2],
+    pub offset_mm: f64,
+    pub from_rad: f64,
+    pub to_rad: f64,
+}
+
+impl Arc {
+    /// From one point counter-clockwise to another.
+    pub fn between(from: [f64; 2], to: [f64; 2], centre: [f64; 2], semi_axes_mm: [f64; 2]) -> Self {
+        let parameter = |p: [f64; 2]| {
+            ((p[1] - centre[1]) / semi_axes_mm[1]).atan2((p[0] - centre[0]) / semi_axes_mm[0])
+        };
+        let from_rad = parameter(from);
+        let sweep = (parameter(to) - from_rad).rem_euclid(TAU);
+        // Ends that differ by rounding only are the two ends of a full turn, not of nothing.
+        let sweep = if sweep < 1e-12 { TAU } else { sweep };
+        Self { centre, semi_axes_mm, offset_mm: 0.0, from_rad, to_rad: from_rad + sweep }
+    }
+
+    fn is_circle(&self) -> bool {
+        self.semi_axes_mm[0] == self.semi_axes_mm[1]
+    }
+
+    /// Unit normal away from the centre.
+    pub fn normal(&self, t: f64) -> [f64; 2] {
+        let ([a, b], [c, s]) = (self.semi_axes_mm, cos_sin(t));
+        let length = (b * c).hypot(a * s);
+        [b * c / length, a * s / length]
+    }
+
+    /// Point of the curve, mm.
+    pub fn point(&self, t: f64) -> [f64; 2] {
+        let ([a, b], [c, s], n) = (self.semi_axes_mm, cos_sin(t), self.normal(t));
+        [
+            self.centre[0] + a * c + self.offset_mm * n[0],
+            self.centre[1] + b * s + self.offset_mm * n[1],
+        ]
+    }
+
+    /// Speed (mm per unit of `t`) and curvature (1/mm) of the parallel curve.
+    fn speed_and_curvature(&self, t: f64) -> (f64, f64) {
+        let ([a, b], [c, s]) = (self.semi_axes_mm, cos_sin(t));
+        let speed = (a * s).hypot(b * c);
+        let curvature = a * b / (speed * speed * speed);
+        let stretch = 1.0 + self.offset_mm * curvature;
+        (speed * stretch, curvature / stretch)
+    }
+
+    /// Signed distance of a point from the curve, mm, positive inside.
+    ///
+    /// `near` is the parameter of a point of the curve close by; Newton's method finds the foot of
+    /// the perpendicular on the ellipse from there.
+    pub fn depth_of(&self, point: [f64; 2], near: f64) -> f64 {
+        let [x, y] = [point[0] - self.centre[0], point[1] - self.centre[1]];
+        let [a, b] = self.semi_axes_mm;
+        if self.is_circle() {
+            return a + self.offset_mm - x.hypot(y);
+        }
+        let mut t = near;
+        for _ in 0..4 {
+            let (s, c) = t.sin_cos();
+            let slope = (a * a - b * b) * s * c - a * x * s + b * y * c;
+            let change = (a * a - b * b) * (c * c - s * s) - a * x * c - b * y * s;
+            t -= (slope / change).clamp(-0.2, 0.2);
+        }
+        let ([c, s], n) = (cos_sin(t), self.normal(t));
+        self.offset_mm - ((x - a * c) * n[0] + (y - b * s) * n[1])
+    }
+
+    /// Cuts the arc where it is farthest out along an axis, so that those points become vertices.
+    pub fn split_at_extremes(&self) -> Vec<Self> {
+        let slack = 1e-9 * (self.to_rad - self.from_rad).max(1e-3);
+        let first = (self.from_rad / FRAC_PI_2).floor() as i64;
+        let last = (self.to_rad / FRAC_PI_2).ceil() as i64;
+        let inner = (first..=last)
+            .map(|k| k as f64 * FRAC_PI_2)
+            .filter(|t| *t > self.from_rad + slack && *t < self.to_rad - slack);
+        let mut cuts = vec![self.from_rad];
+        cuts.extend(inner);
+        cuts.push(self.to_rad);
+        cuts.windows(2).map(|w| Self { from_rad: w[0], to_rad: w[1], ..self.clone() }).collect()
+    }
+
+    /// A scale in which chords of equal length stray equally far: the integral of the square root
+    /// of the curvature.
+    pub fn scale(&self) -> ScaledLength {
+        let step = (self.to_rad - self.from_rad) / TABLE as f64;
+        let mut cumulative = vec![0.0];
+        if self.is_circle() {
+            let total =
+                (self.to_rad - self.from_rad) * (self.semi_axes_mm[0] + self.offset_mm).sqrt();
+            cumulative.push(total);
+        } else {
+            for i in 0..TABLE {
+                let t = self.from_rad + (i as f64 + 0.5) * step;
+                let (speed, curvature) = self.speed_and_curvature(t);
+                cumulative.push(cumulative[i] + speed * curvature.sqrt() * step);
+            }
+        }
+        ScaledLength { from_rad: self.from_rad, to_rad: self.to_rad, cumulative }
+    }
+}
+
+/// See [`Arc::scale`].
+pub(super) struct ScaledLength {
+    from_rad: f64,
+    to_rad: f64,
+    cumulative: Vec<f64>,
+}
+
+impl ScaledLength {
+    /// Of the whole arc, in square roots of millimetres.
+    pub fn total(&self) -> f64 {
+        self.cumulative[self.cumulative.len() - 1]
+    }
+
+    /// The ellipse's parameter at a fraction of the whole.
+    pub fn parameter(&self, fraction: f64) -> f64 {
+        let target = fraction * self.total();
+        let above = self.cumulative.partition_point(|&c| c < target).max(1);
+        let above = above.min(self.cumulative.len() - 1);
+        let (low, high) = (self.cumulative[above - 1], self.cumulative[above]);
+        let place = (above - 1) as f64 + (target - low) / (high - low);
+        let turn = self.to_rad - self.from_rad;
+        self.from_rad + turn * place / (self.cumulative.len() - 1) as f64
+    }
+}
+
+/// Exact at quarter turns, where the extreme points are.
+fn cos_sin(t: f64) -> [f64; 2] {
+    let quarters = t / FRAC_PI_2;
+    if quarters == quarters.round() {
+        return match quarters.rem_euclid(4.0) as u8 {
+            0 => [1.0, 0.0],
+            1 => [0.0, 1.0],
+            2 => [-1.0, 0.0],
+            _ => [0.0, -1.0],
+        };
+    }
+    let (s, c) = t.sin_cos();
+    [c, s]
+}

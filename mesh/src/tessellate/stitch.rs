@@ -1,0 +1,93 @@
+//! Triangles between two rings of points around one axis.
+
+/// How the points of a ring are spread around the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spread {
+    /// Points; 1 for a pole.
+    pub count: usize,
+    /// Turned by half a step.
+    pub staggered: bool,
+}
+
+impl Spread {
+    pub fn pole() -> Self {
+        Self { count: 1, staggered: false }
+    }
+
+    /// Point `k` as a fraction of a turn.
+    pub fn fraction(&self, k: usize) -> (usize, usize) {
+        (2 * k + usize::from(self.staggered), 2 * self.count)
+    }
+
+    /// Cosine and sine of the azimuth of point `k`.
+    pub fn direction(&self, k: usize) -> [f64; 2] {
+        let (numerator, denominator) = self.fraction(k);
+        super::circle::turn(numerator, denominator)
+    }
+}
+
+/// One triangle: two neighbours on one ring and one point on the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Strip {
+    /// Points `a`, `a + 1` of the lower ring and `b` of the upper.
+    Lower { a: usize, b: usize },
+    /// Point `a` of the lower ring and `b`, `b + 1` of the upper.
+    Upper { a: usize, b: usize },
+}
+
+/// Walks once around, always taking the diagonal with the smaller azimuth. Indices run up to the
+/// counts themselves: the caller wraps them.
+pub(super) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
+    let repeats = repeats(lower, upper);
+    let (part_a, part_b) = (steps(lower) / repeats, steps(upper) / repeats);
+    for part in 0..repeats {
+        stitch_part(lower, upper, |strip| {
+            emit(match strip {
+                Strip::Lower { a, b } => {
+                    Strip::Lower { a: a + part * part_a, b: b + part * part_b }
+                }
+                Strip::Upper { a, b } => {
+                    Strip::Upper { a: a + part * part_a, b: b + part * part_b }
+                }
+            });
+        });
+    }
+}
+
+/// The part of the walk of which the rest is repetition.
+///
+/// No triangle is wider than one step of the coarser ring.
+pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
+    let repeats = repeats(lower, upper);
+    let (steps_a, steps_b) = (steps(lower) / repeats, steps(upper) / repeats);
+    // Azimuths over the common denominator, as integers: ties are ties on every machine.
+    let (na, nb) = (lower.count as i64, upper.count as i64);
+    let azimuth_a = |k: usize| (2 * k as i64 + i64::from(lower.staggered)) * nb;
+    let azimuth_b = |k: usize| (2 * k as i64 + i64::from(upper.staggered)) * na;
+    let (mut a, mut b) = (0, 0);
+    while a < steps_a || b < steps_b {
+        let advance_a = (azimuth_a(a + 1) - azimuth_b(b)).abs();
+        let advance_b = (azimuth_b(b + 1) - azimuth_a(a)).abs();
+        if b == steps_b || (a < steps_a && advance_a <= advance_b) {
+            emit(Strip::Lower { a, b });
+            a += 1;
+        } else {
+            emit(Strip::Upper { a, b });
+            b += 1;
+        }
+    }
+}
+
+/// After how many equal parts of a turn the pattern between two rings repeats.
+fn repeats(lower: Spread, upper: Spread) -> usize {
+    let (a, b) = (steps(lower), steps(upper));
+    if a == 0 || b == 0 { a.max(b) } else { gcd(a, b) }
+}
+
+fn steps(spread: Spread) -> usize {
+    if spread.count == 1 { 0 } else { spread.count }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}

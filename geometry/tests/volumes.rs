@@ -184,18 +184,18 @@ fn overlap_is_measured_and_witnessed() {
 }
 
 proptest! {
-    #![proptest_config(cases(100))]
+    #![proptest_config(cases(60))]
 
     #[test]
     fn inclusion_and_exclusion(a in trees(), b in trees(), pose in poses(3.0)) {
         // |A u B| + |A n B| = |A| + |B|, and |A - B| + |A n B| = |A|; A n B also as an overlap.
         let b = b.placed(pose);
-        let both = volume(&a.clone().and(b.clone()), 20_000);
-        let (union, rest) = (volume(&Solid::union([a.clone(), b.clone()]), 20_000),
-            volume(&a.clone().minus(b.clone()), 20_000));
-        let overlap = overlap_volume(&Body::new(&a).unwrap(), &Body::new(&b).unwrap(), 20_000)
+        let both = volume(&a.clone().and(b.clone()), 8_000);
+        let (union, rest) = (volume(&Solid::union([a.clone(), b.clone()]), 8_000),
+            volume(&a.clone().minus(b.clone()), 8_000));
+        let overlap = overlap_volume(&Body::new(&a).unwrap(), &Body::new(&b).unwrap(), 8_000)
             .unwrap().volume;
-        let (a, b) = (volume(&a, 20_000), volume(&b, 20_000));
+        let (a, b) = (volume(&a, 8_000), volume(&b, 8_000));
         let near = |x: f64, errors: [Estimate; 4]| {
             let error: f64 = errors.iter().map(|e| e.error_mm3).sum();
             x.abs() <= 2.0 * error + 1e-9

@@ -1,1 +1,5 @@
 //! End-to-end tests.
+
+mod designs;
+
+pub use designs::builtin_designs;

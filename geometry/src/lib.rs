@@ -25,7 +25,10 @@
 
 mod body;
 mod bounds;
+pub mod measure;
 mod model;
+mod outline;
+mod pattern;
 mod pose;
 mod profile;
 mod roots;
@@ -39,6 +42,7 @@ pub use body::{Body, BodyLeaf, Crossing, Ray, Scratch};
 pub use bounds::Aabb;
 pub use model::*;
 pub use nalgebra::{Matrix3, Point3, Vector3};
+pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};
 pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
 pub use solid::*;

@@ -70,12 +70,32 @@ pub struct Placement {
     pub assembly: Assembly,
     /// Maps the body's own frame to the assembly's, mm.
     pub assembly_from_body: Pose,
+    /// How far it moves in the exploded picture, assembly frame, mm.
+    pub explode_mm: Vector3<f64>,
 }
 
 impl Placement {
     /// In the assembly's own frame.
     pub fn in_place(assembly: Assembly) -> Self {
-        Self { assembly, assembly_from_body: Pose::identity() }
+        Self::at(assembly, Pose::identity())
+    }
+
+    /// At a pose.
+    pub fn at(assembly: Assembly, assembly_from_body: Pose) -> Self {
+        Self { assembly, assembly_from_body, explode_mm: Vector3::zeros() }
+    }
+
+    /// The same placement, lifted along the assembly's z in the exploded picture.
+    #[must_use]
+    pub fn lifted(self, z_mm: f64) -> Self {
+        self.moved_apart(Vector3::new(0.0, 0.0, z_mm))
+    }
+
+    /// The same placement, moved further in the exploded picture.
+    #[must_use]
+    pub fn moved_apart(mut self, explode_mm: Vector3<f64>) -> Self {
+        self.explode_mm += explode_mm;
+        self
     }
 }
 
@@ -107,8 +127,6 @@ pub struct Part {
     pub print_notes: Vec<String>,
     /// Through holes and handles, counted where they are cut; the mesh must agree.
     pub genus: i32,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// A body that is poured, sprayed or otherwise formed in place.
@@ -132,8 +150,6 @@ pub struct Layer {
     pub opacity: f64,
     /// As for a part.
     pub genus: i32,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// Something bought; its solid is there so that fits can be checked.
@@ -153,8 +169,6 @@ pub struct Component {
     pub color: Color,
     /// Opacity in pictures, 0 to 1.
     pub opacity: f64,
-    /// Where they go in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// Two bodies that are meant to overlap: a press fit, a thread that cuts its own way.

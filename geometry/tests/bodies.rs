@@ -14,7 +14,7 @@ fn length_inside(crossings: &[Crossing]) -> f64 {
 fn check(body: &Body, ray: &Ray) -> TestCaseResult {
     let crossings = body.crossings(ray);
     let speed = ray.direction.norm();
-    prop_assert!(crossings.len() % 2 == 0);
+    prop_assert!(crossings.len().is_multiple_of(2));
     let bounds = body.bounds().grown(1e-7);
     for (i, c) in crossings.iter().enumerate() {
         prop_assert_eq!(c.entering, i % 2 == 0);
@@ -81,7 +81,7 @@ proptest! {
                 (Point3::new(30.0, u, v), -fabkit_geometry::Vector3::x()),
             ] {
                 let crossings = body.crossings(&Ray { origin, direction });
-                prop_assert!(crossings.len() % 2 == 0);
+                prop_assert!(crossings.len().is_multiple_of(2));
                 prop_assert!(crossings.windows(2).all(|w| w[0].t < w[1].t));
                 for pair in crossings.chunks(2) {
                     let middle = origin + 0.5 * (pair[0].t + pair[1].t) * direction;

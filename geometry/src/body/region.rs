@@ -48,6 +48,29 @@ impl Edge {
         Self { from, to, ellipse, ccw, left }
     }
 
+    /// Signed angle (eccentric for ellipses) that an arc sweeps; 0 for a line.
+    pub(crate) fn sweep(&self) -> f64 {
+        let Some(Ellipse { centre, half_axes }) = self.ellipse else { return 0.0 };
+        let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
+        let (a, b) = (unit(self.from), unit(self.to));
+        let turn = a.perp(&b).atan2(a.dot(&b));
+        if self.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) }
+    }
+
+    /// The point at a parameter from 0 to 1, and its derivative.
+    pub(crate) fn at(&self, s: f64) -> (Vector2<f64>, Vector2<f64>) {
+        let Some(Ellipse { centre, half_axes }) = self.ellipse else {
+            let along = self.to - self.from;
+            return (self.from + s * along, along);
+        };
+        let sweep = self.sweep();
+        let start = (self.from - centre).component_div(&half_axes);
+        let (sin, cos) = (s * sweep).sin_cos();
+        let unit = Vector2::new(start.x * cos - start.y * sin, start.x * sin + start.y * cos);
+        let tangent = Vector2::new(-unit.y, unit.x) * sweep;
+        (centre + unit.component_mul(&half_axes), tangent.component_mul(&half_axes))
+    }
+
     /// Whether a point of the edge's full line or ellipse belongs to the edge; generous at the ends.
     pub(crate) fn accepts(&self, p: Vector2<f64>) -> bool {
         let chord = self.to - self.from;
@@ -210,12 +233,9 @@ pub(crate) fn signed_area(path: &Path) -> f64 {
     for segment in &path.segments {
         let edge = Edge::new(from.into(), segment, 1.0);
         twice_area += (edge.from - base).perp(&(edge.to - base));
-        if let Some(Ellipse { centre, half_axes }) = edge.ellipse {
-            // The area between the arc and its chord: in scaled coordinates, sweep - sin(sweep).
-            let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
-            let (a, b) = (unit(edge.from), unit(edge.to));
-            let turn = a.perp(&b).atan2(a.dot(&b));
-            let sweep = if edge.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) };
+        if let Some(Ellipse { half_axes, .. }) = edge.ellipse {
+            // The area between the arc and its chord.
+            let sweep = edge.sweep();
             twice_area += (sweep - sweep.sin()) * half_axes.x * half_axes.y;
         }
         from = edge.to;

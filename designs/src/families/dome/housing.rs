@@ -3,8 +3,7 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Placement, Point3, Pose, Process, Profile, Solid,
-    Vector3,
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -123,7 +122,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
         name: "shell".into(),
         summary: "tube that holds diffuser, LED board and base; the gel stands on it".into(),
         solid: Solid::union(std::iter::once(wall).chain(ribs)).minus_all(screw_holes),
-        placements: vec![in_sensor(), Placement::in_place(JOINING.assembly())],
+        placements: vec![in_sensor(), JOINING.in_place().lifted(-45.0)],
         process: Process::Fdm,
         material: p.shell.material.clone(),
         quantity: 1,
@@ -135,7 +134,6 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
             "bore the screw holes with a 2.4 mm drill if the printer closes them".into(),
         ],
         genus: 1 + p.shell.screws as i32,
-        explode_mm: Vector3::zeros(),
     }
 }
 
@@ -210,7 +208,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
             .minus_all(nuts)
             .minus_all(mounts)
             .minus_all(pry_slots),
-        placements: vec![in_sensor()],
+        placements: vec![in_sensor().lifted(-66.0)],
         process: Process::Fdm,
         material: p.shell.material.clone(),
         quantity: 1,
@@ -223,7 +221,6 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
         ],
         // The cable slot and the four camera screws go all the way through.
         genus: 5,
-        explode_mm: Vector3::new(0.0, 0.0, -45.0),
     }
 }
 
@@ -258,7 +255,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
             0.0,
             layout.diffuser_bottom_z,
         ),
-        placements: vec![in_sensor(), Placement::in_place(JOINING.assembly())],
+        placements: vec![in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)],
         process: Process::Laser,
         material: p.diffuser.material.clone(),
         quantity: 1,
@@ -270,7 +267,6 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
             "the filling gel keys into the notches".into(),
         ],
         genus: 1,
-        explode_mm: Vector3::new(0.0, 0.0, 12.0),
     }
 }
 
@@ -312,7 +308,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
             0.0,
             layout.base_top_z,
         ),
-        placements: vec![in_sensor()],
+        placements: vec![in_sensor().lifted(-26.0)],
         process: Process::Pcb,
         material: p.led_board.material.clone(),
         quantity: 1,
@@ -324,7 +320,6 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
             "one 470 ohm resistor for each LED".into(),
         ],
         genus: 3,
-        explode_mm: Vector3::new(0.0, 0.0, -14.0),
     }
 }
 

@@ -22,7 +22,8 @@ use layout::Layout;
 use mold::Cavity;
 use parameters::Dome;
 
-const BLACK: Color = [52, 54, 58];
+/// Black plastic as pictures show it: light enough that its edges can be told apart.
+const BLACK: Color = [92, 96, 104];
 const FROST: Color = [225, 236, 240];
 const MASK_GREEN: Color = [40, 120, 70];
 const MOLD_BLUE: Color = [120, 160, 205];
@@ -33,8 +34,12 @@ const TOOL_GREY: Color = [180, 184, 190];
 struct AssemblyName(&'static str);
 
 impl AssemblyName {
-    fn assembly(self) -> Assembly {
-        Assembly(self.0.into())
+    fn in_place(self) -> Placement {
+        self.at(Pose::identity())
+    }
+
+    fn at(self, assembly_from_body: Pose) -> Placement {
+        Placement::at(Assembly(self.0.into()), assembly_from_body)
     }
 }
 

@@ -114,7 +114,10 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
             .minus(lid_socket)
             .minus_all(pry)
             .minus(band_groove(p).named("band groove")),
-        placements: used_in(cavity),
+        placements: used_in(cavity)
+            .into_iter()
+            .map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0)))
+            .collect(),
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -130,13 +133,12 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
             .into(),
         ],
         genus: 0,
-        explode_mm: Vector3::new(outwards * 30.0, 0.0, 0.0),
     }
 }
 
 fn used_in(cavity: &Cavity) -> Vec<Placement> {
-    let joining = (cavity.assembly == TRANSLUCENT_MOLD).then(|| JOINING.assembly());
-    std::iter::once(cavity.assembly.assembly()).chain(joining).map(Placement::in_place).collect()
+    let joining = (cavity.assembly == TRANSLUCENT_MOLD).then_some(JOINING);
+    std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
 }
 
 /// A groove around the whole block that keeps rubber bands in place.
@@ -189,7 +191,7 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
             .minus(overflow.named("overflow channel"))
             .minus_all(dowels)
             .minus_all(plate_pry_slots(p)),
-        placements: vec![Placement::in_place(cavity.assembly.assembly())],
+        placements: vec![cavity.assembly.in_place().lifted(-30.0)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -199,7 +201,6 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         print_notes: vec!["the flat side closes the mold, the channel faces up".into()],
         // Bore, vents and two dowel holes.
         genus: 3 + p.mold.vents as i32,
-        explode_mm: Vector3::new(0.0, 0.0, -25.0),
     }
 }
 
@@ -241,7 +242,7 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
             .minus(bore.named("bore"))
             .minus_all(sockets)
             .minus_all(plate_pry_slots(p)),
-        placements: vec![Placement::in_place(JOINING.assembly())],
+        placements: vec![JOINING.in_place().lifted(-20.0)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -250,6 +251,5 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
         bed_from_part: Pose::identity(),
         print_notes: vec!["sockets up".into()],
         genus: 1,
-        explode_mm: Vector3::new(0.0, 0.0, -25.0),
     }
 }

@@ -46,8 +46,8 @@ impl Exit {
 /// Why a command did not do what it was asked to.
 #[derive(Debug)]
 pub enum Failure {
-    /// A design with problems, and the text they point into.
-    Design(InvalidDesign, SourceText),
+    /// A design with problems, and the files they may point into.
+    Design(InvalidDesign, Vec<SourceText>),
     /// Everything else.
     Other {
         /// What it means for the caller.
@@ -86,7 +86,7 @@ impl Failure {
     /// For people, with a final newline.
     pub fn to_text(&self) -> String {
         match self {
-            Self::Design(invalid, source) => diagnostics::list(&invalid.problems, source),
+            Self::Design(invalid, sources) => diagnostics::list(&invalid.problems, sources),
             Self::Other { message, hint, .. } => {
                 let hint = hint.iter().map(|hint| format!("  = help: {hint}\n"));
                 format!("error: {message}\n{}", hint.collect::<String>())

@@ -23,7 +23,7 @@ use framing::Framing;
 use sample::{Setup, Tracer};
 use shade::Shader;
 pub use sheet::contact_sheet;
-use tile::{TILE_PX, Tile};
+use tile::{Pen, TILE_PX, Tile};
 pub use view::{Cut, Projection, View};
 
 /// Largest picture, px.
@@ -201,7 +201,7 @@ fn prepare<'a>(actors: &'a [Actor], view: &View) -> Result<Setup<'a>, RenderErro
     let shelters = Scene::new(opaque.map(|actor| (&actor.body, actor.scene_from_body)));
     let framing = Framing::fit(view, &framed_points(&scene, view.cut.as_ref())?)?;
     let shader = Shader::new(actors, &framing, view);
-    let mut setup = Setup { scene, shelters, framing, shader };
+    let mut setup = Setup { scene, shelters, framing, shader, pen: Pen::of(view) };
     if let Some(closer) = closer_framing(&setup, view) {
         setup.framing = closer;
     }

@@ -5,6 +5,7 @@ use fabkit_geometry::{Crossing, Point3, Ray, Vector3};
 use super::Cut;
 use super::framing::Framing;
 use super::shade::{Linear, Shader, add};
+use super::tile::Pen;
 use crate::{Scene, Scratch};
 
 /// Surfaces nearer together than this count as touching, mm; then the earlier actor is in front,
@@ -53,6 +54,7 @@ pub(super) struct Setup<'a> {
     pub shelters: Scene<'a>,
     pub framing: Framing,
     pub shader: Shader,
+    pub pen: Pen,
 }
 
 /// Traces samples and keeps their surfaces in one growing list.
@@ -68,7 +70,7 @@ pub(super) struct Tracer<'a> {
 
 impl<'a> Tracer<'a> {
     pub fn new(setup: &'a Setup<'a>) -> Self {
-        let Setup { scene, shelters, framing, shader } = setup;
+        let Setup { scene, shelters, framing, shader, pen: _ } = setup;
         let (scratch, seen, surfaces) = Default::default();
         Self { scene, shelters, framing, shader, scratch, seen, surfaces }
     }

@@ -78,15 +78,21 @@ fn a_ball_is_bright_inside_and_dark_at_its_rim() {
 fn tiles_fit_together_wherever_they_are_cut() {
     let actors = [part(), actor(&Solid::sphere(12.0)).with_opacity(0.3)];
     let view = View::isometric(150, 140);
-    let picture = render(&actors, &view).expect("a picture");
-    let setup = prepare(&actors, &view).expect("a scene");
-    for (x_px, y_px, width_px, height_px) in [(37, 41, 50, 30), (61, 20, 1, 90), (0, 77, 150, 1)] {
-        let rgb = Tile { x_px, y_px, width_px, height_px }.draw(&setup);
-        let mut expected = Vec::new();
-        for y in y_px..y_px + height_px {
-            expected.extend((x_px..x_px + width_px).flat_map(|x| picture.pixel(x, y)));
+    let mut setup = prepare(&actors, &view).expect("a scene");
+    for size_px in [150, 1800] {
+        setup.pen = Pen::of(&View::isometric(size_px, size_px));
+        let whole = Tile { x_px: 0, y_px: 0, width_px: 150, height_px: 140 };
+        let picture = Picture { width_px: 150, height_px: 140, rgb: whole.draw(&setup) };
+        for (x_px, y_px, width_px, height_px) in
+            [(37, 41, 50, 30), (61, 20, 1, 90), (0, 77, 150, 1), (70, 60, 3, 2)]
+        {
+            let rgb = Tile { x_px, y_px, width_px, height_px }.draw(&setup);
+            let mut expected = Vec::new();
+            for y in y_px..y_px + height_px {
+                expected.extend((x_px..x_px + width_px).flat_map(|x| picture.pixel(x, y)));
+            }
+            assert!(rgb == expected, "pen for {size_px} px, tile at {x_px}, {y_px}");
         }
-        assert!(rgb == expected, "tile at {x_px}, {y_px}");
     }
 }
 

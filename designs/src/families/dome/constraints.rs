@@ -445,9 +445,16 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
         "the dowels must not stand out of the lid",
         &["mold.dowel_length"],
     );
+    vents(p, layout, report);
+}
 
-    // Vents open between what stands in the mold and the cavity's wall.
+/// Vents open between what stands in the mold and the cavity's wall.
+fn vents(p: &Dome, layout: &Layout, report: &mut Report) {
+    let mold = &p.mold;
     let transparent = layout.transparent_radius - layout.tube_radius;
+    if transparent < THINNEST_GEL_MM {
+        return; // Reported already; every limit below would follow from it.
+    }
     let thinnest = transparent.min(p.translucent_gel.thickness.mm());
     report.at_most(
         "mold.vent_diameter",

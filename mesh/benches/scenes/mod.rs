@@ -11,6 +11,7 @@ pub struct Scene {
     /// Volume, mm^3.
     pub exact_mm3: f64,
     /// Through holes.
+    #[allow(dead_code, reason = "only the tests look at it")]
     pub genus: i32,
 }
 

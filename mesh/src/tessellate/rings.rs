@@ -13,12 +13,25 @@ use super::stitch::{Spread, Strip, stitch_part};
 /// measurement, second order along each edge, may miss.
 const MEASURED_SHARE: f64 = 0.9;
 
-/// Steps along the axis of the first and last strip, relative to the others. A given ring next to
-/// them may have long chords, and a pole's fan reaches farther than a strip.
-const END_STRIPS: [f64; 5] = [0.35, 0.55, 0.75, 1.0, 1.25];
+/// Steps along the axis of the first and last strip, relative to the others, where they do not end
+/// in a pole: a given ring next to them may have long chords.
+const END_STRIPS: [f64; 4] = [0.4, 0.55, 0.75, 1.0];
 
-/// Steps around the axis to try, in units of the scaled radius that the tolerance allows.
-const CHORDS: [f64; 7] = [1.95, 1.8, 1.65, 1.5, 1.35, 1.15, 0.9];
+/// Steps around the axis to try: powers of this, relative to the longest that could hold.
+const SHORTER: f64 = 0.97;
+
+/// How many of them.
+const CHORDS: i32 = 26;
+
+/// Numbers of strips to try from the first that holds: the best is never far from there.
+const TRIES: usize = 4;
+
+/// More strips than this are not worth having.
+const MOST_STRIPS: usize = 3000;
+
+/// Up to this many strips, neighbouring rings may have matching counts throughout. Beyond, counts
+/// differ, and somewhere around each strip a triangle has its right angle on the shorter ring.
+const FEW_STRIPS: usize = 6;
 
 /// Points around the axis at one height.
 #[derive(Clone, Copy, Debug)]
@@ -34,31 +47,33 @@ pub(super) struct Ring {
 /// number of them holds the tolerance.
 pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
     let search = Search { arc, ends, tolerance_mm, scale: arc.scale() };
-    let reach = (2.0 * tolerance_mm).sqrt();
-    let fewest = ((search.scale.total() / (2.5 * reach)).floor() as usize).max(1);
-    let most = 8 + (search.scale.total() / (0.25 * reach)).ceil() as usize;
+    let longest = 2.0 * (2.0 * MEASURED_SHARE * tolerance_mm).sqrt();
+    let fewest = search.fewest_strips(longest);
+    if fewest > MOST_STRIPS {
+        return None;
+    }
     let mut best: Option<(usize, Vec<Ring>)> = None;
-    for strips in fewest..=most {
-        let mut hopeless = best.is_some();
+    let mut last = 2 * fewest + 30;
+    let mut strips = fewest;
+    while strips <= last {
         for weights in end_weights(ends) {
-            for chord in CHORDS {
-                let Some(rings) = search.candidate(strips, weights, chord * reach) else {
-                    continue;
-                };
+            let Some(limit) = search.longest_chord(strips, weights, longest) else { continue };
+            for shorter in 0..CHORDS {
+                let rings = search.candidate(strips, weights, limit * SHORTER.powi(shorter));
                 let cost = triangles(&ends, &rings);
                 if best.as_ref().is_some_and(|(least, _)| cost >= *least) {
                     break; // Shorter chords only cost more.
                 }
-                hopeless = false;
                 if search.holds(&rings) {
+                    if best.is_none() {
+                        last = strips + TRIES;
+                    }
                     best = Some((cost, rings));
                     break;
                 }
             }
         }
-        if hopeless {
-            break;
-        }
+        strips += 1;
     }
     best.map(|(_, rings)| rings)
 }
@@ -86,19 +101,50 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// `strips` strips whose chords around the axis are `chord` long in the scaled plane. `None`
-    /// where a step along the axis could not hold the tolerance whatever the chords.
-    fn candidate(&self, strips: usize, weights: [f64; 2], chord: f64) -> Option<Vec<Ring>> {
-        let weight = |i: usize| match i {
+    /// Weight of strip `i` of `strips`: its share of the way along the axis.
+    fn weight(strips: usize, weights: [f64; 2], i: usize) -> f64 {
+        match i {
             0 => weights[0],
             _ if i + 1 == strips => weights[1],
             _ => 1.0,
-        };
-        let whole: f64 = (0..strips).map(weight).sum();
-        let step = self.scale.total() / whole;
-        if strips > 2 && step > 2.0 * (2.0 * self.tolerance_mm).sqrt() {
-            return None;
         }
+    }
+
+    /// Strips whose steps along the axis could just hold, with the best step around it.
+    fn fewest_strips(&self, longest: f64) -> usize {
+        let strips = self.scale.total() / longest;
+        // The best right triangle of a given size has two equal legs.
+        let many = if self.is_saddle() { strips } else { std::f64::consts::SQRT_2 * strips };
+        let strips = if many <= FEW_STRIPS as f64 { strips / 1.25 } else { 0.97 * many };
+        (strips.floor() as usize).max(1)
+    }
+
+    /// Whether the surface bends one way along the axis and the other around it.
+    fn is_saddle(&self) -> bool {
+        let middle = (self.arc.from_rad + self.arc.to_rad) / 2.0;
+        self.arc.normal(middle)[0] <= 0.0
+    }
+
+    /// The longest step around the axis worth trying, in the scaled plane, next to a step along it
+    /// that follows from the number of strips. `None` if that one alone is too long.
+    fn longest_chord(&self, strips: usize, weights: [f64; 2], longest: f64) -> Option<f64> {
+        let whole: f64 = (0..strips).map(|i| Self::weight(strips, weights, i)).sum();
+        let step = self.scale.total() / whole;
+        if self.is_saddle() {
+            // Edges stray one way or the other, none worse than alone.
+            return (strips <= 2 || step <= longest).then_some(longest);
+        }
+        if strips <= FEW_STRIPS {
+            return Some(longest);
+        }
+        let square = longest * longest - step * step;
+        (square > 0.0).then(|| square.sqrt())
+    }
+
+    /// `strips` strips whose chords around the axis are `chord` long in the scaled plane.
+    fn candidate(&self, strips: usize, weights: [f64; 2], chord: f64) -> Vec<Ring> {
+        let weight = |i: usize| Self::weight(strips, weights, i);
+        let whole: f64 = (0..strips).map(weight).sum();
         let mut rings = Vec::with_capacity(strips);
         let mut done = 0.0;
         for i in 0..strips - 1 {
@@ -114,44 +160,46 @@ impl Search<'_> {
             let count = (around.max(clear) - 1e-9).ceil().max(3.0) as usize;
             rings.push(Ring { t, at, spread: Spread { count, staggered: i % 2 == 0 } });
         }
-        Some(rings)
+        rings
     }
 
     fn holds(&self, rings: &[Ring]) -> bool {
-        let mut below = self.ends[0];
-        let mut check = |above: &Ring| {
-            let good = self.strip_deviation(&below, above);
-            below = *above;
-            good
+        let [first, last] = &self.ends;
+        let at = |i: usize| match i {
+            0 => first,
+            _ => rings.get(i - 1).unwrap_or(last),
         };
-        // The middle strip stands for most: look there first.
-        if let [.., _, _] = rings {
-            let i = rings.len() / 2;
-            if !self.strip_deviation(&rings[i - 1], &rings[i]) {
-                return false;
-            }
-        }
-        rings.iter().all(&mut check) && check(&self.ends[1])
+        let strip = |i: usize| self.strip_holds(at(i), at(i + 1));
+        // Where candidates fail, it is mostly at an end, or everywhere: look there first.
+        let likely = [0, rings.len(), rings.len() / 2];
+        likely.into_iter().all(strip)
+            && (0..=rings.len()).filter(|i| !likely.contains(i)).all(strip)
     }
 
     /// Whether all triangles between two rings hold the tolerance.
-    fn strip_deviation(&self, lower: &Ring, upper: &Ring) -> bool {
+    fn strip_holds(&self, lower: &Ring, upper: &Ring) -> bool {
         let mut good = true;
-        let lower_chord = self.edge(corner(lower, 0), corner(lower, 1));
-        let upper_chord = self.edge(corner(upper, 0), corner(upper, 1));
+        let (mut a_old, mut a_new) = (corner(lower, 0), corner(lower, 1));
+        let (mut b_old, mut b_new) = (corner(upper, 0), corner(upper, 1));
+        let (lower_chord, upper_chord) = (self.edge(a_old, a_new), self.edge(b_old, b_new));
+        let mut cross = self.edge(a_old, b_old);
         stitch_part(lower.spread, upper.spread, |strip| {
             if !good {
                 return;
             }
             let (corners, base) = match strip {
-                Strip::Lower { a, b } => {
-                    ([corner(lower, a), corner(lower, a + 1), corner(upper, b)], lower_chord)
-                }
-                Strip::Upper { a, b } => {
-                    ([corner(upper, b), corner(upper, b + 1), corner(lower, a)], upper_chord)
-                }
+                Strip::Lower { .. } => ([a_new, b_old, a_old], lower_chord),
+                Strip::Upper { .. } => ([b_new, a_old, b_old], upper_chord),
             };
-            good = self.triangle_deviation(corners, base) <= MEASURED_SHARE * self.tolerance_mm;
+            let next_cross = self.edge(corners[0], corners[1]);
+            // Edges in the order of the corners: new diagonal, old diagonal, chord.
+            let deviation = self.triangle_deviation(corners, [next_cross, cross, base]);
+            good = deviation <= MEASURED_SHARE * self.tolerance_mm;
+            cross = next_cross;
+            match strip {
+                Strip::Lower { a, .. } => (a_old, a_new) = (a_new, corner(lower, a + 2)),
+                Strip::Upper { b, .. } => (b_old, b_new) = (b_new, corner(upper, b + 2)),
+            }
         });
         good
     }
@@ -159,10 +207,9 @@ impl Search<'_> {
     /// Largest distance of a triangle's points from the surface, mm.
     ///
     /// Along an edge the distance is a parabola, so over the triangle it is the quadratic form
-    /// 4 (a uv + b vw + c wu) of the barycentric coordinates, with the values at the edge midpoints.
-    fn triangle_deviation(&self, corners: [Corner; 3], base: f64) -> f64 {
-        let (a, b, c) =
-            (base, self.edge(corners[1], corners[2]), self.edge(corners[2], corners[0]));
+    /// 4 (a uv + b vw + c wu) of the barycentric coordinates, with `edges` the values halfway along
+    /// the edges from each corner to the next.
+    fn triangle_deviation(&self, corners: [Corner; 3], [a, b, c]: [f64; 3]) -> f64 {
         let edges = a.abs().max(b.abs()).max(c.abs());
         let weights = [b * (a + c - b), c * (a + b - c), a * (b + c - a)];
         let inside = weights.iter().all(|w| *w > 0.0) || weights.iter().all(|w| *w < 0.0);

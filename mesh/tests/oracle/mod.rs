@@ -65,10 +65,10 @@ fn from_ellipse([a, b]: [f64; 2], point: [f64; 2]) -> f64 {
     let [x, y] = point.map(f64::abs);
     let distance = |t: f64| (a * t.cos() - x).hypot(b * t.sin() - y);
     let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
-    for _ in 0..12 {
-        let step = (high - low) / 24.0;
+    for _ in 0..14 {
+        let step = (high - low) / 12.0;
         let at = |i: i32| low + f64::from(i) * step;
-        let nearest = (0..=24).min_by(|&i, &j| distance(at(i)).total_cmp(&distance(at(j))));
+        let nearest = (0..=12).min_by(|&i, &j| distance(at(i)).total_cmp(&distance(at(j))));
         let centre = at(nearest.unwrap_or(0));
         (low, high) = (f64::max(low, centre - step), f64::min(high, centre + step));
     }

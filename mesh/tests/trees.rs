@@ -1,0 +1,101 @@
+//! Random trees: the mesh against the exact solid, and what is written against itself.
+
+use fabkit_geometry::testing::{cases, trees};
+use fabkit_geometry::{Body, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_mesh::{MeshError, TriMesh, mesh};
+use proptest::prelude::*;
+
+const TOLERANCE_MM: f64 = 0.03;
+
+/// Lines along each side of the grid that integrates the exact volume.
+const LINES: usize = 64;
+
+/// Exact volume by summing chords on a grid of parallel lines, and how uncertain the sum is, mm^3.
+///
+/// The four grids of every second line each way give four estimates; their spread is the measure.
+fn volume_by_rays(body: &Body) -> (f64, f64) {
+    let bounds = body.bounds();
+    if bounds.is_empty() {
+        return (0.0, 0.0);
+    }
+    // An axis that no face is likely to be parallel to.
+    let tilt = Pose::z_to(Vector3::new(0.36, 0.48, 0.8), bounds.centre());
+    let reach_mm = Vector3::from(bounds.size_mm()).norm() / 2.0;
+    let step_mm = 2.0 * reach_mm / LINES as f64;
+    let mut sums = [0.0; 4];
+    for i in 0..LINES {
+        for j in 0..LINES {
+            let at = |k: usize| (k as f64 + 0.5) * step_mm - reach_mm;
+            let origin = tilt.point(Point3::new(at(i), at(j), 0.0));
+            let ray = Ray { origin, direction: tilt.vector(Vector3::z()) };
+            let signed = |c: &fabkit_geometry::Crossing| if c.entering { -c.t } else { c.t };
+            sums[2 * (i % 2) + j % 2] += body.crossings(&ray).iter().map(signed).sum::<f64>();
+        }
+    }
+    let estimates = sums.map(|s| s * 4.0 * step_mm * step_mm);
+    let mean = estimates.iter().sum::<f64>() / 4.0;
+    let spread = estimates.iter().map(|e| (e - mean).abs()).fold(0.0, f64::max);
+    (mean, spread)
+}
+
+fn check(solid: &Solid) {
+    let body = Body::new(solid).expect("strategies draw valid trees");
+    let (exact_mm3, spread_mm3) = volume_by_rays(&body);
+    let triangles = match mesh(solid, TOLERANCE_MM) {
+        Ok(triangles) => triangles,
+        Err(MeshError::Empty) => {
+            // What is thinner than the tolerance may get lost.
+            assert!(exact_mm3 < 0.1, "{exact_mm3} mm3, but no mesh: {solid:?}");
+            return;
+        }
+        Err(error) => panic!("{error}: {solid:?}"),
+    };
+    let (volume_mm3, area_mm2) = (triangles.volume_mm3(), triangles.area_mm2());
+    let bound_mm3 = area_mm2 * TOLERANCE_MM + spread_mm3;
+    let off_mm3 = (volume_mm3 - exact_mm3).abs();
+    assert!(off_mm3 <= bound_mm3, "{off_mm3} mm3 off, bound {bound_mm3}: {solid:?}");
+
+    let file = triangles.to_print().unwrap_or_else(|e| panic!("{e}: {solid:?}"));
+    assert_eq!(file.genus(), triangles.genus());
+    // Rounding moves no vertex by more than it promises, so no volume beyond area times that.
+    assert!((file.volume_mm3() - volume_mm3).abs() <= area_mm2 * 1e-4 + 1e-9);
+}
+
+/// A hash that depends on every bit of the mesh.
+fn fingerprint(mesh: &TriMesh) -> u64 {
+    let coordinates = mesh.vertices.as_flattened().iter().map(|c| c.to_bits());
+    let corners = mesh.triangles.as_flattened().iter().map(|&v| u64::from(v));
+    let faces = mesh.faces.iter().map(|f| u64::from(f.leaf) << 32 | u64::from(f.face));
+    // FNV-1a over words.
+    coordinates
+        .chain(corners)
+        .chain(faces)
+        .fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+proptest! {
+    #![proptest_config(cases(1000))]
+
+    #[test]
+    fn meshes_have_the_exact_volume_and_can_be_written(solid in trees()) {
+        check(&solid);
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(40))]
+
+    #[test]
+    fn the_same_solid_gives_the_same_bits_on_every_thread(solid in trees()) {
+        let once = mesh(&solid, TOLERANCE_MM).map(|m| fingerprint(&m));
+        // Side by side: the kernel numbers its meshes with one counter for all threads.
+        let others = std::thread::scope(|scope| {
+            let run = || mesh(&solid, TOLERANCE_MM).map(|m| fingerprint(&m));
+            let threads: Vec<_> = (0..4).map(|_| scope.spawn(run)).collect();
+            threads.into_iter().map(|t| t.join().unwrap()).collect::<Vec<_>>()
+        });
+        for other in others {
+            prop_assert_eq!(&other, &once);
+        }
+    }
+}

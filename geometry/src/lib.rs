@@ -25,6 +25,7 @@
 
 mod body;
 mod bounds;
+mod casting;
 pub mod measure;
 mod model;
 mod outline;
@@ -40,6 +41,7 @@ mod validate;
 
 pub use body::{Body, BodyLeaf, Crossing, Ray, Scratch};
 pub use bounds::Aabb;
+pub use casting::*;
 pub use model::*;
 pub use nalgebra::{Matrix3, Point3, Vector3};
 pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};

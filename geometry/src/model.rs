@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, Pose, Solid};
+use crate::{Angle, Pose, Solid, Step};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -125,6 +125,9 @@ pub struct Part {
     pub bed_from_part: Pose,
     /// What to mind when making it.
     pub print_notes: Vec<String>,
+    /// Linear shrinkage of what is cast in it, 0 for everything but molds: exported copies, and only
+    /// those, are larger by 1 / (1 - shrinkage).
+    pub shrinkage: f64,
     /// Through holes and handles, counted where they are cut; the mesh must agree.
     pub genus: i32,
 }
@@ -142,8 +145,6 @@ pub struct Layer {
     pub placements: Vec<Placement>,
     /// Trade name.
     pub material: String,
-    /// Mix, degas, pour, cure: in order.
-    pub recipe: Vec<String>,
     /// For pictures.
     pub color: Color,
     /// Opacity in pictures, 0 to 1.
@@ -214,6 +215,8 @@ pub struct Sensor {
     pub layers: Vec<Layer>,
     /// What is bought.
     pub components: Vec<Component>,
+    /// How it is built, step by step.
+    pub chain: Vec<Step>,
     /// Overlaps that are meant.
     pub press_fits: Vec<PressFit>,
     /// The camera as designed.

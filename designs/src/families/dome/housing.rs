@@ -133,6 +133,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
             "0.12 mm layers, no supports: the ribs overhang less than 1 mm".into(),
             "bore the screw holes with a 2.4 mm drill if the printer closes them".into(),
         ],
+        shrinkage: 0.0,
         genus: 1 + p.shell.screws as i32,
     }
 }
@@ -220,6 +221,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
             "lead the cable through the slot, then screw the camera down".into(),
         ],
         // The cable slot and the four camera screws go all the way through.
+        shrinkage: 0.0,
         genus: 5,
     }
 }
@@ -266,6 +268,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
             "cut from a sheet frosted on both sides".into(),
             "the filling gel keys into the notches".into(),
         ],
+        shrinkage: 0.0,
         genus: 1,
     }
 }
@@ -319,6 +322,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
             "press it in from below until it meets the ribs, LEDs between the ribs".into(),
             "one 470 ohm resistor for each LED".into(),
         ],
+        shrinkage: 0.0,
         genus: 3,
     }
 }

@@ -10,13 +10,12 @@ use super::{AssemblyName, COATING, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, 
 /// All layers, the innermost first.
 pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
     let wall = layout.wall_height;
-    let layer = |name: &str, summary: &str, solid, material: &str, recipe: &[&str]| Layer {
+    let layer = |name: &str, summary: &str, solid, material: &str| Layer {
         name: name.into(),
         summary: summary.into(),
         solid,
         placements: Vec::new(),
         material: material.into(),
-        recipe: recipe.iter().map(|step| step.to_string()).collect(),
         color: [255, 255, 255],
         opacity: 1.0,
         // A dome and a bowl have no handles.
@@ -36,12 +35,6 @@ pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
                 "spreads the LEDs' light and glues the tube to diffuser and shell",
                 dome(layout.tube_bore_radius, wall),
                 &p.filling_gel.material,
-                &[
-                    "mix A and B 1 : 1 by mass and degas in vacuum",
-                    "fill the tube to its rim, tip down, the module still in its mold",
-                    "lower shell and diffuser through the collar onto it",
-                    "cure 24 h at room temperature",
-                ],
             ),
             [214, 226, 236],
             0.35,
@@ -54,13 +47,6 @@ pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
                 "carries the translucent gel and spreads light",
                 dome_shell(layout.tube_radius, layout.transparent_radius, wall),
                 &p.transparent_gel.material,
-                &[
-                    "prime the tube with PR-1200 RTV",
-                    "spray the mold with Ease Release 200",
-                    "mix A and B 10 : 1 by mass and degas",
-                    "pour, push the tube in on its connector, close the lid",
-                    "cure about 24 h, open the mold",
-                ],
             ),
             [150, 200, 235],
             0.35,
@@ -73,11 +59,6 @@ pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
                 "brightens and darkens with its depth; its thickness is the sensing range",
                 dome_shell(layout.transparent_radius, layout.translucent_radius, wall),
                 &p.translucent_gel.material,
-                &[
-                    "mix A and B 1 : 1 by mass and degas",
-                    "pour onto the wet coat at once, push the transparent gel in",
-                    "cure about 24 h at room temperature",
-                ],
             ),
             [240, 236, 225],
             0.6,
@@ -90,10 +71,6 @@ pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
                 "keeps light in, ambient light out, and takes the wear",
                 dome_shell(layout.translucent_radius, layout.surface_radius, wall),
                 &p.coat.material,
-                &[
-                    "mix silicone oil, catalyst and thinner 100 : 3 : 500 by mass",
-                    "spray onto the inside of the mold",
-                ],
             ),
             [62, 64, 70],
             1.0,

@@ -32,6 +32,8 @@ pub struct Cavity<'a> {
     pub layer: &'a str,
     /// Where mold and layer stand together.
     pub assembly: AssemblyName,
+    /// Linear shrinkage of its material.
+    pub shrinkage: f64,
     /// Outer radius of the layer, mm.
     pub radius: f64,
     /// Outer radius of what stands inside the mold, mm.
@@ -132,6 +134,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
             }
             .into(),
         ],
+        shrinkage: cavity.shrinkage,
         genus: 0,
     }
 }
@@ -151,6 +154,17 @@ fn band_groove(p: &Dome) -> Solid {
     Solid::extrusion(ring, band).at(0.0, 0.0, (p.mold.height.mm() - band) / 2.0)
 }
 
+/// Radius of the circle on which the lid's vents open, mm: midway over the gel's foot.
+fn vent_circle_mm(cavity: &Cavity) -> f64 {
+    (cavity.core_radius + cavity.radius) / 2.0
+}
+
+/// Where the vents meet the gel's foot, z axis up.
+pub fn vent_poses(p: &Dome, cavity: &Cavity) -> Vec<Pose> {
+    let out = Pose::translation(vent_circle_mm(cavity), 0.0, 0.0);
+    (0..p.mold.vents).map(|i| Pose::rotation_z(turn(i, p.mold.vents, 0.5)).then_in(out)).collect()
+}
+
 /// The lid: centres the connector and so the tube, lets air and surplus out.
 pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
     let thickness = p.mold.lid_thickness.mm();
@@ -162,14 +176,12 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         )
     };
     let bore = through(plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Slide));
-    let vent_circle = (cavity.core_radius + cavity.radius) / 2.0;
+    let vent_circle = vent_circle_mm(cavity);
     let vent_radius = p.mold.vent_diameter.mm() / 2.0;
-    let vents = (0..p.mold.vents).map(|i| {
-        through(vent_radius)
-            .at(vent_circle, 0.0, 0.0)
-            .turned_z(turn(i, p.mold.vents, 0.5))
-            .named(format!("vent {}", i + 1))
-    });
+    let vents = vent_poses(p, cavity)
+        .into_iter()
+        .enumerate()
+        .map(|(i, pose)| through(vent_radius).placed(pose).named(format!("vent {}", i + 1)));
     let half_width = vent_radius + OVERFLOW_MARGIN_MM;
     let overflow = Solid::extrusion(
         Profile::new(Path::circle([0.0; 2], vent_circle + half_width))
@@ -200,6 +212,7 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         bed_from_part: flipped(),
         print_notes: vec!["the flat side closes the mold, the channel faces up".into()],
         // Bore, vents and two dowel holes.
+        shrinkage: cavity.shrinkage,
         genus: 3 + p.mold.vents as i32,
     }
 }
@@ -250,6 +263,7 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
         color: TOOL_GREY,
         bed_from_part: Pose::identity(),
         print_notes: vec!["sockets up".into()],
+        shrinkage: 0.0,
         genus: 1,
     }
 }

@@ -28,7 +28,7 @@ const HOLDER_GAP_MM: f64 = 0.5;
 const PILOT_SPARE_MM: f64 = 0.5;
 
 /// Radius of the hole through which a cured mold is pushed out of its cup, mm.
-const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
+pub(super) const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
 
 /// Number of windows in the bridge to pour through.
 const POUR_WINDOWS: u32 = 3;
@@ -86,6 +86,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Part {
         color: TOOL_GREY,
         bed_from_part: flipped(),
         print_notes: vec!["plug down, handle up".into(), "put the O-ring on dry".into()],
+        shrinkage: 0.0,
         genus: 1,
     }
 }
@@ -155,6 +156,7 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         color: TOOL_GREY,
         bed_from_part: flipped(),
         print_notes: notes.iter().map(|n| n.to_string()).collect(),
+        shrinkage: 0.0,
         genus,
     };
     let cup = tool(
@@ -239,11 +241,6 @@ pub fn silicone_mold(p: &Dome, layout: &Layout) -> Layer {
             .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
         placements: vec![FORM.in_place().lifted(30.0)],
         material: p.form.silicone_material.clone(),
-        recipe: vec![
-            "mix A and B 1 : 1 by volume and degas".into(),
-            "pour through the bridge's windows up to the marked height".into(),
-            "cure 6 h, pull the tube, push the mold out, cut it open in two".into(),
-        ],
         color: [90, 140, 215],
         opacity: 0.6,
         genus: 0,
@@ -298,6 +295,7 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         color: TOOL_GREY,
         bed_from_part,
         print_notes: notes.iter().map(|n| n.to_string()).collect(),
+        shrinkage: 0.0,
         genus: 0,
     };
     [

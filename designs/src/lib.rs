@@ -6,6 +6,7 @@ mod families;
 mod fits;
 mod hardware;
 mod materials;
+mod molds;
 pub mod parameters;
 mod registry;
 

@@ -110,6 +110,7 @@ impl Family for Bulb {
             parts: Vec::new(),
             layers: Vec::new(),
             components: Vec::new(),
+            chain: Vec::new(),
             press_fits: Vec::new(),
             camera: NominalCamera {
                 sensor_from_camera: Pose::identity(),

@@ -6,13 +6,13 @@ use fabkit_geometry::{
 
 use super::housing::{camera_screw_poses, joint_nut_pose, joint_pose, led_pose, relief_edge_mm};
 use super::layout::Layout;
-use super::mold::{lid_dowel_poses, side_dowel_poses};
 use super::parameters::Dome;
 use super::surface::dome_shell;
 use super::tooling::{FormLayout, form_screw_poses, groove_radius_mm};
 use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HeatSetNut, Screw};
+use crate::molds::{lid_dowel_poses, side_dowel_poses};
 
 const STEEL: Color = [176, 180, 186];
 const BRASS: Color = [205, 170, 90];
@@ -46,8 +46,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
     };
     let here = [Pose::identity()];
 
-    let side = side_dowel_poses(p);
-    let lid = lid_dowel_poses(p);
+    let side = side_dowel_poses(&p.mold);
+    let lid = lid_dowel_poses(&p.mold);
     let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
         .into_iter()
         .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat())

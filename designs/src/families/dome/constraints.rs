@@ -412,57 +412,12 @@ fn mount_holes_clear(p: &Dome, layout: &Layout, report: &mut Report) {
 }
 
 fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
-    let mold = &p.mold;
-    let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
-    let grip = mold.dowel_length.mm() / 2.0;
-    report.at_least(
-        "mold.height",
-        mold.height,
-        layout.apex_z() + mold.wall.mm(),
-        "the block needs a floor below the cavity",
-        &["surface.radius", "surface.wall_height", "mold.wall"],
-    );
-    report.at_least(
-        "mold.width",
-        mold.width,
-        2.0 * (layout.surface_radius + mold.wall.mm() + dowel + inset),
-        "dowels stand between the cavity's wall and the side",
-        &["surface.radius", "mold.wall", "mold.dowel_inset", "mold.dowel_diameter"],
-    );
-    report.at_least(
-        "mold.dowel_inset",
-        mold.dowel_inset,
-        dowel + gap_mm(Process::Fdm, Fit::Slide) + mold.band_depth.mm() + PRINTED_WALL_MM,
-        "a dowel needs a wall between its hole and the band groove",
-        &["mold.dowel_diameter", "mold.band_depth"],
-    );
-    report.at_most(
-        "mold.dowel_length",
-        mold.dowel_length,
-        mold.height.mm() - mold.band_width.mm() - 2.0 * PRINTED_WALL_MM,
-        "the lid's dowels must end above the band groove",
-        &["mold.height", "mold.band_width"],
-    );
-    report.at_most(
-        "mold.pry_depth",
-        mold.pry_depth,
-        inset - dowel - gap_mm(Process::Fdm, Fit::Slide) - 0.6,
-        "the pry slots must end in front of the dowels",
-        &["mold.dowel_inset", "mold.dowel_diameter"],
-    );
-    report.at_most(
-        "mold.pry_length",
-        mold.pry_length,
-        mold.height.mm() / 2.0 - mold.band_width.mm(),
-        "the pry slots lie between the band groove and the block's end",
-        &["mold.height", "mold.band_width"],
-    );
-    report.at_least(
-        "mold.lid_thickness",
-        mold.lid_thickness,
-        grip,
-        "the dowels must not stand out of the lid",
-        &["mold.dowel_length"],
+    crate::molds::check(
+        &p.mold,
+        layout.surface_radius,
+        layout.apex_z(),
+        &["surface.radius", "surface.wall_height"],
+        report,
     );
     vents(p, layout, report);
 }

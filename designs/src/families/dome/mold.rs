@@ -6,7 +6,7 @@
 //! highest point, and leave through the lid's vents.
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Part, Path, Placement, Point3, Pose, Process, Profile, Solid, Vector3,
+    Angle, CUT_OVERLAP_MM, Part, Path, Placement, Pose, Process, Profile, Solid, Vector3,
 };
 
 use super::housing::turn;
@@ -16,9 +16,7 @@ use super::surface::dome_tool;
 use super::tooling::plug_radius_mm;
 use super::{AssemblyName, JOINING, MOLD_BLUE, TOOL_GREY, TRANSLUCENT_MOLD, flipped};
 use crate::fits::{Fit, gap_mm};
-
-/// Radius of the block's upright edges, mm.
-const CORNER_MM: f64 = 3.0;
+use crate::molds::{self, Half};
 
 /// Depth of the channel that collects what rises through the vents, mm.
 const OVERFLOW_DEPTH_MM: f64 = 1.2;
@@ -40,82 +38,22 @@ pub struct Cavity<'a> {
     pub core_radius: f64,
 }
 
-/// Dowels across the parting plane x = 0, z axis along +x, origin on the plane.
-pub fn side_dowel_poses(p: &Dome) -> Vec<Pose> {
-    let (inset, height) = (p.mold.dowel_inset.mm(), p.mold.height.mm());
-    let y = p.mold.width.mm() / 2.0 - inset;
-    let places = [[y, inset], [-y, inset], [-y, height - inset], [y, height - inset]];
-    places.map(|[y, z]| Pose::z_to(Vector3::x(), Point3::new(0.0, y, z))).to_vec()
-}
-
-/// Dowels between block and lid, one in each half, origin on the block's mouth, z axis up.
-pub fn lid_dowel_poses(p: &Dome) -> Vec<Pose> {
-    let x = p.mold.width.mm() / 2.0 - p.mold.dowel_inset.mm();
-    [-x, x].map(|x| Pose::translation(x, 0.0, 0.0)).to_vec()
-}
-
-/// A hole for a dowel along z around the origin, `depth_mm` to both sides.
-fn dowel_tool(p: &Dome, fit: Fit, depth_mm: f64) -> Solid {
-    let radius = p.mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Fdm, fit);
-    Solid::cylinder(radius, 2.0 * depth_mm).at(0.0, 0.0, -depth_mm)
-}
-
 /// The two halves: `a` holds the dowels, `b` slides onto them.
 pub fn halves(p: &Dome, layout: &Layout, cavity: &Cavity) -> [Part; 2] {
     [half(p, layout, cavity, Half::A), half(p, layout, cavity, Half::B)]
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Half {
-    A,
-    B,
-}
-
 fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
-    let (width, height) = (p.mold.width.mm(), p.mold.height.mm());
-    let w = width / 2.0;
-    // Half A lies at x < 0; half B is its image turned by half a turn.
-    let outline = Path::from([0.0, w])
-        .line([CORNER_MM - w, w])
-        .arc([-w, w - CORNER_MM], [CORNER_MM - w, w - CORNER_MM], true)
-        .line([-w, CORNER_MM - w])
-        .arc([CORNER_MM - w, -w], [CORNER_MM - w, CORNER_MM - w], true)
-        .line([0.0, -w])
-        .close();
-    let spare = 0.5;
-    let grip = p.mold.dowel_length.mm() / 2.0;
-    let (name, dowel_fit, socket_depth) = match which {
-        Half::A => ("a", Fit::Press, grip),
-        Half::B => ("b", Fit::Slide, grip + spare),
-    };
-    let turned = if which == Half::A { Angle::from_deg(0.0) } else { Angle::from_deg(180.0) };
-    let block = Solid::extrusion(outline, height).turned_z(turned.expect("finite"));
-    let outwards = if which == Half::A { -1.0 } else { 1.0 };
-
-    let sockets = side_dowel_poses(p).into_iter().enumerate().map(|(i, pose)| {
-        dowel_tool(p, dowel_fit, socket_depth).placed(pose).named(format!("socket {}", i + 1))
-    });
-    let lid_pose = lid_dowel_poses(p)[usize::from(which == Half::B)];
-    let lid_socket = dowel_tool(p, Fit::Press, grip).placed(lid_pose).named("lid socket");
-    let pry = [-1.0, 1.0].map(|side| {
-        let (gap, depth) = (p.mold.pry_gap.mm(), p.mold.pry_depth.mm());
-        Solid::cuboid(gap, 2.0 * depth, p.mold.pry_length.mm())
-            // Above the rubber band, beside the upper dowel.
-            .at(0.0, side * w, 0.75 * height - p.mold.pry_length.mm() / 2.0)
-            .named(if side < 0.0 { "pry slot 1" } else { "pry slot 2" })
-    });
+    let name = which.letter();
+    let outwards = which.outwards();
     Part {
         name: format!("mold-{}-{name}", cavity.layer),
         summary: format!(
             "half {name} of the mold that casts the {}",
             cavity.layer.replace('-', " ")
         ),
-        solid: block
-            .minus(dome_tool(cavity.radius, layout.wall_height).named("cavity"))
-            .minus_all(sockets)
-            .minus(lid_socket)
-            .minus_all(pry)
-            .minus(band_groove(p).named("band groove")),
+        solid: molds::half(&p.mold, which)
+            .minus(dome_tool(cavity.radius, layout.wall_height).named("cavity")),
         placements: used_in(cavity)
             .into_iter()
             .map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0)))
@@ -142,16 +80,6 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
 fn used_in(cavity: &Cavity) -> Vec<Placement> {
     let joining = (cavity.assembly == TRANSLUCENT_MOLD).then_some(JOINING);
     std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
-}
-
-/// A groove around the whole block that keeps rubber bands in place.
-fn band_groove(p: &Dome) -> Solid {
-    let (width, band) = (p.mold.width.mm(), p.mold.band_width.mm());
-    let inner = width - 2.0 * p.mold.band_depth.mm();
-    let outer = width + 2.0;
-    let ring = Profile::new(Path::rectangle([0.0; 2], [outer; 2], 0.0))
-        .with_hole(Path::rectangle([0.0; 2], [inner; 2], CORNER_MM));
-    Solid::extrusion(ring, band).at(0.0, 0.0, (p.mold.height.mm() - band) / 2.0)
 }
 
 /// Radius of the circle on which the lid's vents open, mm: midway over the gel's foot.
@@ -189,20 +117,20 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         OVERFLOW_DEPTH_MM + CUT_OVERLAP_MM,
     )
     .at(0.0, 0.0, -thickness - CUT_OVERLAP_MM);
-    let dowels = lid_dowel_poses(p).into_iter().enumerate().map(|(i, pose)| {
-        dowel_tool(p, Fit::Slide, thickness + CUT_OVERLAP_MM)
+    let dowels = molds::lid_dowel_poses(&p.mold).into_iter().enumerate().map(|(i, pose)| {
+        molds::dowel_tool(&p.mold, Fit::Slide, thickness + CUT_OVERLAP_MM)
             .placed(pose)
             .named(format!("dowel hole {}", i + 1))
     });
     Part {
         name: format!("lid-{}", cavity.layer),
         summary: format!("centres the tube in the {} mold", cavity.layer.replace('-', " ")),
-        solid: plate(p, thickness)
+        solid: molds::plate(&p.mold, thickness)
             .minus(bore.named("bore"))
             .minus_all(vents)
             .minus(overflow.named("overflow channel"))
             .minus_all(dowels)
-            .minus_all(plate_pry_slots(p)),
+            .minus_all(molds::plate_pry_slots(&p.mold)),
         placements: vec![cavity.assembly.in_place().lifted(-30.0)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
@@ -217,22 +145,6 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
     }
 }
 
-/// A plate that covers the block's mouth, below z = 0.
-fn plate(p: &Dome, thickness: f64) -> Solid {
-    let outline = Path::rectangle([0.0; 2], [p.mold.width.mm(); 2], CORNER_MM);
-    Solid::extrusion(outline, thickness).at(0.0, 0.0, -thickness)
-}
-
-/// Room for a screwdriver between a plate and the block, at the sides that carry dowels.
-fn plate_pry_slots(p: &Dome) -> [Solid; 2] {
-    let (depth, gap) = (p.mold.pry_depth.mm(), p.mold.pry_gap.mm() / 2.0);
-    [-1.0, 1.0].map(|side| {
-        Solid::cuboid(2.0 * depth, p.mold.pry_length.mm(), gap + CUT_OVERLAP_MM)
-            .at(side * p.mold.width.mm() / 2.0, 0.0, -gap)
-            .named(if side < 0.0 { "pry slot 1" } else { "pry slot 2" })
-    })
-}
-
 /// The ring that centres the shell over the module while the filling gel cures.
 pub fn collar(p: &Dome, layout: &Layout) -> Part {
     let grip = p.mold.dowel_length.mm() / 2.0;
@@ -243,18 +155,20 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
         thickness + 2.0 * CUT_OVERLAP_MM,
     )
     .at(0.0, 0.0, -thickness - CUT_OVERLAP_MM);
-    let sockets = lid_dowel_poses(p).into_iter().enumerate().map(|(i, pose)| {
+    let sockets = molds::lid_dowel_poses(&p.mold).into_iter().enumerate().map(|(i, pose)| {
         let spare = 0.3;
-        dowel_tool(p, Fit::Slide, grip + spare).placed(pose).named(format!("socket {}", i + 1))
+        molds::dowel_tool(&p.mold, Fit::Slide, grip + spare)
+            .placed(pose)
+            .named(format!("socket {}", i + 1))
     });
     Part {
         name: "collar".into(),
         summary: "centres the shell on the module, still in its mold, while the filling gel cures"
             .into(),
-        solid: plate(p, thickness)
+        solid: molds::plate(&p.mold, thickness)
             .minus(bore.named("bore"))
             .minus_all(sockets)
-            .minus_all(plate_pry_slots(p)),
+            .minus_all(molds::plate_pry_slots(&p.mold)),
         placements: vec![JOINING.in_place().lifted(-20.0)],
         process: Process::Fdm,
         material: p.mold.material.clone(),

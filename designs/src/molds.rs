@@ -1,0 +1,229 @@
+//! Two-piece block molds: what every family's molds have in common.
+//!
+//! A block stands on z = 0 around the z axis and parts at x = 0. Its mouth is at z = 0: in use it is
+//! turned over. Half `a` (x < 0) holds the steel dowels, half `b` slides onto them; rubber bands in
+//! a groove hold both, slots at the parting plane take a screwdriver to part them. What is cast, a
+//! family cuts away itself.
+
+use fabkit_geometry::{
+    Angle, CUT_OVERLAP_MM, Length, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+};
+
+use crate::fits::{Fit, gap_mm};
+use crate::parameters;
+use crate::parameters::Report;
+
+parameters! {
+    /// Two-piece molds for the gel layers.
+    pub struct Mold {
+        /// Edge of the square block.
+        width: Length = 20.0..=200.0,
+        /// Height of the block.
+        height: Length = 10.0..=200.0,
+        /// Thinnest wall and floor allowed around the cavity.
+        wall: Length = 1.2..=20.0,
+        /// Diameter of the steel dowel pins.
+        dowel_diameter: Length = 1.0..=8.0,
+        /// Length of the dowel pins.
+        dowel_length: Length = 3.0..=40.0,
+        /// Distance of the dowels from the block's sides to their centres.
+        dowel_inset: Length = 1.5..=20.0,
+        /// Depth of the groove for rubber bands.
+        band_depth: Length = 0.5..=4.0,
+        /// Width of the groove for rubber bands.
+        band_width: Length = 1.0..=15.0,
+        /// Width of a pry slot's mouth.
+        pry_length: Length = 3.0..=20.0,
+        /// How far a pry slot reaches in.
+        pry_depth: Length = 0.8..=6.0,
+        /// Height of a pry slot, both halves together.
+        pry_gap: Length = 0.8..=6.0,
+        /// Thickness of the lid.
+        lid_thickness: Length = 2.0..=15.0,
+        /// Number of vents above the gel.
+        vents: u32 = 4..=32,
+        /// Diameter of a vent.
+        vent_diameter: Length = 0.6..=4.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+/// Radius of the block's upright edges, mm.
+const CORNER_MM: f64 = 3.0;
+
+/// Room beyond a dowel's end, mm.
+const SOCKET_SPARE_MM: f64 = 0.5;
+
+/// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
+const PRINTED_WALL_MM: f64 = 0.8;
+
+/// One half of a mold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// At x < 0; holds the dowels.
+    A,
+    /// At x > 0; slides onto them.
+    B,
+}
+
+impl Half {
+    /// For names of parts.
+    pub fn letter(self) -> &'static str {
+        match self {
+            Self::A => "a",
+            Self::B => "b",
+        }
+    }
+
+    /// Sign of the half's x.
+    pub fn outwards(self) -> f64 {
+        match self {
+            Self::A => -1.0,
+            Self::B => 1.0,
+        }
+    }
+}
+
+/// A half without a cavity: block, sockets for the dowels of the other half and of a lid, pry slots
+/// and band groove.
+pub fn half(mold: &Mold, which: Half) -> Solid {
+    let (w, height) = (mold.width.mm() / 2.0, mold.height.mm());
+    // Half A; half B is its image turned by half a turn.
+    let outline = Path::from([0.0, w])
+        .line([CORNER_MM - w, w])
+        .arc([-w, w - CORNER_MM], [CORNER_MM - w, w - CORNER_MM], true)
+        .line([-w, CORNER_MM - w])
+        .arc([CORNER_MM - w, -w], [CORNER_MM - w, CORNER_MM - w], true)
+        .line([0.0, -w])
+        .close();
+    let turned = if which == Half::A { 0.0 } else { 180.0 };
+    let block = Solid::extrusion(outline, height)
+        .turned_z(Angle::from_deg(turned).expect("half a turn is finite"));
+
+    let grip = mold.dowel_length.mm() / 2.0;
+    let (fit, depth) = match which {
+        Half::A => (Fit::Press, grip),
+        Half::B => (Fit::Slide, grip + SOCKET_SPARE_MM),
+    };
+    let sockets = side_dowel_poses(mold).into_iter().enumerate().map(|(i, pose)| {
+        dowel_tool(mold, fit, depth).placed(pose).named(format!("socket {}", i + 1))
+    });
+    let lid_pose = lid_dowel_poses(mold)[usize::from(which == Half::B)];
+    let lid_socket = dowel_tool(mold, Fit::Press, grip).placed(lid_pose).named("lid socket");
+    let pry = [-1.0, 1.0].map(|side| {
+        let (gap, depth) = (mold.pry_gap.mm(), mold.pry_depth.mm());
+        Solid::cuboid(gap, 2.0 * depth, mold.pry_length.mm())
+            // Between the rubber band and the block's end, beside the upper dowel.
+            .at(0.0, side * w, 0.75 * height - mold.pry_length.mm() / 2.0)
+            .named(if side < 0.0 { "pry slot 1" } else { "pry slot 2" })
+    });
+    block
+        .minus_all(sockets)
+        .minus(lid_socket)
+        .minus_all(pry)
+        .minus(band_groove(mold).named("band groove"))
+}
+
+/// Dowels across the parting plane x = 0, z axis along +x, origin on the plane.
+pub fn side_dowel_poses(mold: &Mold) -> Vec<Pose> {
+    let (inset, height) = (mold.dowel_inset.mm(), mold.height.mm());
+    let y = mold.width.mm() / 2.0 - inset;
+    let places = [[y, inset], [-y, inset], [-y, height - inset], [y, height - inset]];
+    places.map(|[y, z]| Pose::z_to(Vector3::x(), Point3::new(0.0, y, z))).to_vec()
+}
+
+/// Dowels between block and lid, one in each half, origin on the block's mouth, z axis up.
+pub fn lid_dowel_poses(mold: &Mold) -> Vec<Pose> {
+    let x = mold.width.mm() / 2.0 - mold.dowel_inset.mm();
+    [-x, x].map(|x| Pose::translation(x, 0.0, 0.0)).to_vec()
+}
+
+/// A hole for a dowel along z around the origin, `depth_mm` to both sides.
+pub fn dowel_tool(mold: &Mold, fit: Fit, depth_mm: f64) -> Solid {
+    let radius = mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Fdm, fit);
+    Solid::cylinder(radius, 2.0 * depth_mm).at(0.0, 0.0, -depth_mm)
+}
+
+/// A groove around the whole block that keeps rubber bands in place.
+fn band_groove(mold: &Mold) -> Solid {
+    let (width, band) = (mold.width.mm(), mold.band_width.mm());
+    let inner = width - 2.0 * mold.band_depth.mm();
+    let outer = width + 2.0;
+    let ring = Profile::new(Path::rectangle([0.0; 2], [outer; 2], 0.0))
+        .with_hole(Path::rectangle([0.0; 2], [inner; 2], CORNER_MM));
+    Solid::extrusion(ring, band).at(0.0, 0.0, (mold.height.mm() - band) / 2.0)
+}
+
+/// A plate that covers the block's mouth, below z = 0.
+pub fn plate(mold: &Mold, thickness: f64) -> Solid {
+    let outline = Path::rectangle([0.0; 2], [mold.width.mm(); 2], CORNER_MM);
+    Solid::extrusion(outline, thickness).at(0.0, 0.0, -thickness)
+}
+
+/// Room for a screwdriver between a plate and the block, at the sides that carry dowels.
+pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
+    let (depth, gap) = (mold.pry_depth.mm(), mold.pry_gap.mm() / 2.0);
+    [-1.0, 1.0].map(|side| {
+        Solid::cuboid(2.0 * depth, mold.pry_length.mm(), gap + CUT_OVERLAP_MM)
+            .at(side * mold.width.mm() / 2.0, 0.0, -gap)
+            .named(if side < 0.0 { "pry slot 1" } else { "pry slot 2" })
+    })
+}
+
+/// Reports what keeps a cavity of `radius_mm` and `depth_mm` from fitting the block, or the block's
+/// own features from fitting each other. The section must be called `mold`; `from` are the paths
+/// that the cavity's size follows from.
+pub fn check(mold: &Mold, radius_mm: f64, depth_mm: f64, from: &[&str], report: &mut Report) {
+    let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
+    let grip = mold.dowel_length.mm() / 2.0;
+    report.at_least(
+        "mold.height",
+        mold.height,
+        depth_mm + mold.wall.mm(),
+        "the block needs a floor below the cavity",
+        &[from, &["mold.wall"]].concat(),
+    );
+    report.at_least(
+        "mold.width",
+        mold.width,
+        2.0 * (radius_mm + mold.wall.mm() + dowel + inset),
+        "dowels stand between the cavity's wall and the side",
+        &[from, &["mold.wall", "mold.dowel_inset", "mold.dowel_diameter"]].concat(),
+    );
+    report.at_least(
+        "mold.dowel_inset",
+        mold.dowel_inset,
+        dowel + gap_mm(Process::Fdm, Fit::Slide) + mold.band_depth.mm() + PRINTED_WALL_MM,
+        "a dowel needs a wall between its hole and the band groove",
+        &["mold.dowel_diameter", "mold.band_depth"],
+    );
+    report.at_most(
+        "mold.dowel_length",
+        mold.dowel_length,
+        mold.height.mm() - mold.band_width.mm() - 2.0 * PRINTED_WALL_MM,
+        "the lid's dowels must end above the band groove",
+        &["mold.height", "mold.band_width"],
+    );
+    report.at_most(
+        "mold.pry_depth",
+        mold.pry_depth,
+        inset - dowel - gap_mm(Process::Fdm, Fit::Slide) - 0.6,
+        "the pry slots must end in front of the dowels",
+        &["mold.dowel_inset", "mold.dowel_diameter"],
+    );
+    report.at_most(
+        "mold.pry_length",
+        mold.pry_length,
+        mold.height.mm() / 2.0 - mold.band_width.mm(),
+        "the pry slots lie between the band groove and the block's end",
+        &["mold.height", "mold.band_width"],
+    );
+    report.at_least(
+        "mold.lid_thickness",
+        mold.lid_thickness,
+        grip,
+        "the dowels must not stand out of the lid",
+        &["mold.dowel_length"],
+    );
+}

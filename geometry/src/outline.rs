@@ -87,13 +87,10 @@ fn crossing(profile: &Profile) -> Option<String> {
     sampled.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
     for (i, a) in sampled.iter().enumerate() {
         for b in sampled[i + 1..].iter().take_while(|b| b.low.x <= a.high.x) {
-            if b.low.y <= a.high.y && a.low.y <= b.high.y {
-                if let Some(p) = meeting_point(a, b, size) {
-                    return Some(format!(
-                        "{} and {} cross at [{}, {}] mm",
-                        a.name, b.name, p.x, p.y
-                    ));
-                }
+            let apart = b.low.y > a.high.y || a.low.y > b.high.y;
+            let met = if apart { None } else { meeting_point(a, b, size) };
+            if let Some(p) = met {
+                return Some(format!("{} and {} cross at [{}, {}] mm", a.name, b.name, p.x, p.y));
             }
         }
     }

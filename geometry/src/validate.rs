@@ -3,8 +3,9 @@
 use crate::outline::{self, MAX_SEGMENTS};
 use crate::{Path, Profile, Segment, Solid};
 
-/// Trees deeper than this are refused rather than risking the stack.
-const MAX_DEPTH: usize = 200;
+/// Trees deeper than this are refused rather than risking the stack, and so that every valid tree
+/// survives JSON: readers stop at 128 brackets, a difference takes three, a profile's points nine.
+const MAX_DEPTH: usize = 36;
 
 /// Smallest and largest size, mm. Nothing that a lab makes is smaller than a nanometre or larger
 /// than a kilometre, and within these limits no intermediate result overflows or vanishes.

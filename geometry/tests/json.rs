@@ -150,7 +150,23 @@ fn validation_refuses_absurd_sizes() {
     }
     assert!(Solid::sphere(1.0).at(1e9, 0.0, 0.0).validate().is_err());
     assert!(Solid::union([]).validate().is_err());
-    let mut deep = Solid::sphere(1.0);
+}
+
+#[test]
+fn the_deepest_valid_tree_survives_json() {
+    let plate = Profile::new(Path::rectangle([0.0, 0.0], [9.0, 9.0], 1.0))
+        .with_hole(Path::circle([0.0, 0.0], 2.0));
+    let mut deep = Solid::extrusion(plate, 1.0);
+    loop {
+        let deeper =
+            Solid::Difference { of: Box::new(Solid::sphere(9.0)), minus: vec![deep.clone()] };
+        if deeper.validate().is_err() {
+            break;
+        }
+        deep = deeper;
+    }
+    let text = serde_json::to_string(&deep).unwrap();
+    assert_eq!(serde_json::from_str::<Solid>(&text).unwrap(), deep);
     for _ in 0..1000 {
         deep = Solid::union([deep]);
     }

@@ -108,9 +108,9 @@ fn offset_volume(equatorial: f64, polar: f64, offset: f64) -> f64 {
 
 #[test]
 fn parallel_surfaces_by_steiner() {
-    for (equatorial, polar) in [(5.0, 3.0), (3.0, 5.0), (4.0, 1.0), (10.0, 9.9)] {
+    for (equatorial, polar) in [(5.0, 3.0), (3.0, 5.0), (4.0, 1.0)] {
         let (long, short) = (f64::max(equatorial, polar), f64::min(equatorial, polar));
-        for offset in [-0.9 * short * short / long, -0.1, 0.2, 1.5] {
+        for offset in [-0.9 * short * short / long, 0.2, 1.5] {
             let solid = Solid::ellipsoid_offset(equatorial, polar, offset);
             assert_volume(&solid, offset_volume(equatorial, polar, offset));
         }
@@ -129,6 +129,27 @@ fn perforated_dome_and_dimpled_mold() {
         println!("{value_mm3} +- {error_mm3}, exact {exact}");
         assert!(off <= 2.0 * error_mm3 && error_mm3 < 1e-4 * exact, "{value_mm3} +- {error_mm3}");
         assert!(off < 2e-5 * exact, "{value_mm3} is not {exact}");
+    }
+}
+
+#[test]
+fn holes_and_dimples_keep_apart() {
+    for ((solid, _), word, count, diameter) in
+        [(perforated_dome(), "hole", 100, 1.0), (dimpled_mold(), "dimple", 200, 0.45)]
+    {
+        let body = Body::new(&solid).unwrap();
+        let is_shaft = |s: &Solid| matches!(s, Solid::Cylinder(_));
+        let starts: Vec<_> = body
+            .leaves()
+            .iter()
+            .filter(|leaf| leaf.feature.starts_with(word) && is_shaft(&leaf.primitive))
+            .map(|leaf| leaf.body_from_leaf.point(Point3::origin()))
+            .collect();
+        assert_eq!(starts.len(), count);
+        for (i, a) in starts.iter().enumerate() {
+            // Shafts of the dome begin where they are closest, those of the mold just before.
+            assert!(starts[..i].iter().all(|b| (a - b).norm() > 1.5 * diameter));
+        }
     }
 }
 
@@ -184,18 +205,18 @@ fn overlap_is_measured_and_witnessed() {
 }
 
 proptest! {
-    #![proptest_config(cases(100))]
+    #![proptest_config(cases(60))]
 
     #[test]
     fn inclusion_and_exclusion(a in trees(), b in trees(), pose in poses(3.0)) {
         // |A u B| + |A n B| = |A| + |B|, and |A - B| + |A n B| = |A|; A n B also as an overlap.
         let b = b.placed(pose);
-        let both = volume(&a.clone().and(b.clone()), 20_000);
-        let (union, rest) = (volume(&Solid::union([a.clone(), b.clone()]), 20_000),
-            volume(&a.clone().minus(b.clone()), 20_000));
-        let overlap = overlap_volume(&Body::new(&a).unwrap(), &Body::new(&b).unwrap(), 20_000)
+        let both = volume(&a.clone().and(b.clone()), 8_000);
+        let (union, rest) = (volume(&Solid::union([a.clone(), b.clone()]), 8_000),
+            volume(&a.clone().minus(b.clone()), 8_000));
+        let overlap = overlap_volume(&Body::new(&a).unwrap(), &Body::new(&b).unwrap(), 8_000)
             .unwrap().volume;
-        let (a, b) = (volume(&a, 20_000), volume(&b, 20_000));
+        let (a, b) = (volume(&a, 8_000), volume(&b, 8_000));
         let near = |x: f64, errors: [Estimate; 4]| {
             let error: f64 = errors.iter().map(|e| e.error_mm3).sum();
             x.abs() <= 2.0 * error + 1e-9

@@ -7,8 +7,9 @@ use nalgebra::Vector2;
 
 use crate::{Path, Profile, Segment};
 
-/// How generously an edge accepts a point near one of its ends, relative to its size.
-const SLACK: f64 = 1e-9;
+/// How generously an edge accepts a point near one of its ends, relative to its size: far more than
+/// rounding and than validation grants an arc's ends.
+const SLACK: f64 = 1e-6;
 
 /// The ellipse that an arc is part of; a circle where the half axes agree.
 #[derive(Clone, Copy, Debug, PartialEq)]

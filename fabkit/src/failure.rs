@@ -142,7 +142,6 @@ impl From<ExportFailure> for Failure {
     fn from(failure: ExportFailure) -> Self {
         match failure {
             ExportFailure::Unknown(unknown) => unknown.into(),
-            ExportFailure::Cancelled => Self::plain(Exit::Interrupted, "interrupted"),
             ExportFailure::TooManyTriangles { .. }
             | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => Self::new(
                 Exit::Limit,

@@ -4,9 +4,10 @@
 //! written, it only asks for a stop: the writer sees that between two files, removes what it
 //! wrote, and the process leaves with the same code. A second interrupt does not wait.
 
+use std::io::{self, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use crate::failure::Exit;
+use crate::failure::{Exit, Failure};
 
 const COMPUTING: u8 = 0;
 const WRITING: u8 = 1;
@@ -18,19 +19,23 @@ static STATE: AtomicU8 = AtomicU8::new(COMPUTING);
 pub fn listen() {
     // Fails only if somebody else listens already.
     let _ = ctrlc::set_handler(|| {
-        // The one transition that may go on: from writing to stopping.
-        let writing =
-            STATE.compare_exchange(WRITING, STOPPING, Ordering::SeqCst, Ordering::SeqCst).is_ok();
-        if !writing {
-            eprintln!("error: interrupted");
+        if STATE.swap(STOPPING, Ordering::SeqCst) != WRITING {
+            // If nobody can be told, the exit code still says it.
+            let _ = writeln!(io::stderr(), "error: interrupted");
             std::process::exit(Exit::Interrupted as i32);
         }
     });
 }
 
 /// From here on there may be temporary files to clean up.
-pub fn begin_writing() {
-    STATE.store(WRITING, Ordering::SeqCst);
+///
+/// # Errors
+/// An interrupt that came just before.
+pub fn begin_writing() -> Result<(), Failure> {
+    STATE
+        .compare_exchange(COMPUTING, WRITING, Ordering::SeqCst, Ordering::SeqCst)
+        .map(drop)
+        .map_err(|_| Failure::plain(Exit::Interrupted, "interrupted"))
 }
 
 /// Whether an interrupt asked the writer to stop.

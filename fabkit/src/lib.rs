@@ -4,6 +4,23 @@
 //! layers and components as one list), [`identity`] (which design a file belongs to),
 //! [`exporting`] (a design to the bytes of all its files), [`pictures`], and [`staging`], the only
 //! place that writes files. The `fabkit` command is a thin shell around them.
+//!
+//! ```
+//! use fabkit::exporting::{ExportOptions, Format, export};
+//! use fabkit::designs::{builtin_yaml, load};
+//!
+//! let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;
+//! let design = load("rtac0.yaml", yaml, &["coat.thickness=0.1 mm".into()])?;
+//! let options = ExportOptions {
+//!     parts: vec!["base".into()],
+//!     formats: vec![Format::Stl],
+//!     ..ExportOptions::default()
+//! };
+//! let exported = export(&design, &options, &|part| println!("{part} is ready"))?;
+//! let names: Vec<&str> = exported.files.iter().map(|file| file.name.as_str()).collect();
+//! assert_eq!(names, ["base.stl", "manifest.json"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub use fabkit_depth as depth;
 pub use fabkit_designs as designs;

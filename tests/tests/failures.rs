@@ -107,12 +107,14 @@ fn unprivileged(root: &Path, arguments: &[&str]) -> Run {
     if bound {
         return fabkit(root, arguments);
     }
-    let copy = root.join("fabkit");
-    fs::copy(binary(), &copy).unwrap();
     fs::set_permissions(root, fs::Permissions::from_mode(0o755)).unwrap();
-    Command::new("setpriv")
-        .args(["--reuid=65534", "--regid=65534", "--clear-groups"])
-        .arg(copy)
+    // Copied by a process of its own: a binary that this one has open for writing, even in a child
+    // that another test is just starting, cannot be run.
+    let script = r#"cp "$0" fabkit && chmod 755 fabkit &&
+                    exec setpriv --reuid=65534 --regid=65534 --clear-groups ./fabkit "$@""#;
+    Command::new("sh")
+        .args(["-c", script])
+        .arg(binary())
         .args(arguments)
         .current_dir(root)
         .output()

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use fabkit::export::{Bed, Manifest};
-use fabkit::exporting::{self, ExportOptions, Observer};
+use fabkit::exporting::{self, ExportOptions};
 use fabkit::staging::write_all;
 use serde_json::{Value, json};
 
@@ -31,13 +31,13 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     options.formats.dedup();
 
     let progress = Progress::new(global);
-    let exported = exporting::export(&design, &options, &progress);
+    let exported = exporting::export(&design, &options, &|part| progress.finished(part));
     progress.clear();
     let exported = exported?;
 
     let folder =
         args.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&design.sensor.name));
-    interrupt::begin_writing();
+    interrupt::begin_writing()?;
     write_all(&folder, &exported.files, &interrupt::requested)?;
     Ok(Report {
         text: text(&exported.manifest, &folder, start.elapsed()),
@@ -107,9 +107,7 @@ impl Progress {
             let _ = write!(io::stderr(), "\r\x1b[K{line}");
         }
     }
-}
 
-impl Observer for Progress {
     fn finished(&self, part: &str) {
         let count = self.finished.fetch_add(1, Ordering::Relaxed) + 1;
         self.write(&format!("{count} parts, {part}"));

@@ -23,7 +23,7 @@ pub(super) fn run(output: Option<&Path>) -> Result<Report, Failure> {
     let text = match output {
         None => String::from_utf8(pages.swap_remove(0).bytes).map_err(Failure::bug)?,
         Some(folder) => {
-            interrupt::begin_writing();
+            interrupt::begin_writing()?;
             write_all(folder, &pages, &interrupt::requested)?;
             format!("{} pages in {}\n", pages.len(), folder.display())
         }

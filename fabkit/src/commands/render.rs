@@ -43,7 +43,7 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
 
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     let count = bytes.len() as u64;
-    interrupt::begin_writing();
+    interrupt::begin_writing()?;
     let file = OutputFile { name: name.into(), bytes };
     write_all(folder.unwrap_or(Path::new(".")), &[file], &interrupt::requested)?;
     let shown = args.output.display().to_string();

@@ -83,19 +83,8 @@ impl Default for ExportOptions {
     }
 }
 
-/// Follows an export as it goes; called from many threads.
-pub trait Observer: Sync {
-    /// Asked between parts: true stops the export.
-    fn cancelled(&self) -> bool {
-        false
-    }
-
-    /// A part's files are ready.
-    fn finished(&self, _part: &str) {}
-}
-
-/// Nobody watches.
-impl Observer for () {}
+/// Told each part's name as soon as its files are ready, from many threads.
+pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// All files of an export, in memory.
 #[derive(Clone, Debug)]
@@ -158,9 +147,6 @@ pub enum ExportFailure {
     /// A part that the printer cannot hold.
     #[error(transparent)]
     Plate(#[from] ExportError),
-    /// The observer asked to stop.
-    #[error("stopped")]
-    Cancelled,
 }
 
 /// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
@@ -190,7 +176,7 @@ struct Made {
 pub fn export(
     design: &Design,
     options: &ExportOptions,
-    observer: &dyn Observer,
+    finished: OnFinished,
 ) -> Result<Exported, ExportFailure> {
     let sensor = &design.sensor;
     for name in &options.parts {
@@ -207,12 +193,9 @@ pub fn export(
     let results: Vec<Result<(Meshed, Vec<Made>), ExportFailure>> = chosen
         .into_par_iter()
         .map(|body| {
-            if observer.cancelled() {
-                return Err(ExportFailure::Cancelled);
-            }
             let meshed = mesh_body(body, options.tolerance_mm)?;
             let files = part_files(design, &hash, options, &meshed)?;
-            observer.finished(body.name);
+            finished(body.name);
             Ok((meshed, files))
         })
         .collect();
@@ -222,7 +205,7 @@ pub fn export(
 
     let mut made: Vec<Made> = files.into_iter().flatten().collect();
     if options.parts.is_empty() && options.formats.contains(&Format::ThreeMf) {
-        made.extend(plates::plates(design, &hash, options, &meshed, observer)?);
+        made.extend(plates::plates(design, &hash, options, &meshed)?);
     }
     limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
     assemble(design, hash, &meshed, made)

@@ -6,9 +6,7 @@ use fabkit_geometry::{Pose, Process};
 use fabkit_mesh::PrintMesh;
 use rayon::prelude::*;
 
-use super::{
-    ExportFailure, ExportOptions, Format, Made, Meshed, Observer, limit_triangles, object,
-};
+use super::{ExportFailure, ExportOptions, Format, Made, Meshed, limit_triangles, object};
 use crate::staging::OutputFile;
 
 /// Processes whose parts lie on a bed, and share it with others of the same process only.
@@ -20,7 +18,6 @@ pub(super) fn plates(
     hash: &str,
     options: &ExportOptions,
     meshed: &[Meshed],
-    observer: &dyn Observer,
 ) -> Result<Vec<Made>, ExportFailure> {
     let mut made = Vec::new();
     for process in BED_PROCESSES {
@@ -43,7 +40,7 @@ pub(super) fn plates(
             let title = format!("plate-{process}-{}", plate + 1);
             let here: Vec<_> = spots.iter().filter(|spot| spot.plate == plate).collect();
             let placed: Vec<_> =
-                here.par_iter().map(|spot| place(copies[spot.item], spot, observer)).collect();
+                here.par_iter().map(|spot| place(copies[spot.item], spot)).collect();
             let placed: Vec<PrintMesh> = placed.into_iter().collect::<Result<_, _>>()?;
 
             let bodies = || here.iter().map(|spot| &copies[spot.item].body);
@@ -62,14 +59,7 @@ pub(super) fn plates(
 }
 
 /// Moved before rounding to `f32`, and checked again after it: rounding depends on the place.
-fn place(
-    meshed: &Meshed,
-    spot: &Spot,
-    observer: &dyn Observer,
-) -> Result<PrintMesh, ExportFailure> {
-    if observer.cancelled() {
-        return Err(ExportFailure::Cancelled);
-    }
+fn place(meshed: &Meshed, spot: &Spot) -> Result<PrintMesh, ExportFailure> {
     let [x_mm, y_mm] = spot.corner_mm;
     let moved = meshed.lying.placed(&Pose::translation(x_mm, y_mm, 0.0));
     let failed = |source| ExportFailure::Mesh { part: meshed.body.name.into(), source };

@@ -1,0 +1,143 @@
+//! The export of a small sensor made for the purpose, and all the ways in which it is refused.
+
+use fabkit::designs::Design;
+use fabkit::export::ExportError;
+use fabkit::exporting::{ExportFailure, ExportOptions, Exported, Format, export};
+use fabkit::geometry::{
+    Angle, Assembly, NominalCamera, Part, Placement, Point3, Pose, Process, Sensor, Solid,
+};
+
+fn part(name: &str, solid: Solid) -> Part {
+    Part {
+        name: name.into(),
+        summary: "for tests".into(),
+        solid,
+        placements: vec![Placement::in_place(Assembly::sensor())],
+        process: Process::Fdm,
+        material: "PLA".into(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: [200, 100, 50],
+        bed_from_part: Pose::identity(),
+        print_notes: Vec::new(),
+        genus: 0,
+    }
+}
+
+fn design(parts: Vec<Part>) -> Design {
+    let camera = NominalCamera {
+        sensor_from_camera: Pose::identity(),
+        width_px: 640,
+        height_px: 480,
+        field_of_view: Angle::from_deg(160.0).unwrap(),
+    };
+    let sensor = Sensor {
+        name: "small".into(),
+        title: "Small".into(),
+        reference: String::new(),
+        parts,
+        layers: Vec::new(),
+        components: Vec::new(),
+        press_fits: Vec::new(),
+        camera,
+    };
+    Design { sensor, parameters: Vec::new(), derived: Vec::new() }
+}
+
+fn run(parts: Vec<Part>) -> Result<Exported, ExportFailure> {
+    export(&design(parts), &ExportOptions::default(), &|_| ())
+}
+
+fn names(exported: &Exported) -> Vec<&str> {
+    exported.files.iter().map(|file| file.name.as_str()).collect()
+}
+
+#[test]
+fn a_part_lies_turned_in_the_corner_of_the_positive_octant() {
+    let mut bar = part("bar", Solid::cuboid_between([-7.0, 1.0, -2.0], [3.0, 2.0, 5.0]));
+    bar.bed_from_part = Pose::rotation_x(Angle::from_deg(90.0).unwrap());
+    let exported = run(vec![bar]).unwrap();
+    let entry = &exported.manifest.parts[0];
+    assert_eq!(entry.bounds_in_file_mm.min, Point3::origin());
+    assert_eq!(entry.bounds_in_file_mm.max, Point3::new(10.0, 7.0, 1.0));
+    // y is up now, and what was up points at the viewer.
+    let corner = entry.file_from_part.point(Point3::new(-7.0, 1.0, 5.0));
+    assert!((corner - Point3::new(0.0, 0.0, 0.0)).norm() < 1e-12, "{corner}");
+    assert!((entry.mesh.volume_mm3 - 70.0).abs() < 1e-9);
+}
+
+#[test]
+fn plates_follow_process_and_quantity() {
+    let mut clips = part("clip", Solid::cuboid(10.0, 10.0, 2.0));
+    clips.quantity = 3;
+    let mut lens = part("lens", Solid::sphere(4.0));
+    lens.process = Process::Sla;
+    let mut sheet = part("sheet", Solid::cuboid(10.0, 10.0, 2.0));
+    sheet.process = Process::Laser;
+    let exported = run(vec![clips, lens, sheet]).unwrap();
+    let plates: Vec<_> =
+        exported.manifest.files.iter().filter(|f| f.name.starts_with("plate-")).collect();
+    assert_eq!(plates[0].name, "plate-fdm-1.3mf");
+    assert_eq!(plates[0].parts, ["clip", "clip", "clip"]);
+    assert_eq!(plates[1].name, "plate-sla-1.3mf");
+    assert_eq!(plates[1].parts, ["lens"]);
+    assert_eq!(plates.len(), 2);
+}
+
+#[test]
+fn only_what_is_asked_for_is_made() {
+    let parts = || vec![part("a", Solid::sphere(2.0)), part("b", Solid::sphere(3.0))];
+    let options = |names: &[&str], formats: &[Format]| ExportOptions {
+        parts: names.iter().map(|&name| name.into()).collect(),
+        formats: formats.to_vec(),
+        ..ExportOptions::default()
+    };
+    let run = |options| export(&design(parts()), &options, &|_| ());
+    let exported = run(options(&["b", "a", "b"], &[Format::Stl, Format::Tree])).unwrap();
+    assert_eq!(names(&exported), ["a.stl", "a.tree.json", "b.stl", "b.tree.json", "manifest.json"]);
+    let exported = run(options(&["b"], &[Format::ThreeMf])).unwrap();
+    assert_eq!(names(&exported), ["b.3mf", "manifest.json"]);
+    let exported = run(options(&[], &[Format::Stl])).unwrap();
+    assert_eq!(names(&exported), ["a.stl", "b.stl", "manifest.json"]);
+    assert!(matches!(run(options(&["c"], &[])), Err(ExportFailure::Unknown(_))));
+}
+
+#[test]
+fn a_mesh_that_fails_names_its_part() {
+    let empty = Solid::sphere(1.0).minus(Solid::sphere(2.0));
+    for (solid, text) in [(empty, "empty"), (Solid::below(1.0), "unbounded")] {
+        let error = run(vec![part("good", Solid::sphere(1.0)), part("bad", solid)]).unwrap_err();
+        assert!(matches!(&error, ExportFailure::Mesh { part, .. } if part == "bad"), "{error}");
+        assert!(error.to_string().contains(text), "{error}");
+    }
+}
+
+#[test]
+fn a_hole_that_the_design_did_not_count_is_refused() {
+    let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
+    let error = run(vec![part("washer", washer)]).unwrap_err();
+    assert!(matches!(error, ExportFailure::Genus { found: 1, counted: 0, .. }), "{error}");
+}
+
+#[test]
+fn two_files_of_one_name_are_refused() {
+    let twice = || part("a", Solid::sphere(2.0));
+    let error = run(vec![twice(), twice()]).unwrap_err();
+    assert!(matches!(&error, ExportFailure::DuplicateFile(name) if name == "a.stl"), "{error}");
+}
+
+#[test]
+fn more_triangles_than_allowed_are_refused_before_they_are_written() {
+    let mut many = part("many", Solid::sphere(10.0));
+    many.quantity = 10_000;
+    let error = run(vec![many]).unwrap_err();
+    let ExportFailure::TooManyTriangles { found } = error else { panic!("{error}") };
+    assert!(found > 5_000_000 && found % 10_000 == 0, "{found}");
+}
+
+#[test]
+fn what_is_larger_than_the_bed_is_refused_by_name() {
+    let error = run(vec![part("slab", Solid::cuboid(300.0, 10.0, 1.0))]).unwrap_err();
+    assert!(matches!(&error, ExportFailure::Plate(ExportError::LargerThanBed { .. })), "{error}");
+    assert!(error.to_string().starts_with("slab needs 300.0 x 10.0 mm"), "{error}");
+}

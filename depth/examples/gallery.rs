@@ -9,6 +9,7 @@ use std::time::Instant;
 use fabkit_depth::{Actor, Picture, View, contact_sheet, render};
 use fabkit_geometry::{Angle, Body, Point3, Pose, Solid, Vector3};
 
+const BLACK: [u8; 3] = [34, 34, 36];
 const BLUE: [u8; 3] = [86, 140, 196];
 const ORANGE: [u8; 3] = [226, 140, 72];
 const GREY: [u8; 3] = [176, 180, 188];
@@ -23,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let section = View::section(width, height, Point3::origin(), -Vector3::y());
     let perspective = isometric.clone().perspective(Angle::from_deg(25.0).ok_or("not finite")?);
     let drawings: [(&str, Vec<Actor>, &View); 6] = [
-        ("shell", vec![Actor::new(Body::new(&shell())?, BLUE)], &isometric),
+        ("shell", vec![Actor::new(Body::new(&shell())?, BLACK)], &isometric),
         ("dome", vec![Actor::new(Body::new(&dome())?, ORANGE)], &isometric),
         ("mold", vec![Actor::new(Body::new(&mold())?, GREY)], &section),
         ("stack", stack(0.35)?, &isometric),

@@ -1,5 +1,7 @@
 //! What a ray meets in a scene of placed bodies.
 
+use std::ops::Range;
+
 use fabkit_geometry::{Aabb, Body, Crossing, Point3, Pose, Ray, Vector3};
 
 /// Boxes grow by this much, so that a surface lying in its own box's face is not lost to rounding.
@@ -48,6 +50,7 @@ pub struct Scratch {
     /// Box entry and index of the bodies that a ray may meet, nearest first.
     candidates: Vec<(f64, u32)>,
     crossings: Vec<Crossing>,
+    in_body: fabkit_geometry::Scratch,
     stack: Vec<u32>,
 }
 
@@ -97,36 +100,16 @@ impl<'a> Scene<'a> {
         &self,
         ray: &Ray,
         scratch: &mut Scratch,
-        mut visit: impl FnMut(u32, &[Crossing]) -> f64,
+        visit: impl FnMut(u32, &[Crossing]) -> f64,
     ) {
-        self.find_candidates(ray, scratch);
-        let mut enough = f64::INFINITY;
-        for &(entry, index) in &scratch.candidates {
-            if entry > enough {
-                break;
-            }
-            let placed = &self.bodies[index as usize];
-            let ray_in_body = Ray {
-                origin: placed.body_from_scene.point(ray.origin),
-                direction: placed.body_from_scene.vector(ray.direction),
-            };
-            scratch.crossings.clear();
-            scratch.crossings.extend(placed.body.crossings(&ray_in_body));
-            if scratch.crossings.is_empty() {
-                continue;
-            }
-            for crossing in &mut scratch.crossings {
-                crossing.normal = placed.scene_from_body.vector(crossing.normal);
-            }
-            enough = enough.min(visit(index, &scratch.crossings));
-        }
+        self.visit_within(f64::NEG_INFINITY..f64::INFINITY, ray, scratch, visit);
     }
 
-    /// The first surface entered at or after `t_min`.
-    pub fn first_hit(&self, ray: &Ray, t_min: f64, scratch: &mut Scratch) -> Option<Hit> {
+    /// The first surface entered with `t` in a range.
+    pub fn first_hit(&self, ray: &Ray, range: Range<f64>, scratch: &mut Scratch) -> Option<Hit> {
         let mut first: Option<Hit> = None;
-        self.visit_crossings(ray, scratch, |body, crossings| {
-            let entered = crossings.iter().find(|c| c.entering && c.t >= t_min);
+        self.visit_within(range.clone(), ray, scratch, |body, crossings| {
+            let entered = crossings.iter().find(|c| c.entering && range.contains(&c.t));
             if let Some(&crossing) = entered
                 && first.is_none_or(|hit| crossing.t < hit.crossing.t)
             {
@@ -137,7 +120,39 @@ impl<'a> Scene<'a> {
         first
     }
 
-    fn find_candidates(&self, ray: &Ray, scratch: &mut Scratch) {
+    /// As [`Scene::visit_crossings`], but only bodies whose boxes the ray passes within a range.
+    fn visit_within(
+        &self,
+        range: Range<f64>,
+        ray: &Ray,
+        scratch: &mut Scratch,
+        mut visit: impl FnMut(u32, &[Crossing]) -> f64,
+    ) {
+        self.find_candidates(&range, ray, scratch);
+        let mut enough = f64::INFINITY;
+        for candidate in 0..scratch.candidates.len() {
+            let (entry, index) = scratch.candidates[candidate];
+            if entry > enough {
+                break;
+            }
+            let placed = &self.bodies[index as usize];
+            let ray_in_body = Ray {
+                origin: placed.body_from_scene.point(ray.origin),
+                direction: placed.body_from_scene.vector(ray.direction),
+            };
+            let Scratch { crossings, in_body, .. } = scratch;
+            placed.body.crossings_into(&ray_in_body, in_body, crossings);
+            if scratch.crossings.is_empty() {
+                continue;
+            }
+            for crossing in &mut scratch.crossings {
+                crossing.normal = placed.scene_from_body.vector(crossing.normal);
+            }
+            enough = enough.min(visit(index, &scratch.crossings));
+        }
+    }
+
+    fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut Scratch) {
         scratch.candidates.clear();
         scratch.stack.clear();
         if !self.nodes.is_empty() {
@@ -145,7 +160,7 @@ impl<'a> Scene<'a> {
         }
         while let Some(at) = scratch.stack.pop() {
             let node = &self.nodes[at as usize];
-            let Some(entry) = box_entry(&node.bounds, ray) else { continue };
+            let Some(entry) = box_entry(&node.bounds, ray, range) else { continue };
             match node.kind {
                 NodeKind::Leaf { body } => scratch.candidates.push((entry, body)),
                 NodeKind::Inner { right } => scratch.stack.extend([right, at + 1]),
@@ -206,9 +221,10 @@ fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
         .grown(BOX_SLACK_MM)
 }
 
-/// Where the whole line enters a box, if it does (the slab method of Kay and Kajiya, 1986).
-fn box_entry(bounds: &Aabb, ray: &Ray) -> Option<f64> {
-    let (mut entry, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+/// Where a ray enters a box, if it is in it anywhere in the range (the slab method of Kay and
+/// Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986).
+fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
+    let (mut entry, mut exit) = (range.start, range.end);
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
         if direction == 0.0 {

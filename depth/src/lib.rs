@@ -14,7 +14,7 @@
 //! [`Scene`] answers what a ray meets and knows nothing of pixels; [`render`] asks it once or more
 //! per pixel, shades by the true normals and draws lines where the surface breaks.
 //!
-//! ```no_run
+//! ```
 //! use fabkit_depth::{Actor, View, render};
 //! use fabkit_geometry::{Body, Solid};
 //!

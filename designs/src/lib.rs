@@ -5,6 +5,7 @@ use fabkit_geometry::Sensor;
 mod families;
 mod fits;
 mod hardware;
+mod materials;
 pub mod parameters;
 mod registry;
 

@@ -16,7 +16,8 @@ const DOS_TIME: u16 = 0;
 /// 2.0: the first version with deflate.
 const VERSION_NEEDED: u16 = 20;
 const METHOD_DEFLATE: u16 = 8;
-/// Level 6 makes archives 3 % smaller and takes twice as long.
+/// On all parts of rtac0, level 6 gives files 2 % smaller and makes the whole export 1.5 times as long;
+/// level 1 gives files 40 % larger and saves a tenth of the time.
 const LEVEL: u32 = 4;
 
 struct Stored<'a> {

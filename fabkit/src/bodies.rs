@@ -1,6 +1,6 @@
 //! Parts, layers and components seen as one list of bodies.
 
-use fabkit_geometry::{Color, Landmark, Placement, Pose, Process, Sensor, Solid, Vector3};
+use fabkit_geometry::{Color, Landmark, Placement, Pose, Process, Sensor, Solid};
 
 /// Which list of the sensor a body comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +53,6 @@ pub struct BodyRef<'a> {
     pub bed_from_part: Pose,
     /// Through holes and handles, where the design counts them.
     pub genus: Option<i32>,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 impl BodyRef<'_> {
@@ -80,7 +78,6 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         opacity: 1.0,
         bed_from_part: part.bed_from_part,
         genus: Some(part.genus),
-        explode_mm: part.explode_mm,
     });
     let layers = sensor.layers.iter().map(|layer| BodyRef {
         kind: Kind::Layer,
@@ -96,7 +93,6 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         opacity: layer.opacity,
         bed_from_part: Pose::identity(),
         genus: Some(layer.genus),
-        explode_mm: layer.explode_mm,
     });
     let components = sensor.components.iter().map(|component| BodyRef {
         kind: Kind::Component,
@@ -112,7 +108,6 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         opacity: component.opacity,
         bed_from_part: Pose::identity(),
         genus: None,
-        explode_mm: component.explode_mm,
     });
     parts.chain(layers).chain(components).collect()
 }

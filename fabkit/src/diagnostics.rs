@@ -16,11 +16,11 @@ pub struct SourceText {
     pub text: String,
 }
 
-/// All problems and their number, with a final newline.
-pub fn list(problems: &[Problem], source: &SourceText) -> String {
+/// All problems and their number, with a final newline. `sources` are the files they may be in.
+pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {
-        one(&mut out, problem, source);
+        one(&mut out, problem, sources);
         out.push('\n');
     }
     let count = problems.len();
@@ -29,7 +29,7 @@ pub fn list(problems: &[Problem], source: &SourceText) -> String {
 }
 
 /// Writing to a `String` cannot fail, so results are dropped.
-fn one(out: &mut String, problem: &Problem, source: &SourceText) {
+fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
     let _ = writeln!(out, "error: {}", printable(&problem.message));
     let mut gutter = 2;
     match (problem.line, problem.column) {
@@ -38,8 +38,8 @@ fn one(out: &mut String, problem: &Problem, source: &SourceText) {
             let column_text = column.map(|c| format!(":{c}")).unwrap_or_default();
             let arrow = format!("{:>gutter$}", "-->", gutter = gutter + 2);
             let _ = writeln!(out, "{arrow} {}:{line}{column_text}", printable(&problem.file));
-            let text = source.text.lines().nth(line.saturating_sub(1));
-            if let Some(text) = text.filter(|_| problem.file == source.file) {
+            let source = sources.iter().find(|source| source.file == problem.file);
+            if let Some(text) = source.and_then(|s| s.text.lines().nth(line.saturating_sub(1))) {
                 let (excerpt, caret_at) = excerpt(text, column.unwrap_or(1).saturating_sub(1));
                 let carets = "^".repeat(caret_width(text, column, &problem.value));
                 let _ = writeln!(out, "{:gutter$}|", "");
@@ -102,8 +102,8 @@ mod tests {
         }
     }
 
-    fn source(text: &str) -> SourceText {
-        SourceText { file: "my.yaml".into(), text: text.into() }
+    fn source(text: &str) -> [SourceText; 1] {
+        [SourceText { file: "my.yaml".into(), text: text.into() }]
     }
 
     #[test]

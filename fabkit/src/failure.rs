@@ -9,6 +9,7 @@ use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
 use fabkit::designs::parameters::{InvalidDesign, Problem};
 use fabkit::exporting::ExportFailure;
+use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
 use fabkit::staging::StagingError;
 use serde_json::json;
@@ -45,8 +46,8 @@ impl Exit {
 /// Why a command did not do what it was asked to.
 #[derive(Debug)]
 pub enum Failure {
-    /// A design with problems, and the text they point into.
-    Design(InvalidDesign, SourceText),
+    /// A design with problems, and the files they may point into.
+    Design(InvalidDesign, Vec<SourceText>),
     /// Everything else.
     Other {
         /// What it means for the caller.
@@ -85,7 +86,7 @@ impl Failure {
     /// For people, with a final newline.
     pub fn to_text(&self) -> String {
         match self {
-            Self::Design(invalid, source) => diagnostics::list(&invalid.problems, source),
+            Self::Design(invalid, sources) => diagnostics::list(&invalid.problems, sources),
             Self::Other { message, hint, .. } => {
                 let hint = hint.iter().map(|hint| format!("  = help: {hint}\n"));
                 format!("error: {message}\n{}", hint.collect::<String>())
@@ -142,7 +143,8 @@ impl From<ExportFailure> for Failure {
         match failure {
             ExportFailure::Unknown(unknown) => unknown.into(),
             ExportFailure::Cancelled => Self::plain(Exit::Interrupted, "interrupted"),
-            ExportFailure::TooManyTriangles { .. } => Self::new(
+            ExportFailure::TooManyTriangles { .. }
+            | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => Self::new(
                 Exit::Limit,
                 &failure,
                 "allow a larger --tolerance, or export fewer parts with --part",

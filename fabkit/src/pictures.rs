@@ -2,7 +2,7 @@
 
 use fabkit_depth::{Actor, RenderError, View, render};
 use fabkit_export::ExportError;
-use fabkit_geometry::{Assembly, Body, InvalidSolid, Point3, Pose, Sensor, Vector3};
+use fabkit_geometry::{Assembly, Body, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3};
 
 use crate::bodies::{BodyRef, UnknownName, bodies};
 
@@ -61,20 +61,21 @@ pub fn picture_of_assembly(
     let mut actors = Vec::new();
     let all = bodies(sensor);
     for body in &all {
-        let places: Vec<&Pose> = body
-            .placements
-            .iter()
-            .filter(|p| p.assembly.0 == assembly)
-            .map(|p| &p.assembly_from_body)
-            .collect();
+        let places: Vec<&Placement> =
+            body.placements.iter().filter(|p| p.assembly.0 == assembly).collect();
         if places.is_empty() {
             continue;
         }
         let prepared = prepared(body)?;
         for place in places {
-            let apart_mm = if exploded { body.explode_mm } else { Vector3::zeros() };
+            let apart_mm = if exploded { place.explode_mm } else { Vector3::zeros() };
             let shift = Pose::translation(apart_mm.x, apart_mm.y, apart_mm.z);
-            actors.push(actor(body, &prepared, shift.then_in(*place), body.opacity));
+            actors.push(actor(
+                body,
+                &prepared,
+                shift.then_in(place.assembly_from_body),
+                body.opacity,
+            ));
         }
     }
     if actors.is_empty() {

@@ -28,7 +28,7 @@ pub fn split_part(sensor: &str) -> (&str, Option<&str>) {
 fn is_path(sensor: &str) -> bool {
     let path = Path::new(sensor);
     let yaml = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
-    yaml || (sensor.contains('/') && path.is_file())
+    yaml || (sensor.contains('/') && path.exists() && !path.is_dir())
 }
 
 /// Reads and builds a design with its overrides.
@@ -36,18 +36,29 @@ fn is_path(sensor: &str) -> bool {
 /// # Errors
 /// Unknown names, unreadable or oversized files, and all problems of the design.
 pub fn load(sensor: &str, overrides: &[String]) -> Result<Design, Failure> {
-    let source = if is_path(sensor) {
-        SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? }
+    let builtins = designs::builtin_names().into_iter().filter_map(builtin);
+    let (source, others): (SourceText, Vec<SourceText>) = if is_path(sensor) {
+        // It may extend a built-in sensor, and problems may lie there.
+        (
+            SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? },
+            builtins.collect(),
+        )
+    } else if let Some(source) = builtin(sensor) {
+        (source, Vec::new())
     } else {
-        let Some(yaml) = designs::builtin_yaml(sensor) else {
-            let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
-            let hint = format!("{}; a file of your own ends in .yaml", unknown.hint());
-            return Err(Failure::new(Exit::BadInput, unknown, hint));
-        };
-        SourceText { file: sensor.into(), text: yaml.into() }
+        let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
+        let hint = format!("{}; a file of your own ends in .yaml", unknown.hint());
+        return Err(Failure::new(Exit::BadInput, unknown, hint));
     };
-    designs::load(&source.file, &source.text, overrides)
-        .map_err(|invalid| Failure::Design(invalid, source))
+    designs::load(&source.file, &source.text, overrides).map_err(|invalid| {
+        Failure::Design(invalid, std::iter::once(source).chain(others).collect())
+    })
+}
+
+/// The text of a built-in sensor, named as the designs crate names it in messages.
+fn builtin(name: &str) -> Option<SourceText> {
+    let text = designs::builtin_yaml(name)?;
+    Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
 }
 
 /// Refuses what is too large or no file before reading it: a pipe may never end.

@@ -25,7 +25,11 @@
 
 mod body;
 mod bounds;
+mod casting;
+pub mod measure;
 mod model;
+mod outline;
+mod pattern;
 mod pose;
 mod profile;
 mod roots;
@@ -37,8 +41,10 @@ mod validate;
 
 pub use body::{Body, BodyLeaf, Crossing, Ray, Scratch};
 pub use bounds::Aabb;
+pub use casting::*;
 pub use model::*;
 pub use nalgebra::{Matrix3, Point3, Vector3};
+pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};
 pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
 pub use solid::*;

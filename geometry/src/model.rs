@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, Pose, Solid};
+use crate::{Angle, Pose, Solid, Step};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -70,12 +70,32 @@ pub struct Placement {
     pub assembly: Assembly,
     /// Maps the body's own frame to the assembly's, mm.
     pub assembly_from_body: Pose,
+    /// How far it moves in the exploded picture, assembly frame, mm.
+    pub explode_mm: Vector3<f64>,
 }
 
 impl Placement {
     /// In the assembly's own frame.
     pub fn in_place(assembly: Assembly) -> Self {
-        Self { assembly, assembly_from_body: Pose::identity() }
+        Self::at(assembly, Pose::identity())
+    }
+
+    /// At a pose.
+    pub fn at(assembly: Assembly, assembly_from_body: Pose) -> Self {
+        Self { assembly, assembly_from_body, explode_mm: Vector3::zeros() }
+    }
+
+    /// The same placement, lifted along the assembly's z in the exploded picture.
+    #[must_use]
+    pub fn lifted(self, z_mm: f64) -> Self {
+        self.moved_apart(Vector3::new(0.0, 0.0, z_mm))
+    }
+
+    /// The same placement, moved further in the exploded picture.
+    #[must_use]
+    pub fn moved_apart(mut self, explode_mm: Vector3<f64>) -> Self {
+        self.explode_mm += explode_mm;
+        self
     }
 }
 
@@ -105,10 +125,11 @@ pub struct Part {
     pub bed_from_part: Pose,
     /// What to mind when making it.
     pub print_notes: Vec<String>,
+    /// Linear shrinkage of what is cast in it, 0 for everything but molds: exported copies, and only
+    /// those, are larger by 1 / (1 - shrinkage).
+    pub shrinkage: f64,
     /// Through holes and handles, counted where they are cut; the mesh must agree.
     pub genus: i32,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// A body that is poured, sprayed or otherwise formed in place.
@@ -124,16 +145,12 @@ pub struct Layer {
     pub placements: Vec<Placement>,
     /// Trade name.
     pub material: String,
-    /// Mix, degas, pour, cure: in order.
-    pub recipe: Vec<String>,
     /// For pictures.
     pub color: Color,
     /// Opacity in pictures, 0 to 1.
     pub opacity: f64,
     /// As for a part.
     pub genus: i32,
-    /// Where it goes in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// Something bought; its solid is there so that fits can be checked.
@@ -153,8 +170,6 @@ pub struct Component {
     pub color: Color,
     /// Opacity in pictures, 0 to 1.
     pub opacity: f64,
-    /// Where they go in the exploded picture, mm.
-    pub explode_mm: Vector3<f64>,
 }
 
 /// Two bodies that are meant to overlap: a press fit, a thread that cuts its own way.
@@ -200,6 +215,8 @@ pub struct Sensor {
     pub layers: Vec<Layer>,
     /// What is bought.
     pub components: Vec<Component>,
+    /// How it is built, step by step.
+    pub chain: Vec<Step>,
     /// Overlaps that are meant.
     pub press_fits: Vec<PressFit>,
     /// The camera as designed.

@@ -176,7 +176,8 @@ impl Path {
 
 /// A region of the plane: inside `outer` and inside none of `holes`.
 ///
-/// Paths must not cross themselves or each other; their direction does not matter.
+/// Paths must not cross themselves or each other, and holes lie inside the outer path and in no
+/// other hole; their direction does not matter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {

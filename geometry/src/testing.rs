@@ -2,10 +2,13 @@
 //!
 //! Everything is in general position: random turns and shifts keep faces from coinciding.
 
+mod known;
+
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
+pub use self::known::{dimpled_mold, perforated_dome};
 use crate::{Angle, Path, Pose, Profile, Ray, Solid};
 
 /// That many cases, the same ones every time.
@@ -80,7 +83,7 @@ pub fn plates() -> impl Strategy<Value = Profile> {
         (3usize..9, size(), 0.3f64..0.9).prop_map(|(points, r, dent)| {
             let vertex = |i: usize| {
                 let angle = std::f64::consts::PI * i as f64 / points as f64;
-                let r = if i % 2 == 0 { r } else { dent * r };
+                let r = if i.is_multiple_of(2) { r } else { dent * r };
                 [r * angle.cos(), r * angle.sin()]
             };
             Path::polygon(&(0..2 * points).map(vertex).collect::<Vec<_>>()).into()

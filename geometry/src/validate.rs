@@ -1,9 +1,16 @@
 //! What makes a tree a solid.
 
+use crate::outline::{self, MAX_SEGMENTS};
 use crate::{Path, Profile, Segment, Solid};
 
-/// Trees deeper than this are refused rather than risking the stack.
-const MAX_DEPTH: usize = 200;
+/// Trees deeper than this are refused rather than risking the stack, and so that every valid tree
+/// survives JSON: readers stop at 128 brackets, a difference takes three, a profile's points nine.
+const MAX_DEPTH: usize = 36;
+
+/// Smallest and largest size, mm. Nothing that a lab makes is smaller than a nanometre or larger
+/// than a kilometre, and within these limits no intermediate result overflows or vanishes.
+const MIN_SIZE_MM: f64 = 1e-6;
+const MAX_SIZE_MM: f64 = 1e6;
 
 /// Relative slack for "the arc's ends are equally far from its centre".
 const ARC_TOLERANCE: f64 = 1e-9;
@@ -63,8 +70,10 @@ impl Checker {
     }
 
     fn positive(&mut self, name: &str, value_mm: f64) {
-        if !(value_mm.is_finite() && value_mm > 0.0) {
-            self.report(format!("{name} is {value_mm} mm; it must be finite and above 0"));
+        if !(MIN_SIZE_MM..=MAX_SIZE_MM).contains(&value_mm) {
+            self.report(format!(
+                "{name} is {value_mm} mm; it must lie between {MIN_SIZE_MM} and {MAX_SIZE_MM} mm"
+            ));
         }
     }
 
@@ -113,10 +122,10 @@ impl Checker {
                 let (long, short) =
                     (s.equatorial_mm.max(s.polar_mm), s.equatorial_mm.min(s.polar_mm));
                 let deepest_mm = -short * short / long;
-                if !(s.offset_mm.is_finite() && s.offset_mm > deepest_mm) {
+                if !(s.offset_mm <= MAX_SIZE_MM && s.offset_mm > deepest_mm) {
                     c.report(format!(
-                        "offset is {} mm; inwards it must stay above {deepest_mm} mm, the smallest \
-                         radius of curvature",
+                        "offset is {} mm; it must be at most {MAX_SIZE_MM} mm and, inwards, above \
+                         {deepest_mm} mm, the smallest radius of curvature",
                         s.offset_mm
                     ));
                 }
@@ -130,6 +139,9 @@ impl Checker {
             Solid::Placed { pose, of } => {
                 if !pose.is_rigid() {
                     self.report("a placement must be finite, without mirror or scale");
+                }
+                if pose.translation_mm().amax() > MAX_SIZE_MM {
+                    self.report(format!("a shift beyond {MAX_SIZE_MM} mm"));
                 }
                 self.solid_below(of);
             }
@@ -157,9 +169,21 @@ impl Checker {
     }
 
     fn profile(&mut self, profile: &Profile, in_half_plane: bool) {
+        let before = self.violations.len();
+        let count: usize = profile.paths().map(|path| path.segments.len()).sum();
+        if count > MAX_SEGMENTS {
+            self.report(format!("{count} segments; the limit is {MAX_SEGMENTS}"));
+            return;
+        }
         for (i, path) in profile.paths().enumerate() {
             let name = if i == 0 { "outer".to_string() } else { format!("holes[{}]", i - 1) };
             self.at(name, |c| c.path(path, in_half_plane));
+        }
+        // Only sound segments can be compared with each other.
+        if self.violations.len() == before {
+            for problem in outline::problems(profile) {
+                self.report(problem);
+            }
         }
     }
 
@@ -181,8 +205,8 @@ impl Checker {
 
     fn segment(&mut self, from: [f64; 2], segment: &Segment, in_half_plane: bool) {
         let to = segment.to();
-        if !from.iter().chain(&to).all(|v| v.is_finite()) {
-            self.report("has a point that is not finite");
+        if !from.iter().chain(&to).all(|v| v.abs() <= MAX_SIZE_MM) {
+            self.report(format!("has a point that is not finite or beyond {MAX_SIZE_MM} mm"));
             return;
         }
         if from == to {

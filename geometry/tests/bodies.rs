@@ -1,7 +1,7 @@
 //! What must hold for every solid and every line.
 
 use fabkit_geometry::testing::{cases, poses, primitives, rays, trees};
-use fabkit_geometry::{Body, Crossing, Point3, Ray, Solid};
+use fabkit_geometry::{Body, Crossing, Path, Point3, Ray, Solid};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -14,7 +14,7 @@ fn length_inside(crossings: &[Crossing]) -> f64 {
 fn check(body: &Body, ray: &Ray) -> TestCaseResult {
     let crossings = body.crossings(ray);
     let speed = ray.direction.norm();
-    prop_assert!(crossings.len() % 2 == 0);
+    prop_assert!(crossings.len().is_multiple_of(2));
     let bounds = body.bounds().grown(1e-7);
     for (i, c) in crossings.iter().enumerate() {
         prop_assert_eq!(c.entering, i % 2 == 0);
@@ -81,7 +81,7 @@ proptest! {
                 (Point3::new(30.0, u, v), -fabkit_geometry::Vector3::x()),
             ] {
                 let crossings = body.crossings(&Ray { origin, direction });
-                prop_assert!(crossings.len() % 2 == 0);
+                prop_assert!(crossings.len().is_multiple_of(2));
                 prop_assert!(crossings.windows(2).all(|w| w[0].t < w[1].t));
                 for pair in crossings.chunks(2) {
                     let middle = origin + 0.5 * (pair[0].t + pair[1].t) * direction;
@@ -108,6 +108,28 @@ proptest! {
                 prop_assert!(!nearest.entering);
                 prop_assert_eq!(nearest.face, c.face);
                 prop_assert!(nearest.normal.dot(&c.normal) > 1.0 - 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn quartic_crossings_lie_on_the_torus(
+        ring in 2.0f64..5.0,
+        tube in 0.001f64..0.99,
+        rays in prop::collection::vec(rays(5.0), 20),
+    ) {
+        let tube = tube * ring;
+        let disc = Path::circle([ring, 0.0], tube);
+        // The special case and the general one.
+        for solid in [Solid::torus(ring, tube), Solid::revolution(disc)] {
+            let body = Body::new(&solid).unwrap();
+            for ray in &rays {
+                for c in body.crossings(ray) {
+                    let p = ray.at(c.t);
+                    let off = (p.x.hypot(p.y) - ring).hypot(p.z) - tube;
+                    // Rays start up to 60 mm away: a few units in the last place of that.
+                    prop_assert!(off.abs() < 1e-13, "{}", off);
+                }
             }
         }
     }

@@ -1,1 +1,40 @@
-fn main() {}
+//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`.
+
+mod bench;
+mod lint;
+mod python;
+mod run;
+mod test;
+
+use std::env;
+use std::process::ExitCode;
+
+const HELP: &str = "\
+Usage: cargo xtask TASK
+
+Tasks:
+  test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
+  lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
+  bench  Time fabkit beside its peers and print the ratios
+";
+
+fn main() -> ExitCode {
+    let task = env::args().nth(1).unwrap_or_default();
+    let result = match task.as_str() {
+        "test" => test::run(),
+        "lint" => lint::run(),
+        "bench" => bench::run(),
+        "" | "-h" | "--help" | "help" => {
+            print!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        other => Err(format!("there is no task `{other}`\n\n{HELP}")),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

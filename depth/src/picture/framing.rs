@@ -4,9 +4,6 @@ use fabkit_geometry::{Point3, Ray, Vector3};
 
 use super::{Projection, RenderError, View};
 
-/// Surfaces keep light from each other over this share of the scene's radius.
-const SHELTER_REACH: f64 = 0.15;
-
 /// A view with a scale: which ray belongs to which place in the picture.
 #[derive(Clone, Debug)]
 pub(super) struct Framing {
@@ -14,8 +11,6 @@ pub(super) struct Framing {
     pub right: Vector3<f64>,
     pub up: Vector3<f64>,
     pub forward: Vector3<f64>,
-    /// Within this distance of one another, surfaces keep light from each other.
-    pub shelter_mm: f64,
     perspective: bool,
     /// Perspective: where all rays start. Orthographic: a point in front of all that is drawn.
     eye: Point3<f64>,
@@ -58,10 +53,8 @@ impl Framing {
         if !(low.iter().chain(high.iter()).all(|v| v.is_finite()) && radius_mm.is_finite()) {
             return Err(RenderError::NothingToDraw);
         }
-        let shelter_mm = SHELTER_REACH * radius_mm;
         let (left, top, per_px) = (0.0, 0.0, 0.0);
-        let mut framing =
-            Self { right, up, forward, shelter_mm, perspective, eye, left, top, per_px };
+        let mut framing = Self { right, up, forward, perspective, eye, left, top, per_px };
         framing.fit_rectangle(view, low, high);
         Ok(framing)
     }

@@ -10,6 +10,8 @@ mod lines;
 mod sample;
 mod shade;
 mod sheet;
+#[cfg(test)]
+mod tests;
 mod tile;
 mod view;
 
@@ -21,7 +23,7 @@ use framing::Framing;
 use sample::{Setup, Tracer};
 use shade::Shader;
 pub use sheet::contact_sheet;
-use tile::{TILE_PX, Tile};
+use tile::{Pen, TILE_PX, Tile};
 pub use view::{Cut, Projection, View};
 
 /// Largest picture, px.
@@ -165,23 +167,8 @@ pub enum RenderError {
 /// # Errors
 /// See [`RenderError`].
 pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
-    view.validate()?;
+    let setup = prepare(actors, view)?;
     let mut picture = Picture::blank(view.width_px, view.height_px, [255; 3])?;
-    for (index, actor) in actors.iter().enumerate() {
-        if !(0.0..=1.0).contains(&actor.opacity) {
-            return Err(RenderError::Opacity { actor: index, opacity: actor.opacity });
-        }
-    }
-    let scene = Scene::new(actors.iter().map(|actor| (&actor.body, actor.scene_from_body)));
-    let opaque = actors.iter().filter(|actor| actor.opacity == 1.0);
-    let shelters = Scene::new(opaque.map(|actor| (&actor.body, actor.scene_from_body)));
-    let framing = Framing::fit(view, &framed_points(&scene, view.cut.as_ref())?)?;
-    let shader = Shader::new(actors, &framing, view);
-    let mut setup = Setup { scene, shelters, framing, shader };
-    if let Some(closer) = closer_framing(&setup, view) {
-        setup.framing = closer;
-    }
-
     let columns = view.width_px.div_ceil(TILE_PX);
     let rows = view.height_px.div_ceil(TILE_PX);
     // A row of tiles at a time bounds the memory to little more than the picture itself.
@@ -199,6 +186,26 @@ pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
         }
     }
     Ok(picture)
+}
+
+/// Checks everything, and finds the framing.
+fn prepare<'a>(actors: &'a [Actor], view: &View) -> Result<Setup<'a>, RenderError> {
+    view.validate()?;
+    for (index, actor) in actors.iter().enumerate() {
+        if !(0.0..=1.0).contains(&actor.opacity) {
+            return Err(RenderError::Opacity { actor: index, opacity: actor.opacity });
+        }
+    }
+    let scene = Scene::new(actors.iter().map(|actor| (&actor.body, actor.scene_from_body)));
+    let opaque = actors.iter().filter(|actor| actor.opacity == 1.0);
+    let shelters = Scene::new(opaque.map(|actor| (&actor.body, actor.scene_from_body)));
+    let framing = Framing::fit(view, &framed_points(&scene, view.cut.as_ref())?)?;
+    let shader = Shader::new(actors, &framing, view);
+    let mut setup = Setup { scene, shelters, framing, shader, pen: Pen::of(view) };
+    if let Some(closer) = closer_framing(&setup, view) {
+        setup.framing = closer;
+    }
+    Ok(setup)
 }
 
 fn check_size(width_px: u32, height_px: u32) -> Result<(), RenderError> {

@@ -5,6 +5,7 @@ use fabkit_geometry::{Crossing, Point3, Ray, Vector3};
 use super::Cut;
 use super::framing::Framing;
 use super::shade::{Linear, Shader, add};
+use super::tile::Pen;
 use crate::{Scene, Scratch};
 
 /// Surfaces nearer together than this count as touching, mm; then the earlier actor is in front,
@@ -53,6 +54,7 @@ pub(super) struct Setup<'a> {
     pub shelters: Scene<'a>,
     pub framing: Framing,
     pub shader: Shader,
+    pub pen: Pen,
 }
 
 /// Traces samples and keeps their surfaces in one growing list.
@@ -68,7 +70,7 @@ pub(super) struct Tracer<'a> {
 
 impl<'a> Tracer<'a> {
     pub fn new(setup: &'a Setup<'a>) -> Self {
-        let Setup { scene, shelters, framing, shader } = setup;
+        let Setup { scene, shelters, framing, shader, pen: _ } = setup;
         let (scratch, seen, surfaces) = Default::default();
         Self { scene, shelters, framing, shader, scratch, seen, surfaces }
     }
@@ -117,10 +119,11 @@ impl<'a> Tracer<'a> {
         for surface in seen.iter_mut() {
             let opacity = shader.surface_opacity(surface, &ray.direction);
             surface.line_weight = light * shader.line_strength(surface);
-            let shelter = if opacity == 1.0 && surface.leaf != CUT_LEAF {
-                shelter(shelters, surface, framing.shelter_mm, shader.cut.as_ref(), scratch)
-            } else {
-                0.0
+            let shelter = match shader.shelter_reach_mm(surface) {
+                Some(reach_mm) => {
+                    shelter(shelters, surface, reach_mm, shader.cut.as_ref(), scratch)
+                }
+                None => 0.0,
             };
             let shade = shader.shade(surface, shelter, x_px, y_px);
             color = add(color, shade, (light * opacity) as f32);
@@ -147,10 +150,11 @@ fn shelter(
     scratch: &mut Scratch,
 ) -> f64 {
     let ray = Ray { origin: surface.point, direction: surface.normal };
-    let Some(hit) = shelters.first_hit(&ray, SHELTER_GAP * reach_mm, scratch) else { return 0.0 };
-    let is_cut_away =
-        |cut: &Cut| cut.excess_mm(&(ray.origin + ray.direction * hit.crossing.t)) > 0.0;
-    if cut.is_some_and(is_cut_away) { 0.0 } else { (1.0 - hit.crossing.t / reach_mm).max(0.0) }
+    let range = SHELTER_GAP * reach_mm..reach_mm;
+    let Some(hit) = shelters.first_hit(&ray, range, scratch) else { return 0.0 };
+    let t = hit.crossing.t;
+    let is_cut_away = |cut: &Cut| cut.excess_mm(&ray.at(t)) > 0.0;
+    if cut.is_some_and(is_cut_away) { 0.0 } else { 1.0 - t / reach_mm }
 }
 
 /// The stretch of a ray that the cut leaves.
@@ -194,7 +198,7 @@ impl Kept {
         } else {
             (entering.normal, entering.leaf, entering.face)
         };
-        let point = ray.origin + ray.direction * t;
+        let point = ray.at(t);
         Some(Surface { t, point, normal, actor, leaf, face, line_weight: 0.0 })
     }
 }

@@ -14,23 +14,28 @@ pub(super) const PAPER: [u8; 3] = [252, 252, 253];
 /// sRGB of the background's bottom.
 const PAPER_BELOW: [u8; 3] = [231, 234, 238];
 /// sRGB of lines.
-const INK: [u8; 3] = [28, 32, 40];
+const INK: [u8; 3] = [16, 18, 24];
 
 /// Lights in (right, up, towards the viewer), and their strengths.
-const KEY: ([f64; 3], f64) = ([-0.50, 0.55, 0.67], 0.60);
-const FILL: ([f64; 3], f64) = ([0.80, 0.00, 0.60], 0.20);
+const KEY: ([f64; 3], f64) = ([-0.50, 0.55, 0.67], 0.66);
+const FILL: ([f64; 3], f64) = ([0.80, 0.00, 0.60], 0.15);
 /// Light from all sides: from the ground, and from the sky.
 const AMBIENT: (f64, f64) = (0.24, 0.46);
 /// Strength and sharpness of the highlight (Blinn, 1977).
 const HIGHLIGHT: (f64, i32) = (0.10, 40);
 
+/// How much white goes into black (linear light).
+const DARK_LIFT: f32 = 0.085;
+
+/// How far shelter reaches, as a share of the diagonal of the sheltered body's box.
+const SHELTER_REACH: f64 = 0.08;
 /// Share of the light that the closest shelter takes.
 const SHELTERED: f64 = 0.6;
 
 /// Everything about colour that is the same for all samples.
 #[derive(Clone, Debug)]
 pub(super) struct Shader {
-    actors: Vec<(Linear, f64)>,
+    actors: Vec<Paint>,
     /// With `outward` of unit length.
     pub cut: Option<Cut>,
     key: Vector3<f64>,
@@ -39,6 +44,26 @@ pub(super) struct Shader {
     height_px: f64,
     paper: [Linear; 2],
     ink: Linear,
+}
+
+/// What one actor looks like.
+#[derive(Clone, Debug)]
+struct Paint {
+    albedo: Linear,
+    opacity: f64,
+    shelter_reach_mm: f64,
+}
+
+impl Paint {
+    fn of(actor: &Actor) -> Self {
+        let bounds = actor.body.bounds();
+        let reach_mm = if bounds.is_empty() { 0.0 } else { (bounds.max - bounds.min).norm() };
+        Self {
+            albedo: lifted(linear(actor.color)),
+            opacity: actor.opacity,
+            shelter_reach_mm: SHELTER_REACH * reach_mm,
+        }
+    }
 }
 
 impl Shader {
@@ -50,7 +75,7 @@ impl Shader {
         };
         let key = in_scene(KEY.0);
         Self {
-            actors: actors.iter().map(|a| (linear(a.color), a.opacity)).collect(),
+            actors: actors.iter().map(Paint::of).collect(),
             cut: view.cut.map(|cut| Cut { outward: cut.outward.normalize(), ..cut }),
             key,
             fill: in_scene(FILL.0),
@@ -62,7 +87,7 @@ impl Shader {
     }
 
     pub fn opacity(&self, actor: u32) -> f64 {
-        self.actors[actor as usize].1
+        self.actors[actor as usize].opacity
     }
 
     /// How much a surface covers of what is behind it. A cut face covers all; a clear one covers
@@ -82,6 +107,14 @@ impl Shader {
         if surface.leaf == CUT_LEAF { 1.0 } else { 0.3 + 0.7 * opacity * opacity }
     }
 
+    /// How far something in front of a surface may be to keep light from it, mm; none for surfaces
+    /// that are flatly lit or let light through.
+    pub fn shelter_reach_mm(&self, surface: &Surface) -> Option<f64> {
+        let paint = &self.actors[surface.actor as usize];
+        let is_plain = surface.leaf == CUT_LEAF || paint.opacity < 1.0;
+        (!is_plain).then_some(paint.shelter_reach_mm)
+    }
+
     /// The background in a row.
     pub fn background(&self, y_px: f64) -> Linear {
         mix(self.paper[0], self.paper[1], (y_px / self.height_px) as f32)
@@ -95,7 +128,7 @@ impl Shader {
     /// Light from a surface, at a place in the picture. `shelter` is 0 in the open and goes up to
     /// 1 where something stands close in front of the surface.
     pub fn shade(&self, surface: &Surface, shelter: f64, x_px: f64, y_px: f64) -> Linear {
-        let albedo = self.actors[surface.actor as usize].0;
+        let albedo = self.actors[surface.actor as usize].albedo;
         if surface.leaf == CUT_LEAF {
             return self.hatched(albedo, surface.actor, x_px, y_px);
         }
@@ -115,7 +148,7 @@ impl Shader {
     /// other way round (ISO 128-3).
     fn hatched(&self, albedo: Linear, actor: u32, x_px: f64, y_px: f64) -> Linear {
         let pitch_px = (self.height_px / 70.0).max(6.0) * if actor % 4 < 2 { 1.0 } else { 0.7 };
-        let along = if actor % 2 == 0 { x_px + y_px } else { x_px - y_px };
+        let along = if actor.is_multiple_of(2) { x_px + y_px } else { x_px - y_px };
         let phase_px = (along * std::f64::consts::FRAC_1_SQRT_2).rem_euclid(pitch_px);
         let half_width_px = 0.06 * pitch_px;
         // A line's coverage of a pixel-wide box around the sample.
@@ -124,6 +157,13 @@ impl Shader {
         let flat = mix(albedo, [1.0; 3], 0.35);
         mix(flat, mix(albedo, self.ink, 0.6), 0.75 * covered as f32)
     }
+}
+
+/// Black parts are drawn dark grey: on black, neither shade nor lines would show.
+fn lifted(albedo: Linear) -> Linear {
+    // Luminance of linear sRGB (ITU-R BT.709).
+    let luminance = 0.2126 * albedo[0] + 0.7152 * albedo[1] + 0.0722 * albedo[2];
+    mix(albedo, [1.0; 3], DARK_LIFT * (1.0 - luminance).powi(4))
 }
 
 /// `a` where `weight` is 0, `b` where it is 1.

@@ -72,7 +72,9 @@ impl Report {
         let holds = value.mm() <= limit_mm + SAME_MM;
         // Rounded down to a value that does work.
         let works_mm = ((limit_mm + SAME_MM) * 1e3).floor() / 1e3;
-        self.limit(holds, path, value, &format!("at most {}", mm(works_mm)), because, from);
+        // Below zero there is no length to recommend: others have left no room.
+        let limit = (works_mm > 0.0).then(|| format!("at most {}", mm(works_mm)));
+        self.limit(holds, path, value, limit, because, from);
     }
 
     /// Requires `value`, written at `path`, to be at least `limit_mm`; else as
@@ -91,7 +93,7 @@ impl Report {
         let holds = value.mm() >= limit_mm - SAME_MM;
         // Rounded up to a value that does work.
         let works_mm = ((limit_mm - SAME_MM) * 1e3).ceil() / 1e3;
-        self.limit(holds, path, value, &format!("at least {}", mm(works_mm)), because, from);
+        self.limit(holds, path, value, Some(format!("at least {}", mm(works_mm))), because, from);
     }
 
     fn limit(
@@ -99,7 +101,7 @@ impl Report {
         holds: bool,
         path: &str,
         value: Length,
-        limit: &str,
+        limit: Option<String>,
         because: impl Display,
         from: &[&str],
     ) {
@@ -112,13 +114,19 @@ impl Report {
                     true => String::new(),
                     false => format!(" ({})", related.join(", ")),
                 };
-                format!("{path} is {value}; it must be {limit}, because {because}{follows}")
+                let must = match &limit {
+                    Some(limit) => format!("it must be {limit}"),
+                    None => "no value works".into(),
+                };
+                format!("{path} is {value}; {must}, because {because}{follows}")
             },
             || {
                 let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
-                match paths.is_empty() {
-                    true => format!("write {limit}"),
-                    false => format!("write {limit}, or change {}", either(&paths, "or")),
+                let change = either(&paths, "or");
+                match (&limit, paths.is_empty()) {
+                    (Some(limit), true) => format!("write {limit}"),
+                    (Some(limit), false) => format!("write {limit}, or change {change}"),
+                    (None, _) => format!("change {change}"),
                 }
             },
         );

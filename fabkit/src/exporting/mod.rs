@@ -231,21 +231,21 @@ pub fn export(
 fn mesh_body(body: BodyRef, tolerance_mm: f64) -> Result<Meshed, ExportFailure> {
     let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
     let nominal = fabkit_mesh::mesh(body.solid, tolerance_mm).map_err(failed)?;
-    let genus = nominal.genus();
-    if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
-        return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
-    }
     // Turned first and shifted after, so that the lowest vertices are at zero exactly.
     let turned = nominal.placed(&body.bed_from_part);
     let min = turned.bounds().min;
     let shift = Pose::translation(-min.x, -min.y, -min.z);
     let lying = turned.placed(&shift);
     let print = lying.to_print().map_err(failed)?;
+    let genus = print.genus();
+    if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
+        return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
+    }
     let figures = MeshFigures {
         chord_tolerance_mm: tolerance_mm,
         triangles: print.triangles().len(),
-        volume_mm3: lying.volume_mm3(),
-        area_mm2: lying.area_mm2(),
+        volume_mm3: print.volume_mm3(),
+        area_mm2: print.area_mm2(),
         genus,
     };
     limit_triangles(figures.triangles)?;

@@ -14,10 +14,13 @@ mod span;
 
 use nalgebra::{Point3, Vector3};
 
-use self::boxes::{Line, generous};
+pub(crate) use self::boxes::Line;
+use self::boxes::generous;
 use self::compile::{CompiledLeaf, Compiler, Node};
+pub(crate) use self::region::{Edge, Region, signed_area};
 use self::shape::{LocalRay, Work};
-use self::span::{Hit, SLIVER_MM, Span};
+use self::span::SLIVER_MM;
+pub(crate) use self::span::{Hit, Span};
 use crate::{Aabb, InvalidSolid, Pose, Solid};
 
 /// A line with a direction; `t` is measured in lengths of `direction`, backwards too.
@@ -274,7 +277,7 @@ impl Body {
     }
 
     /// Unit normal out of the body where the line passes a leaf's face.
-    fn normal(&self, line: &Line, hit: &Hit, entering: bool) -> Vector3<f64> {
+    pub(crate) fn normal(&self, line: &Line, hit: &Hit, entering: bool) -> Vector3<f64> {
         if hit.t_mm.is_infinite() {
             return if entering { -line.direction } else { line.direction };
         }

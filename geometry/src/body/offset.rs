@@ -9,9 +9,11 @@ use crate::{Ellipsoid, EllipsoidOffset};
 /// Signed distance from an ellipse around the origin and its gradient, the unit outward normal at
 /// the nearest point. `p` must lie in the first quadrant; negative inside.
 ///
-/// The nearest point is the root of a convex decreasing function (Eberly, "Distance from a Point
-/// to an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), which Newton's method approaches from
-/// the left without ever overshooting; no branch of the distance can be mistaken for another.
+/// The nearest point comes from one root of a scalar equation (Eberly, "Distance from a Point to
+/// an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), written as for a trust region (Conn,
+/// Gould and Toint, "Trust-Region Methods", 2000, section 7.3): an increasing concave function,
+/// which Newton's method climbs from the left without ever overshooting. No branch of the distance
+/// can be mistaken for another.
 fn ellipse_distance(half_axes: Vector2<f64>, p: Vector2<f64>) -> (f64, Vector2<f64>) {
     if half_axes.x < half_axes.y {
         let (distance, normal) = ellipse_distance(half_axes.yx(), p.yx());
@@ -26,18 +28,22 @@ fn ellipse_distance(half_axes: Vector2<f64>, p: Vector2<f64>) -> (f64, Vector2<f
     let z = p / b;
     let n = long * z.x;
     let nearest = if z.y > 1e-200 {
-        // Both terms of g are at most 1 at the root, so it lies right of where either equals 1.
-        let mut s = z.y.max(n - gap);
+        // At the root |(u, v)| = 1; both bounds lie left of it, where the length is above 1.
+        let mut s = z.y.max(n.hypot(z.y) - gap);
         for _ in 0..100 {
             let (u, v) = (n / (s + gap), z.y / s);
-            let g = u * u + v * v - 1.0;
-            let slope = -2.0 * (u * u / (s + gap) + v * v / s);
-            let next = s - g / slope;
-            // Rising no more: what is left is rounding.
-            if next <= s || next.is_nan() {
+            let squared = u * u + v * v;
+            let length = squared.sqrt();
+            let next = s + (length - 1.0) * squared / (u * u / (s + gap) + v * v / s);
+            if next.is_nan() {
                 break;
             }
-            s = next;
+            // Convergence is quadratic: after a step this small the next one is rounding.
+            let is_last = next <= s * (1.0 + 1e-9);
+            s = s.max(next);
+            if is_last {
+                break;
+            }
         }
         Vector2::new(k * z.x / (s + gap), z.y / s)
     } else if n < gap {
@@ -98,10 +104,11 @@ impl EllipsoidOffset {
                 return None;
             }
             let step = -distance / approach;
-            if step <= 2.0 * f64::EPSILON * ray.reach_mm {
+            t_mm += sign * step;
+            // As above; near a tangent steps only halve, and what is left is as small as the last.
+            if step <= 1e-9 * ray.reach_mm {
                 return Some(t_mm);
             }
-            t_mm += sign * step;
         }
         // Linear convergence for this long means a tangent.
         None

@@ -7,8 +7,9 @@ use nalgebra::Vector2;
 
 use crate::{Path, Profile, Segment};
 
-/// How generously an edge accepts a point near one of its ends, relative to its size.
-const SLACK: f64 = 1e-9;
+/// How generously an edge accepts a point near one of its ends, relative to its size: far more than
+/// rounding and than validation grants an arc's ends.
+const SLACK: f64 = 1e-6;
 
 /// The ellipse that an arc is part of; a circle where the half axes agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +47,29 @@ impl Edge {
             }
         };
         Self { from, to, ellipse, ccw, left }
+    }
+
+    /// Signed angle (eccentric for ellipses) that an arc sweeps; 0 for a line.
+    pub(crate) fn sweep(&self) -> f64 {
+        let Some(Ellipse { centre, half_axes }) = self.ellipse else { return 0.0 };
+        let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
+        let (a, b) = (unit(self.from), unit(self.to));
+        let turn = a.perp(&b).atan2(a.dot(&b));
+        if self.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) }
+    }
+
+    /// The point at a parameter from 0 to 1, and its derivative.
+    pub(crate) fn at(&self, s: f64) -> (Vector2<f64>, Vector2<f64>) {
+        let Some(Ellipse { centre, half_axes }) = self.ellipse else {
+            let along = self.to - self.from;
+            return (self.from + s * along, along);
+        };
+        let sweep = self.sweep();
+        let start = (self.from - centre).component_div(&half_axes);
+        let (sin, cos) = (s * sweep).sin_cos();
+        let unit = Vector2::new(start.x * cos - start.y * sin, start.x * sin + start.y * cos);
+        let tangent = Vector2::new(-unit.y, unit.x) * sweep;
+        (centre + unit.component_mul(&half_axes), tangent.component_mul(&half_axes))
     }
 
     /// Whether a point of the edge's full line or ellipse belongs to the edge; generous at the ends.
@@ -210,12 +234,9 @@ pub(crate) fn signed_area(path: &Path) -> f64 {
     for segment in &path.segments {
         let edge = Edge::new(from.into(), segment, 1.0);
         twice_area += (edge.from - base).perp(&(edge.to - base));
-        if let Some(Ellipse { centre, half_axes }) = edge.ellipse {
-            // The area between the arc and its chord: in scaled coordinates, sweep - sin(sweep).
-            let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
-            let (a, b) = (unit(edge.from), unit(edge.to));
-            let turn = a.perp(&b).atan2(a.dot(&b));
-            let sweep = if edge.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) };
+        if let Some(Ellipse { half_axes, .. }) = edge.ellipse {
+            // The area between the arc and its chord.
+            let sweep = edge.sweep();
             twice_area += (sweep - sweep.sin()) * half_axes.x * half_axes.y;
         }
         from = edge.to;

@@ -10,7 +10,7 @@ use super::mold::{lid_dowel_poses, side_dowel_poses};
 use super::parameters::Dome;
 use super::surface::dome_shell;
 use super::tooling::{FormLayout, form_screw_poses, groove_radius_mm};
-use super::{COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
+use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HeatSetNut, Screw};
 
@@ -23,20 +23,17 @@ const SQUEEZED_PLAY_MM: f64 = 0.01;
 
 /// Everything bought.
 pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
-    let molds = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD];
-    let everywhere = |poses: &[Pose], assemblies: &[super::AssemblyName]| -> Vec<Placement> {
-        let placed = assemblies.iter().flat_map(|a| {
-            poses
-                .iter()
-                .map(|&assembly_from_body| Placement { assembly: a.assembly(), assembly_from_body })
-        });
-        placed.collect()
+    let each = |assembly: AssemblyName, poses: &[Pose], lift_mm: f64| -> Vec<Placement> {
+        poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
     };
-    let in_sensor_at = |poses: Vec<Pose>| -> Vec<Placement> {
-        poses
-            .into_iter()
-            .map(|assembly_from_body| Placement { assembly_from_body, ..in_sensor() })
-            .collect()
+    // Fasteners leave along their own axis.
+    let drawn_out = |poses: Vec<Pose>, out_mm: f64, lift_mm: f64| -> Vec<Placement> {
+        let out = Vector3::new(0.0, 0.0, out_mm);
+        let place = |pose: Pose| {
+            let placement = Placement { assembly_from_body: pose, ..in_sensor() };
+            placement.moved_apart(pose.vector(out)).lifted(lift_mm)
+        };
+        poses.into_iter().map(place).collect()
     };
     let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| Component {
         name: name.into(),
@@ -46,28 +43,32 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
         placements,
         color: STEEL,
         opacity: 1.0,
-        explode_mm: Vector3::zeros(),
     };
-    let z = |z_mm: f64| Vector3::new(0.0, 0.0, z_mm);
-    let identity = [Pose::identity()];
+    let here = [Pose::identity()];
 
     let side = side_dowel_poses(p);
     let lid = lid_dowel_poses(p);
-    let mut dowels = everywhere(&side, &[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]);
-    dowels.extend(everywhere(&lid, &[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]));
+    let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
+        .into_iter()
+        .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat())
+        .collect();
     let form = FormLayout::new(p, layout);
+    let joint = |pose: fn(&Dome, &Layout, u32) -> Pose| -> Vec<Pose> {
+        (0..p.shell.screws).map(|i| pose(p, layout, i)).collect()
+    };
 
     vec![
         Component {
-            placements: [vec![in_sensor()], everywhere(&identity, &molds)]
-                .into_iter()
-                .flatten()
-                .chain(everywhere(&identity, &[JOINING, COATING]))
-                .collect(),
+            placements: vec![
+                in_sensor().lifted(56.0),
+                TRANSPARENT_MOLD.in_place(),
+                TRANSLUCENT_MOLD.in_place(),
+                JOINING.in_place(),
+                COATING.in_place(),
+            ],
             quantity: 1,
             color: GLASS,
             opacity: 0.3,
-            explode_mm: z(45.0),
             ..bought(
                 "tube",
                 format!(
@@ -82,26 +83,28 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
         },
         Component {
             color: [35, 60, 45],
-            explode_mm: z(-28.0),
-            ..bought("camera", camera_specification(p), camera(p, layout), vec![in_sensor()])
+            ..bought(
+                "camera",
+                camera_specification(p),
+                camera(p, layout),
+                vec![in_sensor().lifted(-46.0)],
+            )
         },
         Component {
             color: [250, 240, 170],
-            explode_mm: z(-10.0),
             ..bought(
                 "led",
                 p.leds.model.clone(),
                 Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
-                in_sensor_at((0..p.leds.count).map(|i| led_pose(p, layout, i)).collect()),
+                drawn_out((0..p.leds.count).map(|i| led_pose(p, layout, i)).collect(), 0.0, -20.0),
             )
         },
         Component {
-            explode_mm: z(-22.0),
             ..bought(
                 "screw-m1-6x5",
                 "pan head screw ISO 7045 M1.6x5".into(),
                 Screw::M1_6X5.solid(),
-                in_sensor_at(camera_screw_poses(p, layout)),
+                drawn_out(camera_screw_poses(p, layout), 0.0, -36.0),
             )
         },
         Component {
@@ -109,17 +112,16 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
                 "screw-m2x4",
                 "countersunk screw ISO 7046 M2x4".into(),
                 Screw::M2X4.solid(),
-                in_sensor_at((0..p.shell.screws).map(|i| joint_pose(p, layout, i)).collect()),
+                drawn_out(joint(joint_pose), 12.0, 0.0),
             )
         },
         Component {
             color: BRASS,
-            explode_mm: z(-45.0),
             ..bought(
                 "nut-m2",
                 "heat-set nut M2, 3.2 mm outside, 3 mm long".into(),
                 HeatSetNut::M2.solid(),
-                in_sensor_at((0..p.shell.screws).map(|i| joint_nut_pose(p, layout, i)).collect()),
+                drawn_out(joint(joint_nut_pose), 6.0, -66.0),
             )
         },
         Component {
@@ -127,7 +129,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
                 "screw-m3x4",
                 "pan head screw ISO 7045 M3x4".into(),
                 Screw::M3X4.solid(),
-                everywhere(&form_screw_poses(p, &form), &[FORM]),
+                each(FORM, &form_screw_poses(p, &form), -45.0),
             )
         },
         Component {
@@ -154,7 +156,10 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
                     2.0 * groove_radius_mm(p, layout)
                 ),
                 o_ring(p, layout),
-                everywhere(&identity, &[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]),
+                [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
+                    .into_iter()
+                    .flat_map(|tool| each(tool, &here, -42.0))
+                    .collect(),
             )
         },
         Component {
@@ -168,7 +173,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
                     p.form.tube_length.mm()
                 ),
                 form_tube(p, layout, &form),
-                everywhere(&identity, &[FORM]),
+                each(FORM, &here, -60.0),
             )
         },
     ]

@@ -14,6 +14,7 @@ use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, groove_radius_mm};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HeatSetNut, Screw};
+use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
 /// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
@@ -28,6 +29,7 @@ const THINNEST_GEL_MM: f64 = 0.5;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &Dome, report: &mut Report) {
     let layout = Layout::new(p);
+    materials(p, report);
     contact_module(p, &layout, report);
     envelope(p, &layout, report);
     illumination(p, &layout, report);
@@ -35,6 +37,23 @@ pub(super) fn check(p: &Dome, report: &mut Report) {
     base(p, &layout, report);
     molds(p, &layout, report);
     tools(p, &layout, report);
+}
+
+fn materials(p: &Dome, report: &mut Report) {
+    for (path, name) in [
+        ("filling_gel.material", &p.filling_gel.material),
+        ("transparent_gel.material", &p.transparent_gel.material),
+        ("translucent_gel.material", &p.translucent_gel.material),
+        ("coat.material", &p.coat.material),
+        ("form.silicone_material", &p.form.silicone_material),
+    ] {
+        report.require(
+            castable(name).is_some(),
+            path,
+            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
+            || format!("write one of {}", castable_names()),
+        );
+    }
 }
 
 fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
@@ -445,9 +464,16 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
         "the dowels must not stand out of the lid",
         &["mold.dowel_length"],
     );
+    vents(p, layout, report);
+}
 
-    // Vents open between what stands in the mold and the cavity's wall.
+/// Vents open between what stands in the mold and the cavity's wall.
+fn vents(p: &Dome, layout: &Layout, report: &mut Report) {
+    let mold = &p.mold;
     let transparent = layout.transparent_radius - layout.tube_radius;
+    if transparent < THINNEST_GEL_MM {
+        return; // Reported already; every limit below would follow from it.
+    }
     let thinnest = transparent.min(p.translucent_gel.thickness.mm());
     report.at_most(
         "mold.vent_diameter",

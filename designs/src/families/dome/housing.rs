@@ -3,8 +3,7 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Placement, Point3, Pose, Process, Profile, Solid,
-    Vector3,
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -123,7 +122,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
         name: "shell".into(),
         summary: "tube that holds diffuser, LED board and base; the gel stands on it".into(),
         solid: Solid::union(std::iter::once(wall).chain(ribs)).minus_all(screw_holes),
-        placements: vec![in_sensor(), Placement::in_place(JOINING.assembly())],
+        placements: vec![in_sensor(), JOINING.in_place().lifted(-45.0)],
         process: Process::Fdm,
         material: p.shell.material.clone(),
         quantity: 1,
@@ -134,8 +133,8 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
             "0.12 mm layers, no supports: the ribs overhang less than 1 mm".into(),
             "bore the screw holes with a 2.4 mm drill if the printer closes them".into(),
         ],
+        shrinkage: 0.0,
         genus: 1 + p.shell.screws as i32,
-        explode_mm: Vector3::zeros(),
     }
 }
 
@@ -210,7 +209,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
             .minus_all(nuts)
             .minus_all(mounts)
             .minus_all(pry_slots),
-        placements: vec![in_sensor()],
+        placements: vec![in_sensor().lifted(-66.0)],
         process: Process::Fdm,
         material: p.shell.material.clone(),
         quantity: 1,
@@ -222,8 +221,8 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
             "lead the cable through the slot, then screw the camera down".into(),
         ],
         // The cable slot and the four camera screws go all the way through.
+        shrinkage: 0.0,
         genus: 5,
-        explode_mm: Vector3::new(0.0, 0.0, -45.0),
     }
 }
 
@@ -258,7 +257,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
             0.0,
             layout.diffuser_bottom_z,
         ),
-        placements: vec![in_sensor(), Placement::in_place(JOINING.assembly())],
+        placements: vec![in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)],
         process: Process::Laser,
         material: p.diffuser.material.clone(),
         quantity: 1,
@@ -269,8 +268,8 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
             "cut from a sheet frosted on both sides".into(),
             "the filling gel keys into the notches".into(),
         ],
+        shrinkage: 0.0,
         genus: 1,
-        explode_mm: Vector3::new(0.0, 0.0, 12.0),
     }
 }
 
@@ -312,7 +311,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
             0.0,
             layout.base_top_z,
         ),
-        placements: vec![in_sensor()],
+        placements: vec![in_sensor().lifted(-26.0)],
         process: Process::Pcb,
         material: p.led_board.material.clone(),
         quantity: 1,
@@ -323,8 +322,8 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
             "press it in from below until it meets the ribs, LEDs between the ribs".into(),
             "one 470 ohm resistor for each LED".into(),
         ],
+        shrinkage: 0.0,
         genus: 3,
-        explode_mm: Vector3::new(0.0, 0.0, -14.0),
     }
 }
 

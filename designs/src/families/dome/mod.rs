@@ -1,5 +1,6 @@
 //! Dome sensors: a hemisphere of gels on a glass tube, a ring of LEDs, a camera below (R-Tac0).
 
+mod chain;
 mod components;
 mod constraints;
 mod housing;
@@ -16,13 +17,15 @@ use fabkit_geometry::{
 
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HeatSetNut, Screw};
+use crate::materials::castable;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use layout::Layout;
 use mold::Cavity;
 use parameters::Dome;
 
-const BLACK: Color = [52, 54, 58];
+/// Black plastic as pictures show it: light enough that its edges can be told apart.
+const BLACK: Color = [92, 96, 104];
 const FROST: Color = [225, 236, 240];
 const MASK_GREEN: Color = [40, 120, 70];
 const MOLD_BLUE: Color = [120, 160, 205];
@@ -33,8 +36,19 @@ const TOOL_GREY: Color = [180, 184, 190];
 struct AssemblyName(&'static str);
 
 impl AssemblyName {
+    /// The sensor in use.
+    const SENSOR: Self = Self("sensor");
+
     fn assembly(self) -> Assembly {
         Assembly(self.0.into())
+    }
+
+    fn in_place(self) -> Placement {
+        self.at(Pose::identity())
+    }
+
+    fn at(self, assembly_from_body: Pose) -> Placement {
+        Placement::at(self.assembly(), assembly_from_body)
     }
 }
 
@@ -79,18 +93,7 @@ impl Family for DomeFamily {
 /// Everything a dome sensor consists of.
 fn sensor(p: &Dome, header: &Header) -> Sensor {
     let layout = Layout::new(p);
-    let transparent = Cavity {
-        layer: "transparent-gel",
-        assembly: TRANSPARENT_MOLD,
-        radius: layout.transparent_radius,
-        core_radius: layout.tube_radius,
-    };
-    let translucent = Cavity {
-        layer: "translucent-gel",
-        assembly: TRANSLUCENT_MOLD,
-        radius: layout.surface_radius,
-        core_radius: layout.transparent_radius,
-    };
+    let [transparent, translucent] = cavities(p, &layout);
     let housing = [
         housing::shell(p, &layout),
         housing::base(p, &layout),
@@ -117,6 +120,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         parts,
         layers,
         components: components::components(p, &layout),
+        chain: chain::chain(p, &layout),
         press_fits: press_fits(),
         camera: NominalCamera {
             // The camera looks at the tip; its image's right is the sensor's +x.
@@ -126,6 +130,27 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
             field_of_view: p.camera.field_of_view,
         },
     }
+}
+
+/// The two layers that are cast in molds.
+fn cavities(p: &Dome, layout: &Layout) -> [Cavity<'static>; 2] {
+    let shrinkage = |material: &str| castable(material).map_or(0.0, |m| m.shrinkage);
+    [
+        Cavity {
+            layer: "transparent-gel",
+            assembly: TRANSPARENT_MOLD,
+            shrinkage: shrinkage(&p.transparent_gel.material),
+            radius: layout.transparent_radius,
+            core_radius: layout.tube_radius,
+        },
+        Cavity {
+            layer: "translucent-gel",
+            assembly: TRANSLUCENT_MOLD,
+            shrinkage: shrinkage(&p.translucent_gel.material),
+            radius: layout.surface_radius,
+            core_radius: layout.transparent_radius,
+        },
+    ]
 }
 
 /// The overlaps that are meant.

@@ -32,6 +32,8 @@ pub struct Cavity<'a> {
     pub layer: &'a str,
     /// Where mold and layer stand together.
     pub assembly: AssemblyName,
+    /// Linear shrinkage of its material.
+    pub shrinkage: f64,
     /// Outer radius of the layer, mm.
     pub radius: f64,
     /// Outer radius of what stands inside the mold, mm.
@@ -114,7 +116,10 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
             .minus(lid_socket)
             .minus_all(pry)
             .minus(band_groove(p).named("band groove")),
-        placements: used_in(cavity),
+        placements: used_in(cavity)
+            .into_iter()
+            .map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0)))
+            .collect(),
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -129,14 +134,14 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
             }
             .into(),
         ],
+        shrinkage: cavity.shrinkage,
         genus: 0,
-        explode_mm: Vector3::new(outwards * 30.0, 0.0, 0.0),
     }
 }
 
 fn used_in(cavity: &Cavity) -> Vec<Placement> {
-    let joining = (cavity.assembly == TRANSLUCENT_MOLD).then(|| JOINING.assembly());
-    std::iter::once(cavity.assembly.assembly()).chain(joining).map(Placement::in_place).collect()
+    let joining = (cavity.assembly == TRANSLUCENT_MOLD).then_some(JOINING);
+    std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
 }
 
 /// A groove around the whole block that keeps rubber bands in place.
@@ -147,6 +152,17 @@ fn band_groove(p: &Dome) -> Solid {
     let ring = Profile::new(Path::rectangle([0.0; 2], [outer; 2], 0.0))
         .with_hole(Path::rectangle([0.0; 2], [inner; 2], CORNER_MM));
     Solid::extrusion(ring, band).at(0.0, 0.0, (p.mold.height.mm() - band) / 2.0)
+}
+
+/// Radius of the circle on which the lid's vents open, mm: midway over the gel's foot.
+fn vent_circle_mm(cavity: &Cavity) -> f64 {
+    (cavity.core_radius + cavity.radius) / 2.0
+}
+
+/// Where the vents meet the gel's foot, z axis up.
+pub fn vent_poses(p: &Dome, cavity: &Cavity) -> Vec<Pose> {
+    let out = Pose::translation(vent_circle_mm(cavity), 0.0, 0.0);
+    (0..p.mold.vents).map(|i| Pose::rotation_z(turn(i, p.mold.vents, 0.5)).then_in(out)).collect()
 }
 
 /// The lid: centres the connector and so the tube, lets air and surplus out.
@@ -160,14 +176,12 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         )
     };
     let bore = through(plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Slide));
-    let vent_circle = (cavity.core_radius + cavity.radius) / 2.0;
+    let vent_circle = vent_circle_mm(cavity);
     let vent_radius = p.mold.vent_diameter.mm() / 2.0;
-    let vents = (0..p.mold.vents).map(|i| {
-        through(vent_radius)
-            .at(vent_circle, 0.0, 0.0)
-            .turned_z(turn(i, p.mold.vents, 0.5))
-            .named(format!("vent {}", i + 1))
-    });
+    let vents = vent_poses(p, cavity)
+        .into_iter()
+        .enumerate()
+        .map(|(i, pose)| through(vent_radius).placed(pose).named(format!("vent {}", i + 1)));
     let half_width = vent_radius + OVERFLOW_MARGIN_MM;
     let overflow = Solid::extrusion(
         Profile::new(Path::circle([0.0; 2], vent_circle + half_width))
@@ -189,7 +203,7 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
             .minus(overflow.named("overflow channel"))
             .minus_all(dowels)
             .minus_all(plate_pry_slots(p)),
-        placements: vec![Placement::in_place(cavity.assembly.assembly())],
+        placements: vec![cavity.assembly.in_place().lifted(-30.0)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -198,8 +212,8 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         bed_from_part: flipped(),
         print_notes: vec!["the flat side closes the mold, the channel faces up".into()],
         // Bore, vents and two dowel holes.
+        shrinkage: cavity.shrinkage,
         genus: 3 + p.mold.vents as i32,
-        explode_mm: Vector3::new(0.0, 0.0, -25.0),
     }
 }
 
@@ -241,7 +255,7 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
             .minus(bore.named("bore"))
             .minus_all(sockets)
             .minus_all(plate_pry_slots(p)),
-        placements: vec![Placement::in_place(JOINING.assembly())],
+        placements: vec![JOINING.in_place().lifted(-20.0)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -249,7 +263,7 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
         color: TOOL_GREY,
         bed_from_part: Pose::identity(),
         print_notes: vec!["sockets up".into()],
+        shrinkage: 0.0,
         genus: 1,
-        explode_mm: Vector3::new(0.0, 0.0, -25.0),
     }
 }

@@ -4,7 +4,7 @@
 //! All stand in the sensor frame; like the molds they are used tip down.
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Layer, Part, Path, Placement, Point3, Pose, Process, Solid, Vector3,
+    Angle, CUT_OVERLAP_MM, Layer, Part, Path, Point3, Pose, Process, Solid, Vector3,
 };
 
 use super::housing::turn;
@@ -28,7 +28,7 @@ const HOLDER_GAP_MM: f64 = 0.5;
 const PILOT_SPARE_MM: f64 = 0.5;
 
 /// Radius of the hole through which a cured mold is pushed out of its cup, mm.
-const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
+pub(super) const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
 
 /// Number of windows in the bridge to pour through.
 const POUR_WINDOWS: u32 = 3;
@@ -77,7 +77,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Part {
         summary: "handle that holds the tube by its inside while gel is cast around it".into(),
         solid: Solid::revolution(outline),
         placements: [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
-            .map(|a| Placement::in_place(a.assembly()))
+            .map(|a| a.in_place().lifted(-55.0))
             .to_vec(),
         process: Process::Fdm,
         material: p.mold.material.clone(),
@@ -86,8 +86,8 @@ pub fn connector(p: &Dome, layout: &Layout) -> Part {
         color: TOOL_GREY,
         bed_from_part: flipped(),
         print_notes: vec!["plug down, handle up".into(), "put the O-ring on dry".into()],
+        shrinkage: 0.0,
         genus: 1,
-        explode_mm: Vector3::new(0.0, 0.0, -55.0),
     }
 }
 
@@ -144,11 +144,11 @@ pub fn form_screw_poses(p: &Dome, form: &FormLayout) -> Vec<Pose> {
 /// Cup and bridge.
 pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
     let form = FormLayout::new(p, layout);
-    let tool = |name: &str, summary: &str, solid, genus, notes: &[&str]| Part {
+    let tool = |name: &str, summary: &str, solid, genus, lift_mm, notes: &[&str]| Part {
         name: name.into(),
         summary: summary.into(),
         solid,
-        placements: vec![Placement::in_place(FORM.assembly())],
+        placements: vec![FORM.in_place().lifted(lift_mm)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -156,14 +156,15 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         color: TOOL_GREY,
         bed_from_part: flipped(),
         print_notes: notes.iter().map(|n| n.to_string()).collect(),
+        shrinkage: 0.0,
         genus,
-        explode_mm: Vector3::zeros(),
     };
     let cup = tool(
         "form-cup",
         "cup that a silicone mold is cast in, around a glass tube",
         cup(p, &form),
         1,
+        70.0,
         &["tape the hole in the floor before pouring; push the cured mold out through it"],
     );
     let bridge = tool(
@@ -171,9 +172,10 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         "hangs the glass tube into the form's cup; silicone is poured through its windows",
         bridge(p, layout, &form),
         1 + (POUR_WINDOWS + p.form.screws) as i32,
+        -30.0,
         &["sleeve up, no supports"],
     );
-    [cup, Part { explode_mm: Vector3::new(0.0, 0.0, -40.0), ..bridge }]
+    [cup, bridge]
 }
 
 fn cup(p: &Dome, form: &FormLayout) -> Solid {
@@ -237,17 +239,11 @@ pub fn silicone_mold(p: &Dome, layout: &Layout) -> Layer {
         summary: "smooth mold for the transparent gel, cast around a glass tube".into(),
         solid: Solid::cylinder(form.silicone_radius, form.silicone_top_z)
             .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
-        placements: vec![Placement::in_place(FORM.assembly())],
+        placements: vec![FORM.in_place().lifted(30.0)],
         material: p.form.silicone_material.clone(),
-        recipe: vec![
-            "mix A and B 1 : 1 by volume and degas".into(),
-            "pour through the bridge's windows up to the marked height".into(),
-            "cure 6 h, pull the tube, push the mold out, cut it open in two".into(),
-        ],
         color: [90, 140, 215],
         opacity: 0.6,
         genus: 0,
-        explode_mm: Vector3::new(0.0, 0.0, 45.0),
     }
 }
 
@@ -287,11 +283,11 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
     )
     .at(0.0, 0.0, plate_z - CUT_OVERLAP_MM);
 
-    let tool = |name: &str, summary: &str, solid, bed_from_part, explode_z, notes: &[&str]| Part {
+    let tool = |name: &str, summary: &str, solid, bed_from_part, lift_mm, notes: &[&str]| Part {
         name: name.into(),
         summary: summary.into(),
         solid,
-        placements: vec![Placement::in_place(COATING.assembly())],
+        placements: vec![COATING.in_place().lifted(lift_mm)],
         process: Process::Fdm,
         material: p.mold.material.clone(),
         quantity: 1,
@@ -299,8 +295,8 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         color: TOOL_GREY,
         bed_from_part,
         print_notes: notes.iter().map(|n| n.to_string()).collect(),
+        shrinkage: 0.0,
         genus: 0,
-        explode_mm: Vector3::new(0.0, 0.0, explode_z),
     };
     [
         tool(

@@ -1,0 +1,230 @@
+//! How a dome sensor is built, step by step.
+
+use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
+
+use super::layout::Layout;
+use super::mold::{Cavity, vent_poses};
+use super::parameters::Dome;
+use super::tooling::{FormLayout, PUSH_HOLE_RADIUS_MM};
+use super::{AssemblyName, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
+use crate::materials::{Castable, castable};
+
+const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
+
+fn step(
+    name: &str,
+    instruction: &str,
+    assembly: Option<AssemblyName>,
+    bodies: &[&str],
+    action: Action,
+    source: &str,
+) -> Step {
+    Step {
+        name: name.into(),
+        instruction: instruction.into(),
+        assembly: assembly.map(AssemblyName::assembly),
+        bodies: bodies.iter().map(|b| b.to_string()).collect(),
+        action,
+        source: source.into(),
+    }
+}
+
+fn names(of: &[&str]) -> Vec<String> {
+    of.iter().map(|name| name.to_string()).collect()
+}
+
+/// What a layer is mixed from; nothing for an unknown material, which `check` refuses.
+fn mix(material: &str) -> Mix {
+    castable(material).map_or_else(
+        || Mix { by_mass: Vec::new(), density_g_per_cm3: 0.0, degas: false },
+        Castable::mix,
+    )
+}
+
+fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
+    Pull { body: body.into(), direction, strain_limit: None }
+}
+
+/// The lid's vents as openings of the gel below them.
+fn vents(p: &Dome, cavity: &Cavity) -> Vec<Opening> {
+    let poses = vent_poses(p, cavity).into_iter().enumerate();
+    poses
+        .map(|(i, pose)| Opening {
+            name: format!("vent {}", i + 1),
+            point: pose.point(Point3::origin()),
+            axis: -Vector3::z(),
+            radius_mm: p.mold.vent_diameter.mm() / 2.0,
+        })
+        .collect()
+}
+
+/// A free surface on the foot's plane.
+fn free_surface(radius_mm: f64) -> Opening {
+    Opening { name: "free surface".into(), point: Point3::origin(), axis: -Vector3::z(), radius_mm }
+}
+
+/// Every step from printing to the sensor.
+pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
+    let [transparent, translucent] = cavities(p, layout);
+    let form = FormLayout::new(p, layout);
+    // Molds and tube are used tip down.
+    let up = -Vector3::z();
+    let halves_apart = |a: &str, b: &str| vec![rigid(a, -Vector3::x()), rigid(b, Vector3::x())];
+    let (mold_a, mold_b) = ("mold-transparent-gel-a", "mold-transparent-gel-b");
+    let (outer_a, outer_b) = ("mold-translucent-gel-a", "mold-translucent-gel-b");
+
+    let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM);
+    push_hole.name = "push hole, taped".into();
+    push_hole.point.z = form.silicone_top_z;
+    push_hole.axis = Vector3::z();
+
+    vec![
+        step(
+            "make",
+            "print, cut and etch all parts; press the dowels in",
+            None,
+            &[],
+            Action::Make,
+            "III-B, figure 4a",
+        ),
+        step(
+            "silicone-mold",
+            "optional, for a smoother transparent gel: hang the glass tube into the cup by the bridge \
+             and pour silicone around it",
+            Some(FORM),
+            &["form-cup", "form-bridge", "form-tube", "screw-m3x4"],
+            Action::Pour(Pour {
+                layer: "silicone-mold".into(),
+                walls: names(&["form-cup", "form-tube"]),
+                up,
+                openings: vec![free_surface(form.silicone_radius), push_hole],
+                mix: mix(&p.form.silicone_material),
+                waste: 0.1,
+                cure: Cure { hours: 6.0, celsius: 23.0 },
+            }),
+            "III-B.1, figure 4 b2; cure time from the material's data sheet",
+        ),
+        step(
+            "prime",
+            "clean the tube and prime it with PR-1200 RTV; spray the mold with Ease Release 200",
+            None,
+            &["tube", mold_a, mold_b],
+            Action::Prepare,
+            "III-B.1",
+        ),
+        step(
+            "pour-transparent-gel",
+            "fill the mold, push the tube in on its connector until the lid closes, wipe what rises \
+             through the vents",
+            Some(TRANSPARENT_MOLD),
+            &[mold_a, mold_b, "lid-transparent-gel", "connector", "o-ring", "tube", "dowel"],
+            Action::Pour(Pour {
+                layer: transparent.layer.into(),
+                walls: names(&[mold_a, mold_b, "lid-transparent-gel", "tube"]),
+                up,
+                openings: vents(p, &transparent),
+                mix: mix(&p.transparent_gel.material),
+                waste: 0.5,
+                cure: ROOM_24_H,
+            }),
+            "III-B.1",
+        ),
+        step(
+            "open-transparent-mold",
+            "lift the lid with a screwdriver in its pry slots, then part the halves",
+            Some(TRANSPARENT_MOLD),
+            &[],
+            Action::Demold(
+                [vec![rigid("lid-transparent-gel", up)], halves_apart(mold_a, mold_b)].concat(),
+            ),
+            "III-B.1",
+        ),
+        step(
+            "spray-coat",
+            "spray the black mixture onto the inside of the outer mold",
+            Some(TRANSLUCENT_MOLD),
+            &[outer_a, outer_b],
+            Action::Spray(Spray {
+                layer: "black-coat".into(),
+                onto: names(&[outer_a, outer_b]),
+                mix: mix(&p.coat.material),
+                // Five sixths of the mixture is thinner, and most of a spray misses.
+                waste: 20.0,
+                cure: ROOM_24_H,
+            }),
+            "III-B.1; waste chosen",
+        ),
+        step(
+            "pour-translucent-gel",
+            "at once, fill the outer mold and push the cured transparent gel in on its connector until \
+             the lid closes",
+            Some(TRANSLUCENT_MOLD),
+            &[outer_a, outer_b, "lid-translucent-gel", "connector", "o-ring", "tube", "dowel"],
+            Action::Pour(Pour {
+                layer: translucent.layer.into(),
+                walls: names(&[
+                    outer_a,
+                    outer_b,
+                    "lid-translucent-gel",
+                    "transparent-gel",
+                    "black-coat",
+                ]),
+                up,
+                openings: vents(p, &translucent),
+                mix: mix(&p.translucent_gel.material),
+                waste: 0.5,
+                cure: ROOM_24_H,
+            }),
+            "III-B.1",
+        ),
+        step(
+            "lift-lid",
+            "lift the lid with the connector; the module stays in its mold",
+            Some(TRANSLUCENT_MOLD),
+            &[],
+            Action::Demold(vec![rigid("lid-translucent-gel", up), rigid("connector", up)]),
+            "chosen: the mold goes on to centre the shell",
+        ),
+        step(
+            "pour-filling-gel",
+            "fill the tube to its rim",
+            Some(JOINING),
+            &["tube"],
+            Action::Pour(Pour {
+                layer: "filling-gel".into(),
+                walls: names(&["tube"]),
+                up,
+                openings: vec![free_surface(layout.tube_bore_radius)],
+                mix: mix(&p.filling_gel.material),
+                waste: 0.1,
+                cure: ROOM_24_H,
+            }),
+            "III-B.1",
+        ),
+        step(
+            "join-shell",
+            "put the collar on, lower diffuser and shell through it onto the wet gel, let it cure",
+            Some(JOINING),
+            &["collar", "diffuser", "shell", "dowel"],
+            Action::Bond(ROOM_24_H),
+            "III-B.1: the filling gel glues the tube to the shell; the collar is chosen",
+        ),
+        step(
+            "open-translucent-mold",
+            "lift the collar, part the halves",
+            Some(JOINING),
+            &[],
+            Action::Demold([vec![rigid("collar", up)], halves_apart(outer_a, outer_b)].concat()),
+            "III-B.1",
+        ),
+        step(
+            "assemble",
+            "press the LED board in from below, screw the camera to the base, push the base in, join \
+             both with three M2 screws",
+            Some(AssemblyName::SENSOR),
+            &["led-board", "led", "camera", "screw-m1-6x5", "base", "nut-m2", "screw-m2x4"],
+            Action::Assemble,
+            "III-B.2 to III-B.4",
+        ),
+    ]
+}

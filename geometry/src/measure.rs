@@ -1,0 +1,200 @@
+//! Volumes by integration along lines: the reference that meshes are held against.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::body::{Hit, Line, Span};
+use crate::{Aabb, Body, Scratch};
+
+/// A volume and how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Volume, mm^3.
+    pub value_mm3: f64,
+    /// The true volume is nearer than this with about 99 % confidence, mm^3.
+    pub error_mm3: f64,
+}
+
+/// What two bodies have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// Common volume, mm^3; exactly 0 for bodies that are apart or touch.
+    pub volume: Estimate,
+    /// The middle of the longest common stretch that was met.
+    pub witness: Option<Point3<f64>>,
+}
+
+/// Why there is no volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeasureError {
+    /// A half-space that nothing bounds.
+    #[error("the solid has no finite bounds; its volume is not defined")]
+    Unbounded,
+}
+
+/// Contacts thinner than this, across the faces that touch, are rounding, mm.
+const CONTACT_MM: f64 = 1e-9;
+
+/// Independent estimates from which the error is judged.
+const SHIFTS: u32 = 8;
+
+/// Student's t for 99 % confidence with `SHIFTS - 1` degrees of freedom.
+const STUDENT_T: f64 = 3.499;
+
+/// Volume of a body from the lengths of about `lines` parallel lines inside it.
+///
+/// The lines pass the points of a Fibonacci lattice, shifted eight times at random (but always alike); the
+/// scatter of the eight results gives the error (Sloan and Joe, "Lattice Methods for Multiple
+/// Integration", 1994, and Cranley and Patterson, SIAM J. Numer. Anal. 1976). They run askew to
+/// the axes, so that faces of ordinary parts are never grazed. The error falls with the number of
+/// lines; a hundred thousand give a part of ordinary shape to about 1e-5.
+///
+/// ```
+/// use fabkit_geometry::{Body, Solid, measure::ray_volume};
+/// let cube = Body::new(&Solid::cuboid(2.0, 2.0, 2.0))?;
+/// let volume = ray_volume(&cube, 20_000)?;
+/// assert!((volume.value_mm3 - 8.0).abs() < 8e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`MeasureError::Unbounded`].
+pub fn ray_volume(body: &Body, lines: u32) -> Result<Estimate, MeasureError> {
+    let mut scratch = Scratch::default();
+    integrate(&body.bounds(), lines, |line| body.spans(line, &mut scratch).iter().map(length).sum())
+}
+
+/// Volume common to two bodies in one frame, from about `lines` lines through the box around both.
+///
+/// Contact without overlap gives exactly 0: stretches thinner than 1e-9 mm, measured across the
+/// faces at their ends, do not count.
+///
+/// # Errors
+/// [`MeasureError::Unbounded`] if the boxes of the bodies have an unbounded part in common.
+pub fn overlap_volume(a: &Body, b: &Body, lines: u32) -> Result<Overlap, MeasureError> {
+    let (mut in_a, mut in_b) = (Scratch::default(), Scratch::default());
+    let mut longest_mm = 0.0;
+    let mut witness = None;
+    let volume = integrate(&a.bounds().common(&b.bounds()), lines, |line| {
+        let spans_a = a.spans(line, &mut in_a);
+        let spans_b = if spans_a.is_empty() { &[] } else { b.spans(line, &mut in_b) };
+        let mut total_mm = 0.0;
+        for_each_common(spans_a, spans_b, |enter, exit| {
+            let (t0, t1) = (enter.hit().t_mm, exit.hit().t_mm);
+            // Rounding shifts a face across itself; along the line that shift is divided by the
+            // sine of the angle between line and face.
+            let skew = |end: &End| 1.0 / end.normal(a, b, line).dot(&line.direction).abs();
+            if t1 - t0 > CONTACT_MM * (skew(&enter) + skew(&exit)) {
+                total_mm += t1 - t0;
+                if t1 - t0 > longest_mm {
+                    longest_mm = t1 - t0;
+                    witness = Some(line.origin + 0.5 * (t0 + t1) * line.direction);
+                }
+            }
+        });
+        total_mm
+    })?;
+    Ok(Overlap { volume, witness })
+}
+
+/// One end of a common stretch: on whose surface it lies.
+enum End {
+    OnA(Hit),
+    OnB(Hit),
+}
+
+impl End {
+    fn hit(&self) -> &Hit {
+        match self {
+            Self::OnA(hit) | Self::OnB(hit) => hit,
+        }
+    }
+
+    fn normal(&self, a: &Body, b: &Body, line: &Line) -> Vector3<f64> {
+        match self {
+            Self::OnA(hit) => a.normal(line, hit, true),
+            Self::OnB(hit) => b.normal(line, hit, true),
+        }
+    }
+}
+
+/// Walks two sorted lists of stretches and visits what they have in common.
+fn for_each_common(a: &[Span], b: &[Span], mut visit: impl FnMut(End, End)) {
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() && j < b.len() {
+        let (x, y) = (a[i], b[j]);
+        let enter =
+            if x.enter.t_mm >= y.enter.t_mm { End::OnA(x.enter) } else { End::OnB(y.enter) };
+        let a_ends_first = x.exit.t_mm <= y.exit.t_mm;
+        let exit = if a_ends_first { End::OnA(x.exit) } else { End::OnB(y.exit) };
+        if enter.hit().t_mm < exit.hit().t_mm {
+            visit(enter, exit);
+        }
+        if a_ends_first {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+}
+
+fn length(span: &Span) -> f64 {
+    span.exit.t_mm - span.enter.t_mm
+}
+
+/// Integrates a function of parallel lines over the shadow of a box.
+fn integrate(
+    bounds: &Aabb,
+    lines: u32,
+    mut length_mm: impl FnMut(&Line) -> f64,
+) -> Result<Estimate, MeasureError> {
+    if bounds.is_empty() {
+        return Ok(Estimate { value_mm3: 0.0, error_mm3: 0.0 });
+    }
+    if !bounds.is_finite() {
+        return Err(MeasureError::Unbounded);
+    }
+    // Askew to everything that parts are made of, yet near z to keep the shadow small.
+    let direction = Vector3::new(0.1234, 0.0917, 1.0).normalize();
+    let u = direction.cross(&Vector3::y()).normalize();
+    let v = direction.cross(&u);
+    let centre = bounds.centre();
+    let half = 0.5 * (bounds.max - bounds.min);
+    let shadow = |w: &Vector3<f64>| w.abs().dot(&half);
+    let (half_u, half_v) = (shadow(&u), shadow(&v));
+    let (count, stride) = fibonacci(lines / SHIFTS);
+    let mut volumes = [0.0; SHIFTS as usize];
+    for (k, volume) in volumes.iter_mut().enumerate() {
+        let (shift_u, shift_v) = (random(2 * k as u64), random(2 * k as u64 + 1));
+        let mut sum_mm = 0.0;
+        for i in 0..count {
+            let x = (i as f64 / count as f64 + shift_u).fract();
+            let y = ((i * stride % count) as f64 / count as f64 + shift_v).fract();
+            let offset = (2.0 * x - 1.0) * half_u * u + (2.0 * y - 1.0) * half_v * v;
+            sum_mm += length_mm(&Line::new(centre + offset, direction));
+        }
+        *volume = sum_mm / count as f64 * 4.0 * half_u * half_v;
+    }
+    let n = f64::from(SHIFTS);
+    let value_mm3 = volumes.iter().sum::<f64>() / n;
+    let variance = volumes.iter().map(|v| (v - value_mm3).powi(2)).sum::<f64>() / (n - 1.0);
+    Ok(Estimate { value_mm3, error_mm3: STUDENT_T * (variance / n).sqrt() })
+}
+
+/// The first Fibonacci number at or above `lines`, and the one before it.
+fn fibonacci(lines: u32) -> (u64, u64) {
+    let (mut before, mut count) = (8u64, 13u64);
+    while count < u64::from(lines) {
+        (before, count) = (count, before + count);
+    }
+    (count, before)
+}
+
+/// The `index`-th of a fixed list of random numbers in [0, 1) (SplitMix64: Steele, Lea and Flood,
+/// "Fast Splittable Pseudorandom Number Generators", 2014). A lattice of shifts would conspire
+/// with the lattice of lines.
+fn random(index: u64) -> f64 {
+    let mut z = (index + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}

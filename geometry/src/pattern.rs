@@ -1,0 +1,370 @@
+//! Where repeated features go, as values.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{EllipsoidOffset, Pose, Solid};
+
+/// More features than this are refused.
+pub const MAX_FEATURES: usize = 20_000;
+
+/// Places for repeated features.
+///
+/// Each place is a [`Pose`] whose z axis is the feature's axis and whose x axis points away from
+/// the pattern's centre line. Places are listed from the centre outwards, always in one order.
+///
+/// ```
+/// use fabkit_geometry::{Pattern, Point3};
+/// let bolts = Pattern::Ring { count: 4, radius_mm: 10.0, phase_rad: 0.0 };
+/// let places = bolts.poses()?;
+/// assert_eq!(places[1].point(Point3::origin()), Point3::new(0.0, 10.0, 0.0));
+/// # Ok::<(), fabkit_geometry::InvalidPattern>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Pattern {
+    /// On a circle in the plane z = 0, axes along z.
+    Ring {
+        /// How many, at least 1.
+        count: u32,
+        /// Radius of the circle, mm.
+        radius_mm: f64,
+        /// Direction of the first one, from x toward y.
+        phase_rad: f64,
+    },
+    /// On circles around the origin in the plane z = 0, axes along z: `counts[k]` on the circle of
+    /// radius `k * spacing_mm`. The first entry stands for the centre: 0 or 1.
+    Rings {
+        /// From circle to circle, mm.
+        spacing_mm: f64,
+        /// How many on each circle.
+        counts: Vec<u32>,
+    },
+    /// A rectangular grid in the plane z = 0, centred on the origin, axes along z.
+    Grid {
+        /// How many along x and y.
+        counts: [u32; 2],
+        /// From one to the next along x and y, mm.
+        spacing_mm: [f64; 2],
+    },
+    /// A Fibonacci lattice on a spherical cap around +z, axes radially outwards: equal area for
+    /// each place, no rows (Gonzalez, "Measurement of areas on a sphere using Fibonacci and
+    /// latitude-longitude lattices", Mathematical Geosciences 2010).
+    Fibonacci {
+        /// How many, at least 1.
+        count: u32,
+        /// Radius of the sphere around the origin, mm.
+        radius_mm: f64,
+        /// Angle between +z and the cap's rim, up to pi.
+        half_angle_rad: f64,
+    },
+    /// Circles of latitude around +z on a surface of revolution, axes along the outward normals:
+    /// `counts[k]` on the circle at the distance `k * spacing_mm` from the tip, measured along the
+    /// surface. The first entry stands for the tip: 0 or 1.
+    SurfaceRings {
+        /// The surface: a sphere, an ellipsoid (offset 0) or a parallel surface of one.
+        surface: EllipsoidOffset,
+        /// From circle to circle along the surface, mm.
+        spacing_mm: f64,
+        /// How many on each circle.
+        counts: Vec<u32>,
+    },
+}
+
+/// Why a pattern has no places.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum InvalidPattern {
+    /// There must be something.
+    #[error("the pattern holds no feature; at least one is needed")]
+    Empty,
+    /// A limit that keeps meshes finite.
+    #[error("the pattern holds {count} features; the limit is {MAX_FEATURES}")]
+    TooMany {
+        /// As asked for.
+        count: u64,
+    },
+    /// A number is out of its range.
+    #[error("{name} is {value}; it must be {allowed}")]
+    OutOfRange {
+        /// Which number.
+        name: &'static str,
+        /// As asked for.
+        value: f64,
+        /// For people.
+        allowed: &'static str,
+    },
+    /// Only one feature fits a point.
+    #[error("{count} features at the centre; there is room for 0 or 1")]
+    CrowdedCentre {
+        /// As asked for.
+        count: u32,
+    },
+    /// The outermost circle lies beyond the far pole.
+    #[error(
+        "the outermost circle lies {distance_mm} mm from the tip; the surface ends after {limit_mm} mm"
+    )]
+    BeyondSurface {
+        /// As asked for, mm along the surface.
+        distance_mm: f64,
+        /// From pole to pole, mm along the surface.
+        limit_mm: f64,
+    },
+}
+
+/// Refuses what is not finite and above 0.
+fn positive(name: &'static str, value: f64) -> Result<(), InvalidPattern> {
+    let fine = value.is_finite() && value > 0.0;
+    let allowed = "finite and above 0";
+    if fine { Ok(()) } else { Err(InvalidPattern::OutOfRange { name, value, allowed }) }
+}
+
+impl Pattern {
+    /// The centre and `rings` circles around it with 6, 12, 18, ... places: every place is about
+    /// `spacing_mm` from its neighbours.
+    pub fn six_per_ring(rings: u32, spacing_mm: f64) -> Self {
+        let counts = (0..=rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect();
+        Self::Rings { spacing_mm, counts }
+    }
+
+    /// The tip and `rings` circles around it on a surface, with as many places on each as come
+    /// nearest to `spacing_mm` between neighbours along the circle.
+    ///
+    /// # Errors
+    /// As for [`Pattern::poses`].
+    pub fn even_surface_rings(
+        surface: EllipsoidOffset,
+        rings: u32,
+        spacing_mm: f64,
+    ) -> Result<Self, InvalidPattern> {
+        positive("spacing", spacing_mm)?;
+        if rings as usize >= MAX_FEATURES {
+            return Err(InvalidPattern::TooMany { count: u64::from(rings) });
+        }
+        let meridian = Meridian::new(&surface)?;
+        meridian.check_reach(f64::from(rings) * spacing_mm)?;
+        let counts = (0..=rings)
+            .map(|k| {
+                let radius_mm = meridian.at_distance(f64::from(k) * spacing_mm).0[0];
+                // A ring has at least one place; rounding is the nearest whole number.
+                (TAU * radius_mm / spacing_mm).round().max(1.0) as u32
+            })
+            .collect();
+        Ok(Self::SurfaceRings { surface, spacing_mm, counts })
+    }
+
+    /// How many features there are.
+    pub fn count(&self) -> u64 {
+        match self {
+            Self::Ring { count, .. } | Self::Fibonacci { count, .. } => u64::from(*count),
+            Self::Grid { counts, .. } => counts.iter().map(|&n| u64::from(n)).product(),
+            Self::Rings { counts, .. } | Self::SurfaceRings { counts, .. } => {
+                counts.iter().map(|&n| u64::from(n)).sum()
+            }
+        }
+    }
+
+    /// The places, from the centre outwards, in the pattern's frame.
+    ///
+    /// # Errors
+    /// No or too many features, sizes that are not finite and positive, circles beyond the surface.
+    pub fn poses(&self) -> Result<Vec<Pose>, InvalidPattern> {
+        match self.count() {
+            0 => return Err(InvalidPattern::Empty),
+            count if count > MAX_FEATURES as u64 => return Err(InvalidPattern::TooMany { count }),
+            _ => {}
+        }
+        match self {
+            Self::Ring { count, radius_mm, phase_rad } => {
+                positive("radius", *radius_mm)?;
+                if !phase_rad.is_finite() {
+                    let (name, value) = ("phase", *phase_rad);
+                    return Err(InvalidPattern::OutOfRange { name, value, allowed: "finite" });
+                }
+                Ok(around(*count, *phase_rad, [*radius_mm, 0.0], 0.0).collect())
+            }
+            Self::Rings { spacing_mm, counts } => {
+                positive("spacing", *spacing_mm)?;
+                room_at_centre(counts)?;
+                let ring = |(k, &count): (usize, &u32)| {
+                    around(count, 0.0, [k as f64 * spacing_mm, 0.0], 0.0)
+                };
+                Ok(counts.iter().enumerate().flat_map(ring).collect())
+            }
+            Self::Grid { counts, spacing_mm } => {
+                positive("spacing", spacing_mm[0])?;
+                positive("spacing", spacing_mm[1])?;
+                Ok(grid(*counts, *spacing_mm))
+            }
+            Self::Fibonacci { count, radius_mm, half_angle_rad } => {
+                positive("radius", *radius_mm)?;
+                positive("half angle", *half_angle_rad)?;
+                if *half_angle_rad > PI {
+                    let (name, value) = ("half angle", *half_angle_rad);
+                    return Err(InvalidPattern::OutOfRange { name, value, allowed: "at most pi" });
+                }
+                Ok(fibonacci(*count, *radius_mm, *half_angle_rad))
+            }
+            Self::SurfaceRings { surface, spacing_mm, counts } => {
+                positive("spacing", *spacing_mm)?;
+                room_at_centre(counts)?;
+                let meridian = Meridian::new(surface)?;
+                meridian.check_reach((counts.len() - 1) as f64 * spacing_mm)?;
+                let ring = |(k, &count): (usize, &u32)| {
+                    let (point, tilt_rad) = meridian.at_distance(k as f64 * spacing_mm);
+                    around(count, 0.0, point, tilt_rad)
+                };
+                Ok(counts.iter().enumerate().flat_map(ring).collect())
+            }
+        }
+    }
+
+    /// One copy of `feature` at each place, named `word 1`, `word 2`, ... from the centre outwards.
+    ///
+    /// # Errors
+    /// As for [`Pattern::poses`].
+    pub fn features(&self, word: &str, feature: &Solid) -> Result<Vec<Solid>, InvalidPattern> {
+        let place =
+            |(i, pose)| feature.clone().placed(pose).named(format!("{word} {}", i + 1usize));
+        Ok(self.poses()?.into_iter().enumerate().map(place).collect())
+    }
+}
+
+fn room_at_centre(counts: &[u32]) -> Result<(), InvalidPattern> {
+    match counts {
+        &[count, ..] if count > 1 => Err(InvalidPattern::CrowdedCentre { count }),
+        _ => Ok(()),
+    }
+}
+
+/// The pose at a point of the half plane that makes the angle `azimuth` with x, with the axis
+/// tilted from z away from the centre line.
+fn turned_out(azimuth: f64, point: [f64; 2], tilt_rad: f64) -> Pose {
+    let turn = |angle, about: fn(crate::Angle) -> Pose| {
+        crate::Angle::from_rad(angle).map_or(Pose::identity(), about)
+    };
+    turn(azimuth, Pose::rotation_z)
+        .then_in(Pose::translation(point[0], 0.0, point[1]))
+        .then_in(turn(tilt_rad, Pose::rotation_y))
+}
+
+fn around(count: u32, phase: f64, point: [f64; 2], tilt: f64) -> impl Iterator<Item = Pose> {
+    let azimuth = move |i: u32| phase + TAU * (f64::from(i) / f64::from(count));
+    (0..count).map(move |i| turned_out(azimuth(i), point, tilt))
+}
+
+/// By distance from the centre, then row by row.
+fn grid(counts: [u32; 2], spacing_mm: [f64; 2]) -> Vec<Pose> {
+    let at = |i: u32, n: u32, step: f64| (f64::from(i) - 0.5 * f64::from(n - 1)) * step;
+    let mut places: Vec<[f64; 2]> = (0..counts[1])
+        .flat_map(|row| (0..counts[0]).map(move |column| [column, row]))
+        .map(|[i, j]| [at(i, counts[0], spacing_mm[0]), at(j, counts[1], spacing_mm[1])])
+        .collect();
+    // The sort is stable; equal distances are equal bits because the grid is symmetric.
+    places.sort_by(|p, q| p[0].hypot(p[1]).total_cmp(&q[0].hypot(q[1])));
+    places.into_iter().map(|[x, y]| Pose::translation(x, y, 0.0)).collect()
+}
+
+fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
+    let golden_angle = PI * (3.0 - 5.0f64.sqrt());
+    // 1 - cos, without cancellation for small caps.
+    let cap_height = 2.0 * (0.5 * half_angle_rad).sin().powi(2);
+    (0..count)
+        .map(|i| {
+            let height = cap_height * (f64::from(i) + 0.5) / f64::from(count);
+            let tilt = 2.0 * (0.5 * height).sqrt().min(1.0).asin();
+            let point = [radius_mm * tilt.sin(), radius_mm * tilt.cos()];
+            turned_out(golden_angle * f64::from(i), point, tilt)
+        })
+        .collect()
+}
+
+/// The line from pole to pole of a parallel surface of an ellipsoid of revolution, by the
+/// ellipse's eccentric angle: 0 at the upper pole, pi at the lower.
+struct Meridian {
+    equatorial_mm: f64,
+    polar_mm: f64,
+    offset_mm: f64,
+    length_mm: f64,
+}
+
+impl Meridian {
+    fn new(surface: &EllipsoidOffset) -> Result<Self, InvalidPattern> {
+        let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = *surface;
+        positive("equatorial half axis", equatorial_mm)?;
+        positive("polar half axis", polar_mm)?;
+        let (long, short) = (equatorial_mm.max(polar_mm), equatorial_mm.min(polar_mm));
+        if !(offset_mm.is_finite() && offset_mm > -short * short / long) {
+            let allowed = "above minus the ellipsoid's smallest radius of curvature";
+            return Err(InvalidPattern::OutOfRange { name: "offset", value: offset_mm, allowed });
+        }
+        let mut meridian = Self { equatorial_mm, polar_mm, offset_mm, length_mm: 0.0 };
+        meridian.length_mm = 2.0 * meridian.distance(FRAC_PI_2);
+        Ok(meridian)
+    }
+
+    fn check_reach(&self, distance_mm: f64) -> Result<(), InvalidPattern> {
+        let limit_mm = self.length_mm;
+        // Written so that NaN is refused too.
+        if distance_mm < limit_mm {
+            Ok(())
+        } else {
+            Err(InvalidPattern::BeyondSurface { distance_mm, limit_mm })
+        }
+    }
+
+    /// Angle between z and the normal.
+    fn tilt(&self, eccentric: f64) -> f64 {
+        (self.polar_mm * eccentric.sin()).atan2(self.equatorial_mm * eccentric.cos())
+    }
+
+    /// Speed along the ellipse itself.
+    fn speed(&self, eccentric: f64) -> f64 {
+        (self.equatorial_mm * eccentric.cos()).hypot(self.polar_mm * eccentric.sin())
+    }
+
+    /// Distance from the upper pole along the parallel surface: the ellipse's own arc, and the
+    /// offset times the angle through which the normal has turned (Steiner).
+    fn distance(&self, eccentric: f64) -> f64 {
+        // Gauss-Legendre with five nodes on 64 panels: exact to rounding for half axes up to 1:20.
+        const NODES: [(f64, f64); 3] = [
+            (0.0, 0.568_888_888_888_888_9),
+            (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+            (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+        ];
+        const PANELS: u32 = 64;
+        let half = 0.5 * eccentric / f64::from(PANELS);
+        let panel = |i: u32| -> f64 {
+            let middle = half * f64::from(2 * i + 1);
+            let both = |x: f64| self.speed(middle - half * x) + self.speed(middle + half * x);
+            let node = |&(x, weight): &(f64, f64)| {
+                weight * if x == 0.0 { self.speed(middle) } else { both(x) }
+            };
+            NODES.iter().map(node).sum()
+        };
+        half * (0..PANELS).map(panel).sum::<f64>() + self.offset_mm * self.tilt(eccentric)
+    }
+
+    /// The point (distance from z, height) that far from the upper pole, and its normal's tilt.
+    fn at_distance(&self, distance_mm: f64) -> ([f64; 2], f64) {
+        // Bisection on an increasing function; 60 halvings exhaust the digits.
+        let (mut low, mut high) = (0.0, PI);
+        if distance_mm == 0.0 {
+            high = 0.0;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.distance(middle) < distance_mm {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let (eccentric, tilt) = (high, self.tilt(high));
+        let point = [
+            self.equatorial_mm * eccentric.sin() + self.offset_mm * tilt.sin(),
+            self.polar_mm * eccentric.cos() + self.offset_mm * tilt.cos(),
+        ];
+        (point, tilt)
+    }
+}

@@ -1,0 +1,41 @@
+//! Every part, layer and component of every built-in sensor: closed, oriented, of the genus its
+//! author counted, and of the volume that exact lines measure.
+
+use fabkit_designs::Design;
+use fabkit_geometry::measure::ray_volume;
+use fabkit_geometry::{Body, Solid};
+use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};
+
+/// Lines through each body; enough for about 1e-5 of its volume.
+const LINES: u32 = 100_000;
+
+/// Name, solid, and the genus its author counted.
+fn bodies(design: &Design) -> Vec<(String, &Solid, Option<i32>)> {
+    let sensor = &design.sensor;
+    let parts = sensor.parts.iter().map(|p| (p.name.clone(), &p.solid, Some(p.genus)));
+    let layers = sensor.layers.iter().map(|l| (l.name.clone(), &l.solid, Some(l.genus)));
+    let components = sensor.components.iter().map(|c| (c.name.clone(), &c.solid, None));
+    parts.chain(layers).chain(components).collect()
+}
+
+#[test]
+fn meshes_are_closed_and_have_the_exact_volume() {
+    for design in fabkit_tests::builtin_designs() {
+        println!("{:24} {:>12} {:>12} {:>10}", design.sensor.name, "exact mm3", "mesh mm3", "off");
+        for (name, solid, genus) in bodies(&design) {
+            let mesh = mesh(solid, DEFAULT_TOLERANCE_MM).unwrap_or_else(|e| panic!("{name}: {e}"));
+            // Closed and oriented after rounding and welding, or an error.
+            let print = mesh.to_print().unwrap_or_else(|e| panic!("{name}: {e}"));
+            if let Some(genus) = genus {
+                assert_eq!(print.genus(), genus, "{name}: genus");
+            }
+            let exact = ray_volume(&Body::new(solid).unwrap(), LINES).unwrap();
+            let off = print.volume_mm3() - exact.value_mm3;
+            println!("  {name:22} {:12.4} {:12.4} {off:10.5}", exact.value_mm3, print.volume_mm3());
+            // No facet is farther than the tolerance from the surface, so that the volumes differ
+            // by less than the area times the tolerance.
+            let bound = print.area_mm2() * DEFAULT_TOLERANCE_MM + exact.error_mm3;
+            assert!(off.abs() <= bound, "{name}: {off} mm3 off, bound {bound}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Which crate may know which: the table of ARCHITECTURE.md, compared with what cargo sees.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+/// Each crate of the workspace with the crates of the workspace that it may use.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("fabkit-geometry", &[]),
+    ("fabkit-mesh", &["fabkit-geometry"]),
+    ("fabkit-depth", &["fabkit-geometry"]),
+    ("fabkit-designs", &["fabkit-geometry"]),
+    ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
+    (
+        "fabkit",
+        &["fabkit-geometry", "fabkit-mesh", "fabkit-depth", "fabkit-designs", "fabkit-export"],
+    ),
+    (
+        "fabkit-tests",
+        &[
+            "fabkit",
+            "fabkit-geometry",
+            "fabkit-mesh",
+            "fabkit-depth",
+            "fabkit-designs",
+            "fabkit-export",
+        ],
+    ),
+    ("xtask", &[]),
+];
+
+/// Crates from outside that only one crate here may use, tests apart.
+const SOLE_USERS: &[(&str, &str)] = &[
+    ("manifold-rust", "fabkit-mesh"),
+    ("granit-parser", "fabkit-designs"),
+    ("png", "fabkit-export"),
+    ("flate2", "fabkit-export"),
+    ("clap", "fabkit"),
+    ("ctrlc", "fabkit"),
+];
+
+/// Package name to the names of its dependencies with their kind: empty, `dev` or `build`.
+fn graph() -> BTreeMap<String, Vec<(String, String)>> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1"])
+        .args(["--manifest-path", concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml")])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+    let packages = metadata["packages"].as_array().unwrap().iter();
+    packages
+        .map(|package| {
+            let dependencies = package["dependencies"].as_array().unwrap().iter();
+            (
+                text(&package["name"]),
+                dependencies.map(|d| (text(&d["name"]), text(&d["kind"]))).collect(),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn crates_use_only_what_the_table_allows() {
+    let graph = graph();
+    let table: BTreeMap<&str, BTreeSet<&str>> =
+        MAY_USE.iter().map(|(name, uses)| (*name, uses.iter().copied().collect())).collect();
+    assert!(graph.keys().map(String::as_str).eq(table.keys().copied()), "{:?}", graph.keys());
+    for (name, dependencies) in &graph {
+        // A crate's tests may use the crate itself with other features.
+        let others = dependencies.iter().filter(|(used, _)| used != name);
+        let here = others.map(|(d, _)| d.as_str()).filter(|d| table.contains_key(d));
+        for used in here {
+            assert!(table[name.as_str()].contains(used), "{name} must not know {used}");
+        }
+    }
+}
+
+#[test]
+fn kernels_and_formats_have_one_user() {
+    for (name, dependencies) in &graph() {
+        for (used, kind) in dependencies {
+            let sole = SOLE_USERS.iter().find(|(outside, _)| outside == used);
+            if let Some((outside, user)) = sole.filter(|_| kind != "dev") {
+                assert_eq!(name, user, "{outside} belongs to {user} alone");
+            }
+        }
+    }
+}

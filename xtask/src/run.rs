@@ -1,0 +1,68 @@
+//! Running other programs.
+
+use std::env;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The workspace's root.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+/// Whether this is continuous integration, where nothing may be skipped.
+pub fn in_ci() -> bool {
+    env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false")
+}
+
+/// Skips an optional step aloud, or fails in continuous integration.
+pub fn skip(step: &str, why: &str) -> Result<(), String> {
+    if in_ci() {
+        return Err(format!("{step} must not be skipped here: {why}"));
+    }
+    println!("xtask: SKIPPED {step}: {why}");
+    Ok(())
+}
+
+/// The cargo that runs this task.
+pub fn cargo() -> Command {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
+    let mut command = Command::new(cargo);
+    command.current_dir(root());
+    command
+}
+
+/// Runs a program, showing what and letting it print.
+pub fn check(command: &mut Command) -> Result<(), String> {
+    let shown = shown(command);
+    println!("xtask: {shown}");
+    let status = command.status().map_err(|e| format!("cannot run {shown}: {e}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{shown}: {status}")) }
+}
+
+/// Whether a program can be run at all.
+pub fn exists(program: &Path) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
+}
+
+/// Where `cargo install --root .tools` puts a program.
+pub fn tool(name: &str) -> PathBuf {
+    root().join(".tools/bin").join(format!("{name}{}", env::consts::EXE_SUFFIX))
+}
+
+/// Where cargo puts what it builds in a profile, `debug` or `release`.
+pub fn built(profile: &str, name: &str) -> PathBuf {
+    let target =
+        env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
+    target.join(profile).join(format!("{name}{}", env::consts::EXE_SUFFIX))
+}
+
+fn shown(command: &Command) -> String {
+    let program = Path::new(command.get_program());
+    let name = program.file_stem().unwrap_or(program.as_os_str());
+    std::iter::once(name)
+        .chain(command.get_args())
+        .map(|word| word.to_string_lossy())
+        .collect::<Vec<_>>()
+        .join(" ")
+}

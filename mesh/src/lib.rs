@@ -127,7 +127,8 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
 /// As [`mesh`], but nothing in common is no error.
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
     match mesh(&a.clone().and(b.clone()), tolerance_mm) {
-        Ok(common) => Ok(common.volume_mm3()),
+        // What is left of two surfaces that touch may come out as minus nothing.
+        Ok(common) => Ok(common.volume_mm3().max(0.0)),
         Err(MeshError::Empty) => Ok(0.0),
         Err(other) => Err(other),
     }

@@ -38,6 +38,7 @@ fn design(parts: Vec<Part>) -> Design {
         parts,
         layers: Vec::new(),
         components: Vec::new(),
+        print_groups: Vec::new(),
         press_fits: Vec::new(),
         camera,
     };

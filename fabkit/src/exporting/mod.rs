@@ -1,5 +1,6 @@
 //! From a design to the bytes of all its files.
 
+mod pieces;
 mod plates;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -190,19 +191,31 @@ pub fn export(
         .collect();
     let hash = design_hash(design);
 
-    let results: Vec<Result<(Meshed, Vec<Made>), ExportFailure>> = chosen
-        .into_par_iter()
-        .map(|body| {
-            let meshed = mesh_body(body, options.tolerance_mm)?;
-            let files = part_files(design, &hash, options, &meshed)?;
-            finished(body.name);
-            Ok((meshed, files))
-        })
-        .collect();
+    let results: Vec<Result<(Vec<Meshed>, Vec<Made>), ExportFailure>> =
+        pieces::pieces(sensor, chosen)?
+            .into_par_iter()
+            .map(|piece| {
+                let meshed = piece.meshed(options.tolerance_mm)?;
+                let mut files = Vec::new();
+                for body in &meshed {
+                    // A part of a group has its 3MF in common with the others.
+                    let alone =
+                        |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
+                    let formats = options.formats.iter().filter(alone);
+                    files.extend(part_files(design, &hash, formats, body)?);
+                    finished(body.body.name);
+                }
+                if options.formats.contains(&Format::ThreeMf) {
+                    files.extend(piece.group_file(&sensor.title, &hash, &meshed)?);
+                }
+                Ok((meshed, files))
+            })
+            .collect();
     // One after the other, so that the first error is the same on any number of threads.
     let (meshed, files): (Vec<_>, Vec<_>) =
         results.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
 
+    let meshed: Vec<Meshed> = meshed.into_iter().flatten().collect();
     let mut made: Vec<Made> = files.into_iter().flatten().collect();
     if options.parts.is_empty() && options.formats.contains(&Format::ThreeMf) {
         made.extend(plates::plates(design, &hash, options, &meshed)?);
@@ -211,14 +224,14 @@ pub fn export(
     assemble(design, hash, &meshed, made)
 }
 
-fn mesh_body(body: BodyRef, tolerance_mm: f64) -> Result<Meshed, ExportFailure> {
+/// A body whose mesh lies as it should, rounded to its files' precision, proven and measured.
+fn measured(
+    body: BodyRef,
+    lying: TriMesh,
+    file_from_part: Pose,
+    tolerance_mm: f64,
+) -> Result<Meshed, ExportFailure> {
     let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
-    let nominal = fabkit_mesh::mesh(body.solid, tolerance_mm).map_err(failed)?;
-    // Turned first and shifted after, so that the lowest vertices are at zero exactly.
-    let turned = nominal.placed(&body.bed_from_part);
-    let min = turned.bounds().min;
-    let shift = Pose::translation(-min.x, -min.y, -min.z);
-    let lying = turned.placed(&shift);
     let print = lying.to_print().map_err(failed)?;
     let genus = print.genus();
     if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
@@ -232,17 +245,17 @@ fn mesh_body(body: BodyRef, tolerance_mm: f64) -> Result<Meshed, ExportFailure> 
         genus,
     };
     limit_triangles(figures.triangles)?;
-    Ok(Meshed { body, lying, print, file_from_part: shift.then_in(body.bed_from_part), figures })
+    Ok(Meshed { body, lying, print, file_from_part, figures })
 }
 
 fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
     if found > MAX_TRIANGLES { Err(ExportFailure::TooManyTriangles { found }) } else { Ok(()) }
 }
 
-fn part_files(
+fn part_files<'a>(
     design: &Design,
     hash: &str,
-    options: &ExportOptions,
+    formats: impl Iterator<Item = &'a Format>,
     meshed: &Meshed,
 ) -> Result<Vec<Made>, ExportFailure> {
     let body = &meshed.body;
@@ -280,7 +293,7 @@ fn part_files(
         };
         Ok(Made { file: OutputFile { name, bytes }, format, parts: vec![body.name.into()] })
     };
-    options.formats.iter().map(make).collect()
+    formats.map(make).collect()
 }
 
 fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {

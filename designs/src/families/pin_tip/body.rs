@@ -224,7 +224,7 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Part {
         name: "robot-mount".into(),
         summary: "flange that is bolted to the robot; the body locks onto it".into(),
         solid: outside.plus(joint.male().at(0.0, 0.0, layout.body_bottom_z)).minus_all(holes),
-        placements: vec![in_sensor().lifted(-72.0)],
+        placements: vec![in_sensor().lifted(-112.0)],
         process: Process::Fdm,
         material: p.body.material.clone(),
         quantity: 1,

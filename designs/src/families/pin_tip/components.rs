@@ -76,21 +76,21 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Component> {
             ),
             camera(p, layout),
             BOARD_BLUE,
-            at(vec![Pose::identity()], -58.0),
+            at(vec![Pose::identity()], -74.0),
         ),
         bought(
             "screw-m3x6",
             "pan head screw ISO 7045 M3x6".into(),
             BOARD_SCREW.solid(),
             STEEL,
-            at(board_screw_poses(p, layout), -66.0),
+            at(board_screw_poses(p, layout), -90.0),
         ),
         bought(
             "bolt-m5",
             format!("socket head screw ISO 4762 M5x{length}, and what the robot's maker demands"),
             bolt(length),
             STEEL,
-            at(bolt_poses(p, layout), -60.0),
+            at(bolt_poses(p, layout), -92.0),
         ),
     ]
 }

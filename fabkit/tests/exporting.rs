@@ -20,6 +20,7 @@ fn part(name: &str, solid: Solid) -> Part {
         color: [200, 100, 50],
         bed_from_part: Pose::identity(),
         print_notes: Vec::new(),
+        shrinkage: 0.0,
         genus: 0,
     }
 }
@@ -39,6 +40,7 @@ fn design(parts: Vec<Part>) -> Design {
         layers: Vec::new(),
         components: Vec::new(),
         print_groups: Vec::new(),
+        chain: Vec::new(),
         press_fits: Vec::new(),
         camera,
     };

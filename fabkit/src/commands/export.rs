@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use fabkit::export::{Bed, Manifest};
+use fabkit::export::{Bed, FileEntry, Manifest};
 use fabkit::exporting::{self, ExportOptions};
 use fabkit::staging::write_all;
 use serde_json::{Value, json};
@@ -49,7 +49,8 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
     let mut rows =
         vec![["part", "n", "made", "triangles", "cm3", "files"].map(str::to_owned).to_vec()];
     for part in &manifest.parts {
-        let files = manifest.files.iter().filter(|f| f.parts == [part.name.as_str()]);
+        let own = |file: &&FileEntry| !is_plate(file) && file.parts == [part.name.as_str()];
+        let files = manifest.files.iter().filter(own);
         let sizes: Vec<String> = files.map(|f| format!("{} {}", f.format, size(f.bytes))).collect();
         rows.push(vec![
             part.name.clone(),
@@ -61,7 +62,7 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
         ]);
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
-    for plate in manifest.files.iter().filter(|file| file.name.starts_with("plate-")) {
+    for plate in manifest.files.iter().filter(|file| is_plate(file)) {
         text += &format!("{}: {} pieces, {}\n", plate.name, plate.parts.len(), size(plate.bytes));
     }
     let bytes = manifest.files.iter().map(|file| file.bytes).sum();
@@ -73,6 +74,10 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
         elapsed.as_secs_f64(),
     );
     text
+}
+
+fn is_plate(file: &FileEntry) -> bool {
+    file.name.starts_with("plate-")
 }
 
 fn json(manifest: &Manifest, folder: &Path) -> Value {

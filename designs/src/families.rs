@@ -2,6 +2,7 @@
 
 mod dome;
 mod half_ellipsoid;
+mod pin_tip;
 
 use crate::FamilyEntry;
 
@@ -9,10 +10,12 @@ use crate::FamilyEntry;
 pub(crate) const FAMILIES: &[FamilyEntry] = &[
     FamilyEntry::of::<dome::DomeFamily>(),
     FamilyEntry::of::<half_ellipsoid::HalfEllipsoidFamily>(),
+    FamilyEntry::of::<pin_tip::PinTipFamily>(),
 ];
 
 /// Every built-in sensor: its name, and its text in `sensors/`.
 pub(crate) const SENSORS: &[(&str, &str)] = &[
     ("rtac0", include_str!("../sensors/rtac0.yaml")),
     ("uvdtact", include_str!("../sensors/uvdtact.yaml")),
+    ("tactip", include_str!("../sensors/tactip.yaml")),
 ];

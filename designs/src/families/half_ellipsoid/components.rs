@@ -54,7 +54,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Component> {
                     assembly_from_body: Pose::translation(0.0, 0.0, layout.camera_front_z),
                     ..SENSOR.in_place()
                 }
-                .lifted(-22.0),
+                .lifted(6.0),
             ],
             quantity: 1,
             color: CAMERA,

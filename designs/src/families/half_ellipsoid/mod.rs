@@ -101,6 +101,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         layers: layers::layers(p, &layout),
         components: components::components(p, &layout),
         chain: chain::chain(p, &layout),
+        print_groups: Vec::new(),
         press_fits: vec![PressFit {
             inner: "bolt-m1-2x3".into(),
             outer: "base".into(),

@@ -220,9 +220,9 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
         ("holder.outer_diameter=13mm", "holder.outer_diameter", "at least 14.2 mm"),
         ("tooling.silicone_diameter=30mm", "tooling.silicone_diameter", "at least 32 mm"),
         ("tooling.vent_diameter=1mm", "tooling.vent_diameter", "at most 0.8 mm"),
-        ("tooling.vents=32", "tooling.vents", "write fewer"),
+        ("tooling.vents=40", "tooling.vents", "write fewer"),
         ("base.mount_radius=3mm", "base.mount_radius", "write a larger radius"),
-        ("base.mount_holes=2", "base.mount_holes", "write 3"),
+        ("base.bolts=6", "base.mount_holes", "write 6"),
         ("camera.length=9mm", "camera.length", "at most"),
     ] {
         let problems = try_uvdtact(&[set]).err().unwrap_or_default();

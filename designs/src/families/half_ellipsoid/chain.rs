@@ -4,9 +4,14 @@ use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Step, Vect
 
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
-use super::tooling::{Boundary, up, vent_circles_mm, vent_poses};
+use super::tooling::{Boundary, vent_circles_mm, vent_poses};
 use super::{AssemblyName, CAST_CORE, CORE, INNER, OUTER, SENSOR, SLEEVE};
 use crate::materials::{Castable, castable};
+
+/// Toward the tip.
+fn up() -> Vector3<f64> {
+    Vector3::z()
+}
 
 fn names(of: &[&str]) -> Vec<String> {
     of.iter().map(|name| name.to_string()).collect()

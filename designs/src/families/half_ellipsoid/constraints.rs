@@ -336,9 +336,10 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         "base.mount_holes",
         || {
             format!(
-                "base.mount_holes is {}; a hole comes within {nearest_turn:.2} mm of a bolt, and \
+                "base.mount_holes is {}; a hole comes within {:.2} mm of a bolt, and \
                  {RESIN_WALL_MM} mm are needed",
-                p.base.mount_holes
+                p.base.mount_holes,
+                nearest_turn.max(0.0)
             )
         },
         || format!("write {}, as many as `base.bolts`", p.base.bolts),

@@ -194,7 +194,7 @@ parameters! {
         /// Number of keys.
         keys: u32 = 2..=12,
         /// Vents at the foot of the inner elastomer, and as many at the two thin layers' feet.
-        vents: u32 = 3..=32,
+        vents: u32 = 3..=64,
         /// Diameter of a vent.
         vent_diameter: Length = 0.3..=4.0,
         /// Diameter of the vent at the tip of the mold for the outer elastomer.

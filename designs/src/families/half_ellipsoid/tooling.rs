@@ -4,9 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Solid, Vector3,
-};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Solid};
 
 use super::layout::Layout;
 use super::markers;
@@ -288,9 +286,4 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Part {
     part.genus = 1;
     part.print_notes.push("push the cured silicone out with two thumbs".into());
     part
-}
-
-/// Straight up.
-pub fn up() -> Vector3<f64> {
-    Vector3::z()
 }

@@ -9,8 +9,9 @@ use super::parameters::{Arrangement, SheetMold};
 
 type Point = [f64; 2];
 
-/// Where the spokes of a radial arrangement begin, as a share of the layer's edge.
-const SPOKE_START: f64 = 0.3;
+/// Where the spokes of a radial arrangement begin: height along y as a share of their entrance's.
+/// A fan that narrows evenly keeps its channels apart.
+const SPOKE_START: f64 = 0.8;
 
 /// The side that a channel enters from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,17 +86,9 @@ pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
                     ends_at(x, chamber)
                 }
                 Arrangement::Radial => {
-                    let spoke = |radius: f64| {
-                        let angle = spoke_angle_rad(k, n);
-                        [radius * angle.cos(), radius * angle.sin()]
-                    };
-                    let room = 2.0 * half_width + wall;
-                    // Long spokes end where their ends have room side by side, short ones where
-                    // they have room between two long ones.
-                    let step = std::f64::consts::PI / f64::from(n);
-                    let end =
-                        if k % 2 == 0 { room / (2.0 * step.sin()) } else { room / step.sin() };
-                    let start = -2.0 * edge * SPOKE_START;
+                    let [start, end] = spoke_radii_mm(p, k);
+                    let angle = std::f64::consts::PI - steps_from_middle(k, n) * spoke_step_rad(n);
+                    let spoke = |radius: f64| [radius * angle.cos(), radius * angle.sin()];
                     Channel {
                         centreline: vec![port, [stub_end, y], spoke(start), spoke(end)],
                         half_width,
@@ -109,13 +102,30 @@ pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
 
 /// Height of a left channel's entrance along y, mm.
 pub fn port_y(p: &SheetMold, k: u32) -> f64 {
-    (f64::from(k) - (f64::from(p.channels.per_side) - 1.0) / 2.0) * p.channels.pitch.mm()
+    steps_from_middle(k, p.channels.per_side) * p.channels.pitch.mm()
 }
 
-/// Direction of a left spoke: the lowest entrance gets the spoke next to -y, so that none cross.
-fn spoke_angle_rad(k: u32, n: u32) -> f64 {
-    let step = std::f64::consts::PI / f64::from(n);
-    1.5 * std::f64::consts::PI - (f64::from(k) + 0.5) * step
+fn steps_from_middle(k: u32, n: u32) -> f64 {
+    f64::from(k) - (f64::from(n) - 1.0) / 2.0
+}
+
+/// Angle between two spokes.
+fn spoke_step_rad(n: u32) -> f64 {
+    std::f64::consts::PI / f64::from(n)
+}
+
+/// Where spoke `k` begins, coming from its entrance, and where it ends: distances from the centre.
+pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
+    let n = p.channels.per_side;
+    let (step, m) = (spoke_step_rad(n), steps_from_middle(k, n));
+    // It begins at a fixed share of its entrance's y; the limit for a spoke along x.
+    let share = if m == 0.0 { 1.0 / step } else { m / (m * step).sin() };
+    let start = SPOKE_START * p.channels.pitch.mm() * share;
+    let room = p.channels.width.mm() + p.channels.wall.mm();
+    // Long spokes end where their ends have room side by side, short ones where they have room
+    // between two long ones.
+    let end = if k % 2 == 0 { room / (2.0 * step.sin()) } else { room / step.sin() };
+    [start, end]
 }
 
 impl Channel {

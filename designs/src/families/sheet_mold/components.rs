@@ -46,7 +46,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
     }
     for corner in layout.display_bolts(p) {
         m3.push(on_display(hanging(corner, 0.0)).lifted(-16.0));
-        m3.push(on_display(upright(corner, layout.stand_z + sheet)).lifted(84.0));
+        m3.push(on_display(upright(corner, layout.stand_z + sheet)).lifted(112.0));
     }
     // The molds borrow the sensor's screws: they are needed one after the other.
     let m3_in_use = m3.len() as u32;
@@ -60,7 +60,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
 
     let camera_poses = [
         SENSOR.at(Pose::translation(0.0, 0.0, layout.floor_z)).lifted(-12.0),
-        on_display(Pose::translation(0.0, 0.0, layout.stand_z).then_in(flipped())).lifted(52.0),
+        on_display(Pose::translation(0.0, 0.0, layout.stand_z).then_in(flipped())).lifted(84.0),
     ];
     // Each camera's frame: origin on the plate that carries it, z axis along the line of sight.
     let at_holes = |z: f64, out_mm: f64, is_head_down: bool| -> Vec<Placement> {
@@ -84,7 +84,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
     let inlets: Vec<[f64; 2]> =
         display_channel_y(p).into_iter().map(|y| display_inlet(p, y)).collect();
     let display_tubes =
-        inlets.iter().map(|&c| on_display(upright(c, layout.cover_top)).lifted(54.0));
+        inlets.iter().map(|&c| on_display(upright(c, layout.cover_top)).lifted(92.0));
     let needle_z = layout.cover_top - p.display.sheet.mm();
 
     vec![
@@ -143,7 +143,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
                 HexSpacer::M3.solid(p.display.camera_spacer.mm()),
                 layout
                     .display_bolts(p)
-                    .map(|c| on_display(upright(c, layout.cover_top)).lifted(40.0))
+                    .map(|c| on_display(upright(c, layout.cover_top)).lifted(80.0))
                     .to_vec(),
             )
         },
@@ -180,7 +180,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
                 p.tubes.needle_outer_diameter.mm() / 2.0,
                 p.tubes.needle_length.mm(),
             ),
-            inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(40.0)).collect(),
+            inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)).collect(),
         ),
         Component {
             color: [250, 240, 170],

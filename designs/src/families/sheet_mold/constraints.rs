@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use fabkit_geometry::{Body, Part, Process};
 
-use super::channels::{Channel, Side, left_channels};
+use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
 use super::components::led_top_mm;
 use super::display::needle_hole_mm;
 use super::housing::clamp_inner_mm;
@@ -119,8 +119,21 @@ fn channels(p: &SheetMold, report: &mut Report) {
         Arrangement::Straight => p.channels.width.mm() / 2.0 + wall / 2.0,
         // Two columns of chambers, their walls, and half a wall to the middle.
         Arrangement::Grid => 1.5 * (widest + wall),
-        // Spokes begin at 0.3 of the edge from the centre.
-        Arrangement::Radial => 0.3 * p.channel_layer.side.mm() + p.channels.width.mm(),
+        Arrangement::Radial => {
+            let middle = p.channels.per_side / 2;
+            let [start, end] = [middle - 1, middle]
+                .map(|k| spoke_radii_mm(p, k))
+                .into_iter()
+                .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+            report.at_least(
+                "channels.pitch",
+                p.channels.pitch,
+                p.channels.pitch.mm() * (end + p.channels.width.mm() / 2.0) / start,
+                "short spokes must begin outside of where they end",
+                &["channels.width", "channels.wall", "channels.per_side"],
+            );
+            start + p.channels.width.mm() / 2.0
+        }
     };
     report.at_least(
         "channel_layer.side",

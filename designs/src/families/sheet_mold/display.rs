@@ -70,7 +70,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
             channels,
             &p.display.clear_material,
             t,
-            12.0,
+            10.0,
         )
     };
     let cover = sheet(
@@ -90,7 +90,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
             with_holes(plate(), &camera_holes(p), Screw::M2X12.clearance_hole_mm() / 2.0),
             &p.housing.material,
             layout.stand_z,
-            64.0,
+            96.0,
         )
     };
     [back, channels, cover, stand].map(Sheet::part).to_vec()

@@ -92,7 +92,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         RED,
         0.9,
     );
-    let place = SENSOR.at(layout.sensor_from_display).lifted(20.0);
+    let place = SENSOR.at(layout.sensor_from_display).lifted(34.0);
     all.push(Layer { placements: vec![place], ..display });
     all
 }

@@ -59,7 +59,10 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
     let comb = Sheet {
         placements: vec![CHANNEL_MOLD.at(up(layout.bond_z))],
         color: super::ACRYLIC_BLUE,
-        notes: &["peel the protective film off: it would stay in the silicone"],
+        notes: &[
+            "peel the protective film off",
+            "silicone creeps under the fingers: trim that film off the channels after casting",
+        ],
         ..sheet(
             "mold-channel-comb",
             "its fingers leave the channels in the silicone",

@@ -92,7 +92,7 @@ fn the_body_locks_onto_the_mount() {
 #[test]
 fn every_variant_has_valid_solids_and_locks() {
     for overrides in [
-        &["tip.diameter=30 mm", "body.shaft_diameter=26 mm", "camera.depth=45 mm"][..],
+        &["tip.diameter=30 mm", "body.shaft_diameter=26 mm", "pins.reach=11 mm"][..],
         &["pins.layout=D", "pins.reach=9 mm"],
         &["pins.layout=free", "pins.diameter=0.8 mm", "pins.spacing=2.5 mm"],
         &["bayonet.lugs=2", "mount.bolts=6"],

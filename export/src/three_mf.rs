@@ -152,7 +152,7 @@ impl Xml {
         self.0.push('\n');
     }
 
-    /// Text or attribute content. Control characters have no place in XML 1.0 and become spaces.
+    /// Text or attribute content. What has no place in XML 1.0 (section 2.2) becomes a space.
     fn escaped(&mut self, text: &str) {
         for c in text.chars() {
             match c {
@@ -160,6 +160,7 @@ impl Xml {
                 '<' => self.put("&lt;"),
                 '>' => self.put("&gt;"),
                 '"' => self.put("&quot;"),
+                '\u{FFFE}' | '\u{FFFF}' => self.0.push(' '),
                 c if c.is_control() => self.0.push(' '),
                 c => self.0.push(c),
             }

@@ -3,7 +3,7 @@
 use fabkit_export::Document;
 use fabkit_geometry::{Pose, PrintGroup, Sensor};
 
-use super::{ExportFailure, Format, Made, Meshed, measured, object};
+use super::{ExportFailure, ExportOptions, Format, Made, Meshed, measured, object, turned};
 use crate::bodies::{self, BodyRef, UnknownName};
 use crate::staging::OutputFile;
 
@@ -39,22 +39,20 @@ pub(super) fn pieces<'a>(
 impl<'a> Piece<'a> {
     /// Meshes its bodies as they lie in their files: turned as the first of them says, and moved
     /// together.
-    pub(super) fn meshed(&self, tolerance_mm: f64) -> Result<Vec<Meshed<'a>>, ExportFailure> {
+    pub(super) fn meshed(&self, options: &ExportOptions) -> Result<Vec<Meshed<'a>>, ExportFailure> {
         let bed_from_part = self.bodies[0].bed_from_part;
-        let turned = self.bodies.iter().map(|body| {
-            let mesh = fabkit_mesh::mesh(body.solid, tolerance_mm)
-                .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
-            Ok((*body, mesh.placed(&bed_from_part)))
-        });
-        let turned: Vec<_> = turned.collect::<Result<_, ExportFailure>>()?;
+        let bodies: Vec<_> = self
+            .bodies
+            .iter()
+            .map(|body| turned(*body, &bed_from_part, options))
+            .collect::<Result<_, ExportFailure>>()?;
         // Turned first and shifted after, so that the lowest vertices are at zero exactly.
-        let corners = turned.iter().map(|(_, mesh)| mesh.bounds().min);
+        let corners = bodies.iter().map(|body| body.mesh.bounds().min);
         let min = corners.reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let shift = Pose::translation(-min.x, -min.y, -min.z);
-        let file_from_part = shift.then_in(bed_from_part);
-        turned
+        bodies
             .into_iter()
-            .map(|(body, mesh)| measured(body, mesh.placed(&shift), file_from_part, tolerance_mm))
+            .map(|body| measured(body, &shift, &bed_from_part, options.tolerance_mm))
             .collect()
     }
 

@@ -28,6 +28,16 @@ def fabkit(binary: str, *arguments: str) -> dict:
     return json.loads(done.stdout)
 
 
+def parts_of(model: lib3mf.Model, resource: lib3mf.Object) -> list[str]:
+    """Names of the meshes that an object is made of; none of them may be moved."""
+    if not resource.IsComponentsObject():
+        return [resource.GetName()]
+    piece = model.GetComponentsObjectByID(resource.GetResourceID())
+    components = [piece.GetComponent(i) for i in range(piece.GetComponentCount())]
+    assert not any(c.HasTransform() for c in components), f"{piece.GetName()}: a moved component"
+    return [c.GetObjectResource().GetName() for c in components]
+
+
 def check_3mf(path: Path, names: list[str], design_hash: str) -> None:
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
@@ -51,7 +61,7 @@ def check_3mf(path: Path, names: list[str], design_hash: str) -> None:
     while items.MoveNext():
         item = items.GetCurrent()
         assert not item.HasObjectTransform(), f"{path.name}: a build item has a transform"
-        in_file.append(item.GetObjectResource().GetName())
+        in_file += parts_of(model, item.GetObjectResource())
     assert in_file == names, f"{path.name}: {in_file}, the manifest says {names}"
 
     objects = model.GetMeshObjects()

@@ -66,6 +66,17 @@ pub const CASTABLES: &[Castable] = &[
         cure: hours(24.0),
     },
     Castable {
+        name: "Techsil RTV27905",
+        // Ratio, density and cure as usual for two-part clear gels of this softness; the maker's
+        // sheet that comes with the batch goes before them.
+        by_mass: &[("RTV27905 A", 1.0), ("RTV27905 B", 1.0)],
+        density_g_per_cm3: 0.98,
+        shrinkage: 0.001,
+        breaking_strain: 2.0,
+        degas: true,
+        cure: hours(24.0),
+    },
+    Castable {
         name: "Yonglihua PTG-501",
         // The paper's ratio: oil, catalyst, thinner.
         by_mass: &[("PTG-501 silicone oil", 100.0), ("catalyst", 3.0), ("thinner", 500.0)],

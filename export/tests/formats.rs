@@ -103,7 +103,7 @@ fn a_3mf_file_names_its_objects_and_shares_their_materials() {
     let mesh = print(&washer());
     let object = |name, material| Object { name, material, color: [0, 0, 0], mesh: &mesh };
     let document = Document { title: "<\"&>", design_hash: "" };
-    let objects = [object("a", "PLA"), object("b", "PETG \u{7}& co"), object("c", "PLA")];
+    let objects = [object("a", "PLA"), object("b", "PETG \u{7}&\u{FFFF}co"), object("c", "PLA")];
     let xml = model(&three_mf(document, &objects).unwrap());
     assert_eq!(attributes(&xml, "object", "name"), ["a", "b", "c"]);
     assert_eq!(attributes(&xml, "object", "pindex"), ["0", "1", "0"]);

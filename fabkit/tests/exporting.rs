@@ -39,6 +39,7 @@ fn design(parts: Vec<Part>) -> Design {
         parts,
         layers: Vec::new(),
         components: Vec::new(),
+        print_groups: Vec::new(),
         chain: Vec::new(),
         press_fits: Vec::new(),
         camera,

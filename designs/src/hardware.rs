@@ -71,6 +71,10 @@ impl Screw {
     pub const M2X4: Self = Self { thread_mm: 2.0, length_mm: 4.0, head: Head::Countersunk };
     /// M3 x 4, pan head.
     pub const M3X4: Self = Self { thread_mm: 3.0, length_mm: 4.0, head: Head::Pan };
+    /// M2 x 16, pan head.
+    pub const M2X16: Self = Self { thread_mm: 2.0, length_mm: 16.0, head: Head::Pan };
+    /// M3 x 16, pan head.
+    pub const M3X16: Self = Self { thread_mm: 3.0, length_mm: 16.0, head: Head::Pan };
 
     fn thread(&self) -> &'static Thread {
         // Screws are made from the constants above, whose threads are all in the table.
@@ -192,5 +196,55 @@ impl HeatSetNut {
     /// Overlap with its hole before the plastic melts, mm per side.
     pub fn overlap_mm(&self) -> f64 {
         (self.diameter_mm - self.hole_mm) / 2.0
+    }
+}
+
+/// A hexagon nut: bears at z = 0, goes up to its height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HexNut {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Width across flats, mm.
+    pub across_flats_mm: f64,
+    /// Height, mm.
+    pub height_mm: f64,
+}
+
+impl HexNut {
+    /// ISO 4032 M3.
+    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, height_mm: 2.4 };
+
+    /// Play of the bolt in the modelled bore, mm per side: a thread that neither binds nor shows.
+    const BORE_PLAY_MM: f64 = 0.02;
+
+    /// Distance of a corner from the axis, mm, for flats `gap_mm` farther out than the nut's.
+    pub fn corner_mm(&self, gap_mm: f64) -> f64 {
+        (self.across_flats_mm / 2.0 + gap_mm) / 30f64.to_radians().cos()
+    }
+
+    fn prism(&self, gap_mm: f64, height_mm: f64) -> Solid {
+        let corner = self.corner_mm(gap_mm);
+        let at = |i: u32| {
+            let angle = f64::from(60 * i).to_radians();
+            [corner * angle.cos(), corner * angle.sin()]
+        };
+        Solid::extrusion(Path::polygon(&[0, 1, 2, 3, 4, 5].map(at)), height_mm)
+    }
+
+    /// The nut.
+    pub fn solid(&self) -> Solid {
+        let bore = self.thread_mm / 2.0 + Self::BORE_PLAY_MM;
+        self.prism(0.0, self.height_mm)
+            .minus(Solid::cylinder(bore, self.height_mm + 2.0 * CUT_OVERLAP_MM).at(
+                0.0,
+                0.0,
+                -CUT_OVERLAP_MM,
+            ))
+            .named("nut")
+    }
+
+    /// A pocket that keeps it from turning, from its bearing face up to a surface at `depth_mm`.
+    pub fn tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
+        self.prism(gap_mm, depth_mm + CUT_OVERLAP_MM)
     }
 }

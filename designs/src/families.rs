@@ -1,5 +1,6 @@
 //! The families of sensors, and the built-in sensors: one line here registers each.
 
+mod cap;
 mod dome;
 mod pin_tip;
 mod sheet_mold;
@@ -8,6 +9,7 @@ use crate::FamilyEntry;
 
 /// Every family.
 pub(crate) const FAMILIES: &[FamilyEntry] = &[
+    FamilyEntry::of::<cap::CapFamily>(),
     FamilyEntry::of::<dome::DomeFamily>(),
     FamilyEntry::of::<pin_tip::PinTipFamily>(),
     FamilyEntry::of::<sheet_mold::SheetMoldFamily>(),
@@ -17,5 +19,7 @@ pub(crate) const FAMILIES: &[FamilyEntry] = &[
 pub(crate) const SENSORS: &[(&str, &str)] = &[
     ("fluidic", include_str!("../sensors/fluidic.yaml")),
     ("rtac0", include_str!("../sensors/rtac0.yaml")),
+    ("shadowtac", include_str!("../sensors/shadowtac.yaml")),
+    ("shadowtac-published-cad", include_str!("../sensors/shadowtac-published-cad.yaml")),
     ("tactip", include_str!("../sensors/tactip.yaml")),
 ];

@@ -3,7 +3,7 @@
 //! A fastener's frame: origin where its head bears (pan) or ends flush (countersunk), z out of the
 //! material, so that the shaft goes down -z. A hole's frame is its fastener's.
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Path, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
 
 /// Shape of a screw's head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +71,10 @@ impl Screw {
     pub const M2X4: Self = Self { thread_mm: 2.0, length_mm: 4.0, head: Head::Countersunk };
     /// M3 x 4, pan head.
     pub const M3X4: Self = Self { thread_mm: 3.0, length_mm: 4.0, head: Head::Pan };
+    /// M2 x 16, pan head.
+    pub const M2X16: Self = Self { thread_mm: 2.0, length_mm: 16.0, head: Head::Pan };
+    /// M3 x 16, pan head.
+    pub const M3X16: Self = Self { thread_mm: 3.0, length_mm: 16.0, head: Head::Pan };
 
     /// M2 x 12, pan head.
     pub const M2X12: Self = Self { thread_mm: 2.0, length_mm: 12.0, head: Head::Pan };
@@ -203,22 +207,27 @@ impl HeatSetNut {
 /// Play of a screw in a modelled thread, mm per side: it neither binds nor shows.
 const THREAD_PLAY_MM: f64 = 0.02;
 
-/// A hexagon around z, standing on z = 0, with a bore for a thread.
-fn threaded_hexagon(across_flats_mm: f64, height_mm: f64, thread_mm: f64) -> Solid {
-    let corner = |i: u32| {
-        let angle = Angle::from_deg(60.0 * f64::from(i)).expect("finite").rad();
-        let radius = across_flats_mm / f64::sqrt(3.0);
-        [radius * angle.cos(), radius * angle.sin()]
-    };
-    let bore = Solid::cylinder(thread_mm / 2.0 + THREAD_PLAY_MM, height_mm + 2.0 * CUT_OVERLAP_MM);
-    Solid::extrusion(
-        Path::polygon(&std::array::from_fn::<_, 6, _>(|i| corner(i as u32))),
-        height_mm,
-    )
-    .minus(bore.at(0.0, 0.0, -CUT_OVERLAP_MM))
+/// From the axis of a hexagon to a corner, mm.
+fn corner_mm(across_flats_mm: f64) -> f64 {
+    across_flats_mm / f64::sqrt(3.0)
 }
 
-/// A hexagon nut, ISO 4032: stands on z = 0.
+/// A hexagon around z, standing on z = 0, a corner on +x.
+fn hexagon(across_flats_mm: f64, height_mm: f64) -> Solid {
+    let corner = |i: usize| {
+        let angle = (60.0 * i as f64).to_radians();
+        [corner_mm(across_flats_mm) * angle.cos(), corner_mm(across_flats_mm) * angle.sin()]
+    };
+    Solid::extrusion(Path::polygon(&std::array::from_fn::<_, 6, _>(corner)), height_mm)
+}
+
+/// A hexagon with a bore for a thread.
+fn threaded_hexagon(across_flats_mm: f64, height_mm: f64, thread_mm: f64) -> Solid {
+    let bore = Solid::cylinder(thread_mm / 2.0 + THREAD_PLAY_MM, height_mm + 2.0 * CUT_OVERLAP_MM);
+    hexagon(across_flats_mm, height_mm).minus(bore.at(0.0, 0.0, -CUT_OVERLAP_MM))
+}
+
+/// A hexagon nut, ISO 4032: bears at z = 0, goes up to its height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HexNut {
     /// Thread, mm.
@@ -239,6 +248,16 @@ impl HexNut {
     pub fn solid(&self) -> Solid {
         threaded_hexagon(self.across_flats_mm, self.height_mm, self.thread_mm).named("nut")
     }
+
+    /// Distance of a corner from the axis, mm, for flats `gap_mm` farther out than the nut's.
+    pub fn corner_mm(&self, gap_mm: f64) -> f64 {
+        corner_mm(self.across_flats_mm + 2.0 * gap_mm)
+    }
+
+    /// A pocket that keeps it from turning, from its bearing face up to a surface at `depth_mm`.
+    pub fn tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
+        hexagon(self.across_flats_mm + 2.0 * gap_mm, depth_mm + CUT_OVERLAP_MM)
+    }
 }
 
 /// A hexagonal spacer with a thread at either end: stands on z = 0. Lengths come from the design.
@@ -258,7 +277,7 @@ impl HexSpacer {
 
     /// From the axis to a corner, mm.
     pub fn corner_radius_mm(&self) -> f64 {
-        self.across_flats_mm / f64::sqrt(3.0)
+        corner_mm(self.across_flats_mm)
     }
 
     /// The spacer, bored through.

@@ -2,6 +2,7 @@
 
 mod cap;
 mod dome;
+mod half_ellipsoid;
 mod pin_tip;
 mod sheet_mold;
 
@@ -11,6 +12,7 @@ use crate::FamilyEntry;
 pub(crate) const FAMILIES: &[FamilyEntry] = &[
     FamilyEntry::of::<cap::CapFamily>(),
     FamilyEntry::of::<dome::DomeFamily>(),
+    FamilyEntry::of::<half_ellipsoid::HalfEllipsoidFamily>(),
     FamilyEntry::of::<pin_tip::PinTipFamily>(),
     FamilyEntry::of::<sheet_mold::SheetMoldFamily>(),
 ];
@@ -22,4 +24,5 @@ pub(crate) const SENSORS: &[(&str, &str)] = &[
     ("shadowtac", include_str!("../sensors/shadowtac.yaml")),
     ("shadowtac-published-cad", include_str!("../sensors/shadowtac-published-cad.yaml")),
     ("tactip", include_str!("../sensors/tactip.yaml")),
+    ("uvdtact", include_str!("../sensors/uvdtact.yaml")),
 ];

@@ -37,7 +37,16 @@ struct Thread {
     pilot_hole: f64,
 }
 
-const THREADS: [Thread; 3] = [
+const THREADS: [Thread; 4] = [
+    // Heads as JCIS 10-70: the ISO standards begin at M1.6.
+    Thread {
+        nominal: 1.2,
+        pan_head_diameter: 2.2,
+        pan_head_height: 0.8,
+        countersunk_diameter: 2.2,
+        clearance_hole: 1.4,
+        pilot_hole: 1.0,
+    },
     Thread {
         nominal: 1.6,
         pan_head_diameter: 3.2,
@@ -65,6 +74,8 @@ const THREADS: [Thread; 3] = [
 ];
 
 impl Screw {
+    /// M1.2 x 3, countersunk.
+    pub const M1_2X3: Self = Self { thread_mm: 1.2, length_mm: 3.0, head: Head::Countersunk };
     /// M1.6 x 5, pan head.
     pub const M1_6X5: Self = Self { thread_mm: 1.6, length_mm: 5.0, head: Head::Pan };
     /// M2 x 4, countersunk.

@@ -57,6 +57,36 @@ pub const CASTABLES: &[Castable] = &[
         cure: hours(4.0),
     },
     Castable {
+        name: "Smooth-On Ecoflex 00-30 with black Silc-Pig",
+        // Kim et al., UVDtact, III-C.
+        by_mass: &[("Ecoflex 00-30 A", 5.0), ("Ecoflex 00-30 B", 5.0), ("black Silc-Pig", 1.0)],
+        density_g_per_cm3: 1.07,
+        shrinkage: 0.001,
+        breaking_strain: 9.0,
+        degas: true,
+        cure: hours(4.0),
+    },
+    Castable {
+        name: "Smooth-On Ecoflex 00-50 with blue UV ink",
+        // Kim et al., UVDtact, III-C.
+        by_mass: &[("Ecoflex 00-50 A", 10.0), ("Ecoflex 00-50 B", 10.0), ("blue UV ink", 1.0)],
+        density_g_per_cm3: 1.07,
+        shrinkage: 0.001,
+        breaking_strain: 9.8,
+        degas: true,
+        cure: hours(3.0),
+    },
+    Castable {
+        name: "Smooth-On Ecoflex 00-50 with red UV ink",
+        // Kim et al., UVDtact, III-C.
+        by_mass: &[("Ecoflex 00-50 A", 10.0), ("Ecoflex 00-50 B", 10.0), ("red UV ink", 1.0)],
+        density_g_per_cm3: 1.07,
+        shrinkage: 0.001,
+        breaking_strain: 9.8,
+        degas: true,
+        cure: hours(3.0),
+    },
+    Castable {
         name: "Smooth-On MoldStar 30",
         by_mass: &[("MoldStar 30 A", 1.0), ("MoldStar 30 B", 1.0)],
         density_g_per_cm3: 1.12,

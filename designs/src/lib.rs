@@ -5,11 +5,13 @@ use fabkit_geometry::Sensor;
 mod families;
 mod fits;
 mod hardware;
+mod kerf;
 mod materials;
 mod molds;
 pub mod parameters;
 mod registry;
 
+pub use kerf::kerf_mm;
 pub use registry::{Built, FORMAT, Family, FamilyEntry, Header, Registry};
 
 /// A sensor built from validated parameters.

@@ -29,6 +29,32 @@ pub enum ExportError {
         /// The bed without its margin, mm.
         usable_mm: [f64; 2],
     },
+    /// A piece that does not fit on a stock sheet.
+    #[error(
+        "{name} needs {:.1} x {:.1} mm; a stock sheet of {:.0} x {:.0} mm has {:.1} x {:.1} mm",
+        .size_mm[0], .size_mm[1], .stock_mm[0], .stock_mm[1], .usable_mm[0], .usable_mm[1]
+    )]
+    LargerThanStock {
+        /// Which piece.
+        name: String,
+        /// Its box, turned along the stock, mm.
+        size_mm: [f64; 2],
+        /// The whole stock sheet, mm.
+        stock_mm: [f64; 2],
+        /// The stock without its margin, mm.
+        usable_mm: [f64; 2],
+    },
+    /// An outline that the beam closes or divides.
+    #[error("a kerf of {kerf_mm} mm closes or divides {outline}")]
+    KerfTooWide {
+        /// Which outline.
+        outline: String,
+        /// Width of the beam, mm.
+        kerf_mm: f64,
+    },
+    /// An outline that is not made of lines and circular arcs.
+    #[error("an arc of an ellipse cannot be drawn; outlines are lines and circular arcs")]
+    NotCuttable,
     /// Pixels and picture size disagree.
     #[error("{width_px} x {height_px} pixels need {needed} bytes of RGB, there are {found}")]
     PictureSize {

@@ -1,4 +1,4 @@
-//! Meshes, pictures and trees to the bytes of file formats.
+//! Meshes, drawings, pictures and trees to the bytes of file formats.
 //!
 //! Every function here is pure: the same arguments give the same bytes, on any machine, on any
 //! number of threads, in debug and release. Nothing here opens a file.
@@ -11,20 +11,26 @@
 //! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
 //! - Archives carry the earliest time stamp their format knows, never the clock's.
 
+mod drawing;
+mod dxf;
 mod error;
 mod manifest;
 mod opc;
 mod picture;
 mod plate;
 mod stl;
+mod svg;
 mod three_mf;
 mod tree;
 
+pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
+pub use dxf::dxf;
 pub use error::ExportError;
-pub use manifest::{FileEntry, Manifest, PartEntry, SettingEntry};
+pub use manifest::{Compensation, FileEntry, Manifest, PartEntry, SettingEntry, SheetFigures};
 pub use picture::png;
 pub use plate::{Bed, Spot, pack};
 pub use stl::stl;
+pub use svg::svg;
 pub use three_mf::{Document, Object, three_mf};
 pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
 

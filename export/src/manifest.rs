@@ -48,15 +48,44 @@ pub struct PartEntry {
     pub material: String,
     /// How many a lab needs.
     pub quantity: u32,
-    /// Growth or shrinkage applied to the files for the process; `none` for nominal geometry.
-    pub compensation: String,
-    /// Maps the part's own frame to that of its STL and 3MF files, mm.
+    /// What its STL, 3MF, DXF and SVG files differ in from the nominal geometry.
+    pub compensation: Compensation,
+    /// Maps the part's own frame, after scaling about its origin, to that of its STL and 3MF
+    /// files, mm.
     pub file_from_part: Pose,
     /// Bounds in the files, mm.
     #[serde(serialize_with = "corners")]
     pub bounds_in_file_mm: Aabb,
     /// The mesh in its STL and 3MF files.
     pub mesh: MeshFigures,
+    /// The outlines in its DXF and SVG files, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<SheetFigures>,
+}
+
+/// How exported copies differ from the nominal geometry, which pictures, trees and ground truth
+/// show.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Compensation {
+    /// Factor about the part's origin in STL and 3MF files; 1 for none.
+    pub scale: f64,
+    /// Width of the cut that the outlines in DXF and SVG files make room for, mm; 0 for none.
+    pub kerf_mm: f64,
+    /// For people; `none` for nominal geometry.
+    pub note: String,
+}
+
+/// What is cut, as written to DXF and SVG files.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SheetFigures {
+    /// Thickness of the stock, mm.
+    pub thickness_mm: f64,
+    /// Width and height of the outline, mm.
+    pub size_mm: [f64; 2],
+    /// Area between the outlines, mm^2.
+    pub area_mm2: f64,
+    /// Length of all cuts, mm.
+    pub cut_mm: f64,
 }
 
 /// One file.
@@ -66,7 +95,7 @@ pub struct FileEntry {
     pub name: String,
     /// Which bodies it holds; each as often as it lies in there.
     pub parts: Vec<String>,
-    /// `stl`, `3mf`, `png` or `tree`.
+    /// `stl`, `3mf`, `dxf`, `svg`, `png` or `tree`.
     pub format: String,
     /// Size.
     pub bytes: u64,

@@ -51,6 +51,8 @@ pub struct BodyRef<'a> {
     pub opacity: f64,
     /// How it lies on the bed; the identity for what is not printed.
     pub bed_from_part: Pose,
+    /// Linear shrinkage that exported copies make up for; 0 for everything but molds.
+    pub shrinkage: f64,
     /// Through holes and handles, where the design counts them.
     pub genus: Option<i32>,
 }
@@ -77,6 +79,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         color: part.color,
         opacity: 1.0,
         bed_from_part: part.bed_from_part,
+        shrinkage: part.shrinkage,
         genus: Some(part.genus),
     });
     let layers = sensor.layers.iter().map(|layer| BodyRef {
@@ -92,6 +95,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         color: layer.color,
         opacity: layer.opacity,
         bed_from_part: Pose::identity(),
+        shrinkage: 0.0,
         genus: Some(layer.genus),
     });
     let components = sensor.components.iter().map(|component| BodyRef {
@@ -107,6 +111,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         color: component.color,
         opacity: component.opacity,
         bed_from_part: Pose::identity(),
+        shrinkage: 0.0,
         genus: None,
     });
     parts.chain(layers).chain(components).collect()

@@ -11,6 +11,7 @@ use fabkit::geometry::Length;
 /// hole is a triangle.
 const TOLERANCE_LIMITS_MM: [f64; 2] = [0.0005, 1.0];
 const BED_LIMITS_MM: [f64; 2] = [20.0, 5000.0];
+const KERF_LIMITS_MM: [f64; 2] = [0.0, 2.0];
 const MAX_THREADS: i64 = 256;
 
 const AFTER_HELP: &str = "\
@@ -110,7 +111,13 @@ pub struct Export {
     #[arg(long = "part", value_name = "NAME")]
     pub parts: Vec<String>,
     /// Which files
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "stl,3mf", value_name = "LIST")]
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "stl,3mf,dxf",
+        value_name = "LIST"
+    )]
     pub format: Vec<FormatArg>,
     /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm
     #[arg(long, value_parser = tolerance, default_value = "0.01mm", value_name = "LENGTH")]
@@ -118,6 +125,15 @@ pub struct Export {
     /// Printer bed on which plates are laid out, width x depth
     #[arg(long, value_parser = bed, default_value = "250x210mm", value_name = "WxD")]
     pub bed: [f64; 2],
+    /// Stock sheets on which laser-cut parts are laid out, width x depth
+    #[arg(long, value_parser = bed, default_value = "600x300mm", value_name = "WxD")]
+    pub stock: [f64; 2],
+    /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
+    #[arg(long, value_parser = kerf, value_name = "LENGTH")]
+    pub kerf: Option<f64>,
+    /// Write the geometry as designed, without making up for the laser's cut and for shrinkage
+    #[arg(long, conflicts_with = "kerf")]
+    pub nominal: bool,
 }
 
 /// `fabkit render`.
@@ -153,6 +169,10 @@ pub enum FormatArg {
     /// 3MF, one file per part and plates with all parts laid out
     #[value(name = "3mf")]
     ThreeMf,
+    /// Outlines of laser-cut parts and boards, and stock sheets with all laser-cut parts laid out
+    Dxf,
+    /// The same outlines as SVG
+    Svg,
     /// A picture, 800 x 600 px
     Png,
     /// The exact geometry as JSON
@@ -164,6 +184,8 @@ impl From<FormatArg> for Format {
         match arg {
             FormatArg::Stl => Self::Stl,
             FormatArg::ThreeMf => Self::ThreeMf,
+            FormatArg::Dxf => Self::Dxf,
+            FormatArg::Svg => Self::Svg,
             FormatArg::Png => Self::Png,
             FormatArg::Tree => Self::Tree,
         }
@@ -172,6 +194,10 @@ impl From<FormatArg> for Format {
 
 fn tolerance(text: &str) -> Result<f64, String> {
     length_within(text, TOLERANCE_LIMITS_MM)
+}
+
+fn kerf(text: &str) -> Result<f64, String> {
+    length_within(text, KERF_LIMITS_MM)
 }
 
 fn length_within(text: &str, [min, max]: [f64; 2]) -> Result<f64, String> {

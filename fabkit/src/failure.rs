@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
 use fabkit::designs::parameters::{InvalidDesign, Problem};
+use fabkit::export::ExportError;
 use fabkit::exporting::ExportFailure;
 use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
@@ -154,6 +155,19 @@ impl From<ExportFailure> for Failure {
                 "name your printer's bed with --bed, or leave plates out with --format stl",
             ),
             ExportFailure::Picture { source, .. } => source.into(),
+            ExportFailure::Stock(_) => Self::new(
+                Exit::BadInput,
+                &failure,
+                "name your stock with --stock, or leave drawings out with --format stl,3mf",
+            ),
+            ExportFailure::Outline { source: ExportError::KerfTooWide { .. }, .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "name your laser's width with --kerf, or leave it out with --nominal",
+            ),
+            ExportFailure::NoOutlines { .. } => {
+                Self::new(Exit::BadInput, &failure, "printed parts have --format stl,3mf")
+            }
             _ => Self::bug(failure),
         }
     }

@@ -39,12 +39,12 @@ pub enum PictureError {
     Encode(#[from] ExportError),
 }
 
-/// A body alone, as it lies in its own frame, as PNG.
+/// A body alone, as it lies on the printer's bed, as PNG; what is not printed, in its own frame.
 ///
 /// # Errors
 /// [`PictureError`].
 pub fn picture_of_body(body: &BodyRef, shot: Shot) -> Result<Vec<u8>, PictureError> {
-    let actor = actor(body, &prepared(body)?, Pose::identity(), 1.0);
+    let actor = actor(body, &prepared(body)?, body.bed_from_part, 1.0);
     draw(&[actor], shot)
 }
 

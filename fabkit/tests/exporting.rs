@@ -20,6 +20,7 @@ fn part(name: &str, solid: Solid) -> Part {
         color: [200, 100, 50],
         bed_from_part: Pose::identity(),
         print_notes: Vec::new(),
+        shrinkage: 0.0,
         genus: 0,
     }
 }
@@ -38,6 +39,7 @@ fn design(parts: Vec<Part>) -> Design {
         parts,
         layers: Vec::new(),
         components: Vec::new(),
+        chain: Vec::new(),
         press_fits: Vec::new(),
         camera,
     };

@@ -33,6 +33,7 @@ mod pattern;
 mod pose;
 mod profile;
 mod roots;
+mod sheet;
 mod solid;
 #[cfg(feature = "testing")]
 pub mod testing;
@@ -47,6 +48,7 @@ pub use nalgebra::{Matrix3, Point3, Vector3};
 pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};
 pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
+pub use sheet::{NotASheet, Sheet};
 pub use solid::*;
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};

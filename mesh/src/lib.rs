@@ -142,6 +142,14 @@ impl TriMesh {
         Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 
+    /// The same mesh, larger or smaller about the origin by a factor above 0; its distance from the
+    /// surface grows with it.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let vertices = self.vertices.iter().map(|v| v.map(|x| x * factor)).collect();
+        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
+    }
+
     /// Rounds to `f32`, welds, removes what became degenerate, and proves the result closed,
     /// oriented and free of degenerate triangles.
     ///

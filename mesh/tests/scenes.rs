@@ -17,3 +17,17 @@ fn volumes_are_those_of_the_closed_forms() {
         assert_eq!(file.genus(), scene.genus, "{}", scene.name);
     }
 }
+
+#[test]
+fn large_booleans_do_not_depend_on_the_number_of_threads() {
+    // Large enough for the kernel to share its work out.
+    for scene in scenes::all() {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| mesh(&scene.solid, DEFAULT_TOLERANCE_MM).unwrap())
+        };
+        let alone = on(1);
+        assert_eq!(on(2), alone);
+        assert_eq!(on(8), alone);
+    }
+}

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 const STEPS: usize = 8;
 
 /// At most about this many triangles of a mesh are compared, evenly spread over all of it.
-const SAMPLED: usize = 2000;
+const SAMPLED: usize = 500;
 
 /// Largest distance of a vertex, and of a sample of all triangles, from the face each belongs to.
 fn deviations(primitive: &Solid, mesh: &TriMesh) -> (f64, f64) {
@@ -46,7 +46,7 @@ fn check(solid: &Solid, tolerance_mm: f64) -> TriMesh {
 }
 
 proptest! {
-    #![proptest_config(cases(400))]
+    #![proptest_config(cases(300))]
 
     #[test]
     fn triangles_of_random_primitives_keep_to_the_surface(

@@ -95,16 +95,16 @@ proptest! {
     #![proptest_config(cases(40))]
 
     #[test]
-    fn the_same_solid_gives_the_same_bits_on_every_thread(solid in trees()) {
-        let once = mesh(&solid, TOLERANCE_MM).map(|m| fingerprint(&m));
-        // Side by side: the kernel numbers its meshes with one counter for all threads.
-        let others = std::thread::scope(|scope| {
-            let run = || mesh(&solid, TOLERANCE_MM).map(|m| fingerprint(&m));
-            let threads: Vec<_> = (0..4).map(|_| scope.spawn(run)).collect();
-            threads.into_iter().map(|t| t.join().unwrap()).collect::<Vec<_>>()
-        });
-        for other in others {
-            prop_assert_eq!(&other, &once);
+    fn the_same_solid_gives_the_same_bits_on_any_number_of_threads(solid in trees()) {
+        let run = || mesh(&solid, TOLERANCE_MM).map(|m| fingerprint(&m));
+        let alone = run();
+        for threads in [1, 2, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            prop_assert_eq!(&pool.install(run), &alone);
+            // Side by side: the kernel numbers its meshes with one counter for all threads.
+            let (a, b) = pool.install(|| rayon::join(run, run));
+            prop_assert_eq!(&a, &alone);
+            prop_assert_eq!(&b, &alone);
         }
     }
 }

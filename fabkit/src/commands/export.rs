@@ -1,12 +1,13 @@
 //! `fabkit export SENSOR[/PART]`
 
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use fabkit::export::{Bed, Manifest};
-use fabkit::exporting::{self, ExportOptions};
+use fabkit::export::{Bed, FileEntry, Manifest};
+use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions};
 use fabkit::staging::write_all;
 use serde_json::{Value, json};
 
@@ -26,6 +27,9 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         formats: args.format.iter().map(|&format| format.into()).collect(),
         tolerance_mm: args.tolerance,
         bed: Bed { size_mm: args.bed, ..Bed::default() },
+        stock: Bed { size_mm: args.stock, ..DEFAULT_STOCK },
+        kerf_mm: args.kerf,
+        nominal: args.nominal,
     };
     options.formats.sort();
     options.formats.dedup();
@@ -50,7 +54,7 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
     let mut rows =
         vec![["part", "n", "made", "triangles", "cm3", "files"].map(str::to_owned).to_vec()];
     for part in &manifest.parts {
-        let files = manifest.files.iter().filter(|f| f.parts == [part.name.as_str()]);
+        let files = manifest.files.iter().filter(|file| is_of(file, &part.name));
         let sizes: Vec<String> = files.map(|f| format!("{} {}", f.format, size(f.bytes))).collect();
         rows.push(vec![
             part.name.clone(),
@@ -62,9 +66,12 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
         ]);
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
-    for plate in manifest.files.iter().filter(|file| file.name.starts_with("plate-")) {
-        text += &format!("{}: {} pieces, {}\n", plate.name, plate.parts.len(), size(plate.bytes));
+    // Plates and stock sheets.
+    let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_of(file, &part.name));
+    for file in manifest.files.iter().filter(is_layout) {
+        text += &format!("{}: {} pieces, {}\n", file.name, file.parts.len(), size(file.bytes));
     }
+    text += &compensations(manifest);
     let bytes = manifest.files.iter().map(|file| file.bytes).sum();
     text += &format!(
         "{} files, {} in {} ({:.2} s)\n",
@@ -74,6 +81,23 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
         elapsed.as_secs_f64(),
     );
     text
+}
+
+/// Whether a file holds that part and nothing else; a plate may do so too, but has its own name.
+fn is_of(file: &FileEntry, part: &str) -> bool {
+    file.name.strip_prefix(part).is_some_and(|rest| rest.starts_with('.'))
+}
+
+/// One line for each way in which files differ from the nominal geometry, with the parts it is
+/// about.
+fn compensations(manifest: &Manifest) -> String {
+    let mut parts_by_note: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for part in &manifest.parts {
+        parts_by_note.entry(&part.compensation.note).or_default().push(&part.name);
+    }
+    parts_by_note.remove("none");
+    let line = |(note, parts): (&str, Vec<&str>)| format!("{note}: {}\n", parts.join(", "));
+    parts_by_note.into_iter().map(line).collect()
 }
 
 fn json(manifest: &Manifest, folder: &Path) -> Value {

@@ -1,21 +1,29 @@
 //! From a design to the bytes of all its files.
 
+mod compensation;
+mod failure;
+mod options;
 mod plates;
+mod sheets;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    Bed, Document, ExportError, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
+    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
     TreeDocument,
 };
 use fabkit_geometry::Pose;
-use fabkit_mesh::{MeshError, PrintMesh, TriMesh};
+use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
-use crate::bodies::{self, BodyRef, Kind, UnknownName};
+use self::compensation::compensation;
+pub use self::failure::ExportFailure;
+pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
+use self::sheets::CutSheet;
+use crate::bodies::{self, BodyRef, Kind};
 use crate::identity::design_hash;
-use crate::pictures::{self, PictureError, Shot};
+use crate::pictures::{self, Shot};
 use crate::staging::OutputFile;
 
 /// Most triangles that one export may have, copies on plates included.
@@ -26,62 +34,6 @@ pub const MANIFEST_NAME: &str = "manifest.json";
 
 /// How pictures of single parts are taken.
 const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false };
-
-/// A kind of file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Format {
-    /// Binary STL.
-    Stl,
-    /// 3MF, one file per part and plates with all of them.
-    ThreeMf,
-    /// A picture.
-    Png,
-    /// The exact geometry as JSON.
-    Tree,
-}
-
-impl Format {
-    /// The word used in the manifest and on the command line.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Stl => "stl",
-            Self::ThreeMf => "3mf",
-            Self::Png => "png",
-            Self::Tree => "tree",
-        }
-    }
-
-    fn file_name(self, part: &str) -> String {
-        match self {
-            Self::Tree => format!("{part}.tree.json"),
-            _ => format!("{part}.{}", self.word()),
-        }
-    }
-}
-
-/// What to export.
-#[derive(Clone, Debug)]
-pub struct ExportOptions {
-    /// Bodies by name, layers and components too; empty for all parts.
-    pub parts: Vec<String>,
-    /// Which files; sorted, each once.
-    pub formats: Vec<Format>,
-    /// Largest distance between triangles and the exact surface, mm.
-    pub tolerance_mm: f64,
-    /// Where plates are laid out.
-    pub bed: Bed,
-}
-
-impl Default for ExportOptions {
-    fn default() -> Self {
-        Self {
-            parts: Vec::new(),
-            formats: vec![Format::Stl, Format::ThreeMf],
-            tolerance_mm: fabkit_mesh::DEFAULT_TOLERANCE_MM,
-            bed: Bed::default(),
-        }
-    }
-}
 
 /// Told each part's name as soon as its files are ready, from many threads.
 pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);
@@ -95,60 +47,6 @@ pub struct Exported {
     pub manifest: Manifest,
 }
 
-/// Why there is nothing to write.
-#[derive(Debug, thiserror::Error)]
-pub enum ExportFailure {
-    /// No body of that name.
-    #[error(transparent)]
-    Unknown(#[from] UnknownName),
-    /// The solid could not be turned into triangles.
-    #[error("{part}: {source}")]
-    Mesh {
-        /// Which part.
-        part: String,
-        /// Why.
-        source: MeshError,
-    },
-    /// The mesh has other holes than the design counts.
-    #[error("{part}: the mesh has {found} holes and handles, the design counts {counted}")]
-    Genus {
-        /// Which part.
-        part: String,
-        /// In the mesh.
-        found: i32,
-        /// In the design.
-        counted: i32,
-    },
-    /// More triangles than a slicer can be expected to load.
-    #[error("the export has {found} triangles, more than {MAX_TRIANGLES}")]
-    TooManyTriangles {
-        /// How many there are.
-        found: usize,
-    },
-    /// Two bodies would have the same file name.
-    #[error("two files are called {0}")]
-    DuplicateFile(String),
-    /// The part could not be drawn.
-    #[error("{part}: {source}")]
-    Picture {
-        /// Which part.
-        part: String,
-        /// Why.
-        source: PictureError,
-    },
-    /// A format could not hold it.
-    #[error("{file}: {source}")]
-    Write {
-        /// Which file.
-        file: String,
-        /// Why.
-        source: ExportError,
-    },
-    /// A part that the printer cannot hold.
-    #[error(transparent)]
-    Plate(#[from] ExportError),
-}
-
 /// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
 /// where the 3MF specification (section 3.3) wants it.
 struct Meshed<'a> {
@@ -157,6 +55,8 @@ struct Meshed<'a> {
     print: PrintMesh,
     file_from_part: Pose,
     figures: MeshFigures,
+    compensation: Compensation,
+    sheet: Option<CutSheet>,
 }
 
 /// A file and what the manifest says about it besides its content.
@@ -193,7 +93,7 @@ pub fn export(
     let results: Vec<Result<(Meshed, Vec<Made>), ExportFailure>> = chosen
         .into_par_iter()
         .map(|body| {
-            let meshed = mesh_body(body, options.tolerance_mm)?;
+            let meshed = mesh_body(body, options)?;
             let files = part_files(design, &hash, options, &meshed)?;
             finished(body.name);
             Ok((meshed, files))
@@ -207,15 +107,32 @@ pub fn export(
     if options.parts.is_empty() && options.formats.contains(&Format::ThreeMf) {
         made.extend(plates::plates(design, &hash, options, &meshed)?);
     }
+    if options.parts.is_empty() {
+        made.extend(sheets::nested(design, &hash, options, &meshed)?);
+    }
+    if made.is_empty() && !meshed.is_empty() {
+        // Files were asked for that none of these parts has.
+        let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
+        return Err(ExportFailure::NoOutlines { parts });
+    }
     limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
     assemble(design, hash, &meshed, made)
 }
 
-fn mesh_body(body: BodyRef, tolerance_mm: f64) -> Result<Meshed, ExportFailure> {
+fn mesh_body<'a>(body: BodyRef<'a>, options: &ExportOptions) -> Result<Meshed<'a>, ExportFailure> {
+    let is_drawn = options.formats.iter().any(|format| format.is_drawing());
+    let compensation = compensation(&body, options, is_drawn);
+    let sheet = if is_drawn { sheets::cut_sheet(&body, &compensation)? } else { None };
+
     let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
-    let nominal = fabkit_mesh::mesh(body.solid, tolerance_mm).map_err(failed)?;
+    // Finer by as much as scaling coarsens it.
+    let tolerance_mm = options.tolerance_mm / compensation.scale;
+    let mut mesh = fabkit_mesh::mesh(body.solid, tolerance_mm).map_err(failed)?;
+    if compensation.scale != 1.0 {
+        mesh = mesh.scaled(compensation.scale);
+    }
     // Turned first and shifted after, so that the lowest vertices are at zero exactly.
-    let turned = nominal.placed(&body.bed_from_part);
+    let turned = mesh.placed(&body.bed_from_part);
     let min = turned.bounds().min;
     let shift = Pose::translation(-min.x, -min.y, -min.z);
     let lying = turned.placed(&shift);
@@ -225,14 +142,28 @@ fn mesh_body(body: BodyRef, tolerance_mm: f64) -> Result<Meshed, ExportFailure> 
         return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
     }
     let figures = MeshFigures {
-        chord_tolerance_mm: tolerance_mm,
+        chord_tolerance_mm: options.tolerance_mm,
         triangles: print.triangles().len(),
         volume_mm3: print.volume_mm3(),
         area_mm2: print.area_mm2(),
         genus,
     };
     limit_triangles(figures.triangles)?;
-    Ok(Meshed { body, lying, print, file_from_part: shift.then_in(body.bed_from_part), figures })
+    let file_from_part = shift.then_in(body.bed_from_part);
+    Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
+}
+
+impl Meshed<'_> {
+    /// Figures of the mesh before scaling, for those who rebuild the nominal solid.
+    fn nominal_figures(&self) -> MeshFigures {
+        let scale = self.compensation.scale;
+        MeshFigures {
+            chord_tolerance_mm: self.figures.chord_tolerance_mm / scale,
+            volume_mm3: self.figures.volume_mm3 / scale.powi(3),
+            area_mm2: self.figures.area_mm2 / scale.powi(2),
+            ..self.figures
+        }
+    }
 }
 
 fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
@@ -246,17 +177,21 @@ fn part_files(
     meshed: &Meshed,
 ) -> Result<Vec<Made>, ExportFailure> {
     let body = &meshed.body;
-    let make = |&format: &Format| {
+    let title = format!("{}: {}", design.sensor.title, body.name);
+    let document = Document { title: &title, design_hash: hash };
+    let make = |format: Format| {
         let name = format.file_name(body.name);
         let failed = |source| ExportFailure::Write { file: name.clone(), source };
         let bytes = match format {
             Format::Stl => fabkit_export::stl(body.name, &meshed.print).map_err(failed)?,
             Format::ThreeMf => {
-                let title = format!("{}: {}", design.sensor.title, body.name);
-                let document = Document { title: &title, design_hash: hash };
                 let objects = [object(body, &meshed.print)];
                 fabkit_export::three_mf(document, &objects).map_err(failed)?
             }
+            Format::Dxf | Format::Svg => match &meshed.sheet {
+                Some(sheet) => sheets::write(format, document, &sheet.drawing()).map_err(failed)?,
+                None => return Ok(None),
+            },
             Format::Png => pictures::picture_of_body(body, PART_SHOT)
                 .map_err(|source| ExportFailure::Picture { part: body.name.into(), source })?,
             Format::Tree => {
@@ -273,14 +208,15 @@ fn part_files(
                     solid: body.solid,
                     landmarks: body.landmarks,
                     placements: body.placements,
-                    mesh: meshed.figures,
+                    mesh: meshed.nominal_figures(),
                 };
                 fabkit_export::tree(&document).map_err(failed)?
             }
         };
-        Ok(Made { file: OutputFile { name, bytes }, format, parts: vec![body.name.into()] })
+        let file = OutputFile { name, bytes };
+        Ok(Some(Made { file, format, parts: vec![body.name.into()] }))
     };
-    options.formats.iter().map(make).collect()
+    options.formats.iter().filter_map(|&format| make(format).transpose()).collect()
 }
 
 fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {
@@ -339,9 +275,10 @@ fn part_entry(meshed: &Meshed) -> PartEntry {
         process: body.process_word(),
         material: body.material.into(),
         quantity: body.quantity,
-        compensation: "none".into(),
+        compensation: meshed.compensation.clone(),
         file_from_part: meshed.file_from_part,
         bounds_in_file_mm: meshed.lying.bounds(),
         mesh: meshed.figures,
+        sheet: meshed.sheet.as_ref().map(CutSheet::figures),
     }
 }

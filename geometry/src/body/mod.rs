@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 pub(crate) use self::boxes::Line;
 use self::boxes::generous;
 use self::compile::{CompiledLeaf, Compiler, Node};
-pub(crate) use self::region::{Edge, Region, signed_area};
+pub(crate) use self::region::{Edge, Region, path_length, signed_area};
 use self::shape::{LocalRay, Work};
 use self::span::SLIVER_MM;
 pub(crate) use self::span::{Hit, Span};

@@ -225,6 +225,20 @@ impl Region {
     }
 }
 
+/// Length of a path of lines and circular arcs, mm.
+pub(crate) fn path_length(path: &Path) -> f64 {
+    let mut from = path.start;
+    let lengths = path.segments.iter().map(|segment| {
+        let edge = Edge::new(from, segment, 1.0);
+        from = segment.to();
+        match edge.ellipse {
+            None => (edge.to - edge.from).norm(),
+            Some(Ellipse { half_axes, .. }) => edge.sweep().abs() * half_axes.x,
+        }
+    });
+    lengths.sum()
+}
+
 /// Area enclosed by a path, mm^2; positive counter-clockwise (Green's theorem, exact for arcs).
 pub(crate) fn signed_area(path: &Path) -> f64 {
     let mut twice_area = 0.0;

@@ -9,7 +9,7 @@ const LOW_ULPS: f64 = 1.0;
 /// Edges up to this length may collapse, in `f32` spacings.
 const SHORT_ULPS: f64 = 8.0;
 
-/// A vertex that fell onto a stranger is moved this far, in `f32` spacings.
+/// A vertex that fell onto another is moved this far, in `f32` spacings.
 const NUDGE_ULPS: f64 = 2.0;
 
 /// How often the mesh is gone through: each pass may uncover work for the next.
@@ -18,15 +18,18 @@ const PASSES: usize = 16;
 /// For each vertex, the one it was merged into, or itself.
 pub(super) fn repair(mesh: &mut Halfedges, ulp_mm: f64) -> Vec<u32> {
     let mut repair = Repair { moved_to: (0..mesh.positions.len() as u32).collect(), mesh, ulp_mm };
+    // Equal vertices that are neighbours mostly collapse; only those that cannot are parted.
+    let mut part_neighbours = false;
     for _ in 0..PASSES {
         let low: Vec<usize> = repair.mesh.alive().filter(|&t| repair.is_low(t)).collect();
-        let mut changed = repair.part_strangers();
+        let mut changed = repair.part_equals(part_neighbours);
         for t in low {
             changed |= repair.mesh.is_alive(t) && repair.is_low(t) && repair.remove(t);
         }
-        if !changed {
+        if !changed && part_neighbours {
             break;
         }
+        part_neighbours = !changed;
     }
     repair.moved_to
 }
@@ -124,9 +127,9 @@ impl Repair<'_> {
         height2(self.mesh.points(t))
     }
 
-    /// Moves apart vertices that have equal positions but are not neighbours: two parts of the
-    /// surface that touch. Each moves into its own side of the solid.
-    fn part_strangers(&mut self) -> bool {
+    /// Moves apart vertices that have equal positions: two parts of the surface that touch. Each
+    /// moves into its own side of the solid.
+    fn part_equals(&mut self, neighbours_too: bool) -> bool {
         let mut start = vec![usize::MAX; self.mesh.positions.len()];
         for t in self.mesh.alive() {
             for e in 3 * t..3 * t + 3 {
@@ -138,16 +141,18 @@ impl Repair<'_> {
             .filter(|&v| start[v as usize] != usize::MAX)
             .collect();
         order.sort_unstable_by_key(|&v| (bits(v), v));
-        let strangers: Vec<u32> = order
+        let are_neighbours =
+            |a: u32, b: u32| self.mesh.neighbours(start[a as usize]).binary_search(&b).is_ok();
+        let equals: Vec<u32> = order
             .windows(2)
             .filter(|w| bits(w[0]) == bits(w[1]))
-            .filter(|w| !self.mesh.neighbours(start[w[0] as usize]).contains(&w[1]))
+            .filter(|w| neighbours_too || !are_neighbours(w[0], w[1]))
             .map(|w| w[1])
             .collect();
-        for &v in &strangers {
+        for &v in &equals {
             self.nudge(v, start[v as usize]);
         }
-        !strangers.is_empty()
+        !equals.is_empty()
     }
 
     fn nudge(&mut self, vertex: u32, edge: usize) {

@@ -26,8 +26,8 @@ const CHORDS: i32 = 26;
 /// Numbers of strips to try from the first that holds: the best is never far from there.
 const TRIES: usize = 4;
 
-/// More strips than this are not worth having.
-const MOST_STRIPS: usize = 3000;
+/// More strips than this are refused: a whole sphere would have five million triangles.
+const MOST_STRIPS: usize = 500;
 
 /// Up to this many strips, neighbouring rings may have matching counts throughout. Beyond, counts
 /// differ, and somewhere around each strip a triangle has its right angle on the shorter ring.

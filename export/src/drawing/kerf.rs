@@ -1,0 +1,124 @@
+//! Moving outlines out of the way of the beam.
+
+use cavalier_contours::polyline::{
+    PlineOffsetOptions, PlineSource, PlineSourceMut, Polyline, seg_arc_radius_and_center,
+};
+use fabkit_geometry::{Path, Profile, Segment};
+
+use crate::ExportError;
+
+/// Ends nearer than this are one point, mm; far below what a machine resolves, far above rounding.
+const SAME_POINT_MM: f64 = 1e-9;
+
+/// Bulges below this are straight: the arc leaves its chord by less than a nanometre over a metre.
+const STRAIGHT_BULGE: f64 = 1e-12;
+
+/// The outlines along which the middle of a beam of width `kerf_mm` must run so that what is left
+/// is `profile`: the outer boundary grows by half the kerf, holes shrink by as much.
+///
+/// Outlines are parallel curves: lines and arcs stay lines and arcs, corners that point into the
+/// waste become arcs of radius `kerf_mm` / 2 (the beam turns around the corner), corners that point
+/// into the piece stay sharp and are cut as round as the beam is. For a convex outline of area A
+/// and length L the area becomes A + L kerf / 2 + pi (kerf / 2)^2 (Steiner's formula).
+///
+/// ```
+/// use fabkit_export::widen_for_kerf;
+/// use fabkit_geometry::{Path, Profile};
+/// let disc = Profile::new(Path::circle([0.0, 0.0], 5.0));
+/// let cut = widen_for_kerf(&disc, 0.2)?;
+/// assert!((cut.area_mm2() - std::f64::consts::PI * 5.1 * 5.1).abs() < 1e-9);
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
+///
+/// # Errors
+/// [`ExportError::KerfTooWide`] if the beam closes or divides an outline, and
+/// [`ExportError::NotCuttable`] for arcs of ellipses.
+pub fn widen_for_kerf(profile: &Profile, kerf_mm: f64) -> Result<Profile, ExportError> {
+    if kerf_mm == 0.0 {
+        return Ok(profile.clone());
+    }
+    let failed = |outline: String| ExportError::KerfTooWide { outline, kerf_mm };
+    let outer = parallel(&profile.outer, kerf_mm / 2.0)?;
+    let mut widened = Profile::new(outer.ok_or_else(|| failed("the outer boundary".into()))?);
+    for (i, hole) in profile.holes.iter().enumerate() {
+        let shrunk = parallel(hole, -kerf_mm / 2.0)?.ok_or_else(|| {
+            let [x, y] = hole.start;
+            failed(format!("hole {} at ({x:.2}, {y:.2}) mm", i + 1))
+        })?;
+        widened.holes.push(shrunk);
+    }
+    Ok(widened)
+}
+
+/// The path moved outwards, or inwards by a negative distance; nothing if it does not stay one
+/// path.
+fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> {
+    let line = polyline(path)?;
+    let options = PlineOffsetOptions {
+        pos_equal_eps: SAME_POINT_MM,
+        offset_dist_eps: 10.0 * SAME_POINT_MM,
+        ..PlineOffsetOptions::default()
+    };
+    // Positive distances lie to the left, which is inside where the path runs counter-clockwise.
+    let left_mm = if path.signed_area_mm2() > 0.0 { -outwards_mm } else { outwards_mm };
+    let moved = line.parallel_offset_opt(left_mm, &options);
+    Ok(match moved.as_slice() {
+        [one] => Some(path_of(one)),
+        _ => None,
+    })
+}
+
+fn polyline(path: &Path) -> Result<Polyline, ExportError> {
+    let mut line = Polyline::new_closed();
+    let mut from = path.start;
+    for segment in &path.segments {
+        let bulge = bulge(from, segment)?;
+        line.add(from[0], from[1], bulge);
+        // More than half a circle: the offset knows arcs up to that.
+        if let (true, Segment::Arc { to, centre, ccw }) = (bulge.abs() > 1.0, segment) {
+            let half = sweep(from, *to, *centre, *ccw) / 2.0;
+            let (sin, cos) = half.sin_cos();
+            let [x, y] = [from[0] - centre[0], from[1] - centre[1]];
+            line.set(line.vertex_count() - 1, from[0], from[1], (half / 4.0).tan());
+            let middle = [centre[0] + x * cos - y * sin, centre[1] + x * sin + y * cos];
+            line.add(middle[0], middle[1], (half / 4.0).tan());
+        }
+        from = segment.to();
+    }
+    Ok(line)
+}
+
+fn path_of(line: &Polyline) -> Path {
+    let start = line.at(0);
+    let path = Path::from([start.x, start.y]);
+    line.iter_segments().fold(path, |path, (from, to)| {
+        let end = [to.x, to.y];
+        if from.bulge.abs() < STRAIGHT_BULGE {
+            return path.line(end);
+        }
+        let (_, centre) = seg_arc_radius_and_center(from, to);
+        path.arc(end, [centre.x, centre.y], from.bulge > 0.0)
+    })
+}
+
+/// Tangent of a quarter of the angle that a segment sweeps, positive counter-clockwise, as DXF and
+/// the offset know arcs; 0 for a line.
+///
+/// # Errors
+/// [`ExportError::NotCuttable`] for an arc of an ellipse.
+pub(crate) fn bulge(from: [f64; 2], segment: &Segment) -> Result<f64, ExportError> {
+    match segment {
+        Segment::Line { .. } => Ok(0.0),
+        Segment::Arc { to, centre, ccw } => Ok((sweep(from, *to, *centre, *ccw) / 4.0).tan()),
+        Segment::EllipticArc { .. } => Err(ExportError::NotCuttable),
+    }
+}
+
+/// Signed angle that an arc sweeps.
+pub(crate) fn sweep(from: [f64; 2], to: [f64; 2], centre: [f64; 2], ccw: bool) -> f64 {
+    let arm = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
+    let (a, b) = (arm(from), arm(to));
+    let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
+    let full = std::f64::consts::TAU;
+    if ccw { turn.rem_euclid(full) } else { -((-turn).rem_euclid(full)) }
+}

@@ -1,0 +1,104 @@
+//! Laying pieces out on stock sheets.
+
+use fabkit_geometry::Profile;
+
+use super::{Drawing, lettering};
+use crate::{Bed, ExportError, pack};
+
+/// Between a piece and its label below it, mm.
+const LABEL_GAP_MM: f64 = 1.0;
+
+/// Something to cut, and how often.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece<'a> {
+    /// Its label.
+    pub name: &'a str,
+    /// The outlines to cut, kerf and all, mm.
+    pub profile: &'a Profile,
+    /// How many.
+    pub quantity: u32,
+}
+
+/// One stock sheet with pieces on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NestedSheet {
+    /// As large as the stock.
+    pub drawing: Drawing,
+    /// Names of the pieces in the order in which they are cut; each as often as it lies there.
+    pub pieces: Vec<String>,
+}
+
+/// A copy of a piece with what it takes of the stock.
+struct Cell<'a> {
+    name: &'a str,
+    /// Its box's lower left corner at the origin.
+    profile: Profile,
+    size_mm: [f64; 2],
+    /// Height of the label's strip below the piece, mm; 0 without a label.
+    strip_mm: f64,
+}
+
+/// Lays all pieces out on as few stock sheets as rows take, each labelled beside itself.
+///
+/// Pieces lie along the stock: those that are longer the other way are turned by a quarter.
+/// `stock.spacing_mm` stays free around every piece and its label. A piece that would not fit for
+/// its label goes without one.
+///
+/// # Errors
+/// [`ExportError::LargerThanStock`] for the first piece that fits on no sheet.
+pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportError> {
+    let cells: Vec<Cell> =
+        pieces.iter().flat_map(|piece| (0..piece.quantity).map(|_| cell(piece, stock))).collect();
+    let footprints: Vec<(&str, [f64; 2])> = cells
+        .iter()
+        .map(|cell| {
+            let label_mm = if cell.strip_mm > 0.0 { lettering::width_mm(cell.name) } else { 0.0 };
+            let [width_mm, depth_mm] = cell.size_mm;
+            (cell.name, [width_mm.max(label_mm), depth_mm + cell.strip_mm])
+        })
+        .collect();
+    let spots = pack(&footprints, stock).map_err(|error| match error {
+        ExportError::LargerThanBed { name, size_mm, usable_mm } => {
+            ExportError::LargerThanStock { name, size_mm, stock_mm: stock.size_mm, usable_mm }
+        }
+        other => other,
+    })?;
+    let count = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
+    let empty = Drawing { size_mm: stock.size_mm, ..Drawing::default() };
+    let mut sheets = vec![NestedSheet { drawing: empty, pieces: Vec::new() }; count];
+    for (cell, spot) in cells.iter().zip(&spots) {
+        let [left_mm, front_mm] = spot.corner_mm;
+        let sheet = &mut sheets[spot.plate];
+        sheet.drawing.add(&cell.profile.shifted([left_mm, front_mm + cell.strip_mm]));
+        if cell.strip_mm > 0.0 {
+            sheet.drawing.strokes.extend(lettering::strokes(cell.name, [left_mm, front_mm]));
+        }
+        sheet.pieces.push(cell.name.to_owned());
+    }
+    Ok(sheets)
+}
+
+fn cell<'a>(piece: &Piece<'a>, stock: Bed) -> Cell<'a> {
+    let size = |profile: &Profile| {
+        let [min, max] = profile.bounds_mm();
+        ([max[0] - min[0], max[1] - min[1]], min)
+    };
+    let is_wide = |[x, y]: [f64; 2]| x >= y;
+    let mut profile = piece.profile.clone();
+    let (mut size_mm, mut min) = size(&profile);
+    let lies_across = is_wide(size_mm) != is_wide(stock.size_mm);
+    if lies_across && size_mm[0] != size_mm[1] {
+        profile = profile.quarter_turned();
+        (size_mm, min) = size(&profile);
+    }
+    let strip_mm = LABEL_GAP_MM + lettering::HEIGHT_MM;
+    let usable_mm = stock.size_mm.map(|side| side - 2.0 * stock.spacing_mm);
+    let has_room =
+        lettering::width_mm(piece.name) <= usable_mm[0] && size_mm[1] + strip_mm <= usable_mm[1];
+    Cell {
+        name: piece.name,
+        profile: profile.shifted([-min[0], -min[1]]),
+        size_mm,
+        strip_mm: if has_room { strip_mm } else { 0.0 },
+    }
+}

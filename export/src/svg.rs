@@ -1,0 +1,97 @@
+//! SVG for laser cutters: millimetres, true arcs, hairlines (SVG 1.1).
+
+use std::fmt::Write as _;
+
+use fabkit_geometry::{Path, Segment};
+
+use crate::drawing::{Drawing, Operation, sweep};
+use crate::{Document, ExportError, VERSION};
+
+/// Cutters take thinner lines than 0.001 inch for cuts, not for pictures.
+const HAIRLINE_MM: f64 = 0.02;
+
+/// Writes a drawing as SVG: user units are millimetres, one group per operation in its own colour,
+/// every outline one closed path of lines and circular arcs.
+///
+/// SVG's y axis points down: the drawing's top edge is y = 0.
+///
+/// # Errors
+/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for arcs of ellipses.
+pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
+    if drawing.contours.is_empty() {
+        return Err(ExportError::Nothing);
+    }
+    let [width, height] = drawing.size_mm;
+    let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        xml,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{width}mm\" \
+         height=\"{height}mm\" viewBox=\"0 0 {width} {height}\">"
+    );
+    let _ = writeln!(xml, "<title>{}</title>", escaped(document.title));
+    let _ = writeln!(
+        xml,
+        "<desc>fabkit {VERSION}; unit mm; design {}</desc>",
+        escaped(document.design_hash)
+    );
+    for operation in Operation::ALL {
+        let mut paths = Vec::new();
+        if operation == Operation::Label {
+            paths.extend(drawing.strokes.iter().map(|stroke| polyline(stroke, height)));
+        }
+        for (_, path) in drawing.contours.iter().filter(|(o, _)| *o == operation) {
+            paths.push(outline(path, height)?);
+        }
+        if paths.is_empty() {
+            continue;
+        }
+        let (layer, color) = (operation.layer(), operation.color_css());
+        let _ = writeln!(
+            xml,
+            "<g id=\"{layer}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{HAIRLINE_MM}\">"
+        );
+        for path in paths {
+            let _ = writeln!(xml, "<path d=\"{path}\"/>");
+        }
+        xml.push_str("</g>\n");
+    }
+    xml.push_str("</svg>\n");
+    Ok(xml.into_bytes())
+}
+
+fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {
+    let mut from = path.start;
+    let mut data = format!("M {}", point(from, height_mm));
+    for segment in &path.segments {
+        let end = point(segment.to(), height_mm);
+        // Writing to a String cannot fail.
+        let _ = match segment {
+            Segment::Line { .. } => write!(data, " L {end}"),
+            Segment::Arc { to, centre, ccw } => {
+                let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
+                let turned = sweep(from, *to, *centre, *ccw).abs();
+                let large = u8::from(turned > std::f64::consts::PI);
+                // Sweep flag 1 turns from +x to +y, which is clockwise to the eye.
+                write!(data, " A {radius} {radius} 0 {large} {} {end}", u8::from(!ccw))
+            }
+            Segment::EllipticArc { .. } => return Err(ExportError::NotCuttable),
+        };
+        from = segment.to();
+    }
+    data.push_str(" Z");
+    Ok(data)
+}
+
+fn polyline(points: &[[f64; 2]], height_mm: f64) -> String {
+    let points: Vec<String> = points.iter().map(|&p| point(p, height_mm)).collect();
+    format!("M {}", points.join(" L "))
+}
+
+fn point([x, y]: [f64; 2], height_mm: f64) -> String {
+    format!("{} {}", x + 0.0, height_mm - y)
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,82 @@
+//! What to export.
+
+use fabkit_export::Bed;
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Format {
+    /// Binary STL.
+    Stl,
+    /// 3MF, one file per part and plates with all of them.
+    ThreeMf,
+    /// Outlines of what is cut from sheets, one file per part and stock sheets with all of them.
+    Dxf,
+    /// The same outlines.
+    Svg,
+    /// A picture.
+    Png,
+    /// The exact geometry as JSON.
+    Tree,
+}
+
+impl Format {
+    /// The word used in the manifest and on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::ThreeMf => "3mf",
+            Self::Dxf => "dxf",
+            Self::Svg => "svg",
+            Self::Png => "png",
+            Self::Tree => "tree",
+        }
+    }
+
+    /// Whether it holds outlines, which only parts cut from sheets have.
+    pub(super) fn is_drawing(self) -> bool {
+        matches!(self, Self::Dxf | Self::Svg)
+    }
+
+    pub(super) fn file_name(self, part: &str) -> String {
+        match self {
+            Self::Tree => format!("{part}.tree.json"),
+            _ => format!("{part}.{}", self.word()),
+        }
+    }
+}
+
+/// What to export.
+#[derive(Clone, Debug)]
+pub struct ExportOptions {
+    /// Bodies by name, layers and components too; empty for all parts.
+    pub parts: Vec<String>,
+    /// Which files; sorted, each once.
+    pub formats: Vec<Format>,
+    /// Largest distance between triangles and the exact surface, mm.
+    pub tolerance_mm: f64,
+    /// Where plates are laid out.
+    pub bed: Bed,
+    /// Sheets from which flat parts are cut.
+    pub stock: Bed,
+    /// Width of the laser's cut, mm; by material where nothing is said.
+    pub kerf_mm: Option<f64>,
+    /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf.
+    pub nominal: bool,
+}
+
+/// The 600 x 300 mm of a common desktop laser, pieces 3 mm apart.
+pub const DEFAULT_STOCK: Bed = Bed { size_mm: [600.0, 300.0], spacing_mm: 3.0 };
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self {
+            parts: Vec::new(),
+            formats: vec![Format::Stl, Format::ThreeMf, Format::Dxf],
+            tolerance_mm: fabkit_mesh::DEFAULT_TOLERANCE_MM,
+            bed: Bed::default(),
+            stock: DEFAULT_STOCK,
+            kerf_mm: None,
+            nominal: false,
+        }
+    }
+}

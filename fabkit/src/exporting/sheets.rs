@@ -1,0 +1,134 @@
+//! Parts that are cut from sheets: their outlines, and the stock sheets that hold all of them.
+
+use std::collections::BTreeMap;
+
+use fabkit_designs::Design;
+use fabkit_export::{
+    Compensation, Document, Drawing, ExportError, Piece, SheetFigures, dxf, nest, svg,
+    widen_for_kerf,
+};
+use fabkit_geometry::{Process, Profile};
+
+use super::{ExportFailure, ExportOptions, Format, Made, Meshed};
+use crate::bodies::BodyRef;
+use crate::staging::OutputFile;
+
+/// A part's outlines as they are cut.
+pub(super) struct CutSheet {
+    profile: Profile,
+    thickness_mm: f64,
+}
+
+/// Whether parts of this process have drawings.
+fn is_flat(process: Process) -> bool {
+    matches!(process, Process::Laser | Process::Pcb)
+}
+
+/// The outlines of a part that is cut from a sheet; nothing for all others.
+///
+/// # Errors
+/// [`ExportFailure::NotASheet`] if it has none, [`ExportFailure::Outline`] if the kerf closes one.
+pub(super) fn cut_sheet(
+    body: &BodyRef,
+    compensation: &Compensation,
+) -> Result<Option<CutSheet>, ExportFailure> {
+    if !body.process.is_some_and(is_flat) {
+        return Ok(None);
+    }
+    let sheet = body.solid.as_sheet().map_err(|source| ExportFailure::NotASheet {
+        part: body.name.into(),
+        process: body.process_word(),
+        source,
+    })?;
+    let profile = widen_for_kerf(&sheet.profile, compensation.kerf_mm)
+        .map_err(|source| ExportFailure::Outline { part: body.name.into(), source })?;
+    Ok(Some(CutSheet { profile, thickness_mm: sheet.thickness_mm }))
+}
+
+impl CutSheet {
+    /// What the manifest says.
+    pub(super) fn figures(&self) -> SheetFigures {
+        let [min, max] = self.profile.bounds_mm();
+        SheetFigures {
+            thickness_mm: self.thickness_mm,
+            size_mm: [max[0] - min[0], max[1] - min[1]],
+            area_mm2: self.profile.area_mm2(),
+            cut_mm: self.profile.boundary_mm(),
+        }
+    }
+
+    /// The part alone.
+    pub(super) fn drawing(&self) -> Drawing {
+        Drawing::of_piece(&self.profile)
+    }
+}
+
+/// A drawing in one of the formats for drawings.
+pub(super) fn write(
+    format: Format,
+    document: Document,
+    drawing: &Drawing,
+) -> Result<Vec<u8>, ExportError> {
+    if format == Format::Svg { svg(document, drawing) } else { dxf(document, drawing) }
+}
+
+/// One drawing per stock sheet: `sheet-acrylic-3mm-1.dxf` and so on, each with all pieces of one
+/// material and thickness that fit. Boards are ordered one by one and have none.
+///
+/// # Errors
+/// [`ExportFailure::Stock`] for a piece that is larger than the stock.
+pub(super) fn nested(
+    design: &Design,
+    hash: &str,
+    options: &ExportOptions,
+    meshed: &[Meshed],
+) -> Result<Vec<Made>, ExportFailure> {
+    let mut stocks: BTreeMap<String, Vec<Piece>> = BTreeMap::new();
+    for m in meshed.iter().filter(|m| m.body.process == Some(Process::Laser)) {
+        let Some(sheet) = &m.sheet else { continue };
+        let (name, quantity) = (m.body.name, m.body.quantity);
+        let stock = format!("sheet-{}-{}", slug(m.body.material), thickness(sheet.thickness_mm));
+        stocks.entry(stock).or_default().push(Piece { name, profile: &sheet.profile, quantity });
+    }
+    let mut made = Vec::new();
+    for (stock, pieces) in stocks {
+        let sheets = nest(&pieces, options.stock).map_err(ExportFailure::Stock)?;
+        for (i, sheet) in sheets.into_iter().enumerate() {
+            let title = format!("{stock}-{}", i + 1);
+            let heading = format!("{}: {title}", design.sensor.title);
+            let document = Document { title: &heading, design_hash: hash };
+            for &format in options.formats.iter().filter(|format| format.is_drawing()) {
+                let name = format.file_name(&title);
+                let bytes = write(format, document, &sheet.drawing)
+                    .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
+                let file = OutputFile { name, bytes };
+                made.push(Made { file, format, parts: sheet.pieces.clone() });
+            }
+        }
+    }
+    Ok(made)
+}
+
+/// A material's name as part of a file's: letters, digits and single hyphens.
+fn slug(material: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
+    let words: String = material.chars().map(plain).collect();
+    words.split_ascii_whitespace().collect::<Vec<_>>().join("-")
+}
+
+/// Rounded to a micrometre, which no sheet is true to.
+fn thickness(mm: f64) -> String {
+    format!("{}mm", (mm * 1000.0).round() / 1000.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stock_is_named_by_material_and_thickness() {
+        assert_eq!(slug("acrylic, frosted on both sides"), "acrylic-frosted-on-both-sides");
+        assert_eq!(thickness(0.1 + 0.2), "0.3mm");
+        assert_eq!(thickness(3.0), "3mm");
+    }
+}

@@ -150,6 +150,8 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("holder.corner=6mm", "holder.corner", "corner"),
         ("base.height=14mm", "base.height", "plug"),
         ("base.window_width=10mm", "base.window_width", "plug"),
+        ("base.window_width=28mm", "base.window_width", "screws"),
+        ("camera.housing_size=36mm", "holder.width", "groove"),
         ("base.mount_radius=15.5mm", "base.mount_radius", "room"),
         ("mold.height=11mm", "mold.height", "floor"),
         ("mold.diameter=50mm", "mold.diameter", "nuts"),

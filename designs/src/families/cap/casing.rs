@@ -22,7 +22,7 @@ pub const JOINT_BITE_MM: f64 = 5.0;
 const PILOT_SPARE_MM: f64 = 1.0;
 
 /// Depth and width of the groove beside the camera that the LEDs' wires go through, mm.
-const WIRE_GROOVE_MM: [f64; 2] = [1.2, 8.0];
+pub const WIRE_GROOVE_MM: [f64; 2] = [1.2, 8.0];
 
 /// Distance of the plug's window from the floor and from the camera's seat, mm.
 const WINDOW_MARGIN_MM: f64 = 1.0;
@@ -87,6 +87,14 @@ fn pocket(layout: &Layout, bottom_z: f64, top_z: f64) -> Solid {
     Solid::extrusion(path, top_z - bottom_z).at(0.0, 0.0, bottom_z)
 }
 
+/// A groove beside the camera's housing, from the chamber to the room behind the camera.
+fn wire_groove(layout: &Layout, bottom_z: f64, top_z: f64) -> Solid {
+    let [depth, width] = WIRE_GROOVE_MM;
+    let reach = layout.pocket_half + depth;
+    Solid::cuboid_between([0.0, -width / 2.0, bottom_z], [reach, width / 2.0, top_z])
+        .named("wire groove")
+}
+
 fn bore(radius: f64, bottom_z: f64, top_z: f64) -> Solid {
     Solid::cylinder(radius, top_z - bottom_z).at(0.0, 0.0, bottom_z)
 }
@@ -138,12 +146,6 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
         .iter()
         .enumerate()
         .map(|(i, pose)| led_pocket.clone().placed(*pose).named(format!("led pocket {}", i + 1)));
-    let [groove_depth, groove_width] = WIRE_GROOVE_MM;
-    let reach = layout.pocket_half + groove_depth;
-    let groove = Solid::cuboid_between(
-        [0.0, -groove_width / 2.0, layout.joint_z - over],
-        [reach, groove_width / 2.0, layout.housing_front_z + over],
-    );
     let joint = joint_poses(p, layout);
     let pilots = joint.iter().enumerate().map(|(i, pose)| {
         let depth = JOINT_SCREW.length_mm + PILOT_SPARE_MM;
@@ -158,7 +160,7 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
                 pocket(layout, layout.joint_z - over, layout.housing_front_z)
                     .named("camera pocket"),
             )
-            .minus(groove.named("wire groove"))
+            .minus(wire_groove(layout, layout.joint_z - over, layout.housing_front_z + over))
             .minus_all(led_pockets)
             .minus_all(pilots),
         placements: vec![in_sensor()],
@@ -173,7 +175,7 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
         color: BLACK,
         bed_from_part: flipped(),
         print_notes: vec![
-            "plate side down, no supports: ledges overhang less than 1.5 mm".into(),
+            "plate side down, no supports: the ledges overhang about 1 mm".into(),
             "matt black filament; stray light blurs the shadows".into(),
         ],
         shrinkage: 0.0,
@@ -227,6 +229,7 @@ pub fn base(p: &Cap, layout: &Layout) -> Part {
                 bore(layout.chamber_radius, layout.floor_z, layout.housing_back_z + over)
                     .named("plug room"),
             )
+            .minus(wire_groove(layout, layout.housing_back_z - over, layout.joint_z + over))
             .minus(window.named("plug window"))
             .minus_all(passages)
             .minus_all(pilots),

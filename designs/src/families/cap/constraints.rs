@@ -4,7 +4,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::casing::{JOINT_BITE_MM, JOINT_SCREW};
+use super::casing::{JOINT_BITE_MM, JOINT_SCREW, WIRE_GROOVE_MM};
 use super::components::CONNECTOR_MM;
 use super::layout::Layout;
 use super::mold::vent_circle_mm;
@@ -256,6 +256,13 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
         "the LEDs' pockets need a wall behind them",
         &["holder.width", "holder.aperture_diameter"],
     );
+    report.at_least(
+        "holder.width",
+        p.holder.width,
+        2.0 * (layout.pocket_half + WIRE_GROOVE_MM[0] + PRINTED_WALL_MM),
+        "the wires' groove beside the camera needs a wall",
+        &["camera.housing_size"],
+    );
     let head = JOINT_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
     report.at_most(
         "holder.screw_spacing",
@@ -351,12 +358,14 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
         "an angled USB plug needs 8 mm behind the camera's connector",
         &["camera.connector_height", "base.floor", "holder.height"],
     );
+    let room = (layout.chamber_radius.powi(2) - (layout.chamber_radius / 2.0).powi(2)).sqrt();
+    let head = JOINT_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
     report.at_most(
         "base.window_width",
         p.base.window_width,
-        2.0 * (layout.chamber_radius.powi(2) - (layout.chamber_radius / 2.0).powi(2)).sqrt(),
-        "the window opens into the round room behind the camera",
-        &["holder.aperture_diameter"],
+        2.0 * room.min(p.holder.screw_spacing.mm() / 2.0 - head - PRINTED_WALL_MM),
+        "the window opens into the round room behind the camera, between two screws",
+        &["holder.aperture_diameter", "holder.screw_spacing"],
     );
     report.at_least(
         "base.window_width",

@@ -111,8 +111,11 @@ pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Layer> {
         },
         Layer {
             name: "reflective-paint".into(),
-            summary: "reflects the coloured light; fills the dimples, whose walls cast the shadows"
-                .into(),
+            summary: match p.dimples.direction {
+                Direction::IntoGel => "reflects the coloured light; fills the dimples",
+                Direction::OutOfGel => "reflects the coloured light; covers the dimples",
+            }
+            .into(),
             solid: paint(p, layout, poses),
             placements: vec![in_sensor().lifted(66.0)],
             material: p.paint.material.clone(),

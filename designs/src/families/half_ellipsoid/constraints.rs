@@ -107,7 +107,11 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         );
         return;
     }
-    let most = (0..markers.count).rev().find(|&count| count < 2 || nearest(count) >= needed);
+    // Distances shrink with the root of the count; from a little above that, downwards.
+    let scale = (nearest(markers.count) / needed).powi(2);
+    let about = (1.1 * scale * f64::from(markers.count)) as u32;
+    let fits = |count: &u32| *count < 2 || nearest(*count) >= needed;
+    let most = (0..markers.count.min(about + 2)).rev().find(fits);
     report.require(
         false,
         "markers.count",

@@ -43,8 +43,11 @@ pub fn spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPattern> {
     let length = layout.ellipsoid.meridian_length(layout.inner_offset);
     let others = count.checked_sub(1).ok_or(InvalidPattern::Empty)?;
     let mut best: Option<(f64, Spread)> = None;
-    // Rings beyond one for every marker would be empty.
-    for rings in 1..=others.clamp(1, 60) {
+    // Where markers stand for equal squares, rings are as far apart as a square is wide; the best
+    // number lies beside that.
+    let square = layout.ellipsoid.area_estimate(layout.inner_offset) / f64::from(count);
+    let about = (length / square.sqrt()) as u32;
+    for rings in about.saturating_sub(2).max(1)..=about + 2 {
         let spacing = length / (f64::from(rings) + 0.5);
         let one_each = Pattern::SurfaceRings {
             surface: surface.clone(),

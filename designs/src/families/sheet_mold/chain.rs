@@ -1,12 +1,14 @@
 //! How the sensor is built, step by step.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
 
-use super::channels::{Side, area_mm2, left_channels};
+use super::channels::Side;
 use super::display::needle_hole_mm;
-use super::layers::{display_channel_y, display_inlet, rest_x, tube_poses};
+use super::layers::{
+    display_channel_y, display_inlet, rest_x, side_volume_mm3, tube_poses, tube_volume_mm3,
+};
 use super::layout::Layout;
 use super::parameters::SheetMold;
 use super::{AssemblyName, CHANNEL_MOLD, MARKER_MOLD, SENSOR};
@@ -332,18 +334,6 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
         }),
         "II-A: in a tank, as channels with one end cannot be filled with a syringe",
     )
-}
-
-/// Liquid in the channels of one side, behind the tubes' ends.
-pub fn side_volume_mm3(p: &SheetMold) -> f64 {
-    let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
-    let areas = left_channels(p).into_iter().map(|c| area_mm2(&c.outline(root_x).close()));
-    p.channels.height.mm() * areas.sum::<f64>()
-}
-
-/// Bore of one tube.
-pub fn tube_volume_mm3(p: &SheetMold) -> f64 {
-    PI * (p.tubes.inner_diameter.mm() / 2.0).powi(2) * p.tubes.length.mm()
 }
 
 fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {

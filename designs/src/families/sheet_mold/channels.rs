@@ -82,7 +82,7 @@ pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
                     let chamber = p.channels.chamber_diameter.mm() / 2.0;
                     let outer = stub_end + chamber;
                     // Four columns with even distances.
-                    let x = if k % 2 == 0 { outer } else { outer / 3.0 };
+                    let x = if k.is_multiple_of(2) { outer } else { outer / 3.0 };
                     ends_at(x, chamber)
                 }
                 Arrangement::Radial => {
@@ -124,7 +124,7 @@ pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
     let room = p.channels.width.mm() + p.channels.wall.mm();
     // Long spokes end where their ends have room side by side, short ones where they have room
     // between two long ones.
-    let end = if k % 2 == 0 { room / (2.0 * step.sin()) } else { room / step.sin() };
+    let end = if k.is_multiple_of(2) { room / (2.0 * step.sin()) } else { room / step.sin() };
     [start, end]
 }
 

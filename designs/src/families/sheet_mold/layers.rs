@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Path, Point3, Pose, Solid, Vector3};
 
-use super::channels::{Channel, Side, left_channels, port_y, turned};
+use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
 use super::layout::{Layout, channel_count, marker_centres};
 use super::parameters::SheetMold;
 use super::{AssemblyName, CHANNEL_MOLD, MARKER_MOLD, SENSOR};
@@ -142,6 +142,18 @@ fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> S
             .at(0.0, 0.0, layout.bond_z)
             .named(format!("channel {} {}", side.word(), k + 1))
     }))
+}
+
+/// Liquid in the channels of one side, behind the tubes' ends.
+pub fn side_volume_mm3(p: &SheetMold) -> f64 {
+    let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
+    let areas = left_channels(p).into_iter().map(|c| area_mm2(&c.outline(root_x).close()));
+    p.channels.height.mm() * areas.sum::<f64>()
+}
+
+/// Bore of one tube.
+pub fn tube_volume_mm3(p: &SheetMold) -> f64 {
+    std::f64::consts::PI * (p.tubes.inner_diameter.mm() / 2.0).powi(2) * p.tubes.length.mm()
 }
 
 /// Where the tubes of one side begin: origin at the end of the tube in its channel, z axis out.

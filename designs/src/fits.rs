@@ -25,6 +25,8 @@ pub fn gap_mm(process: Process, fit: Fit) -> f64 {
     let [press, snug, slide, free] = match process {
         Process::Fdm => [-0.05, 0.10, 0.20, 0.35],
         Process::Sla | Process::Cast => [-0.03, 0.05, 0.10, 0.20],
+        // Two jetted materials bleed into each other, and support leaves a rough face.
+        Process::PolyJet => [-0.03, 0.08, 0.15, 0.25],
         Process::Laser => [-0.03, 0.05, 0.10, 0.15],
         Process::Cnc => [-0.01, 0.02, 0.05, 0.10],
         Process::Pcb => [-0.05, 0.05, 0.10, 0.15],
@@ -44,7 +46,7 @@ mod tests {
     #[test]
     fn fits_loosen_in_order() {
         use Process::*;
-        for process in [Fdm, Sla, Laser, Cnc, Cast, Pcb] {
+        for process in [Fdm, Sla, PolyJet, Laser, Cnc, Cast, Pcb] {
             let gaps = [Fit::Press, Fit::Snug, Fit::Slide, Fit::Free].map(|f| gap_mm(process, f));
             assert!(gaps[0] < 0.0 && gaps.windows(2).all(|w| w[0] < w[1]), "{process}: {gaps:?}");
         }

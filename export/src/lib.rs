@@ -31,7 +31,7 @@ pub use picture::png;
 pub use plate::{Bed, Spot, pack};
 pub use stl::stl;
 pub use svg::svg;
-pub use three_mf::{Document, Object, three_mf};
+pub use three_mf::{Document, Object, three_mf, three_mf_of_one_piece};
 pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
 
 /// The version that files name as their maker.

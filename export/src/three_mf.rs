@@ -56,10 +56,31 @@ pub struct Object<'a> {
 /// # Errors
 /// [`ExportError::Nothing`] without objects, [`ExportError::TooLarge`] beyond 4 GiB.
 pub fn three_mf(document: Document, objects: &[Object]) -> Result<Vec<u8>, ExportError> {
+    package(document, objects, None)
+}
+
+/// Writes a 3MF file with one build item that is made of all objects: what one print makes of
+/// several materials. Slicers load it as one piece and keep its parts together.
+///
+/// # Errors
+/// As [`three_mf`].
+pub fn three_mf_of_one_piece(
+    document: Document,
+    name: &str,
+    objects: &[Object],
+) -> Result<Vec<u8>, ExportError> {
+    package(document, objects, Some(name))
+}
+
+fn package(
+    document: Document,
+    objects: &[Object],
+    piece: Option<&str>,
+) -> Result<Vec<u8>, ExportError> {
     if objects.is_empty() {
         return Err(ExportError::Nothing);
     }
-    let model = model_xml(document, objects);
+    let model = model_xml(document, objects, piece);
     opc::archive(&[
         ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
         ("_rels/.rels", RELATIONSHIPS.as_bytes()),
@@ -72,7 +93,7 @@ fn object_id(index: usize) -> usize {
     index + 2
 }
 
-fn model_xml(document: Document, objects: &[Object]) -> String {
+fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> String {
     let mut materials: Vec<(&str, [u8; 3])> = Vec::new();
     let mut xml = Xml(String::new());
     xml.line(r#"<?xml version="1.0" encoding="UTF-8"?>"#);
@@ -101,9 +122,17 @@ fn model_xml(document: Document, objects: &[Object]) -> String {
         let pindex = materials.iter().position(|m| *m == material).unwrap_or_default();
         xml.object(object_id(index), pindex, object);
     }
+    // A component refers to an object that stands before it (section 4.2).
+    let items = match piece {
+        None => 0..objects.len(),
+        Some(name) => {
+            xml.components(object_id(objects.len()), name, objects.len());
+            objects.len()..objects.len() + 1
+        }
+    };
     xml.line("</resources>");
     xml.line("<build>");
-    for index in 0..objects.len() {
+    for index in items {
         xml.line(&format!(r#"<item objectid="{}"/>"#, object_id(index)));
     }
     xml.line("</build>");
@@ -123,7 +152,7 @@ impl Xml {
         self.0.push('\n');
     }
 
-    /// Text or attribute content. Control characters have no place in XML 1.0 and become spaces.
+    /// Text or attribute content. What has no place in XML 1.0 (section 2.2) becomes a space.
     fn escaped(&mut self, text: &str) {
         for c in text.chars() {
             match c {
@@ -131,6 +160,7 @@ impl Xml {
                 '<' => self.put("&lt;"),
                 '>' => self.put("&gt;"),
                 '"' => self.put("&quot;"),
+                '\u{FFFE}' | '\u{FFFF}' => self.0.push(' '),
                 c if c.is_control() => self.0.push(' '),
                 c => self.0.push(c),
             }
@@ -141,6 +171,17 @@ impl Xml {
         self.put(&format!(r#"<metadata name="{name}">"#));
         self.escaped(value);
         self.line("</metadata>");
+    }
+
+    /// An object made of the first `count` objects, where they are.
+    fn components(&mut self, id: usize, name: &str, count: usize) {
+        self.put(&format!(r#"<object id="{id}" type="model" name=""#));
+        self.escaped(name);
+        self.line("\">\n<components>");
+        for index in 0..count {
+            self.line(&format!(r#"<component objectid="{}"/>"#, object_id(index)));
+        }
+        self.line("</components>\n</object>");
     }
 
     fn object(&mut self, id: usize, pindex: usize, object: &Object) {

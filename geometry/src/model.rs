@@ -13,6 +13,8 @@ pub enum Process {
     Fdm,
     /// Resin printing.
     Sla,
+    /// Jetted resin, several materials in one piece.
+    PolyJet,
     /// Cut from a sheet with a laser.
     Laser,
     /// Machined.
@@ -28,6 +30,7 @@ impl fmt::Display for Process {
         f.write_str(match self {
             Self::Fdm => "fdm",
             Self::Sla => "sla",
+            Self::PolyJet => "polyjet",
             Self::Laser => "laser",
             Self::Cnc => "cnc",
             Self::Cast => "cast",
@@ -132,6 +135,17 @@ pub struct Part {
     pub genus: i32,
 }
 
+/// Parts of several materials that leave the printer as one piece.
+///
+/// Their solids are in one frame and touch without overlap; their files share their coordinates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PrintGroup {
+    /// `[a-z0-9-]{1,64}`; the name of the file that holds them all.
+    pub name: String,
+    /// The parts by name. The first says how the piece lies on the bed.
+    pub parts: Vec<String>,
+}
+
 /// A body that is poured, sprayed or otherwise formed in place.
 #[derive(Clone, Debug)]
 pub struct Layer {
@@ -217,6 +231,8 @@ pub struct Sensor {
     pub components: Vec<Component>,
     /// How it is built, step by step.
     pub chain: Vec<Step>,
+    /// Parts that are printed as one piece.
+    pub print_groups: Vec<PrintGroup>,
     /// Overlaps that are meant.
     pub press_fits: Vec<PressFit>,
     /// The camera as designed.

@@ -111,6 +111,7 @@ impl Family for Bulb {
             layers: Vec::new(),
             components: Vec::new(),
             chain: Vec::new(),
+            print_groups: Vec::new(),
             press_fits: Vec::new(),
             camera: NominalCamera {
                 sensor_from_camera: Pose::identity(),

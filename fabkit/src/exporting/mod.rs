@@ -3,6 +3,7 @@
 mod compensation;
 mod failure;
 mod options;
+mod pieces;
 mod plates;
 mod sheets;
 
@@ -90,19 +91,31 @@ pub fn export(
         .collect();
     let hash = design_hash(design);
 
-    let results: Vec<Result<(Meshed, Vec<Made>), ExportFailure>> = chosen
-        .into_par_iter()
-        .map(|body| {
-            let meshed = mesh_body(body, options)?;
-            let files = part_files(design, &hash, options, &meshed)?;
-            finished(body.name);
-            Ok((meshed, files))
-        })
-        .collect();
+    let results: Vec<Result<(Vec<Meshed>, Vec<Made>), ExportFailure>> =
+        pieces::pieces(sensor, chosen)?
+            .into_par_iter()
+            .map(|piece| {
+                let meshed = piece.meshed(options)?;
+                let mut files = Vec::new();
+                for body in &meshed {
+                    // A part of a group has its 3MF in common with the others.
+                    let alone =
+                        |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
+                    let formats = options.formats.iter().filter(alone);
+                    files.extend(part_files(design, &hash, formats, body)?);
+                    finished(body.body.name);
+                }
+                if options.formats.contains(&Format::ThreeMf) {
+                    files.extend(piece.group_file(&sensor.title, &hash, &meshed)?);
+                }
+                Ok((meshed, files))
+            })
+            .collect();
     // One after the other, so that the first error is the same on any number of threads.
     let (meshed, files): (Vec<_>, Vec<_>) =
         results.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
 
+    let meshed: Vec<Meshed> = meshed.into_iter().flatten().collect();
     let mut made: Vec<Made> = files.into_iter().flatten().collect();
     if options.parts.is_empty() && options.formats.contains(&Format::ThreeMf) {
         made.extend(plates::plates(design, &hash, options, &meshed)?);
@@ -119,37 +132,57 @@ pub fn export(
     assemble(design, hash, &meshed, made)
 }
 
-fn mesh_body<'a>(body: BodyRef<'a>, options: &ExportOptions) -> Result<Meshed<'a>, ExportFailure> {
+/// A body that is compensated and turned, but not yet shifted to where it lies in its files.
+struct Turned<'a> {
+    body: BodyRef<'a>,
+    mesh: TriMesh,
+    compensation: Compensation,
+    sheet: Option<CutSheet>,
+}
+
+fn turned<'a>(
+    body: BodyRef<'a>,
+    bed_from_part: &Pose,
+    options: &ExportOptions,
+) -> Result<Turned<'a>, ExportFailure> {
     let is_drawn = options.formats.iter().any(|format| format.is_drawing());
     let compensation = compensation(&body, options, is_drawn);
     let sheet = if is_drawn { sheets::cut_sheet(&body, &compensation)? } else { None };
 
-    let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
     // Finer by as much as scaling coarsens it.
     let tolerance_mm = options.tolerance_mm / compensation.scale;
-    let mut mesh = fabkit_mesh::mesh(body.solid, tolerance_mm).map_err(failed)?;
+    let mut mesh = fabkit_mesh::mesh(body.solid, tolerance_mm)
+        .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
     if compensation.scale != 1.0 {
         mesh = mesh.scaled(compensation.scale);
     }
-    // Turned first and shifted after, so that the lowest vertices are at zero exactly.
-    let turned = mesh.placed(&body.bed_from_part);
-    let min = turned.bounds().min;
-    let shift = Pose::translation(-min.x, -min.y, -min.z);
-    let lying = turned.placed(&shift);
+    Ok(Turned { body, mesh: mesh.placed(bed_from_part), compensation, sheet })
+}
+
+/// A body whose mesh lies as it should, rounded to its files' precision, proven and measured.
+fn measured<'a>(
+    turned: Turned<'a>,
+    shift: &Pose,
+    bed_from_part: &Pose,
+    tolerance_mm: f64,
+) -> Result<Meshed<'a>, ExportFailure> {
+    let Turned { body, mesh, compensation, sheet } = turned;
+    let lying = mesh.placed(shift);
+    let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
     let print = lying.to_print().map_err(failed)?;
     let genus = print.genus();
     if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
         return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
     }
     let figures = MeshFigures {
-        chord_tolerance_mm: options.tolerance_mm,
+        chord_tolerance_mm: tolerance_mm,
         triangles: print.triangles().len(),
         volume_mm3: print.volume_mm3(),
         area_mm2: print.area_mm2(),
         genus,
     };
     limit_triangles(figures.triangles)?;
-    let file_from_part = shift.then_in(body.bed_from_part);
+    let file_from_part = shift.then_in(*bed_from_part);
     Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
 }
 
@@ -170,10 +203,10 @@ fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
     if found > MAX_TRIANGLES { Err(ExportFailure::TooManyTriangles { found }) } else { Ok(()) }
 }
 
-fn part_files(
+fn part_files<'a>(
     design: &Design,
     hash: &str,
-    options: &ExportOptions,
+    formats: impl Iterator<Item = &'a Format>,
     meshed: &Meshed,
 ) -> Result<Vec<Made>, ExportFailure> {
     let body = &meshed.body;
@@ -216,7 +249,7 @@ fn part_files(
         let file = OutputFile { name, bytes };
         Ok(Some(Made { file, format, parts: vec![body.name.into()] }))
     };
-    options.formats.iter().filter_map(|&format| make(format).transpose()).collect()
+    formats.filter_map(|&format| make(format).transpose()).collect()
 }
 
 fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {

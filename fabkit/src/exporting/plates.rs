@@ -19,11 +19,14 @@ pub(super) fn plates(
     options: &ExportOptions,
     meshed: &[Meshed],
 ) -> Result<Vec<Made>, ExportFailure> {
+    // The parts of a group would be laid out apart.
+    let groups = &design.sensor.print_groups;
+    let in_group = |name: &str| groups.iter().any(|g| g.parts.iter().any(|part| part == name));
     let mut made = Vec::new();
     for process in BED_PROCESSES {
         let copies: Vec<&Meshed> = meshed
             .iter()
-            .filter(|m| m.body.process == Some(process))
+            .filter(|m| m.body.process == Some(process) && !in_group(m.body.name))
             .flat_map(|m| std::iter::repeat_n(m, m.body.quantity as usize))
             .collect();
         limit_triangles(copies.iter().map(|m| m.figures.triangles).sum())?;

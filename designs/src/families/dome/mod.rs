@@ -121,6 +121,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         layers,
         components: components::components(p, &layout),
         chain: chain::chain(p, &layout),
+        print_groups: Vec::new(),
         press_fits: press_fits(),
         camera: NominalCamera {
             // The camera looks at the tip; its image's right is the sensor's +x.

@@ -1,0 +1,398 @@
+//! What the parameters must fulfil together so that things fit, hold and can be made.
+
+use std::f64::consts::PI;
+
+use super::housing::{
+    LED_HOLE_MARGIN_MM, MOUNT, MOUNT_DEPTH_MM, bolt_end_radius_mm, mount_pose, pocket_radii_mm,
+    wire_slot_radius_mm,
+};
+use super::layout::{BOLT, Layout};
+use super::markers::end_centres;
+use super::parameters::HalfEllipsoid;
+use super::tooling::{key_circle_mm, turn, vent_circles_mm};
+use crate::materials::{castable, castable_names};
+use crate::parameters::Report;
+
+/// Thinnest wall of printed resin, mm.
+const RESIN_WALL_MM: f64 = 0.5;
+
+/// Smallest gap between parts that must not touch, mm.
+const APART_MM: f64 = 0.1;
+
+/// How much sharper than the slightest edge parallel surfaces may curve at their tip, mm.
+const TIP_RADIUS_MM: f64 = 0.3;
+
+/// Reports every combination that cannot be built.
+pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
+    let layout = Layout::new(p);
+    materials(p, report);
+    layers(p, &layout, report);
+    // Everything below is measured from these surfaces.
+    if report.is_clean() {
+        markers(p, &layout, report);
+        shell(p, &layout, report);
+        illumination(p, &layout, report);
+        camera(p, &layout, report);
+        base(p, &layout, report);
+        tooling(p, &layout, report);
+    }
+}
+
+fn materials(p: &HalfEllipsoid, report: &mut Report) {
+    for (path, name) in [
+        ("inner_elastomer.material", &p.inner_elastomer.material),
+        ("outer_elastomer.material", &p.outer_elastomer.material),
+        ("black_gel.material", &p.black_gel.material),
+        ("tooling.silicone_material", &p.tooling.silicone_material),
+    ] {
+        report.require(
+            castable(name).is_some(),
+            path,
+            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
+            || format!("write one of {}", castable_names()),
+        );
+    }
+}
+
+fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    report.at_least(
+        "surface.height",
+        p.surface.height,
+        0.6 * p.surface.diameter.mm(),
+        "the surface is a half ellipsoid that is longer than wide",
+        &["surface.diameter"],
+    );
+    // Every layer of elastomer lies on a smooth parallel surface; only the shell's inside may be
+    // deeper, because a ball mill rounds it.
+    let reach = layout.ellipsoid.tip_curvature_radius() - TIP_RADIUS_MM;
+    let inner = p.inner_elastomer.thickness.mm();
+    report.at_most(
+        "inner_elastomer.thickness",
+        p.inner_elastomer.thickness,
+        reach + layout.shell_offset + inner,
+        "below the tip's radius of curvature a parallel surface has an edge",
+        &["surface.diameter", "surface.height", "outer_elastomer.thickness", "black_gel.thickness"],
+    );
+    report.at_most(
+        "shell.thickness",
+        p.shell.thickness,
+        layout.foot_of(layout.shell_offset) - p.camera.diameter.mm(),
+        "the shell needs a bore twice as wide as the camera",
+        &["surface.diameter", "inner_elastomer.thickness", "camera.diameter"],
+    );
+}
+
+fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    let markers = &p.markers;
+    report.at_most(
+        "markers.straight_depth",
+        markers.straight_depth,
+        p.inner_elastomer.thickness.mm() - markers.wall.mm() - markers.radius.mm(),
+        "a slot, its round end included, must end inside its layer",
+        &["inner_elastomer.thickness", "markers.radius", "markers.wall"],
+    );
+    if !report.is_clean() || markers.count < 2 {
+        return; // No distances, or slots that end where no surface is.
+    }
+    let nearest = |count: u32| nearest_mm(p, layout, count);
+    let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
+    if nearest(markers.count) >= needed {
+        // Slots also keep off the base circle, which matters for few and large ones.
+        report.at_most(
+            "markers.radius",
+            markers.radius,
+            lowest_mm(p, layout) - markers.wall.mm(),
+            "the base circle must cut no marker",
+            &["markers.count", "markers.wall"],
+        );
+        return;
+    }
+    let most = (0..markers.count).rev().find(|&count| count < 2 || nearest(count) >= needed);
+    report.require(
+        false,
+        "markers.count",
+        || {
+            format!(
+                "markers.count is {}; two slots come within {:.2} mm from axis to axis, and a slot \
+                 and its wall need {needed} mm",
+                markers.count,
+                nearest(markers.count)
+            )
+        },
+        || {
+            format!(
+                "write at most {}, or a smaller `markers.radius` or `markers.wall`",
+                most.unwrap_or(0)
+            )
+        },
+    );
+}
+
+/// Smallest distance between the round ends of any two of `count` slots, mm: slots along normals of
+/// a convex surface are nearest at their ends.
+fn nearest_mm(p: &HalfEllipsoid, layout: &Layout, count: u32) -> f64 {
+    let mut counted = p.clone();
+    counted.markers.count = count;
+    let ends = end_centres(&counted, layout);
+    let mut nearest = f64::INFINITY;
+    for (i, a) in ends.iter().enumerate() {
+        for b in &ends[i + 1..] {
+            nearest = nearest.min((a - b).norm());
+        }
+    }
+    nearest
+}
+
+/// Height of the lowest slot's axis above the base circle, mm.
+fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    end_centres(p, layout).iter().map(|end| end.z).fold(f64::INFINITY, f64::min)
+}
+
+fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    report.at_most(
+        "shell.shoulder",
+        p.shell.shoulder,
+        p.shell.thickness.mm() - 1.0,
+        "the foot below the shoulder needs 1 mm of wall",
+        &["shell.thickness"],
+    );
+    report.at_most(
+        "shell.ball_mill_diameter",
+        p.shell.ball_mill_diameter,
+        1.8 * layout.bore_radius(),
+        "the ball mill must move inside the shell's bore",
+        &["surface.diameter", "shell.thickness"],
+    );
+    report.at_least(
+        "holder.outer_diameter",
+        p.holder.outer_diameter,
+        2.0 * (layout.foot_of(layout.shell_offset) + RESIN_WALL_MM),
+        "the shell's shoulder and the elastomers' feet stand on the holder",
+        &["surface.diameter"],
+    );
+    report.at_least(
+        "holder.skirt",
+        p.holder.skirt,
+        (BOLT.head_diameter_mm() - BOLT.clearance_hole_mm()) / 2.0 + RESIN_WALL_MM,
+        "a countersunk M1.2 head must find material below its cone",
+        &[],
+    );
+    report.at_most(
+        "holder.skirt",
+        p.holder.skirt,
+        layout.holder_radius - layout.collar_radius - RESIN_WALL_MM,
+        "a step between collar and skirt keeps the electronics apart from the shell",
+        &["holder.outer_diameter", "shell.shoulder"],
+    );
+}
+
+fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    let radius = p.leds.diameter.mm() / 2.0;
+    let count = f64::from(2 * p.leds.pairs);
+    let circle = p.leds.circle_radius.mm();
+    report.at_most(
+        "leds.circle_radius",
+        p.leds.circle_radius,
+        layout.diffuser_wall_radius - APART_MM - radius,
+        "the LEDs stand inside the diffusion ring's wall",
+        &["leds.diameter", "holder.outer_diameter", "holder.skirt", "diffuser.wall"],
+    );
+    // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
+    let room = (circle * (PI / count).sin()).min(circle - layout.post_radius - 0.3);
+    report.at_most(
+        "leds.diameter",
+        p.leds.diameter,
+        2.0 * (room - APART_MM / 2.0),
+        format!("{count} LEDs on one circle around the camera must not overlap"),
+        &["leds.circle_radius", "leds.pairs", "camera.diameter"],
+    );
+    // The hole over a UV LED leaves a bridge of the plate to its neighbours and to the bore.
+    let most = (PI
+        / ((radius + LED_HOLE_MARGIN_MM + RESIN_WALL_MM / 2.0) / circle).clamp(0.0, 1.0).asin())
+    .floor();
+    report.require(
+        f64::from(p.leds.pairs) <= most,
+        "leds.pairs",
+        || {
+            format!(
+                "leds.pairs is {}; at most {most} holes over UV LEDs leave bridges between them",
+                p.leds.pairs
+            )
+        },
+        || format!("write {most}, or a smaller `leds.diameter`"),
+    );
+}
+
+fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    report.at_most(
+        "camera.front_depth",
+        p.camera.front_depth,
+        -layout.diffuser_top_z,
+        "the diffusion ring must not stand in the camera's view",
+        &["shell.foot_height"],
+    );
+    report.at_most(
+        "camera.length",
+        p.camera.length,
+        layout.camera_front_z - layout.post_end_z - 1.0,
+        "the camera rests in its post, above the passage for the cable",
+        &["camera.front_depth"],
+    );
+    report.at_most(
+        "camera.cable_diameter",
+        p.camera.cable_diameter,
+        2.0 * (layout.post_bore_radius - layout.cable_radius) + p.camera.cable_diameter.mm() - 0.2,
+        "the camera rests on the step around its cable",
+        &["camera.diameter"],
+    );
+    report.at_most(
+        "camera.diameter",
+        p.camera.diameter,
+        2.0 * (layout.bore_radius() - layout.post_radius) + p.camera.diameter.mm() - 1.0,
+        "light passes between the post and the shell's bore",
+        &["surface.diameter", "shell.thickness", "camera_holder.wall"],
+    );
+    report.at_most(
+        "camera_holder.socket_depth",
+        p.camera_holder.socket_depth,
+        layout.base_top_z - layout.bottom_z - 1.0,
+        "the post's socket needs a floor",
+        &["base.flange", "base.pocket_depth"],
+    );
+}
+
+fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
+    let width = p.base.wire_slot_width.mm();
+    report.at_most(
+        "base.wire_slot_width",
+        p.base.wire_slot_width,
+        (pocket_outer - pocket_inner - 0.2).min(bolt_end_radius_mm(p, layout) - pocket_inner - 0.6),
+        "the wires' slot opens into the pocket, inside the bolts",
+        &["holder.outer_diameter", "holder.skirt"],
+    );
+    report.at_least(
+        "base.wire_slot_length",
+        p.base.wire_slot_length,
+        width + p.led_board.wire_hole_diameter.mm() + 0.6,
+        "two holes in the board stand over the slot",
+        &["base.wire_slot_width", "led_board.wire_hole_diameter"],
+    );
+    let (slot, half) =
+        (wire_slot_radius_mm(p, layout) + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
+    report.at_most(
+        "base.wire_slot_length",
+        p.base.wire_slot_length,
+        2.0 * (pocket_outer.powi(2) - slot.powi(2)).max(0.0).sqrt(),
+        "the wires' slot opens into the pocket",
+        &["holder.outer_diameter", "holder.skirt", "base.wire_slot_width"],
+    );
+    let mount = MOUNT.pilot_hole_mm() / 2.0;
+    report.at_most(
+        "base.mount_radius",
+        p.base.mount_radius,
+        layout.holder_radius - 1.0 - mount - RESIN_WALL_MM,
+        "mounting holes need a wall beside the pry slots",
+        &["holder.outer_diameter"],
+    );
+    // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
+    let clearance = (0..p.base.mount_holes)
+        .map(|i| {
+            let at = *mount_pose(p, layout, i).translation_mm();
+            let dx = (at.x - slot).max(slot - width - at.x).max(0.0);
+            let dy = (at.y.abs() - half).max(0.0);
+            dx.hypot(dy) - mount
+        })
+        .fold(f64::INFINITY, f64::min);
+    report.require(
+        clearance >= RESIN_WALL_MM,
+        "base.mount_radius",
+        || {
+            format!(
+                "base.mount_radius is {}; a mounting hole comes within {clearance:.2} mm of the \
+                 wires' slot, and {RESIN_WALL_MM} mm are needed",
+                p.base.mount_radius
+            )
+        },
+        || "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`".into(),
+    );
+    // Mounting holes end below the bolts unless they stand well between them.
+    let between = layout.bolt_z - BOLT.pilot_hole_mm() / 2.0 - RESIN_WALL_MM - layout.bottom_z;
+    let nearest_turn = (0..p.base.mount_holes)
+        .flat_map(|i| (0..p.base.bolts).map(move |j| (i, j)))
+        .map(|(i, j)| {
+            let apart = turn(i, p.base.mount_holes, 0.5).rad() - turn(j, p.base.bolts, 0.0).rad();
+            (apart.sin().abs() * p.base.mount_radius.mm(), apart.cos())
+        })
+        .filter(|(_, same_side)| *same_side > 0.0)
+        .map(|(beside, _)| beside - mount - BOLT.pilot_hole_mm() / 2.0)
+        .fold(f64::INFINITY, f64::min);
+    report.require(
+        between >= MOUNT_DEPTH_MM || nearest_turn >= RESIN_WALL_MM,
+        "base.mount_holes",
+        || {
+            format!(
+                "base.mount_holes is {}; a hole comes within {nearest_turn:.2} mm of a bolt, and \
+                 {RESIN_WALL_MM} mm are needed",
+                p.base.mount_holes
+            )
+        },
+        || format!("write {}, as many as `base.bolts`", p.base.bolts),
+    );
+}
+
+fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    let tooling = &p.tooling;
+    let key = tooling.key_diameter.mm() / 2.0;
+    let surface = layout.foot_of(layout.black_offset);
+    report.at_least(
+        "tooling.silicone_diameter",
+        tooling.silicone_diameter,
+        2.0 * (surface + 2.0 * key + 3.0),
+        "keys stand between the surface and the side, 1.5 mm from both",
+        &["surface.diameter", "tooling.key_diameter"],
+    );
+    report.at_most(
+        "tooling.key_height",
+        tooling.key_height,
+        0.8 * key / 20f64.to_radians().tan(),
+        "a key is a frustum: its sides meet above that",
+        &["tooling.key_diameter"],
+    );
+    let most_keys = (PI / ((key + 0.5) / key_circle_mm(layout)).clamp(0.0, 1.0).asin()).floor();
+    report.require(
+        f64::from(tooling.keys) <= most_keys,
+        "tooling.keys",
+        || format!("tooling.keys is {}; at most {most_keys} stand beside each other", tooling.keys),
+        || format!("write {most_keys}, or a smaller `tooling.key_diameter`"),
+    );
+    let thinnest =
+        (layout.inner_offset - layout.shell_offset).min(layout.black_offset - layout.inner_offset);
+    report.at_most(
+        "tooling.vent_diameter",
+        tooling.vent_diameter,
+        thinnest - 0.1,
+        "a vent opens over the foot of the inner elastomer, or over those of the outer elastomer and \
+         the black gel together",
+        &["inner_elastomer.thickness", "outer_elastomer.thickness", "black_gel.thickness"],
+    );
+    // The two circles of vents alternate.
+    let [inner, outer] = vent_circles_mm(layout);
+    let step = PI / f64::from(tooling.vents);
+    let apart = (inner * (step).cos() - outer).hypot(inner * step.sin());
+    let along = 2.0 * inner * step.sin();
+    report.require(
+        apart.min(along) >= tooling.vent_diameter.mm() + 0.5,
+        "tooling.vents",
+        || {
+            format!(
+                "tooling.vents is {}; vents of {} come within {:.2} mm of each other, and 0.5 mm of \
+                 silicone are needed between them",
+                tooling.vents,
+                tooling.vent_diameter,
+                apart.min(along) - tooling.vent_diameter.mm()
+            )
+        },
+        || "write fewer, or a smaller `tooling.vent_diameter`".into(),
+    );
+}

@@ -1,0 +1,366 @@
+//! Shell, shell holder, base, camera holder, diffusion ring and LED board.
+
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+};
+
+use super::layout::{BOLT, Layout};
+use super::parameters::HalfEllipsoid;
+use super::tooling::turn;
+use super::{ACRYLIC, BLACK, MASK_GREEN, SENSOR, WHITE, flipped};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Screw;
+
+/// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
+const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
+
+/// Room of a bolt's hole beyond its tip, mm.
+const BOLT_SPARE_MM: f64 = 0.4;
+
+/// How much wider than an LED the hole above it is, mm per side.
+pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
+
+/// Depth of the mounting holes, mm.
+pub const MOUNT_DEPTH_MM: f64 = 3.0;
+
+/// Thread of the mounting holes.
+pub const MOUNT: Screw = Screw::M2X4;
+
+/// The pose of LED `index` on the board, z axis up: even ones are white, odd ones UV.
+pub fn led_pose(p: &HalfEllipsoid, layout: &Layout, index: u32) -> Pose {
+    let out = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
+    Pose::rotation_z(turn(index, 2 * p.leds.pairs, 0.0)).then_in(out)
+}
+
+/// Indices of the UV LEDs.
+pub fn uv_leds(p: &HalfEllipsoid) -> impl Iterator<Item = u32> + use<> {
+    (0..p.leds.pairs).map(|i| 2 * i + 1)
+}
+
+/// The pose of bolt `index`, z axis outwards, origin where its head ends flush.
+pub fn bolt_pose(p: &HalfEllipsoid, layout: &Layout, index: u32) -> Pose {
+    // A flat head lies flush with a round wall where its rim does.
+    let head = BOLT.head_diameter_mm() / 2.0;
+    let radius = (layout.holder_radius.powi(2) - head.powi(2)).sqrt();
+    let out = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z));
+    Pose::rotation_z(turn(index, p.base.bolts, 0.0)).then_in(out)
+}
+
+/// How deep a bolt's hole in the base goes below the bolt's head, mm.
+fn bolt_depth_mm() -> f64 {
+    BOLT.length_mm + BOLT_SPARE_MM
+}
+
+/// Distance of a bolt hole's end from the axis, mm.
+pub fn bolt_end_radius_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    bolt_pose(p, layout, 0).translation_mm().x - bolt_depth_mm()
+}
+
+/// The pose of mounting hole `index` in the bottom, z axis out of the base.
+pub fn mount_pose(p: &HalfEllipsoid, layout: &Layout, index: u32) -> Pose {
+    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z);
+    // Half a step off the bolts.
+    Pose::rotation_z(turn(index, p.base.mount_holes, 0.5)).then_in(Pose::z_to(-Vector3::z(), at))
+}
+
+/// Where the pocket for the board's parts lies, mm: inner and outer radius.
+pub fn pocket_radii_mm(layout: &Layout) -> [f64; 2] {
+    // Between the socket of the post and a rim that the board rests on.
+    [layout.post_radius + 1.0, layout.base_radius - 1.2]
+}
+
+fn landmark(name: String, pose: &Pose) -> Landmark {
+    Landmark { name, point: pose.point(Point3::origin()), axis: pose.vector(Vector3::z()) }
+}
+
+fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -> Part {
+    Part {
+        name: name.into(),
+        summary: summary.into(),
+        solid,
+        placements: vec![SENSOR.in_place().lifted(lift_mm)],
+        process: Process::Sla,
+        material: material.into(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: BLACK,
+        bed_from_part: Pose::identity(),
+        print_notes: Vec::new(),
+        shrinkage: 0.0,
+        genus: 0,
+    }
+}
+
+fn notes(notes: &[&str]) -> Vec<String> {
+    notes.iter().map(|note| note.to_string()).collect()
+}
+
+/// Everything of the housing.
+pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Part> {
+    vec![
+        shell(p, layout),
+        holder(p, layout),
+        diffuser(p, layout),
+        camera_holder(p, layout),
+        led_board(p, layout),
+        base(p, layout),
+    ]
+}
+
+/// The acrylic skeleton: a dome, its foot, and the bore that a ball mill leaves.
+fn shell(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let dome = layout.ellipsoid.whole(layout.shell_offset).minus(Solid::below(0.0));
+    let foot = Solid::cylinder(layout.foot_radius, CUT_OVERLAP_MM - layout.foot_z).at(
+        0.0,
+        0.0,
+        layout.foot_z,
+    );
+    let mill = p.shell.ball_mill_diameter.mm() / 2.0;
+    let cavity = layout.ellipsoid.cavity(layout.cavity_depth, mill, layout.foot_z - CUT_OVERLAP_MM);
+    Part {
+        process: Process::Cnc,
+        color: ACRYLIC,
+        bed_from_part: flipped(),
+        print_notes: notes(&[
+            "machine the inside first, then turn the outside on a plug; vapor polish both",
+            "the inside's tip is rounded by the ball mill: elsewhere the wall is even",
+        ]),
+        ..part(
+            "shell",
+            "rigid transparent skeleton that carries the elastomers",
+            Solid::union([dome, foot.named("foot")]).minus(cavity.named("inside")),
+            &p.shell.material,
+            16.0,
+        )
+    }
+}
+
+/// The ring that the shell is glued into; slides over the base, held by the bolts.
+fn holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let outline = [
+        [layout.collar_radius, 0.0],
+        [layout.collar_radius, layout.step_z],
+        [layout.skirt_radius, layout.step_z],
+        [layout.skirt_radius, layout.flange_z],
+        [layout.holder_radius, layout.flange_z],
+        [layout.holder_radius, 0.0],
+    ];
+    let through = layout.holder_radius - layout.base_radius + CUT_OVERLAP_MM;
+    let holes = (0..p.base.bolts).map(|i| {
+        BOLT.clearance_tool(through, gap_mm(Process::Sla, Fit::Snug))
+            .placed(bolt_pose(p, layout, i))
+            .named(format!("bolt hole {}", i + 1))
+    });
+    let landmarks =
+        (0..p.base.bolts).map(|i| landmark(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
+    Part {
+        landmarks: landmarks.collect(),
+        genus: 1 + p.base.bolts as i32,
+        print_notes: notes(&[
+            "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
+            "instant adhesive around the shell's foot",
+        ]),
+        ..part(
+            "shell-holder",
+            "ring that the shell is glued into; comes off with the bolts to change the elastomer",
+            Solid::revolution(Path::polygon(&outline)).minus_all(holes),
+            &p.holder.material,
+            -14.0,
+        )
+    }
+}
+
+/// The white ring over the LEDs; UV light, which it would absorb, passes through holes.
+fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let bore = layout.post_radius + gap_mm(Process::Sla, Fit::Free);
+    let outline = [
+        [bore, layout.diffuser_plate_z],
+        [layout.diffuser_wall_radius, layout.diffuser_plate_z],
+        [layout.diffuser_wall_radius, layout.board_top_z],
+        [layout.board_radius, layout.board_top_z],
+        [layout.board_radius, layout.diffuser_top_z],
+        [bore, layout.diffuser_top_z],
+    ];
+    let hole = Solid::cylinder(
+        p.leds.diameter.mm() / 2.0 + LED_HOLE_MARGIN_MM,
+        layout.diffuser_top_z - layout.diffuser_plate_z + 2.0 * CUT_OVERLAP_MM,
+    );
+    let holes: Vec<(String, Pose)> = uv_leds(p)
+        .enumerate()
+        .map(|(i, led)| (format!("uv hole {}", i + 1), led_pose(p, layout, led)))
+        .collect();
+    let above = layout.diffuser_plate_z - CUT_OVERLAP_MM - layout.board_top_z;
+    let tools = holes.iter().map(|(name, pose)| {
+        let place = pose.then_in(Pose::translation(0.0, 0.0, above));
+        hole.clone().placed(place).named(name.clone())
+    });
+    Part {
+        color: WHITE,
+        bed_from_part: flipped(),
+        landmarks: holes.iter().map(|(name, pose)| landmark(name.clone(), pose)).collect(),
+        genus: 1 + p.leds.pairs as i32,
+        print_notes: notes(&["white resin; the plate on the bed, holes over the UV LEDs"]),
+        ..part(
+            "diffusion-ring",
+            "spreads the white LEDs' light; lets the UV LEDs' light through holes",
+            Solid::revolution(Path::polygon(&outline)).minus_all(tools),
+            &p.diffuser.material,
+            -28.0,
+        )
+    }
+}
+
+/// The post that carries the camera through board and diffuser; its cable leaves below.
+fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let back = layout.camera_front_z - p.camera.length.mm();
+    let outline = [
+        [layout.cable_radius, layout.post_end_z],
+        [layout.post_radius, layout.post_end_z],
+        [layout.post_radius, layout.camera_front_z],
+        [layout.post_bore_radius, layout.camera_front_z],
+        [layout.post_bore_radius, back],
+        [layout.cable_radius, back],
+    ];
+    Part {
+        genus: 1,
+        print_notes: notes(&[
+            "upright, the wide bore up",
+            "thread the cable from above before the plug is soldered on; the camera ends flush",
+        ]),
+        ..part(
+            "camera-holder",
+            "post that holds the camera above the diffusion ring",
+            Solid::revolution(Path::polygon(&outline)),
+            &p.holder.material,
+            -44.0,
+        )
+    }
+}
+
+/// Where the board's wires pass, mm: over the slot in the base.
+fn wire_hole_centres(p: &HalfEllipsoid, layout: &Layout) -> [[f64; 2]; 2] {
+    let half = wire_slot_half_mm(p);
+    [-half, half].map(|y| [wire_slot_radius_mm(p, layout), y])
+}
+
+/// Distance of the wire slot's middle from the axis, mm: it opens into the pocket alone.
+pub fn wire_slot_radius_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    pocket_radii_mm(layout)[0] + p.base.wire_slot_width.mm() / 2.0 + 0.1
+}
+
+fn wire_slot_half_mm(p: &HalfEllipsoid) -> f64 {
+    (p.base.wire_slot_length.mm() - p.base.wire_slot_width.mm()) / 2.0
+}
+
+/// The outline of the LED board: resistors and switch sit on its underside.
+fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let bore = layout.post_radius + gap_mm(Process::Pcb, Fit::Free);
+    let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
+    let profile = wire_hole_centres(p, layout).into_iter().fold(
+        Profile::new(Path::circle([0.0; 2], layout.board_radius))
+            .with_hole(Path::circle([0.0; 2], bore)),
+        |profile, centre| profile.with_hole(Path::circle(centre, wire)),
+    );
+    let landmarks = (0..2 * p.leds.pairs).map(|i| {
+        let kind = if i % 2 == 0 { "white" } else { "uv" };
+        landmark(format!("{kind} led {}", i / 2 + 1), &led_pose(p, layout, i))
+    });
+    Part {
+        process: Process::Pcb,
+        color: MASK_GREEN,
+        landmarks: landmarks.collect(),
+        genus: 3,
+        print_notes: notes(&[
+            "white and UV LEDs alternate; two parallel circuits, a resistor for each",
+            "resistors and the dual switch on the underside, inside the base's pocket",
+        ]),
+        ..part(
+            "led-board",
+            "round circuit board with white and UV LEDs",
+            Solid::extrusion(profile, p.led_board.thickness.mm()).at(0.0, 0.0, layout.base_top_z),
+            &p.led_board.material,
+            -50.0,
+        )
+    }
+}
+
+/// The plug that everything electric is glued to.
+fn base(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
+    let socket = layout.post_radius + gap_mm(Process::Sla, Fit::Snug);
+    let chamfer = 0.3;
+    // One profile: passage for the cable, socket of the post, pocket, plug, flange.
+    let plug_top = layout.base_top_z;
+    let mut outline = vec![
+        [layout.cable_radius, layout.bottom_z],
+        [layout.holder_radius, layout.bottom_z],
+        [layout.holder_radius, layout.flange_z],
+        [layout.base_radius, layout.flange_z],
+        [layout.base_radius, plug_top - chamfer],
+        [layout.base_radius - chamfer, plug_top],
+    ];
+    if layout.pocket_z < plug_top {
+        outline.extend([
+            [pocket_outer, plug_top],
+            [pocket_outer, layout.pocket_z],
+            [pocket_inner, layout.pocket_z],
+            [pocket_inner, plug_top],
+        ]);
+    }
+    outline.extend([
+        [socket, plug_top],
+        [socket, layout.post_end_z],
+        [layout.cable_radius, layout.post_end_z],
+    ]);
+
+    let slot_half = wire_slot_half_mm(p);
+    let wires = Solid::extrusion(
+        Path::slot([0.0, -slot_half], [0.0, slot_half], p.base.wire_slot_width.mm() / 2.0),
+        plug_top - layout.bottom_z + 2.0 * CUT_OVERLAP_MM,
+    )
+    .at(wire_slot_radius_mm(p, layout), 0.0, layout.bottom_z - CUT_OVERLAP_MM);
+    let bolts = (0..p.base.bolts).map(|i| {
+        BOLT.pilot_tool(bolt_depth_mm())
+            .placed(bolt_pose(p, layout, i))
+            .named(format!("bolt hole {}", i + 1))
+    });
+    let mounts = (0..p.base.mount_holes).map(|i| {
+        MOUNT
+            .pilot_tool(MOUNT_DEPTH_MM)
+            .placed(mount_pose(p, layout, i))
+            .named(format!("mounting hole {}", i + 1))
+    });
+    let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
+    let pry_slots = [0, 1].map(|i| {
+        // Twice as deep as it shows: the outer half cuts air, whatever the curvature.
+        Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM)
+            .at(layout.holder_radius, 0.0, layout.flange_z - pry_height)
+            .turned_z(turn(2 * i + 1, 4, 0.0))
+            .named(format!("pry slot {}", i + 1))
+    });
+    let bolt_marks =
+        (0..p.base.bolts).map(|i| landmark(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
+    let mount_marks = (0..p.base.mount_holes)
+        .map(|i| landmark(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
+    Part {
+        landmarks: bolt_marks.chain(mount_marks).collect(),
+        // Passages of the camera's cable and of the board's wires.
+        genus: 2,
+        print_notes: notes(&[
+            "flange on the bed",
+            "glue in this order: post with camera, board, diffusion ring",
+            "the bolts cut their own threads; drive them once before anything is glued",
+        ]),
+        ..part(
+            "base",
+            "plug that carries camera, board and diffusion ring, and closes the holder",
+            Solid::revolution(Path::polygon(&outline))
+                .minus(wires.named("wire slot"))
+                .minus_all(bolts)
+                .minus_all(mounts)
+                .minus_all(pry_slots),
+            &p.holder.material,
+            -66.0,
+        )
+    }
+}

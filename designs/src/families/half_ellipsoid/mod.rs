@@ -1,0 +1,146 @@
+//! Half-ellipsoid sensors: elastomers on a machined shell, LEDs and a camera below it (UVDtact).
+
+mod chain;
+mod components;
+mod constraints;
+mod housing;
+mod layers;
+mod layout;
+mod markers;
+mod parameters;
+mod surface;
+mod tooling;
+
+use fabkit_geometry::{Angle, Assembly, Color, NominalCamera, Placement, Pose, PressFit, Sensor};
+
+use crate::parameters::Report;
+use crate::{Built, Family, Header};
+use layout::{BOLT, Layout};
+use parameters::HalfEllipsoid;
+
+/// Black resin as pictures show it: light enough that its edges can be told apart.
+const BLACK: Color = [92, 96, 104];
+const WHITE: Color = [240, 240, 236];
+const ACRYLIC: Color = [190, 215, 225];
+const MASK_GREEN: Color = [40, 120, 70];
+const RESIN_GREY: Color = [180, 184, 190];
+
+/// The elastomer with slots.
+const INNER: &str = "inner-elastomer";
+/// The elastomer with pegs.
+const OUTER: &str = "outer-elastomer";
+/// The silicone mold inside the inner elastomer.
+const CORE: &str = "silicone-core";
+/// The wall around the cups' negatives.
+const SLEEVE: &str = "casting-sleeve";
+
+/// Name of an assembly of this family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct AssemblyName(&'static str);
+
+/// The sensor in use.
+const SENSOR: AssemblyName = AssemblyName("sensor");
+/// Casting the silicone molds on and in their negatives.
+const CAST_INNER_CUP: AssemblyName = AssemblyName("cast-cup-inner");
+const CAST_OUTER_CUP: AssemblyName = AssemblyName("cast-cup-outer");
+const CAST_BLACK_CUP: AssemblyName = AssemblyName("cast-cup-black");
+const CAST_CORE: AssemblyName = AssemblyName("cast-core");
+/// Casting the layers.
+const INNER_MOLD: AssemblyName = AssemblyName("inner-mold");
+const OUTER_MOLD: AssemblyName = AssemblyName("outer-mold");
+const BLACK_MOLD: AssemblyName = AssemblyName("black-mold");
+
+impl AssemblyName {
+    fn assembly(self) -> Assembly {
+        Assembly(self.0.into())
+    }
+
+    fn in_place(self) -> Placement {
+        self.at(Pose::identity())
+    }
+
+    fn at(self, assembly_from_body: Pose) -> Placement {
+        Placement::at(self.assembly(), assembly_from_body)
+    }
+}
+
+/// Upside down.
+fn flipped() -> Pose {
+    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
+}
+
+/// The family of UVDtact.
+pub(crate) struct HalfEllipsoidFamily;
+
+impl Family for HalfEllipsoidFamily {
+    type Parameters = HalfEllipsoid;
+    const NAME: &'static str = "half-ellipsoid";
+    const SUMMARY: &'static str = "half ellipsoids of elastomer on a machined shell, UV markers";
+    const EXAMPLE: &'static str = "uvdtact";
+
+    fn check(parameters: &HalfEllipsoid, report: &mut Report) {
+        constraints::check(parameters, report);
+    }
+
+    fn build(parameters: &HalfEllipsoid, header: &Header, _report: &mut Report) -> Option<Built> {
+        Some(Built { sensor: sensor(parameters, header), derived: derived(parameters) })
+    }
+}
+
+/// Everything a half-ellipsoid sensor consists of.
+fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
+    let layout = Layout::new(p);
+    let mut parts = housing::parts(p, &layout);
+    parts.extend(tooling::parts(p, &layout));
+    let pupil_z = layout.camera_front_z - p.camera.pupil_behind_front.mm();
+    Sensor {
+        name: header.name.as_str().into(),
+        title: header.title.clone(),
+        reference: header.reference.clone(),
+        parts,
+        layers: layers::layers(p, &layout),
+        components: components::components(p, &layout),
+        chain: chain::chain(p, &layout),
+        print_groups: Vec::new(),
+        press_fits: vec![PressFit {
+            inner: "bolt-m1-2x3".into(),
+            outer: "base".into(),
+            interference_mm: BOLT.thread_overlap_mm(),
+            reason: "the bolt cuts its thread into plastic".into(),
+        }],
+        camera: NominalCamera {
+            // The camera looks at the tip; its image's right is the sensor's +x.
+            sensor_from_camera: Pose::translation(0.0, 0.0, pupil_z),
+            width_px: p.camera.width_px,
+            height_px: p.camera.height_px,
+            field_of_view: p.camera.field_of_view,
+        },
+    }
+}
+
+/// What follows from the parameters, for `fabkit show`.
+fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
+    let layout = Layout::new(p);
+    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
+    let mill = p.shell.ball_mill_diameter.mm() / 2.0;
+    let outside = layout.ellipsoid.polar + layout.shell_offset;
+    let mut figures = vec![
+        mm("outer diameter", 2.0 * layout.foot_of(layout.black_offset)),
+        mm("tip above the base circle", layout.ellipsoid.polar + layout.black_offset),
+        mm("total height", layout.ellipsoid.polar + layout.black_offset - layout.bottom_z),
+        mm("tip's radius of curvature", layout.ellipsoid.tip_curvature_radius()),
+        mm("shell bore radius", layout.bore_radius()),
+        mm(
+            "shell thickness at the tip",
+            outside - layout.ellipsoid.cavity_tip_z(layout.cavity_depth, mill),
+        ),
+        mm("slot depth", markers::depth(&p.markers)),
+        mm("LED board radius", layout.board_radius),
+        mm("LED board top below the base circle", -layout.board_top_z),
+    ];
+    if let Ok(spread) = markers::spread(&layout, p.markers.count) {
+        figures.push(mm("marker spacing along the meridian", spread.spacing));
+        figures.push(("markers per ring, from the tip".into(), spread.counts()));
+    }
+    figures
+}

@@ -1,0 +1,243 @@
+//! Parameters of the half-ellipsoid family.
+
+use fabkit_geometry::{Angle, Length};
+
+use crate::{choices, parameters};
+
+choices! {
+    /// Which surface `surface.diameter` and `surface.height` are measured to.
+    pub enum MeasuredTo {
+        /// Outside of the black gel: the finished sensor.
+        BlackGel = "black-gel",
+        /// Outside of the outer elastomer; the black gel comes on top.
+        OuterElastomer = "outer-elastomer",
+    }
+}
+
+parameters! {
+    /// The half ellipsoid of revolution from which every layer is offset.
+    pub struct Surface {
+        /// Diameter of the base circle.
+        diameter: Length = 12.0..=80.0,
+        /// Height of the tip above the base circle.
+        height: Length = 8.0..=120.0,
+        /// Which surface diameter and height are measured to.
+        measured_to: MeasuredTo,
+    }
+}
+
+parameters! {
+    /// The rigid transparent skeleton below the elastomers.
+    pub struct Shell {
+        /// Thickness of the dome.
+        thickness: Length = 0.5..=10.0,
+        /// Height of the foot below the base circle, glued into the shell holder.
+        foot_height: Length = 1.0..=20.0,
+        /// Width of the shoulder that stands on the shell holder.
+        shoulder: Length = 0.1..=3.0,
+        /// Diameter of the ball mill that finishes the inside: it rounds what would be a pointed tip.
+        ball_mill_diameter: Length = 0.5..=12.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// One cast layer.
+    pub struct Elastomer {
+        /// Thickness, along the surface's normal.
+        thickness: Length = 0.1..=10.0,
+        /// What is cast, as fabkit's table of materials names it.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// Slots in the inner elastomer that the outer elastomer fills: what UV light makes visible.
+    pub struct Markers {
+        /// How many; 0 for a plain sensor.
+        count: u32 = 0..=600,
+        /// Radius of the slot and of its round end.
+        radius: Length = 0.1..=5.0,
+        /// Depth of the slot's straight part; the round end comes on top.
+        straight_depth: Length = 0.05..=5.0,
+        /// Thinnest elastomer left between slots, and between a slot and the shell.
+        wall: Length = 0.1..=5.0,
+    }
+}
+
+parameters! {
+    /// The printed ring that carries the shell and slides over the base.
+    pub struct Holder {
+        /// Outer diameter.
+        outer_diameter: Length = 12.0..=100.0,
+        /// Thickness of the skirt around the base.
+        skirt: Length = 0.8..=6.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The printed white ring above the LEDs.
+    pub struct Diffuser {
+        /// Thickness of the plate above the LEDs.
+        thickness: Length = 0.4..=4.0,
+        /// Thickness of the wall that stands on the board.
+        wall: Length = 0.4..=4.0,
+        /// Distance from the LEDs' tops to the plate.
+        gap: Length = 0.0..=5.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The round board that carries the LEDs.
+    pub struct LedBoard {
+        /// Thickness.
+        thickness: Length = 0.4..=3.2,
+        /// Diameter of the two holes for wires.
+        wire_hole_diameter: Length = 0.4..=2.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// White and UV LEDs, alternating on one circle.
+    pub struct Leds {
+        /// How many of each kind.
+        pairs: u32 = 2..=16,
+        /// Diameter of the package.
+        diameter: Length = 0.5..=8.0,
+        /// Height of the package.
+        height: Length = 0.3..=8.0,
+        /// Radius of the circle of their centres.
+        circle_radius: Length = 1.0..=40.0,
+        /// Type of the white ones.
+        white_model: String = 1..=80,
+        /// Type of the UV ones.
+        uv_model: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The endoscope camera.
+    pub struct Camera {
+        /// Type.
+        model: String = 1..=80,
+        /// Diameter.
+        diameter: Length = 0.8..=12.0,
+        /// Length.
+        length: Length = 1.0..=30.0,
+        /// Diameter of its cable.
+        cable_diameter: Length = 0.2..=5.0,
+        /// Distance of the lens's front below the base circle.
+        front_depth: Length = 0.0..=30.0,
+        /// Distance of the entrance pupil behind the front.
+        pupil_behind_front: Length = 0.0..=5.0,
+        /// Image width in pixels.
+        width_px: u32 = 16..=20000,
+        /// Image height in pixels.
+        height_px: u32 = 16..=20000,
+        /// Frames per second.
+        frame_rate: u32 = 1..=10000,
+        /// Full angle of view of the lens.
+        field_of_view: Angle = 10.0..=180.0,
+    }
+}
+
+parameters! {
+    /// The printed post that carries the camera through board and diffuser.
+    pub struct CameraHolder {
+        /// Thickness of the wall around the camera.
+        wall: Length = 0.4..=4.0,
+        /// How deep the post stands in the base.
+        socket_depth: Length = 0.5..=10.0,
+    }
+}
+
+parameters! {
+    /// The printed base that carries everything electric.
+    pub struct Base {
+        /// Depth of the pocket for resistors and switch below the board.
+        pocket_depth: Length = 0.0..=6.0,
+        /// Thickness of the flange that the skirt stands on.
+        flange: Length = 1.0..=10.0,
+        /// Number of M1.2 bolts that join base and shell holder.
+        bolts: u32 = 2..=8,
+        /// Length of the slot for the board's wires.
+        wire_slot_length: Length = 1.0..=10.0,
+        /// Width of the slot for the board's wires.
+        wire_slot_width: Length = 0.6..=6.0,
+        /// Number of M2 holes in the bottom for mounting.
+        mount_holes: u32 = 2..=6,
+        /// Radius of the circle of the mounting holes.
+        mount_radius: Length = 2.0..=40.0,
+    }
+}
+
+parameters! {
+    /// Printed negatives and the silicone molds cast from them.
+    pub struct Tooling {
+        /// Outer diameter of the silicone molds.
+        silicone_diameter: Length = 20.0..=200.0,
+        /// Thickness of silicone beyond the tip.
+        silicone_floor: Length = 2.0..=40.0,
+        /// Thickness of the core's flange, which closes the molds.
+        core_flange: Length = 2.0..=20.0,
+        /// Largest diameter of the keys between core and molds.
+        key_diameter: Length = 1.5..=20.0,
+        /// Height of the keys.
+        key_height: Length = 0.5..=10.0,
+        /// Number of keys.
+        keys: u32 = 2..=12,
+        /// Vents at the foot of the inner elastomer, and as many at the two thin layers' feet.
+        vents: u32 = 3..=32,
+        /// Diameter of a vent.
+        vent_diameter: Length = 0.3..=4.0,
+        /// Diameter of the vent at the tip of the mold for the outer elastomer.
+        tip_vent_diameter: Length = 0.5..=4.0,
+        /// Thickness of printed walls and plates.
+        wall: Length = 1.2..=10.0,
+        /// Silicone of the molds.
+        silicone_material: String = 1..=80,
+        /// Resin of the negatives.
+        resin: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// A sensor with half ellipsoids for layers.
+    pub struct HalfEllipsoid {
+        /// The sensing surface.
+        surface: Surface,
+        /// The acrylic shell.
+        shell: Shell,
+        /// The elastomer next to the shell.
+        inner_elastomer: Elastomer,
+        /// The elastomer around it.
+        outer_elastomer: Elastomer,
+        /// The opaque layer outside.
+        black_gel: Elastomer,
+        /// The markers.
+        markers: Markers,
+        /// The shell holder.
+        holder: Holder,
+        /// The diffusion ring.
+        diffuser: Diffuser,
+        /// The LED board.
+        led_board: LedBoard,
+        /// The LEDs.
+        leds: Leds,
+        /// The camera.
+        camera: Camera,
+        /// The camera holder.
+        camera_holder: CameraHolder,
+        /// The base.
+        base: Base,
+        /// Molds and their negatives.
+        tooling: Tooling,
+    }
+}

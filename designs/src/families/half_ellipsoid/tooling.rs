@@ -1,0 +1,296 @@
+//! Printed negatives of the silicone molds, and what negatives and molds share.
+//!
+//! Everything stands in the sensor frame: molds close at z = 0, the plane of the elastomers' feet.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Solid, Vector3,
+};
+
+use super::layout::Layout;
+use super::markers;
+use super::parameters::HalfEllipsoid;
+use super::{
+    AssemblyName, BLACK_MOLD, CAST_BLACK_CUP, CAST_CORE, CAST_INNER_CUP, CAST_OUTER_CUP, INNER,
+    INNER_MOLD, OUTER, OUTER_MOLD, RESIN_GREY, flipped,
+};
+use crate::fits::{Fit, gap_mm};
+use crate::materials::castable;
+
+/// Height of the lip that centres the sleeve, and how far the core's negative rises above the
+/// silicone, mm.
+const LIP_MM: f64 = 2.0;
+
+/// How far pins that leave vents stand out of the silicone, mm.
+const PIN_SPARE_MM: f64 = 1.0;
+
+/// Which boundary a silicone mold gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boundary {
+    /// Outside of the inner elastomer.
+    Inner,
+    /// Outside of the outer elastomer.
+    Outer,
+    /// Outside of the black gel.
+    Black,
+}
+
+impl Boundary {
+    /// From the inside out.
+    pub const ALL: [Self; 3] = [Self::Inner, Self::Outer, Self::Black];
+
+    /// The layer that it bounds.
+    pub fn layer(self) -> &'static str {
+        match self {
+            Self::Inner => INNER,
+            Self::Outer => OUTER,
+            Self::Black => "black-gel",
+        }
+    }
+
+    /// The silicone mold.
+    pub fn cup(self) -> &'static str {
+        match self {
+            Self::Inner => "silicone-cup-inner",
+            Self::Outer => "silicone-cup-outer",
+            Self::Black => "silicone-cup-black",
+        }
+    }
+
+    /// The printed negative of that mold.
+    pub fn negative(self) -> &'static str {
+        match self {
+            Self::Inner => "negative-cup-inner",
+            Self::Outer => "negative-cup-outer",
+            Self::Black => "negative-cup-black",
+        }
+    }
+
+    /// Where the silicone mold is cast.
+    pub fn casting(self) -> AssemblyName {
+        match self {
+            Self::Inner => CAST_INNER_CUP,
+            Self::Outer => CAST_OUTER_CUP,
+            Self::Black => CAST_BLACK_CUP,
+        }
+    }
+
+    /// Where the layer is cast.
+    pub fn mold(self) -> AssemblyName {
+        match self {
+            Self::Inner => INNER_MOLD,
+            Self::Outer => OUTER_MOLD,
+            Self::Black => BLACK_MOLD,
+        }
+    }
+}
+
+/// `index` out of `count` around the axis, from `offset` steps.
+pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
+    let rad = TAU * (f64::from(index) + offset) / f64::from(count);
+    Angle::from_rad(rad).expect("a fraction of a turn is finite")
+}
+
+/// Cones on the core that fit the cups' sockets, reaching into the core's flange.
+pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
+    let (radius, height) = (p.tooling.key_diameter.mm() / 2.0, p.tooling.key_height.mm());
+    // Drawn in at 20 degrees, so that it finds its socket and comes out of it.
+    let slope = 20f64.to_radians().tan();
+    let key = Solid::revolution(Path::polygon(&[
+        [0.0, -CUT_OVERLAP_MM],
+        [radius + CUT_OVERLAP_MM * slope, -CUT_OVERLAP_MM],
+        [radius - height * slope, height],
+        [0.0, height],
+    ]));
+    let circle = key_circle_mm(layout);
+    (0..p.tooling.keys)
+        .map(|i| {
+            let place = Pose::rotation_z(turn(i, p.tooling.keys, 0.0));
+            key.clone()
+                .placed(place.then_in(Pose::translation(circle, 0.0, 0.0)))
+                .named(format!("key {}", i + 1))
+        })
+        .collect()
+}
+
+/// Radius of the circle of the keys, mm: midway between surface and side.
+pub fn key_circle_mm(layout: &Layout) -> f64 {
+    (layout.foot_of(layout.black_offset) + layout.silicone_radius) / 2.0
+}
+
+/// Radii of the two circles of vents, mm: one over the foot of the inner elastomer, one over the
+/// feet of outer elastomer and black gel together, which alone are too thin for a vent.
+pub fn vent_circles_mm(layout: &Layout) -> [f64; 2] {
+    let foot = |offset| layout.foot_of(offset);
+    [
+        (foot(layout.shell_offset) + foot(layout.inner_offset)) / 2.0,
+        (foot(layout.inner_offset) + foot(layout.black_offset)) / 2.0,
+    ]
+}
+
+/// Where the vents of one circle meet the foot, z axis up.
+pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout, circle: usize) -> Vec<Pose> {
+    let count = p.tooling.vents;
+    // Half a step apart, so that the flange keeps walls.
+    let offset = if circle == 0 { 0.0 } else { 0.5 };
+    let out = Pose::translation(vent_circles_mm(layout)[circle], 0.0, 0.0);
+    (0..count).map(|i| Pose::rotation_z(turn(i, count, offset)).then_in(out)).collect()
+}
+
+/// The vents through the core's flange, `beyond_mm` longer on the far side.
+pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+    let bottom = layout.core_flange_z - beyond_mm;
+    let pin = Solid::cylinder(p.tooling.vent_diameter.mm() / 2.0, CUT_OVERLAP_MM - bottom)
+        .at(0.0, 0.0, bottom);
+    let poses = (0..2).flat_map(|circle| vent_poses(p, layout, circle));
+    let name = |(i, pose)| pin.clone().placed(pose).named(format!("vent {}", i + 1usize));
+    poses.enumerate().map(name).collect()
+}
+
+/// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
+/// silicone.
+pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+    let bottom = layout.ellipsoid.polar + layout.inner_offset;
+    let height = layout.silicone_top_z + PIN_SPARE_MM - bottom;
+    Solid::cylinder(p.tooling.tip_vent_diameter.mm() / 2.0, height)
+        .at(0.0, 0.0, bottom)
+        .named("tip vent")
+}
+
+/// All negatives and the sleeve.
+pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Part> {
+    let mut parts: Vec<Part> =
+        Boundary::ALL.iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
+    parts.extend([negative_of_core(p, layout), sleeve(p, layout)]);
+    parts
+}
+
+fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Part {
+    Part {
+        name: name.into(),
+        summary,
+        solid,
+        placements: Vec::new(),
+        process: Process::Sla,
+        material: p.tooling.resin.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: RESIN_GREY,
+        bed_from_part: Pose::identity(),
+        print_notes: vec![
+            "0.025 mm layers; wash twice, cure fully and bake at 60 C overnight: uncured resin \
+             keeps the silicone from curing"
+                .into(),
+            "a coat of clear acrylic varnish, then release agent".into(),
+        ],
+        shrinkage: 0.0,
+        genus: 0,
+    }
+}
+
+/// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
+fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
+    let of = |name: &str| castable(name).map_or(0.0, |material| material.shrinkage);
+    1.0 - (1.0 - of(&p.tooling.silicone_material)) * (1.0 - of(layer))
+}
+
+/// The dome on a plate that a silicone cup is cast around.
+fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Part {
+    let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
+    let lip = radius + wall + gap_mm(Process::Sla, Fit::Slide);
+    let plate = Solid::revolution(Path::polygon(&[
+        [0.0, -wall],
+        [lip + wall, -wall],
+        [lip + wall, LIP_MM],
+        [lip, LIP_MM],
+        [lip, 0.0],
+        [0.0, 0.0],
+    ]));
+    let on_plate = |solid: Solid| solid.minus(Solid::below(-CUT_OVERLAP_MM));
+    let (dome, material) = match boundary {
+        Boundary::Inner => (on_plate(markers::slotted(p, layout)), &p.inner_elastomer.material),
+        Boundary::Outer => {
+            (layout.ellipsoid.dome_tool(layout.outer_offset), &p.outer_elastomer.material)
+        }
+        Boundary::Black => (layout.ellipsoid.dome_tool(layout.black_offset), &p.black_gel.material),
+    };
+    let pin = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
+    let pieces = [plate, dome.named("dome")].into_iter().chain(keys(p, layout)).chain(pin);
+    let landmarks = match boundary {
+        Boundary::Inner => markers::poses(p, layout)
+            .iter()
+            .enumerate()
+            .map(|(i, pose)| Landmark {
+                name: format!("marker {}", i + 1),
+                point: pose.point(Point3::origin()),
+                axis: markers::axis(pose),
+            })
+            .collect(),
+        _ => Vec::new(),
+    };
+    Part {
+        placements: vec![boundary.casting().in_place()],
+        landmarks,
+        shrinkage: double_shrinkage(p, material),
+        ..tool(
+            p,
+            boundary.negative(),
+            format!(
+                "the silicone mold for the outside of the {} is cast around it",
+                boundary.layer().replace('-', " ")
+            ),
+            Solid::union(pieces),
+        )
+    }
+}
+
+/// The vessel that the silicone core is cast in.
+fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
+    let mouth = layout.core_flange_z - LIP_MM;
+    let top = layout.ellipsoid.polar + layout.shell_offset + wall;
+    let vessel = Solid::cylinder(radius + wall, top - mouth).at(0.0, 0.0, mouth);
+    let recess = Solid::cylinder(radius, CUT_OVERLAP_MM - mouth)
+        .at(0.0, 0.0, mouth - CUT_OVERLAP_MM)
+        .named("flange");
+    let body = vessel
+        .minus(recess)
+        .minus(layout.ellipsoid.dome_tool(layout.shell_offset).named("core"))
+        .minus_all(keys(p, layout));
+    Part {
+        placements: vec![CAST_CORE.in_place().lifted(45.0)],
+        bed_from_part: flipped(),
+        shrinkage: double_shrinkage(p, &p.inner_elastomer.material),
+        ..tool(
+            p,
+            "negative-core",
+            "the silicone core, inner boundary of the inner elastomer, is cast in it".into(),
+            Solid::union(std::iter::once(body).chain(vent_pins(p, layout, PIN_SPARE_MM))),
+        )
+    }
+}
+
+/// The wall around the negatives of the cups.
+fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Part {
+    let inner = layout.silicone_radius;
+    let outer = inner + p.tooling.wall.mm();
+    let top = layout.silicone_top_z;
+    let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
+    let mut part = tool(
+        p,
+        "casting-sleeve",
+        "holds the silicone around a negative; filled to its rim".into(),
+        Solid::revolution(Path::polygon(&outline)),
+    );
+    part.placements =
+        Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)).to_vec();
+    part.genus = 1;
+    part.print_notes.push("push the cured silicone out with two thumbs".into());
+    part
+}
+
+/// Straight up.
+pub fn up() -> Vector3<f64> {
+    Vector3::z()
+}

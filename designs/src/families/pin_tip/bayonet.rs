@@ -1,0 +1,166 @@
+//! The bayonet: lugs on a spigot, grooves in the bore around it.
+//!
+//! Both are built in the joint's frame: origin on the axis in the plane of the female part's mouth,
+//! +z into it. Locked, the lugs stand at the angles that [`Joint::lugs`] lists; the entries lie the
+//! whole turn clockwise of them (seen from +z), so that turning the female part clockwise locks.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Path, Process, Solid};
+
+use super::parameters::Bayonet;
+use crate::fits::{Fit, gap_mm};
+
+/// How far a lug reaches into the spigot's wall that carries it, mm.
+const LUG_ROOT_MM: f64 = 0.5;
+
+/// Play between lug and hook when locked, mm: what an elastic seal takes up.
+pub const HOOK_PLAY_MM: f64 = 0.1;
+
+/// Play above a lug, mm: a printed groove's ceiling sags.
+const CEILING_PLAY_MM: f64 = 0.3;
+
+/// One bayonet joint, by the parameters that both joints of a sensor share and its bore.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Bore of the female part, mm.
+    pub bore_radius: f64,
+    /// Outside of the spigot, mm.
+    pub spigot_radius: f64,
+    /// Outside of the lugs, mm.
+    pub lug_radius: f64,
+    /// Bottom of the groove, mm.
+    pub groove_radius: f64,
+    /// Outside of the female part, mm, where the wall beyond the groove is as thick as it should.
+    pub outer_radius: f64,
+    /// From the mouth to the hook's upper face, mm.
+    pub hook_height: f64,
+    /// From the mouth to the lug's lower face, mm.
+    pub lug_bottom: f64,
+    /// From the mouth to the lug's upper face, mm.
+    pub lug_top: f64,
+    /// From the mouth to the groove's ceiling, mm.
+    pub groove_top: f64,
+    /// Turn from entry to lock.
+    pub turn: Angle,
+    lugs: u32,
+    lug_width: f64,
+    key_width: f64,
+    side_gap: f64,
+}
+
+impl Joint {
+    /// The joint in a given bore.
+    pub fn in_bore(p: &Bayonet, bore_radius: f64) -> Self {
+        let gap = gap_mm(Process::Fdm, Fit::Slide);
+        let lug_radius = bore_radius + p.lug_reach.mm();
+        let groove_radius = lug_radius + gap;
+        let lug_bottom = p.hook_height.mm() + HOOK_PLAY_MM;
+        let lug_top = lug_bottom + p.lug_height.mm();
+        Self {
+            bore_radius,
+            spigot_radius: bore_radius - gap,
+            lug_radius,
+            groove_radius,
+            outer_radius: groove_radius + p.wall.mm(),
+            hook_height: p.hook_height.mm(),
+            lug_bottom,
+            lug_top,
+            groove_top: lug_top + CEILING_PLAY_MM,
+            turn: p.turn,
+            lugs: p.lugs,
+            lug_width: p.lug_width.mm(),
+            key_width: p.key_width.mm(),
+            side_gap: gap,
+        }
+    }
+
+    /// The joint in a female part of a given outer radius.
+    pub fn within(p: &Bayonet, outer_radius: f64) -> Self {
+        let beyond_bore = Self::in_bore(p, 0.0).outer_radius;
+        Self::in_bore(p, outer_radius - beyond_bore)
+    }
+
+    /// Middle angle and half width of each lug, rad, the wide one first.
+    pub fn lugs(&self) -> Vec<(f64, f64)> {
+        let half = |width: f64| (width / (2.0 * self.lug_radius)).min(1.0).asin();
+        (0..self.lugs)
+            .map(|i| {
+                let width = if i == 0 { self.key_width } else { self.lug_width };
+                (TAU * f64::from(i) / f64::from(self.lugs), half(width))
+            })
+            .collect()
+    }
+
+    /// Angle that the play at a lug's side takes, rad.
+    pub fn side_play_rad(&self) -> f64 {
+        self.side_gap / self.lug_radius
+    }
+
+    /// What is left of the ring between one groove and the next entry, mm along the bore.
+    pub fn land_mm(&self) -> f64 {
+        let lugs = self.lugs();
+        let play = 2.0 * self.side_play_rad();
+        let lands = (0..lugs.len()).map(|i| {
+            let ((at, half), (next, next_half)) = (lugs[i], lugs[(i + 1) % lugs.len()]);
+            let step = (next - at).rem_euclid(TAU);
+            step - self.turn.rad() - half - next_half - play
+        });
+        self.bore_radius * lands.fold(TAU, f64::min)
+    }
+
+    /// The lugs, to be united with a spigot of [`Joint::spigot_radius`]. Their upper edge is
+    /// chamfered: it finds the entry, and prints without support when the spigot points down.
+    pub fn male(&self) -> Solid {
+        let root = self.spigot_radius - LUG_ROOT_MM;
+        let chamfer =
+            (self.lug_radius - self.spigot_radius).min(0.6 * (self.lug_top - self.lug_bottom));
+        let ring = Solid::revolution(Path::polygon(&[
+            [root, self.lug_bottom],
+            [self.lug_radius, self.lug_bottom],
+            [self.lug_radius, self.lug_top - chamfer],
+            [self.lug_radius - chamfer, self.lug_top],
+            [root, self.lug_top],
+        ]));
+        // Wedges reach beyond the ring all around, so that only their sides cut it.
+        let wedges = self.lugs().into_iter().enumerate().map(|(i, (middle, half))| {
+            let wedge = sector(
+                [root - 1.0, self.lug_radius + 1.0],
+                [middle - half, middle + half],
+                [self.lug_bottom - 1.0, self.lug_top + 1.0],
+            );
+            wedge.named(format!("lug {}", i + 1))
+        });
+        ring.and(Solid::union(wedges))
+    }
+
+    /// The entries and grooves, to be cut from a part with the bore [`Joint::bore_radius`].
+    pub fn female_tools(&self) -> Vec<Solid> {
+        let play = self.side_play_rad();
+        let inner = self.bore_radius - CUT_OVERLAP_MM;
+        let groove = |(i, (middle, half)): (usize, (f64, f64))| {
+            let (low, high) = (middle - half - play, middle + half + play);
+            let enter = low - self.turn.rad();
+            let entry = sector(
+                [inner, self.groove_radius],
+                [enter, high - self.turn.rad()],
+                [-CUT_OVERLAP_MM, self.groove_top],
+            );
+            let run = sector(
+                [inner, self.groove_radius],
+                [enter, high],
+                [self.hook_height, self.groove_top],
+            );
+            let name = |what| format!("{what} {}", i + 1);
+            [entry.named(name("entry")), run.named(name("groove"))]
+        };
+        self.lugs().into_iter().enumerate().flat_map(groove).collect()
+    }
+}
+
+/// A piece of a ring between two radii, two angles (rad) and two heights, mm.
+fn sector([inner, outer]: [f64; 2], [from, to]: [f64; 2], [bottom, top]: [f64; 2]) -> Solid {
+    let angle = |rad: f64| Angle::from_rad(rad).expect("an angle made of finite parameters");
+    Solid::extrusion(Path::ring_sector(inner, outer, angle(from), angle(to)), top - bottom)
+        .at(0.0, 0.0, bottom)
+}

@@ -1,0 +1,146 @@
+//! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel
+//! (the TacTip family).
+
+mod bayonet;
+mod body;
+mod chain;
+mod components;
+mod constraints;
+mod layout;
+mod parameters;
+mod tip;
+
+use fabkit_geometry::{
+    Angle, Assembly, NominalCamera, Part, Placement, Pose, PressFit, PrintGroup, Process, Sensor,
+};
+
+use crate::fits::{Fit, gap_mm};
+use crate::parameters::Report;
+use crate::{Built, Family, Header};
+use layout::Layout;
+use parameters::PinTip;
+
+/// The set-up in which the tip is filled, tip down.
+struct Filling;
+
+/// Filling the tip with gel.
+const FILLING: Filling = Filling;
+
+impl Filling {
+    fn assembly(&self) -> Assembly {
+        Assembly("filling".into())
+    }
+
+    /// The sensor's frame turned over, so that up is +z while filling.
+    fn pose(&self) -> Pose {
+        Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
+    }
+
+    fn upside_down(&self) -> Placement {
+        Placement::at(self.assembly(), self.pose())
+    }
+}
+
+fn sensor_assembly() -> Assembly {
+    Assembly::sensor()
+}
+
+fn in_sensor() -> Placement {
+    Placement::in_place(sensor_assembly())
+}
+
+/// The family of the TacTip.
+pub(crate) struct PinTipFamily;
+
+impl Family for PinTipFamily {
+    type Parameters = PinTip;
+    const NAME: &'static str = "pin-tip";
+    const SUMMARY: &'static str =
+        "a soft printed hemisphere with white-tipped pins, filled with gel";
+    const EXAMPLE: &'static str = "tactip";
+
+    fn check(parameters: &PinTip, report: &mut Report) {
+        constraints::check(parameters, report);
+    }
+
+    fn build(parameters: &PinTip, header: &Header, _report: &mut Report) -> Option<Built> {
+        Some(Built { sensor: sensor(parameters, header), derived: derived(parameters) })
+    }
+}
+
+/// Everything a pin-tip sensor consists of.
+fn sensor(p: &PinTip, header: &Header) -> Sensor {
+    let layout = Layout::new(p);
+    let parts: Vec<Part> = tip::printed(p, &layout)
+        .into_iter()
+        .chain([
+            tip::lens(p, &layout),
+            body::led_board(p, &layout),
+            body::body(p, &layout),
+            body::mount(p, &layout),
+        ])
+        .collect();
+    Sensor {
+        name: header.name.as_str().into(),
+        title: header.title.clone(),
+        reference: header.reference.clone(),
+        parts,
+        layers: vec![tip::gel(p, &layout)],
+        components: components::components(p, &layout),
+        chain: chain::chain(p, &layout),
+        print_groups: vec![PrintGroup {
+            name: "tip".into(),
+            parts: ["skin", "dots", "ring"].map(String::from).to_vec(),
+        }],
+        press_fits: press_fits(),
+        camera: NominalCamera {
+            // The camera looks at the tip; its image's right is the sensor's +x.
+            sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
+            width_px: p.camera.pixels,
+            height_px: p.camera.pixels,
+            field_of_view: Layout::view(p),
+        },
+    }
+}
+
+/// The overlaps that are meant.
+fn press_fits() -> Vec<PressFit> {
+    vec![
+        PressFit {
+            inner: "led-board".into(),
+            outer: "body".into(),
+            interference_mm: -gap_mm(Process::Pcb, Fit::Press),
+            reason: "the board is pressed in".into(),
+        },
+        PressFit {
+            inner: "screw-m3x6".into(),
+            outer: "body".into(),
+            interference_mm: body::BOARD_SCREW.thread_overlap_mm(),
+            reason: "the screw cuts its thread into plastic".into(),
+        },
+    ]
+}
+
+/// What follows from the parameters, for `fabkit show`.
+fn derived(p: &PinTip) -> Vec<(String, String)> {
+    let layout = Layout::new(p);
+    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
+    let pins = layout.pin_poses(p).map_or(0, |poses| poses.len());
+    let [rim, rim_z] = layout.outermost_dot(p);
+    let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);
+    vec![
+        ("pins".into(), pins.to_string()),
+        mm("pin diameter", layout.pin_diameter),
+        mm("pin spacing", layout.pin_spacing),
+        mm("diameter of the circle around all dots", 2.0 * rim),
+        mm("width that the camera sees at the outermost dots", seen),
+        ("angle that the camera sees".into(), format!("{:.2} deg", Layout::view(p).deg())),
+        mm("bayonet bore radius, tip", layout.tip_joint.bore_radius),
+        mm("bayonet bore radius, mount", layout.mount_joint.bore_radius),
+        mm("housing diameter", 2.0 * layout.mount_joint.outer_radius),
+        mm(
+            "height from the mount's plate to the apex",
+            layout.outer_radius - layout.plate_bottom_z,
+        ),
+    ]
+}

@@ -1,0 +1,260 @@
+//! Parameters of the pin-tip family.
+
+use fabkit_geometry::{Angle, Length};
+
+use crate::{choices, parameters};
+
+choices! {
+    /// How thick the pins are and how far apart; the paper's figure 2 and section III-D.
+    pub enum PinLayout {
+        /// Tip-A: diameter 1 mm, spacing 3 mm.
+        A = "A",
+        /// Tip-B: diameter 1 mm, spacing 4 mm.
+        B = "B",
+        /// Tip-C: diameter 1 mm, spacing 4.5 mm.
+        C = "C",
+        /// Tip-D: diameter 1.7 mm, spacing 4.5 mm.
+        D = "D",
+        /// As `pins.diameter` and `pins.spacing` say.
+        Free = "free",
+    }
+}
+
+parameters! {
+    /// The printed tip: skin, pins with dots, and ring.
+    pub struct Tip {
+        /// Outer diameter of hemisphere and ring.
+        diameter: Length = 20.0..=80.0,
+        /// What skin and pins are printed from.
+        soft_material: String = 1..=80,
+        /// What ring and dots are printed from.
+        rigid_material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The soft hemisphere that touches things.
+    pub struct Skin {
+        /// Thickness.
+        thickness: Length = 0.5..=4.0,
+        /// How far the skin reaches down around the ring, so that the bond is loaded in shear.
+        skirt_height: Length = 0.5..=5.0,
+        /// Thickness of the ring inside that skirt.
+        upstand: Length = 0.3..=2.0,
+    }
+}
+
+parameters! {
+    /// The pins on the skin's inside, each along the local normal.
+    pub struct Pins {
+        /// Which of the paper's layouts, or a free one.
+        layout: PinLayout,
+        /// Diameter; counts in the layout `free` only.
+        diameter: Length = 0.4..=5.0,
+        /// Distance of neighbouring circles, and of pins on one, along the skin's inside; counts in
+        /// the layout `free` only.
+        spacing: Length = 1.0..=15.0,
+        /// Farthest circle of pins from the apex, along the skin's inside.
+        reach: Length = 0.0..=120.0,
+        /// Length of the soft pin.
+        length: Length = 0.3..=8.0,
+        /// Thickness of the white dot on its end.
+        dot_thickness: Length = 0.1..=3.0,
+    }
+}
+
+parameters! {
+    /// The clear gel between skin and lens.
+    pub struct Fill {
+        /// Distance of the lens below the hemisphere's foot.
+        depth: Length = 0.5..=20.0,
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The flat window that closes the tip.
+    pub struct Lens {
+        /// Thickness of the sheet.
+        thickness: Length = 0.8..=6.0,
+        /// Width of the ledge that it is glued to.
+        ledge: Length = 0.3..=5.0,
+        /// Diameter of the two holes that gel is filled through and air leaves by.
+        hole_diameter: Length = 0.8..=5.0,
+        /// Radius of the circle of their centres.
+        hole_radius: Length = 2.0..=38.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// Both bayonets: of tip and body, and of body and robot mount.
+    pub struct Bayonet {
+        /// Number of lugs; the first is wider, so that the joint closes in one position only.
+        lugs: u32 = 2..=6,
+        /// Width of a lug.
+        lug_width: Length = 2.0..=20.0,
+        /// Width of the first lug.
+        key_width: Length = 2.0..=24.0,
+        /// Height of a lug.
+        lug_height: Length = 1.0..=6.0,
+        /// How far a lug reaches beyond the bore that it locks in.
+        lug_reach: Length = 0.4..=4.0,
+        /// Height of the hook that holds a lug.
+        hook_height: Length = 1.0..=8.0,
+        /// Thickness of the wall outside of the groove.
+        wall: Length = 0.8..=5.0,
+        /// Turn from entry to lock.
+        turn: Angle = 10.0..=120.0,
+    }
+}
+
+parameters! {
+    /// The O-ring between body and lens, which keeps light out and the bayonet from turning.
+    pub struct Seal {
+        /// Diameter of the cord.
+        cord: Length = 0.6..=3.0,
+        /// How much of the cord is squeezed.
+        squeeze: f64 = 0.05..=0.35,
+    }
+}
+
+parameters! {
+    /// The annular board with the LEDs, below the lens.
+    pub struct LedBoard {
+        /// Thickness.
+        thickness: Length = 0.4..=3.2,
+        /// Radius of the bore the camera looks through.
+        bore_radius: Length = 2.0..=35.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The LEDs.
+    pub struct Leds {
+        /// How many.
+        count: u32 = 3..=32,
+        /// Radius of the circle of their centres.
+        circle_radius: Length = 3.0..=38.0,
+        /// Length of the package, along the circle.
+        length: Length = 0.5..=6.0,
+        /// Width of the package, along the radius.
+        width: Length = 0.3..=6.0,
+        /// Height of the package.
+        height: Length = 0.2..=4.0,
+        /// Distance of their tops below the lens.
+        gap: Length = 0.1..=10.0,
+        /// Type.
+        model: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The image sensor, its board and lens.
+    pub struct Camera {
+        /// Type.
+        model: String = 1..=80,
+        /// Pixels along each side of the square image.
+        pixels: u32 = 8..=4000,
+        /// Images per second when whole images are read.
+        image_rate: f64 = 0.1..=10000.0,
+        /// Rate of the chip's own statistics, Hz.
+        statistics_rate: u32 = 1..=20000,
+        /// Edge of the chip's square pixel array.
+        array_size: Length = 0.2..=20.0,
+        /// Focal length.
+        focal_length: Length = 0.5..=50.0,
+        /// Full angle of view of the lens on a chip that fills its image circle.
+        lens_view: Angle = 10.0..=200.0,
+        /// Distance of the optical centre below the hemisphere's foot.
+        depth: Length = 5.0..=200.0,
+        /// Distance of the optical centre behind the lens's front.
+        pupil_behind_front: Length = 0.0..=20.0,
+        /// Edge of the square board.
+        board_size: Length = 10.0..=60.0,
+        /// Thickness of the board.
+        board_thickness: Length = 0.4..=3.2,
+        /// Distance of the screw holes' centres along an edge.
+        screw_spacing: Length = 5.0..=58.0,
+        /// Edge of the square lens holder.
+        holder_size: Length = 4.0..=40.0,
+        /// Height of the lens holder above the board.
+        holder_height: Length = 1.0..=30.0,
+        /// Diameter of the lens barrel.
+        barrel_diameter: Length = 2.0..=40.0,
+        /// Height of the lens's front above the board.
+        lens_height: Length = 2.0..=60.0,
+    }
+}
+
+parameters! {
+    /// The printed body: spigot, shaft, and the housing of the board.
+    pub struct Body {
+        /// Length of the shaft, from the end that faces the lens to the housing.
+        shaft_length: Length = 10.0..=200.0,
+        /// Outer diameter of the shaft.
+        shaft_diameter: Length = 14.0..=78.0,
+        /// Thickness of the shaft's wall.
+        shaft_wall: Length = 1.2..=6.0,
+        /// Thickness of the neck between O-ring and LED board.
+        neck_wall: Length = 0.4..=3.0,
+        /// Free height below the camera board, for plugs and cable.
+        wiring_room: Length = 3.0..=40.0,
+        /// Width of the slot that the cable leaves by.
+        cable_slot_width: Length = 2.0..=20.0,
+        /// Diameter of the posts that the camera board is screwed to.
+        post_diameter: Length = 4.0..=12.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The flange between robot and body.
+    pub struct Mount {
+        /// Thickness of the plate.
+        plate: Length = 2.0..=15.0,
+        /// Height of the spigot.
+        spigot_height: Length = 4.0..=30.0,
+        /// Thickness of the spigot's wall.
+        spigot_wall: Length = 1.2..=6.0,
+        /// Diameter of the circle of bolts.
+        bolt_circle: Length = 15.0..=100.0,
+        /// Number of M5 bolts.
+        bolts: u32 = 3..=12,
+    }
+}
+
+parameters! {
+    /// A pin-tip sensor.
+    pub struct PinTip {
+        /// The printed tip.
+        tip: Tip,
+        /// The skin.
+        skin: Skin,
+        /// The pins.
+        pins: Pins,
+        /// The gel.
+        fill: Fill,
+        /// The window.
+        lens: Lens,
+        /// The bayonets.
+        bayonet: Bayonet,
+        /// The seal.
+        seal: Seal,
+        /// The LED board.
+        led_board: LedBoard,
+        /// The LEDs.
+        leds: Leds,
+        /// The camera.
+        camera: Camera,
+        /// The body.
+        body: Body,
+        /// The robot mount.
+        mount: Mount,
+    }
+}

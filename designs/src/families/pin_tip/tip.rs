@@ -1,0 +1,194 @@
+//! The printed tip (skin with pins, dots, ring) and what fills and closes it.
+//!
+//! The three printed bodies leave the printer as one piece. They are built from the same numbers
+//! wherever they meet, so that their meshes share the vertices of the common faces.
+
+use fabkit_geometry::{
+    Color, Landmark, Layer, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+};
+
+use super::layout::Layout;
+use super::parameters::PinTip;
+use super::{FILLING, in_sensor};
+
+const SKIN_BLACK: Color = [70, 72, 78];
+const VERO_WHITE: Color = [244, 244, 240];
+const ACRYLIC: Color = [190, 215, 225];
+const GEL: Color = [170, 210, 235];
+
+/// How far a pin reaches into the skin, as a share of the skin's thickness.
+const PIN_ROOT_SHARE: f64 = 0.5;
+
+/// Depth of a pin's root in the skin, mm.
+pub fn pin_root_mm(p: &PinTip) -> f64 {
+    PIN_ROOT_SHARE * p.skin.thickness.mm()
+}
+
+/// Where the pins stand; `check` has refused layouts without any.
+fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
+    layout.pin_poses(p).unwrap_or_default()
+}
+
+/// A cylinder as thick as the pins at each of their places, between two heights above the skin's
+/// inside (positive into the tip).
+fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
+    let column = Solid::cylinder(layout.pin_diameter / 2.0, to_mm - from_mm).at(0.0, 0.0, -to_mm);
+    let place =
+        |(i, pose): (usize, Pose)| column.clone().placed(pose).named(format!("{word} {}", i + 1));
+    pins(p, layout).into_iter().enumerate().map(place).collect()
+}
+
+/// Skin and pins, dots, ring.
+pub fn printed(p: &PinTip, layout: &Layout) -> [Part; 3] {
+    let part = |name: &str, summary: &str, solid: Solid, lift_mm: f64| Part {
+        name: name.into(),
+        summary: summary.into(),
+        solid,
+        placements: vec![in_sensor().lifted(lift_mm), FILLING.upside_down().lifted(-lift_mm)],
+        process: Process::PolyJet,
+        material: p.tip.rigid_material.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: VERO_WHITE,
+        bed_from_part: Pose::identity(),
+        print_notes: vec![
+            "one piece with the other bodies of the group `tip`: load their common 3MF, or their \
+             STL files as one assembly; they share their coordinates"
+                .into(),
+            "wash the support out from below with water, between the pins last and gently".into(),
+        ],
+        shrinkage: 0.0,
+        genus: 0,
+    };
+    let dots = Solid::union(columns(
+        p,
+        layout,
+        "dot",
+        p.pins.length.mm(),
+        p.pins.length.mm() + p.pins.dot_thickness.mm(),
+    ));
+    [
+        Part {
+            material: p.tip.soft_material.clone(),
+            color: SKIN_BLACK,
+            ..part("skin", "soft hemisphere with a pin for each dot", skin(p, layout), 84.0)
+        },
+        Part {
+            landmarks: dot_landmarks(p, layout),
+            // Each dot is a shell of its own, without a hole.
+            ..part("dots", "white ends of the pins, which the camera sees", dots, 62.0)
+        },
+        Part {
+            landmarks: vec![Landmark {
+                name: "mouth".into(),
+                point: Point3::new(0.0, 0.0, layout.ring_bottom_z),
+                axis: -Vector3::z(),
+            }],
+            genus: 1,
+            ..part(
+                "ring",
+                "rigid ring that holds the lens and locks onto the body",
+                ring(layout),
+                24.0,
+            )
+        },
+    ]
+}
+
+fn skin(p: &PinTip, layout: &Layout) -> Solid {
+    let (inner, outer, upstand) = (layout.skin_radius, layout.outer_radius, layout.upstand_radius);
+    let bowl = Path::from([inner, 0.0])
+        .arc([0.0, inner], [0.0, 0.0], true)
+        .line([0.0, outer])
+        .arc([outer, 0.0], [0.0, 0.0], false)
+        .line([outer, layout.skirt_z])
+        .line([upstand, layout.skirt_z])
+        .line([upstand, 0.0])
+        .close();
+    let pins = columns(p, layout, "pin", -pin_root_mm(p), p.pins.length.mm());
+    Solid::union(std::iter::once(Solid::revolution(bowl).named("skin")).chain(pins))
+}
+
+fn ring(layout: &Layout) -> Solid {
+    let bore = layout.tip_joint.bore_radius;
+    let outline = Path::polygon(&[
+        [layout.skin_radius, 0.0],
+        [layout.upstand_radius, 0.0],
+        [layout.upstand_radius, layout.skirt_z],
+        [layout.outer_radius, layout.skirt_z],
+        [layout.outer_radius, layout.ring_bottom_z],
+        [bore, layout.ring_bottom_z],
+        [bore, layout.lens_top_z],
+        [layout.ledge_radius, layout.lens_top_z],
+        [layout.ledge_radius, layout.slope_bottom_z()],
+    ]);
+    let in_joint = Pose::translation(0.0, 0.0, layout.ring_bottom_z);
+    let grooves = layout.tip_joint.female_tools().into_iter().map(|tool| tool.placed(in_joint));
+    Solid::revolution(outline).minus_all(grooves)
+}
+
+/// The centre of each dot's outer face, and the direction in which the pin points.
+fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
+    let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
+    let landmark = |(i, pose): (usize, Pose)| Landmark {
+        name: format!("dot {}", i + 1),
+        point: pose.point(Point3::new(0.0, 0.0, -depth)),
+        axis: pose.vector(-Vector3::z()),
+    };
+    pins(p, layout).into_iter().enumerate().map(landmark).collect()
+}
+
+/// The gel between skin and lens, around pins and dots.
+pub fn gel(p: &PinTip, layout: &Layout) -> Layer {
+    let inner = layout.skin_radius;
+    let core = Path::from([0.0, layout.lens_top_z])
+        .line([layout.ledge_radius, layout.lens_top_z])
+        .line([layout.ledge_radius, layout.slope_bottom_z()])
+        .line([inner, 0.0])
+        .arc([0.0, inner], [0.0, 0.0], true)
+        .close();
+    let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
+    Layer {
+        name: "gel".into(),
+        summary: "clear filling that springs the skin back".into(),
+        solid: Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)),
+        placements: vec![in_sensor().lifted(44.0), FILLING.upside_down().lifted(-44.0)],
+        material: p.fill.material.clone(),
+        color: GEL,
+        opacity: 0.35,
+        // Pins make dimples, not holes.
+        genus: 0,
+    }
+}
+
+/// Centres of the two holes in the lens: gel in at one, air out at the other.
+pub fn lens_holes(p: &PinTip) -> [[f64; 2]; 2] {
+    let radius = p.lens.hole_radius.mm();
+    [[radius, 0.0], [-radius, 0.0]]
+}
+
+/// The window.
+pub fn lens(p: &PinTip, layout: &Layout) -> Part {
+    let hole = p.lens.hole_diameter.mm() / 2.0;
+    let outline = lens_holes(p)
+        .into_iter()
+        .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius)), |profile, centre| {
+            profile.with_hole(Path::circle(centre, hole))
+        });
+    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at(0.0, 0.0, layout.lens_bottom_z);
+    Part {
+        name: "lens".into(),
+        summary: "flat window that closes the tip; gel is filled through its holes".into(),
+        solid,
+        placements: vec![in_sensor().lifted(8.0), FILLING.upside_down().lifted(-8.0)],
+        process: Process::Laser,
+        material: p.lens.material.clone(),
+        quantity: 1,
+        landmarks: Vec::new(),
+        color: ACRYLIC,
+        bed_from_part: Pose::identity(),
+        print_notes: vec!["cut with the film on; peel it off before gluing".into()],
+        shrinkage: 0.0,
+        genus: 2,
+    }
+}

@@ -1,0 +1,76 @@
+//! What leaves the printer as one piece lies as one piece in its files.
+
+use fabkit_export::Document;
+use fabkit_geometry::{Pose, PrintGroup, Sensor};
+
+use super::{ExportFailure, ExportOptions, Format, Made, Meshed, measured, object, turned};
+use crate::bodies::{self, BodyRef, UnknownName};
+use crate::staging::OutputFile;
+
+/// A body alone, or all bodies of a print group.
+pub(super) struct Piece<'a> {
+    /// The group, if it is one.
+    pub group: Option<&'a PrintGroup>,
+    /// At least one.
+    pub bodies: Vec<BodyRef<'a>>,
+}
+
+/// The pieces that the chosen bodies belong to, in their order. One part of a group brings the
+/// others with it: they are of no use alone.
+pub(super) fn pieces<'a>(
+    sensor: &'a Sensor,
+    chosen: Vec<BodyRef<'a>>,
+) -> Result<Vec<Piece<'a>>, UnknownName> {
+    let mut pieces: Vec<Piece> = Vec::with_capacity(chosen.len());
+    for body in chosen {
+        let member = |group: &&PrintGroup| group.parts.iter().any(|part| part == body.name);
+        let Some(group) = sensor.print_groups.iter().find(member) else {
+            pieces.push(Piece { group: None, bodies: vec![body] });
+            continue;
+        };
+        if !pieces.iter().any(|piece| piece.group == Some(group)) {
+            let bodies = group.parts.iter().map(|part| bodies::find(sensor, part));
+            pieces.push(Piece { group: Some(group), bodies: bodies.collect::<Result<_, _>>()? });
+        }
+    }
+    Ok(pieces)
+}
+
+impl<'a> Piece<'a> {
+    /// Meshes its bodies as they lie in their files: turned as the first of them says, and moved
+    /// together.
+    pub(super) fn meshed(&self, options: &ExportOptions) -> Result<Vec<Meshed<'a>>, ExportFailure> {
+        let bed_from_part = self.bodies[0].bed_from_part;
+        let bodies: Vec<_> = self
+            .bodies
+            .iter()
+            .map(|body| turned(*body, &bed_from_part, options))
+            .collect::<Result<_, ExportFailure>>()?;
+        // Turned first and shifted after, so that the lowest vertices are at zero exactly.
+        let corners = bodies.iter().map(|body| body.mesh.bounds().min);
+        let min = corners.reduce(|a, b| a.inf(&b)).unwrap_or_default();
+        let shift = Pose::translation(-min.x, -min.y, -min.z);
+        bodies
+            .into_iter()
+            .map(|body| measured(body, &shift, &bed_from_part, options.tolerance_mm))
+            .collect()
+    }
+
+    /// The 3MF file of a group, which holds one object made of all its parts.
+    pub(super) fn group_file(
+        &self,
+        title: &str,
+        hash: &str,
+        meshed: &[Meshed],
+    ) -> Result<Option<Made>, ExportFailure> {
+        let Some(group) = self.group else { return Ok(None) };
+        let name = Format::ThreeMf.file_name(&group.name);
+        let title = format!("{title}: {}", group.name);
+        let document = Document { title: &title, design_hash: hash };
+        let objects: Vec<_> = meshed.iter().map(|m| object(&m.body, &m.print)).collect();
+        let bytes = fabkit_export::three_mf_of_one_piece(document, &group.name, &objects)
+            .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
+        let file = OutputFile { name, bytes };
+        Ok(Some(Made { file, format: Format::ThreeMf, parts: group.parts.clone() }))
+    }
+}

@@ -187,11 +187,8 @@ fn thickness_mm(
     };
     let mut shortest: Option<Stretch> = None;
     let mut keep_shorter = |found: Option<Stretch>| {
-        if let Some(found) = found {
-            if shortest.is_none_or(|s| found.length_mm() < s.length_mm()) {
-                shortest = Some(found);
-            }
-        }
+        let both = shortest.into_iter().chain(found);
+        shortest = both.min_by(|x, y| x.length_mm().total_cmp(&y.length_mm()));
         shortest
     };
     for index in 0..FAN {

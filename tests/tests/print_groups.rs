@@ -12,7 +12,7 @@ use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3};
 use fabkit_tests::{builtin_designs, fabkit};
 
 /// Lines through the box that two bodies share.
-const LINES: u32 = 100_000;
+const LINES: u32 = 20_000;
 
 /// Largest common volume of two meshes that only touch, mm3.
 const TOUCHING_MM3: f64 = 1e-6;

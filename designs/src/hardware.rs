@@ -82,6 +82,15 @@ impl Screw {
     pub const M2X4: Self = Self { thread_mm: 2.0, length_mm: 4.0, head: Head::Countersunk };
     /// M3 x 4, pan head.
     pub const M3X4: Self = Self { thread_mm: 3.0, length_mm: 4.0, head: Head::Pan };
+    /// M2 x 16, pan head.
+    pub const M2X16: Self = Self { thread_mm: 2.0, length_mm: 16.0, head: Head::Pan };
+    /// M3 x 16, pan head.
+    pub const M3X16: Self = Self { thread_mm: 3.0, length_mm: 16.0, head: Head::Pan };
+
+    /// M2 x 12, pan head.
+    pub const M2X12: Self = Self { thread_mm: 2.0, length_mm: 12.0, head: Head::Pan };
+    /// M3 x 12, pan head.
+    pub const M3X12: Self = Self { thread_mm: 3.0, length_mm: 12.0, head: Head::Pan };
 
     fn thread(&self) -> &'static Thread {
         // Screws are made from the constants above, whose threads are all in the table.
@@ -203,5 +212,87 @@ impl HeatSetNut {
     /// Overlap with its hole before the plastic melts, mm per side.
     pub fn overlap_mm(&self) -> f64 {
         (self.diameter_mm - self.hole_mm) / 2.0
+    }
+}
+
+/// Play of a screw in a modelled thread, mm per side: it neither binds nor shows.
+const THREAD_PLAY_MM: f64 = 0.02;
+
+/// From the axis of a hexagon to a corner, mm.
+fn corner_mm(across_flats_mm: f64) -> f64 {
+    across_flats_mm / f64::sqrt(3.0)
+}
+
+/// A hexagon around z, standing on z = 0, a corner on +x.
+fn hexagon(across_flats_mm: f64, height_mm: f64) -> Solid {
+    let corner = |i: usize| {
+        let angle = (60.0 * i as f64).to_radians();
+        [corner_mm(across_flats_mm) * angle.cos(), corner_mm(across_flats_mm) * angle.sin()]
+    };
+    Solid::extrusion(Path::polygon(&std::array::from_fn::<_, 6, _>(corner)), height_mm)
+}
+
+/// A hexagon with a bore for a thread.
+fn threaded_hexagon(across_flats_mm: f64, height_mm: f64, thread_mm: f64) -> Solid {
+    let bore = Solid::cylinder(thread_mm / 2.0 + THREAD_PLAY_MM, height_mm + 2.0 * CUT_OVERLAP_MM);
+    hexagon(across_flats_mm, height_mm).minus(bore.at(0.0, 0.0, -CUT_OVERLAP_MM))
+}
+
+/// A hexagon nut, ISO 4032: bears at z = 0, goes up to its height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HexNut {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Across flats, mm.
+    pub across_flats_mm: f64,
+    /// Height, mm.
+    pub height_mm: f64,
+}
+
+impl HexNut {
+    /// M2.
+    pub const M2: Self = Self { thread_mm: 2.0, across_flats_mm: 4.0, height_mm: 1.6 };
+    /// M3.
+    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, height_mm: 2.4 };
+
+    /// The nut.
+    pub fn solid(&self) -> Solid {
+        threaded_hexagon(self.across_flats_mm, self.height_mm, self.thread_mm).named("nut")
+    }
+
+    /// Distance of a corner from the axis, mm, for flats `gap_mm` farther out than the nut's.
+    pub fn corner_mm(&self, gap_mm: f64) -> f64 {
+        corner_mm(self.across_flats_mm + 2.0 * gap_mm)
+    }
+
+    /// A pocket that keeps it from turning, from its bearing face up to a surface at `depth_mm`.
+    pub fn tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
+        hexagon(self.across_flats_mm + 2.0 * gap_mm, depth_mm + CUT_OVERLAP_MM)
+    }
+}
+
+/// A hexagonal spacer with a thread at either end: stands on z = 0. Lengths come from the design.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HexSpacer {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Across flats, mm.
+    pub across_flats_mm: f64,
+    /// Depth of the thread at either end, mm.
+    pub thread_depth_mm: f64,
+}
+
+impl HexSpacer {
+    /// M3, 5.5 mm across flats.
+    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, thread_depth_mm: 10.0 };
+
+    /// From the axis to a corner, mm.
+    pub fn corner_radius_mm(&self) -> f64 {
+        corner_mm(self.across_flats_mm)
+    }
+
+    /// The spacer, bored through.
+    pub fn solid(&self, length_mm: f64) -> Solid {
+        threaded_hexagon(self.across_flats_mm, length_mm, self.thread_mm).named("spacer")
     }
 }

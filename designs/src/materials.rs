@@ -39,6 +39,15 @@ pub const CASTABLES: &[Castable] = &[
         cure: hours(48.0),
     },
     Castable {
+        name: "Smooth-On Ecoflex 00-10",
+        by_mass: &[("Ecoflex 00-10 A", 1.0), ("Ecoflex 00-10 B", 1.0)],
+        density_g_per_cm3: 1.04,
+        shrinkage: 0.001,
+        breaking_strain: 8.0,
+        degas: true,
+        cure: hours(4.0),
+    },
+    Castable {
         name: "Smooth-On Ecoflex 00-30",
         by_mass: &[("Ecoflex 00-30 A", 1.0), ("Ecoflex 00-30 B", 1.0)],
         density_g_per_cm3: 1.07,
@@ -87,6 +96,43 @@ pub const CASTABLES: &[Castable] = &[
         cure: hours(6.0),
     },
     Castable {
+        name: "Smooth-On Psycho Paint, white",
+        // The maker's ratio for the paint base; the pigment's share is a few percent.
+        by_mass: &[("Psycho Paint A", 1.0), ("Psycho Paint B", 1.0), ("Silc Pig white", 0.1)],
+        density_g_per_cm3: 1.05,
+        shrinkage: 0.0,
+        breaking_strain: 6.0,
+        degas: false,
+        cure: hours(2.0),
+    },
+    Castable {
+        name: "Smooth-On Sil-Poxy",
+        by_mass: &[("Sil-Poxy", 1.0)],
+        density_g_per_cm3: 1.1,
+        shrinkage: 0.0,
+        breaking_strain: 7.5,
+        degas: false,
+        // Handled after minutes; air must reach the inside.
+        cure: hours(24.0),
+    },
+    Castable {
+        name: "Smooth-On Psycho Paint with aluminium",
+        // The ShadowTac paper names the ingredients, not their shares: chosen so that it covers in
+        // one coat and still brushes.
+        by_mass: &[
+            ("Psycho Paint A", 10.0),
+            ("Psycho Paint B", 10.0),
+            ("aluminium powder", 2.0),
+            ("Silc Pig white", 1.0),
+            ("silicone solvent", 20.0),
+        ],
+        density_g_per_cm3: 1.05,
+        shrinkage: 0.0,
+        breaking_strain: 3.0,
+        degas: false,
+        cure: hours(24.0),
+    },
+    Castable {
         name: "Smooth-On Solaris",
         by_mass: &[("Solaris A", 1.0), ("Solaris B", 1.0)],
         density_g_per_cm3: 0.99,
@@ -103,6 +149,17 @@ pub const CASTABLES: &[Castable] = &[
         density_g_per_cm3: 0.98,
         shrinkage: 0.001,
         breaking_strain: 2.0,
+        degas: true,
+        cure: hours(24.0),
+    },
+    Castable {
+        name: "Smooth-On Solaris with 40 % thinner",
+        // 40 % of the mass of A and B together.
+        by_mass: &[("Solaris A", 50.0), ("Solaris B", 50.0), ("Silicone Thinner", 40.0)],
+        density_g_per_cm3: 0.98,
+        shrinkage: 0.001,
+        // Thinner weakens: half of what Solaris bears is a cautious figure, not a measured one.
+        breaking_strain: 1.45,
         degas: true,
         cure: hours(24.0),
     },

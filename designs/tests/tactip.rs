@@ -92,7 +92,7 @@ fn the_body_locks_onto_the_mount() {
 #[test]
 fn every_variant_has_valid_solids_and_locks() {
     for overrides in [
-        &["tip.diameter=30 mm"][..],
+        &["tip.diameter=30 mm", "body.shaft_diameter=26 mm", "pins.reach=11 mm"][..],
         &["pins.layout=D", "pins.reach=9 mm"],
         &["pins.layout=free", "pins.diameter=0.8 mm", "pins.spacing=2.5 mm"],
         &["bayonet.lugs=2", "mount.bolts=6"],
@@ -120,18 +120,19 @@ fn what_cannot_be_built_is_refused() {
         (&["pins.reach=15 mm"], "camera.depth", "the pixels must see all dots"),
         (&["pins.layout=free", "pins.spacing=1.2 mm"], "pins.length", "0.3 mm apart"),
         (&["pins.length=8 mm"], "pins.length", "0.3 mm apart"),
-        (&["leds.count=32"], "leds.count", "at most 28 LEDs"),
+        (&["leds.count=32"], "leds.count", "at most 29 LEDs"),
         (&["leds.circle_radius=9.5 mm"], "leds.circle_radius", "inside the body"),
         (&["led_board.bore_radius=6 mm"], "led_board.bore_radius", "camera's sight"),
         (&["skin.upstand=0.9 mm"], "skin.upstand", "at most 0.7 mm"),
         (&["lens.hole_radius=7 mm"], "lens.hole_radius", "out of the camera's sight"),
         (&["lens.hole_radius=10 mm"], "lens.hole_radius", "not onto the ledge"),
-        (&["bayonet.turn=85 deg"], "bayonet.turn", "between one groove and the next entry"),
+        (&["bayonet.turn=95 deg"], "bayonet.turn", "between one groove and the next entry"),
         (&["bayonet.turn=15 deg"], "bayonet.turn", "leave its entry"),
         (&["bayonet.key_width=4 mm"], "bayonet.key_width", "at least 4.9 mm"),
         (&["camera.board_size=20 mm"], "camera.screw_spacing", "heads must stay on the board"),
         (&["body.shaft_length=60 mm"], "body.shaft_length", "as wide as the camera board"),
         (&["mount.bolt_circle=50 mm"], "mount.bolt_circle", "inside the spigot"),
+        (&["camera.lens_view=25 deg"], "camera.lens_view", "the chip's corners"),
         (&["mount.bolts=12"], "mount.bolts", "at most"),
         (&["fill.material=water"], "fill.material", "neither mix nor cure"),
     ] {

@@ -2,7 +2,9 @@
 
 use std::io::Write;
 
-use fabkit_export::{Document, MeshFigures, Object, TreeDocument, stl, three_mf, tree};
+use fabkit_export::{
+    Document, MeshFigures, Object, TreeDocument, stl, three_mf, three_mf_of_one_piece, tree,
+};
 use fabkit_geometry::{Assembly, Landmark, Placement, Point3, Pose, Solid, Vector3};
 use fabkit_mesh::{PrintMesh, mesh};
 
@@ -111,6 +113,22 @@ fn a_3mf_file_names_its_objects_and_shares_their_materials() {
     assert_eq!(attributes(&xml, "item", "objectid"), attributes(&xml, "object", "id"));
     assert!(xml.contains("&lt;&quot;&amp;&gt;</metadata>"));
     assert!(three_mf(document, &[]).is_err());
+}
+
+#[test]
+fn a_3mf_file_of_one_piece_has_one_item_made_of_all_objects() {
+    let mesh = print(&washer());
+    let object = |name, material| Object { name, material, color: [0, 0, 0], mesh: &mesh };
+    let document = Document { title: "Test", design_hash: "" };
+    let objects = [object("soft", "Tango"), object("hard", "Vero")];
+    let xml = model(&three_mf_of_one_piece(document, "tip & all", &objects).unwrap());
+    assert_eq!(attributes(&xml, "object", "name"), ["soft", "hard", "tip &amp; all"]);
+    let ids = attributes(&xml, "object", "id");
+    // The parts keep their materials; the item is the object that refers to them.
+    assert_eq!(attributes(&xml, "component", "objectid"), ids[..2]);
+    assert_eq!(attributes(&xml, "item", "objectid"), ids[2..]);
+    assert_eq!(attributes(&xml, "base", "name"), ["Tango", "Vero"]);
+    assert!(three_mf_of_one_piece(document, "nothing", &[]).is_err());
 }
 
 #[test]

@@ -53,7 +53,9 @@ pub enum Command {
     /// List the built-in sensors with their parts, layers and components
     List,
     /// Show a sensor's parameters with their sources, its parts and derived figures
-    Show(Design),
+    Show(Show),
+    /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
+    Check(Design),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
@@ -81,6 +83,17 @@ pub struct Design {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+}
+
+/// `fabkit show`.
+#[derive(Debug, Args)]
+pub struct Show {
+    /// Which design.
+    #[command(flatten)]
+    pub design: Design,
+    /// Show how it is built instead: every step, and what to mix for it
+    #[arg(long)]
+    pub chain: bool,
 }
 
 /// `fabkit export`.

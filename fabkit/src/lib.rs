@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use fabkit_checks as checks;
 pub use fabkit_depth as depth;
 pub use fabkit_designs as designs;
 pub use fabkit_export as export;

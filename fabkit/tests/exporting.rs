@@ -4,7 +4,8 @@ use fabkit::designs::Design;
 use fabkit::export::ExportError;
 use fabkit::exporting::{ExportFailure, ExportOptions, Exported, Format, export};
 use fabkit::geometry::{
-    Angle, Assembly, NominalCamera, Part, Placement, Point3, Pose, Process, Sensor, Solid,
+    Angle, Assembly, NominalCamera, Part, Placement, Point3, Pose, PrintGroup, Process, Sensor,
+    Solid,
 };
 
 fn part(name: &str, solid: Solid) -> Part {
@@ -53,6 +54,35 @@ fn run(parts: Vec<Part>) -> Result<Exported, ExportFailure> {
 
 fn names(exported: &Exported) -> Vec<&str> {
     exported.files.iter().map(|file| file.name.as_str()).collect()
+}
+
+#[test]
+fn parts_of_one_piece_keep_their_place_and_share_a_3mf() {
+    // A slab of two materials: it lies on its left face, as its first part says.
+    let mut soft = part("soft", Solid::cuboid_between([1.0, 2.0, 3.0], [2.0, 4.0, 6.0]));
+    soft.bed_from_part = Pose::rotation_y(Angle::from_deg(-90.0).unwrap());
+    let hard = part("hard", Solid::cuboid_between([2.0, 2.0, 3.0], [5.0, 4.0, 6.0]));
+    let mut design = design(vec![soft, hard, part("alone", Solid::cuboid(1.0, 1.0, 1.0))]);
+    let parts = vec!["soft".into(), "hard".into()];
+    design.sensor.print_groups.push(PrintGroup { name: "slab".into(), parts });
+
+    let exported = export(&design, &ExportOptions::default(), &|_| ()).unwrap();
+    let expected = ["alone.3mf", "alone.stl", "hard.stl", "plate-fdm-1.3mf"];
+    assert_eq!(names(&exported)[..4], expected);
+    assert_eq!(names(&exported)[4..], ["slab.3mf", "soft.stl", "manifest.json"]);
+    let [soft, hard, _] = &exported.manifest.parts[..] else { panic!("three parts") };
+    assert_eq!(soft.file_from_part, hard.file_from_part);
+    // What was at x = 2 is the common face, 1 mm above the bed.
+    assert_eq!((soft.bounds_in_file_mm.min.z, soft.bounds_in_file_mm.max.z), (0.0, 1.0));
+    assert_eq!((hard.bounds_in_file_mm.min.z, hard.bounds_in_file_mm.max.z), (1.0, 4.0));
+    // A plate would tear the piece apart.
+    let plate = exported.manifest.files.iter().find(|file| file.name.starts_with("plate"));
+    assert_eq!(plate.unwrap().parts, ["alone"]);
+
+    // One part brings the other with it.
+    let options = ExportOptions { parts: vec!["hard".into()], ..ExportOptions::default() };
+    let exported = export(&design, &options, &|_| ()).unwrap();
+    assert_eq!(names(&exported), ["hard.stl", "slab.3mf", "soft.stl", "manifest.json"]);
 }
 
 #[test]

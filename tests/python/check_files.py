@@ -1,22 +1,27 @@
-"""Lets lib3mf and manifold3d read everything that `fabkit export` writes.
+"""Lets lib3mf, manifold3d and ezdxf read everything that `fabkit export` writes.
 
     python check_files.py PATH_TO_FABKIT
 
 For every built-in sensor: each 3MF file is read by lib3mf (the 3MF Consortium's own library) in
 strict mode and must give no warning, have millimetres as its unit and hold only closed, oriented
 objects; each STL file, its equal vertices merged, must be a manifold to manifold3d, with the
-volume, bounds and genus that the manifest states. Nothing here uses fabkit's own code.
+volume, bounds and genus that the manifest states; each DXF file must pass ezdxf's audit without an
+error or a fix, say millimetres, and enclose the area that the manifest states and, exported without
+compensation, that of the profile in the part's tree. Nothing here uses fabkit's own code.
 """
 
 import json
+import math
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import ezdxf
 import lib3mf
 import manifold3d
 import numpy
+from ezdxf import units
 
 STL_TRIANGLE = numpy.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -26,6 +31,16 @@ def fabkit(binary: str, *arguments: str) -> dict:
     if done.returncode != 0:
         sys.exit(f"fabkit {' '.join(arguments)}: exit {done.returncode}\n{done.stdout}{done.stderr}")
     return json.loads(done.stdout)
+
+
+def parts_of(model: lib3mf.Model, resource: lib3mf.Object) -> list[str]:
+    """Names of the meshes that an object is made of; none of them may be moved."""
+    if not resource.IsComponentsObject():
+        return [resource.GetName()]
+    piece = model.GetComponentsObjectByID(resource.GetResourceID())
+    components = [piece.GetComponent(i) for i in range(piece.GetComponentCount())]
+    assert not any(c.HasTransform() for c in components), f"{piece.GetName()}: a moved component"
+    return [c.GetObjectResource().GetName() for c in components]
 
 
 def check_3mf(path: Path, names: list[str], design_hash: str) -> None:
@@ -51,7 +66,7 @@ def check_3mf(path: Path, names: list[str], design_hash: str) -> None:
     while items.MoveNext():
         item = items.GetCurrent()
         assert not item.HasObjectTransform(), f"{path.name}: a build item has a transform"
-        in_file.append(item.GetObjectResource().GetName())
+        in_file += parts_of(model, item.GetObjectResource())
     assert in_file == names, f"{path.name}: {in_file}, the manifest says {names}"
 
     objects = model.GetMeshObjects()
@@ -97,13 +112,83 @@ def check_stl(path: Path, part: dict) -> None:
     assert difference < 1e-6, f"{path.name}: normals differ by {difference}"
 
 
+def area_of_polyline(points: list[tuple[float, float, float]]) -> float:
+    """Area within lines and arcs, each point with the bulge of what leaves it."""
+    area = 0.0
+    for (x0, y0, bulge), (x1, y1, _) in zip(points, points[1:] + points[:1]):
+        area += (x0 * y1 - x1 * y0) / 2
+        if bulge:
+            angle = 4 * math.atan(bulge)
+            radius = math.hypot(x1 - x0, y1 - y0) / (2 * math.sin(angle / 2))
+            area += radius**2 * (angle - math.sin(angle)) / 2
+    return abs(area)
+
+
+def area_of_path(path: dict) -> float:
+    """Area within a path of a tree file."""
+    points, start = [], path["start"]
+    for segment in path["segments"]:
+        ((kind, how),) = segment.items()
+        bulge = 0.0
+        if kind == "arc":
+            first, last = (
+                math.atan2(p[1] - how["centre"][1], p[0] - how["centre"][0]) for p in (start, how["to"])
+            )
+            turn = last - first if how["ccw"] else first - last
+            bulge = math.tan(turn % math.tau / 4) * (1 if how["ccw"] else -1)
+        points.append((*start, bulge))
+        start = how["to"]
+    return area_of_polyline(points)
+
+
+def area_of_tree(path: Path) -> float:
+    """Area of the one extrusion, cylinder or box in a tree file."""
+    node = json.loads(path.read_text())["solid"]
+    while True:
+        ((kind, node),) = node.items()
+        if kind in ("placed", "feature"):
+            node = node["of"]
+        elif kind == "cylinder":
+            return math.pi * node["radius_mm"] ** 2
+        elif kind == "cuboid":
+            return node["size_mm"][0] * node["size_mm"][1]
+        else:
+            profile = node["profile"]
+            holes = sum(area_of_path(hole) for hole in profile.get("holes", []))
+            return area_of_path(profile["outer"]) - holes
+
+
+def check_dxf(path: Path, area: float) -> None:
+    document = ezdxf.readfile(path)
+    audit = document.audit()
+    found = [str(entry.message) for entry in audit.errors + audit.fixes]
+    assert not found, f"{path.name}: {found}"
+    assert document.dxfversion >= "AC1015", f"{path.name}: {document.dxfversion}"
+    assert document.units == units.MM, f"{path.name}: unit {document.units}"
+    enclosed = 0.0
+    for entity in document.modelspace():
+        layer = entity.dxf.layer
+        assert layer in document.layers, f"{path.name}: layer {layer} is not in the table"
+        if layer == "LABEL":
+            continue
+        sign = {"CUT_OUTER": 1, "CUT_INNER": -1}[layer]
+        if entity.dxftype() == "CIRCLE":
+            enclosed += sign * math.pi * entity.dxf.radius**2
+        else:
+            assert entity.dxftype() == "LWPOLYLINE" and entity.closed, f"{path.name}: {entity}"
+            enclosed += sign * area_of_polyline(list(entity.get_points("xyb")))
+    assert abs(enclosed - area) < 1e-6 * area, f"{path.name}: {enclosed} mm2, not {area}"
+
+
 def main(binary: str) -> None:
     files = 0
     for sensor in fabkit(binary, "list")["sensors"]:
         bodies = sensor["parts"] + sensor["layers"]
         with tempfile.TemporaryDirectory() as folder:
-            # All parts with their plates, then parts and layers one by one.
-            for chosen in ([], [f"--part={name}" for name in bodies]):
+            # All parts with their plates and stock sheets, as designed and as they are made, then
+            # parts and layers one by one.
+            nominal = ["--nominal", "--format=dxf,tree"]
+            for chosen in (nominal, [], [f"--part={name}" for name in bodies]):
                 fabkit(binary, "export", sensor["name"], "-o", folder, *chosen)
                 manifest = json.loads((Path(folder) / "manifest.json").read_text())
                 parts = {part["name"]: part for part in manifest["parts"]}
@@ -113,9 +198,14 @@ def main(binary: str) -> None:
                         check_3mf(path, file["parts"], manifest["design_hash"])
                     elif file["format"] == "stl":
                         check_stl(path, parts[file["parts"][0]])
+                    elif file["format"] == "dxf":
+                        check_dxf(path, sum(parts[n]["sheet"]["area_mm2"] for n in file["parts"]))
+                    elif file["format"] == "tree" and "sheet" in (part := parts[file["parts"][0]]):
+                        exact, stated = area_of_tree(path), part["sheet"]["area_mm2"]
+                        assert abs(exact - stated) < 1e-9 * exact, f"{path.name}: {exact} mm2"
                     files += 1
     assert files > 0, "there was nothing to check"
-    print(f"lib3mf and manifold3d accept all {files} files")
+    print(f"lib3mf, manifold3d and ezdxf accept all {files} files")
 
 
 if __name__ == "__main__":

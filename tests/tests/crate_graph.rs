@@ -8,11 +8,19 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-geometry", &[]),
     ("fabkit-mesh", &["fabkit-geometry"]),
     ("fabkit-depth", &["fabkit-geometry"]),
+    ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",
-        &["fabkit-geometry", "fabkit-mesh", "fabkit-depth", "fabkit-designs", "fabkit-export"],
+        &[
+            "fabkit-geometry",
+            "fabkit-mesh",
+            "fabkit-depth",
+            "fabkit-checks",
+            "fabkit-designs",
+            "fabkit-export",
+        ],
     ),
     (
         "fabkit-tests",
@@ -21,6 +29,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-geometry",
             "fabkit-mesh",
             "fabkit-depth",
+            "fabkit-checks",
             "fabkit-designs",
             "fabkit-export",
         ],

@@ -1,4 +1,4 @@
-//! The Python environment of the outside oracles: lib3mf and manifold3d read what fabkit writes.
+//! The Python environment of the outside oracles: lib3mf, manifold3d and ezdxf read what fabkit writes.
 
 use std::fs;
 use std::path::{Path, PathBuf};

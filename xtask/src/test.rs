@@ -15,7 +15,7 @@ pub fn run() -> Result<(), String> {
                 .arg(root().join("tests/python/check_files.py"))
                 .arg(built("release", "fabkit")),
         )?,
-        Err(why) => skip("the outside oracles lib3mf and manifold3d", &why)?,
+        Err(why) => skip("the outside oracles lib3mf, manifold3d and ezdxf", &why)?,
     }
     // Last, so that its summary ends the output. Doc tests are part of it.
     check(cargo().args(["test", "--workspace", "--release", "--no-fail-fast"]))

@@ -1,5 +1,7 @@
 //! Moving outlines out of the way of the beam.
 
+use std::f64::consts::{PI, TAU};
+
 use cavalier_contours::polyline::{
     PlineOffsetOptions, PlineSource, PlineSourceMut, Polyline, seg_arc_radius_and_center,
 };
@@ -42,8 +44,9 @@ pub fn widen_for_kerf(profile: &Profile, kerf_mm: f64) -> Result<Profile, Export
     let mut widened = Profile::new(outer.ok_or_else(|| failed("the outer boundary".into()))?);
     for (i, hole) in profile.holes.iter().enumerate() {
         let shrunk = parallel(hole, -kerf_mm / 2.0)?.ok_or_else(|| {
-            let [x, y] = hole.start;
-            failed(format!("hole {} at ({x:.2}, {y:.2}) mm", i + 1))
+            let [min, max] = Profile::new(hole.clone()).bounds_mm();
+            let [x, y] = [0, 1].map(|axis| (min[axis] + max[axis]) / 2.0);
+            failed(format!("hole {} around ({x:.2}, {y:.2}) mm", i + 1))
         })?;
         widened.holes.push(shrunk);
     }
@@ -72,16 +75,18 @@ fn polyline(path: &Path) -> Result<Polyline, ExportError> {
     let mut line = Polyline::new_closed();
     let mut from = path.start;
     for segment in &path.segments {
-        let bulge = bulge(from, segment)?;
-        line.add(from[0], from[1], bulge);
-        // More than half a circle: the offset knows arcs up to that.
-        if let (true, Segment::Arc { to, centre, ccw }) = (bulge.abs() > 1.0, segment) {
-            let half = sweep(from, *to, *centre, *ccw) / 2.0;
-            let (sin, cos) = half.sin_cos();
-            let [x, y] = [from[0] - centre[0], from[1] - centre[1]];
-            line.set(line.vertex_count() - 1, from[0], from[1], (half / 4.0).tan());
-            let middle = [centre[0] + x * cos - y * sin, centre[1] + x * sin + y * cos];
-            line.add(middle[0], middle[1], (half / 4.0).tan());
+        match segment {
+            // In halves: the offset knows arcs of up to half a circle.
+            Segment::Arc { to, centre, ccw } if sweep(from, *to, *centre, *ccw).abs() > PI => {
+                let half = sweep(from, *to, *centre, *ccw) / 2.0;
+                let (sin, cos) = half.sin_cos();
+                let [x, y] = [from[0] - centre[0], from[1] - centre[1]];
+                let middle = [centre[0] + x * cos - y * sin, centre[1] + x * sin + y * cos];
+                for start in [from, middle] {
+                    line.add(start[0], start[1], (half / 4.0).tan());
+                }
+            }
+            _ => line.add(from[0], from[1], bulge(from, segment)?),
         }
         from = segment.to();
     }
@@ -119,6 +124,5 @@ pub(crate) fn sweep(from: [f64; 2], to: [f64; 2], centre: [f64; 2], ccw: bool) -
     let arm = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
     let (a, b) = (arm(from), arm(to));
     let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
-    let full = std::f64::consts::TAU;
-    if ccw { turn.rem_euclid(full) } else { -((-turn).rem_euclid(full)) }
+    if ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) }
 }

@@ -17,5 +17,5 @@ pub(super) fn run(shell: clap_complete::Shell) -> Result<Report, Failure> {
         "shell": shell.to_string(),
         "script": text,
     });
-    Ok(Report { text, json })
+    Ok(Report { text, json, failed: false })
 }

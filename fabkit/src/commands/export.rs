@@ -46,6 +46,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     Ok(Report {
         text: text(&exported.manifest, &folder, start.elapsed()),
         json: json(&exported.manifest, &folder),
+        failed: false,
     })
 }
 

@@ -34,5 +34,5 @@ pub(super) fn run() -> Result<Report, Failure> {
         }));
     }
     let json = json!({ "format": "fabkit-list", "version": 1, "sensors": sensors });
-    Ok(Report { text, json })
+    Ok(Report { text, json, failed: false })
 }

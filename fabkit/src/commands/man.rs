@@ -28,7 +28,7 @@ pub(super) fn run(output: Option<&Path>) -> Result<Report, Failure> {
             format!("{} pages in {}\n", pages.len(), folder.display())
         }
     };
-    Ok(Report { text, json })
+    Ok(Report { text, json, failed: false })
 }
 
 fn page(command: &Command) -> Result<OutputFile, Failure> {

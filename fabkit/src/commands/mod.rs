@@ -1,6 +1,7 @@
 //! One file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
+mod check;
 mod completions;
 mod export;
 mod list;
@@ -19,12 +20,17 @@ use crate::cli::{Cli, Command, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 
+/// The command did its work, and what it examined is not in order.
+const CHECK_FAILED: u8 = 1;
+
 /// What a command has to say.
 struct Report {
     /// For people; empty for nothing.
     text: String,
     /// For scripts.
     json: Value,
+    /// A check found errors.
+    failed: bool,
 }
 
 /// Reads the command line, does what it says, and says how it went.
@@ -34,11 +40,11 @@ pub fn main() -> ExitCode {
     let result = run(&cli);
     let Global { json, quiet, .. } = cli.global;
     let (text, code) = match &result {
-        Ok(report) if json => (line(&report.json), ExitCode::SUCCESS),
+        Ok(report) if json => (line(&report.json), exit_code(report)),
         Ok(report) => {
             // What was asked for as text is not chatter.
             let wanted = !quiet || prints_its_result(&cli.command);
-            (if wanted { report.text.clone() } else { String::new() }, ExitCode::SUCCESS)
+            (if wanted { report.text.clone() } else { String::new() }, exit_code(report))
         }
         Err(failure) => {
             let code = ExitCode::from(failure.exit() as u8);
@@ -60,6 +66,10 @@ pub fn main() -> ExitCode {
     }
 }
 
+fn exit_code(report: &Report) -> ExitCode {
+    if report.failed { ExitCode::from(CHECK_FAILED) } else { ExitCode::SUCCESS }
+}
+
 fn run(cli: &Cli) -> Result<Report, Failure> {
     if let Some(threads) = cli.global.threads {
         rayon::ThreadPoolBuilder::new()
@@ -70,6 +80,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
     match &cli.command {
         Command::List => list::run(),
         Command::Show(args) => show::run(args),
+        Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args, &cli.global),
         Command::Render(args) => render::run(args),
         Command::Schema => schema::run(),

@@ -55,5 +55,6 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
         "height_px": height_px,
         "bytes": count,
     });
-    Ok(Report { text: format!("{shown}: {width_px} x {height_px} px, {}\n", size(count)), json })
+    let text = format!("{shown}: {width_px} x {height_px} px, {}\n", size(count));
+    Ok(Report { text, json, failed: false })
 }

@@ -5,5 +5,5 @@ use crate::failure::Failure;
 
 pub(super) fn run() -> Result<Report, Failure> {
     let json = fabkit::designs::json_schema();
-    Ok(Report { text: line(&json), json })
+    Ok(Report { text: line(&json), json, failed: false })
 }

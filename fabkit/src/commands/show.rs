@@ -1,5 +1,7 @@
 //! `fabkit show SENSOR`
 
+mod chain;
+
 use fabkit::bodies::{self, BodyRef, Kind};
 use fabkit::designs::Design;
 use fabkit::identity::design_hash;
@@ -11,9 +13,13 @@ use crate::failure::Failure;
 use crate::source;
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
-    let design = source::load(&args.sensor, &args.set)?;
-    Ok(Report { text: text(&design), json: json(&design) })
+pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
+    let design = source::load(&args.design.sensor, &args.design.set)?;
+    let (text, json) = match args.chain {
+        true => (chain::text(&design), chain::json(&design)),
+        false => (text(&design), json(&design)),
+    };
+    Ok(Report { text, json, failed: false })
 }
 
 fn text(design: &Design) -> String {

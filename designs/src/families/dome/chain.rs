@@ -6,7 +6,7 @@ use super::layout::Layout;
 use super::mold::{Cavity, vent_poses};
 use super::parameters::Dome;
 use super::tooling::{FormLayout, PUSH_HOLE_RADIUS_MM};
-use super::{AssemblyName, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
+use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
 use crate::materials::{Castable, castable};
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
@@ -131,11 +131,17 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
         ),
         step(
             "open-transparent-mold",
-            "lift the lid with a screwdriver in its pry slots, then part the halves",
+            "pull the connector out of the tube, lift the lid with a screwdriver in its pry slots, \
+             then part the halves",
             Some(TRANSPARENT_MOLD),
             &[],
             Action::Demold(
-                [vec![rigid("lid-transparent-gel", up)], halves_apart(mold_a, mold_b)].concat(),
+                [
+                    // Its flange stands on the lid.
+                    vec![rigid("connector", up), rigid("lid-transparent-gel", up)],
+                    halves_apart(mold_a, mold_b),
+                ]
+                .concat(),
             ),
             "III-B.1",
         ),
@@ -179,11 +185,21 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
         ),
         step(
             "lift-lid",
-            "lift the lid with the connector; the module stays in its mold",
+            "pull the connector out of the tube and lift the lid; the module stays in its mold",
             Some(TRANSLUCENT_MOLD),
             &[],
-            Action::Demold(vec![rigid("lid-translucent-gel", up), rigid("connector", up)]),
+            Action::Demold(vec![rigid("connector", up), rigid("lid-translucent-gel", up)]),
             "chosen: the mold goes on to centre the shell",
+        ),
+        step(
+            "dip-coat",
+            "instead of spraying: part the halves, put the connector back into the tube, hang the \
+             module by it from the holder into the container, filled with the black mixture, and \
+             let it drip",
+            Some(COATING),
+            &["coating-container", "coating-holder", "connector", "o-ring", "tube"],
+            Action::Prepare,
+            "chosen: for those who have no spray gun",
         ),
         step(
             "pour-filling-gel",

@@ -202,21 +202,6 @@ fn bayonets(p: &PinTip, layout: &Layout, report: &mut Report) {
             )
         },
     );
-    report.at_most(
-        "seal.cord",
-        p.seal.cord,
-        (layout.tip_joint.spigot_radius - layout.neck_radius - 0.1) + p.seal.cord.mm()
-            - 0.5 * p.seal.cord.mm(),
-        "the spigot must carry at least half of the O-ring's cord",
-        &["bayonet.lug_reach"],
-    );
-    report.at_most(
-        "mount.spigot_height",
-        p.mount.spigot_height,
-        layout.camera_board_bottom_z - layout.body_bottom_z - 3.0,
-        "the spigot must stay 3 mm below the camera board's screws",
-        &["body.wiring_room"],
-    );
     report.at_least(
         "mount.spigot_height",
         p.mount.spigot_height,
@@ -261,20 +246,20 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
     report.at_least(
         "leds.gap",
         p.leds.gap,
-        APART_MM,
-        "the LEDs must not press against the lens",
-        &[],
+        p.leds.gap.mm() + layout.board_top_z - layout.neck_top_z,
+        "the board must be pressed in up to its upper side",
+        &["leds.height", "seal.cord"],
     );
     report.at_least(
         "body.shaft_wall",
         p.body.shaft_wall,
         layout.shaft_radius - layout.board_seat_radius + 0.5,
         "the LED board needs a ledge of 0.5 mm in the shaft",
-        &["body.shaft_diameter", "tip.diameter", "body.least_wall"],
+        &["body.shaft_diameter", "tip.diameter", "body.neck_wall"],
     );
     report.at_least(
-        "body.least_wall",
-        p.body.least_wall,
+        "body.neck_wall",
+        p.body.neck_wall,
         PRINTED_WALL_MM,
         "the neck must be printable",
         &[],
@@ -291,14 +276,27 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
 /// What the camera must see, and what must not stand in its way.
 fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
     let tangent = Layout::half_view_tangent(p);
-    let arc = f64::from(layout.pin_rings(p)) * layout.pin_spacing;
-    let [rim, rim_z] = layout.dot_rim(p, arc);
+    let [rim, rim_z] = layout.outermost_dot(p);
     report.at_least(
         "camera.depth",
         p.camera.depth,
-        rim / tangent - rim_z,
-        "the pixels must see all dots; the chip uses only the middle of the lens's view",
+        // A millimetre farther back, the same ray lies farther out by its slope.
+        p.camera.depth.mm() + (rim - layout.ray_radius(tangent, rim_z)) / tangent,
+        "the pixels must see all dots through lens and gel",
         &["pins.reach", "camera.array_size", "camera.focal_length"],
+    );
+    let corners = 2.0 * (tangent * SQRT_2).atan().to_degrees();
+    report.require(
+        p.camera.lens_view.deg() >= corners,
+        "camera.lens_view",
+        || {
+            format!(
+                "camera.lens_view is {}; it must be at least {corners:.1} deg, because the lens \
+                 must light the chip's corners",
+                p.camera.lens_view
+            )
+        },
+        || "take a lens that covers more, or change `camera.focal_length`".into(),
     );
     report.at_least(
         "led_board.bore_radius",

@@ -16,6 +16,12 @@ const CORD_ROOM: f64 = 0.9;
 /// Share of the gel's depth below the hemisphere that slopes towards the lens.
 const SLOPE_SHARE: f64 = 0.8;
 
+/// Refractive index of acrylic, for visible light.
+const ACRYLIC_INDEX: f64 = 1.49;
+
+/// Refractive index of clear silicone gels.
+const GEL_INDEX: f64 = 1.41;
+
 /// Steepness of the housing's cone: 45 degrees print without support.
 const CONE_RISE_PER_RUN: f64 = 1.0;
 
@@ -121,7 +127,7 @@ impl Layout {
         let cord = p.seal.cord.mm();
         let seal_z = lens_bottom_z - cord * (1.0 - p.seal.squeeze);
         let neck_radius = tip_joint.bore_radius - CORD_ROOM * cord;
-        let board_seat_radius = neck_radius - p.body.least_wall.mm();
+        let board_seat_radius = neck_radius - p.body.neck_wall.mm();
         let board_top_z = lens_bottom_z - p.leds.gap.mm() - p.leds.height.mm();
         let board_bottom_z = board_top_z - p.led_board.thickness.mm();
         // Plastic above the groove as high as the hook below it, so that neither is the weaker.
@@ -238,11 +244,39 @@ impl Layout {
         Angle::from_rad(2.0 * half).expect("lengths are finite and above 0")
     }
 
-    /// Radius at the height `z` of the cone of sight lines from the pupil to the outermost dots.
-    /// The refraction at the flat lens shifts it by less than a tenth of the lens's thickness.
+    /// Distance from the axis and height, mm, of the outermost point of the outermost dots.
+    pub fn outermost_dot(&self, p: &PinTip) -> [f64; 2] {
+        self.dot_rim(p, f64::from(self.pin_rings(p)) * self.pin_spacing)
+    }
+
+    /// Distance from the axis, mm, at the height `z` of a ray that leaves the pupil with a slope
+    /// (tangent of its angle with the axis). Lens and gel bend it towards the axis (Snell), so that
+    /// the camera sees less of the tip than its angle of view suggests.
+    pub fn ray_radius(&self, slope: f64, z: f64) -> f64 {
+        let sine = slope / 1.0f64.hypot(slope);
+        let within = |index: f64| {
+            let bent = sine / index;
+            bent / (1.0 - bent * bent).sqrt()
+        };
+        slope * (z.min(self.lens_bottom_z) - self.pupil_z)
+            + within(ACRYLIC_INDEX) * (z.min(self.lens_top_z) - self.lens_bottom_z).max(0.0)
+            + within(GEL_INDEX) * (z - self.lens_top_z).max(0.0)
+    }
+
+    /// Radius at the height `z` of the cone of rays from the pupil to the outermost dots, mm.
     pub fn sight_radius(&self, p: &PinTip, z: f64) -> f64 {
-        let arc = f64::from(self.pin_rings(p)) * self.pin_spacing;
-        let [rim, rim_z] = self.dot_rim(p, arc);
-        rim * (z - self.pupil_z) / (rim_z - self.pupil_z)
+        let [rim, rim_z] = self.outermost_dot(p);
+        // Bisection on an increasing function; bent rays start steeper than straight ones, but not
+        // twice as steep.
+        let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z));
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.ray_radius(middle, rim_z) < rim {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.ray_radius(high, z)
     }
 }

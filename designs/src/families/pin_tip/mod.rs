@@ -126,9 +126,8 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
     let layout = Layout::new(p);
     let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
     let pins = layout.pin_poses(p).map_or(0, |poses| poses.len());
-    let outermost = f64::from(layout.pin_rings(p)) * layout.pin_spacing;
-    let [rim, rim_z] = layout.dot_rim(p, outermost);
-    let seen = 2.0 * Layout::half_view_tangent(p) * (rim_z - layout.pupil_z);
+    let [rim, rim_z] = layout.outermost_dot(p);
+    let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);
     vec![
         ("pins".into(), pins.to_string()),
         mm("pin diameter", layout.pin_diameter),

@@ -200,8 +200,8 @@ parameters! {
         shaft_diameter: Length = 14.0..=78.0,
         /// Thickness of the shaft's wall.
         shaft_wall: Length = 1.2..=6.0,
-        /// Thickness of the wall of the cone and of the spigot's neck is at least this.
-        least_wall: Length = 0.4..=3.0,
+        /// Thickness of the neck between O-ring and LED board.
+        neck_wall: Length = 0.4..=3.0,
         /// Free height below the camera board, for plugs and cable.
         wiring_room: Length = 3.0..=40.0,
         /// Width of the slot that the cable leaves by.

@@ -1,0 +1,279 @@
+//! Trapped air: the liquid rises, and air leaves a cavity only through openings above it.
+//!
+//! The cavity is cut into columns along the direction that is up while it cures. Air at the top of
+//! a column climbs into a neighbouring column of the same void whose top is higher. Where it cannot
+//! climb on is a local top, and there must be an opening; otherwise a bubble stays, down to the
+//! height over which it spills. The search is the merge tree of the columns' tops (Carr, Snoeyink
+//! and Axen, "Computing Contour Trees in All Dimensions", 2003).
+
+use fabkit_geometry::{Point3, Pour, Ray, Vector3};
+use rayon::prelude::*;
+
+use crate::chain::Place;
+use crate::finding::{Finding, Rule};
+use crate::lines::{Caster, basis};
+use crate::opening;
+use crate::scene::Scene;
+
+/// Columns along the longer side of the cavity.
+pub(crate) const COLUMNS: usize = 320;
+
+/// Tops that differ by less are one plateau, mm.
+const LEVEL_MM: f64 = 1e-6;
+
+/// One stretch of a column inside the layer.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    cell: [usize; 2],
+    bottom_mm: f64,
+    top_mm: f64,
+    top: Point3<f64>,
+    vented: bool,
+}
+
+/// A bubble that cannot leave.
+struct Pocket {
+    top: Point3<f64>,
+    depth_mm: f64,
+    volume_mm3: f64,
+}
+
+/// The cavity as columns on a square grid.
+struct Columns {
+    columns: Vec<Column>,
+    /// First column of each cell, row by row; one more at the end.
+    first: Vec<usize>,
+    size: [usize; 2],
+    cell_mm: f64,
+}
+
+/// All findings about one pour.
+pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene) -> Vec<Finding> {
+    let Some(layer) = scene.places(place.assembly, &pour.layer).first().copied() else {
+        return Vec::new();
+    };
+    let grid = Columns::of(&layer.body, pour);
+    let pockets = grid.pockets();
+    pockets
+        .into_iter()
+        .map(|pocket| {
+            Finding::error(
+                Rule::TrappedAir,
+                format!(
+                    "air stays in the {}: a pocket of {:.3} mm3, {:.3} mm deep, has no vent",
+                    pour.layer, pocket.volume_mm3, pocket.depth_mm
+                ),
+                "add a vent there, or cure it another way up",
+            )
+            .in_step(place.step)
+            .in_assembly(place.assembly)
+            .of([pour.layer.as_str()])
+            .at(Some(pocket.top))
+            // Shallower pockets are beyond the grid's resolution.
+            .measured(pocket.depth_mm, grid.cell_mm, "mm")
+        })
+        .collect()
+}
+
+impl Columns {
+    fn of(body: &fabkit_geometry::Body, pour: &Pour) -> Self {
+        let up = pour.up.normalize();
+        let [u, v] = basis(&up);
+        let bounds = body.bounds();
+        let half = 0.5 * (bounds.max - bounds.min);
+        let [half_u, half_v] = [u, v].map(|w| w.abs().dot(&half));
+        let cell_mm = 2.0 * half_u.max(half_v) / COLUMNS as f64;
+        // An odd share of a cell keeps columns off walls that lie in round numbers.
+        let count = |half_mm: f64| (2.0 * half_mm / cell_mm).ceil() as usize + 1;
+        let size = [count(half_u), count(half_v)];
+        let place = |i: usize, n: usize| (i as f64 - 0.5 * n as f64 + 0.518) * cell_mm;
+        let rows: Vec<Vec<Column>> = (0..size[1])
+            .into_par_iter()
+            .map(|j| {
+                let mut caster = Caster::default();
+                let mut row = Vec::new();
+                for i in 0..size[0] {
+                    let offset: Vector3<f64> = place(i, size[0]) * u + place(j, size[1]) * v;
+                    let ray = Ray { origin: bounds.centre() + offset, direction: up };
+                    row.extend(caster.stretches(body, &ray).map(|stretch| {
+                        let top = ray.at(stretch.exit.t);
+                        // A small vent may lie between the columns.
+                        let spread_mm = cell_mm * std::f64::consts::FRAC_1_SQRT_2;
+                        let is_open =
+                            |o: &_| opening::holds(o, &top, &stretch.exit.normal, spread_mm);
+                        Column {
+                            cell: [i, j],
+                            bottom_mm: stretch.enter.t,
+                            top_mm: stretch.exit.t,
+                            top,
+                            vented: pour.openings.iter().any(is_open),
+                        }
+                    }));
+                }
+                row
+            })
+            .collect();
+        let columns: Vec<Column> = rows.into_iter().flatten().collect();
+        let mut first = Vec::with_capacity(size[0] * size[1] + 1);
+        let mut next = 0;
+        for cell in 0..=size[0] * size[1] {
+            let at = [cell % size[0], cell / size[0]];
+            while next < columns.len() && is_before(columns[next].cell, at) {
+                next += 1;
+            }
+            first.push(next);
+        }
+        Self { columns, first, size, cell_mm }
+    }
+
+    /// Columns of the eight cells around that share some height with this one.
+    fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> {
+        let column = self.columns[index];
+        let range = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+        let [i, j] = column.cell;
+        let cells = range(j, self.size[1])
+            .flat_map(move |j| range(i, self.size[0]).map(move |i| j * self.size[0] + i));
+        cells.flat_map(|cell| self.first[cell]..self.first[cell + 1]).filter(move |&other| {
+            let other_column = &self.columns[other];
+            other != index
+                && other_column.bottom_mm < column.top_mm
+                && column.bottom_mm < other_column.top_mm
+        })
+    }
+
+    /// Floods the cavity from its highest tops down.
+    fn pockets(&self) -> Vec<Pocket> {
+        let mut order: Vec<usize> = (0..self.columns.len()).collect();
+        order.sort_by(|&a, &b| {
+            self.columns[b].top_mm.total_cmp(&self.columns[a].top_mm).then(a.cmp(&b))
+        });
+        let mut voids = Voids::new(&self.columns);
+        let mut pockets = Vec::new();
+        let mut from = 0;
+        while from < order.len() {
+            let level_mm = self.columns[order[from]].top_mm;
+            let below = |&i: &usize| level_mm - self.columns[i].top_mm > LEVEL_MM;
+            let to = order[from..].iter().position(below).map_or(order.len(), |n| from + n);
+            for bubble in voids.sink_to(&order[from..to], |index| self.neighbours(index)) {
+                pockets.extend(self.pocket(&bubble, level_mm));
+            }
+            from = to;
+        }
+        let floor_mm = self.columns.iter().map(|c| c.bottom_mm).fold(f64::INFINITY, f64::min);
+        for bubble in voids.closed() {
+            pockets.extend(self.pocket(&bubble, floor_mm));
+        }
+        pockets
+    }
+
+    /// The air that columns hold above a height, unless it is too shallow for the grid.
+    fn pocket(&self, members: &[usize], spill_mm: f64) -> Option<Pocket> {
+        let highest = members
+            .iter()
+            .copied()
+            .max_by(|&a, &b| self.columns[a].top_mm.total_cmp(&self.columns[b].top_mm))?;
+        let Column { top_mm, top, .. } = self.columns[highest];
+        let heights = members.iter().map(|&i| {
+            let column = &self.columns[i];
+            column.top_mm - column.bottom_mm.max(spill_mm)
+        });
+        let volume_mm3 = heights.sum::<f64>() * self.cell_mm * self.cell_mm;
+        let depth_mm = top_mm - spill_mm;
+        (depth_mm > self.cell_mm).then_some(Pocket { top, depth_mm, volume_mm3 })
+    }
+}
+
+fn is_before(a: [usize; 2], b: [usize; 2]) -> bool {
+    (a[1], a[0]) < (b[1], b[0])
+}
+
+/// Voids above the present level: connected columns, and whether air can leave them.
+struct Voids {
+    parent: Vec<usize>,
+    /// Columns of each void that has no way out, at its root.
+    members: Vec<Vec<usize>>,
+    vented: Vec<bool>,
+    is_open: Vec<bool>,
+}
+
+impl Voids {
+    fn new(columns: &[Column]) -> Self {
+        Self {
+            parent: (0..columns.len()).collect(),
+            members: (0..columns.len()).map(|i| vec![i]).collect(),
+            vented: columns.iter().map(|c| c.vented).collect(),
+            is_open: vec![false; columns.len()],
+        }
+    }
+
+    /// Opens the columns of one level and joins what they connect. Returns the voids that have
+    /// met a way out at this level and had none above it.
+    fn sink_to<I: Iterator<Item = usize>>(
+        &mut self,
+        level: &[usize],
+        neighbours: impl Fn(usize) -> I,
+    ) -> Vec<Vec<usize>> {
+        for &index in level {
+            self.is_open[index] = true;
+        }
+        let mut links = Vec::new();
+        let mut joined: Vec<(usize, bool)> = level.iter().map(|&i| (i, self.vented[i])).collect();
+        for &index in level {
+            for other in neighbours(index) {
+                if !self.is_open[other] {
+                    continue;
+                }
+                links.push((index, other));
+                let root = self.root(other);
+                joined.push((root, self.vented[root]));
+            }
+        }
+        joined.sort_unstable();
+        joined.dedup();
+        for (a, b) in links {
+            self.join(a, b);
+        }
+        let mut freed = Vec::new();
+        for (void, was_vented) in joined {
+            let root = self.root(void);
+            if self.vented[root] {
+                let members = std::mem::take(&mut self.members[void]);
+                if !was_vented {
+                    freed.push(members);
+                }
+            } else if root != void {
+                let members = std::mem::take(&mut self.members[void]);
+                self.members[root].extend(members);
+            }
+        }
+        freed
+    }
+
+    /// Voids that have no way out at all, when all columns are open.
+    fn closed(self) -> impl Iterator<Item = Vec<usize>> {
+        let Self { parent, members, vented, .. } = self;
+        members
+            .into_iter()
+            .enumerate()
+            .filter(move |(i, _)| parent[*i] == *i && !vented[*i])
+            .map(|(_, members)| members)
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a != b {
+            let large = if self.members[a].len() >= self.members[b].len() { a } else { b };
+            let small = a + b - large;
+            self.parent[small] = large;
+            self.vented[large] |= self.vented[small];
+        }
+    }
+
+    fn root(&mut self, mut index: usize) -> usize {
+        while self.parent[index] != index {
+            self.parent[index] = self.parent[self.parent[index]];
+            index = self.parent[index];
+        }
+        index
+    }
+}

@@ -1,0 +1,337 @@
+//! The casting chain: what it names exists, and comes in an order that works.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_geometry::{
+    Action, Body, Cure, Mix, Opening, Point3, Pour, Pull, Ray, Sensor, Spray, Step, Vector3,
+};
+
+use crate::finding::{Finding, Rule, Severity};
+use crate::lines::{Caster, basis};
+use crate::opening;
+use crate::scene::{Placed, Scene, solids};
+
+/// How far a unit vector's length may be off.
+const UNIT_ROUNDING: f64 = 1e-9;
+
+/// Points at which an opening is looked for on its layer.
+const OPENING_POINTS: u32 = 256;
+
+/// Where something happens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<'a> {
+    pub(crate) step: &'a str,
+    pub(crate) assembly: &'a str,
+}
+
+/// A tool, and what stands against it when it is pulled.
+pub(crate) struct Removal<'a> {
+    pub(crate) place: Place<'a>,
+    pub(crate) pull: &'a Pull,
+    pub(crate) tools: Vec<&'a Placed<'a>>,
+    pub(crate) cast: Vec<&'a Placed<'a>>,
+}
+
+/// Every pour with its place, in order.
+pub(crate) fn pours(sensor: &Sensor) -> impl Iterator<Item = (Place<'_>, &Pour)> {
+    sensor.chain.iter().filter_map(|step| match (&step.action, &step.assembly) {
+        (Action::Pour(pour), Some(assembly)) => {
+            Some((Place { step: &step.name, assembly: &assembly.0 }, pour))
+        }
+        _ => None,
+    })
+}
+
+/// The layer that a step makes.
+fn made(step: &Step) -> Option<&str> {
+    match &step.action {
+        Action::Pour(Pour { layer, .. }) | Action::Spray(Spray { layer, .. }) => Some(layer),
+        _ => None,
+    }
+}
+
+/// Every pull, in order, with what has been cast by then and not been taken away.
+///
+/// A tool has against it the layers that stand there. A layer that is itself taken out of the mold
+/// in which it was cast has against it the printed walls that are still there.
+pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Scene<'a>) -> Vec<Removal<'a>> {
+    let mut cast = BTreeSet::new();
+    let mut poured_here = BTreeMap::<(&str, &str), &[String]>::new();
+    let mut gone = BTreeSet::new();
+    let mut removals = Vec::new();
+    for step in &sensor.chain {
+        cast.extend(made(step));
+        let Some(assembly) = step.assembly.as_ref().map(|a| a.0.as_str()) else { continue };
+        if let Action::Pour(pour) = &step.action {
+            poured_here.insert((assembly, &pour.layer), &pour.walls);
+        }
+        let Action::Demold(pulls) = &step.action else { continue };
+        for pull in pulls {
+            let body = pull.body.as_str();
+            let walls = poured_here.get(&(assembly, body));
+            let stands_against = |other: &str| match walls {
+                Some(walls) => {
+                    walls.iter().any(|wall| wall == other)
+                        && sensor.parts.iter().any(|part| part.name == other)
+                }
+                None => cast.contains(other),
+            };
+            let against = scene.bodies(assembly).iter().filter(|placed| {
+                placed.name != body
+                    && stands_against(placed.name)
+                    && !gone.contains(&(assembly, placed.name))
+            });
+            removals.push(Removal {
+                place: Place { step: &step.name, assembly },
+                pull,
+                tools: scene.places(assembly, body),
+                cast: against.collect(),
+            });
+            gone.insert((assembly, body));
+        }
+    }
+    removals
+}
+
+/// All findings about the chain itself.
+pub(crate) fn examine(sensor: &Sensor, scene: &Scene) -> Vec<Finding> {
+    let mut examiner = Examiner {
+        scene,
+        names: solids(sensor).map(|(name, _, _)| name).collect(),
+        layers: sensor.layers.iter().map(|l| l.name.as_str()).collect(),
+        made_in: BTreeMap::new(),
+        used: BTreeSet::new(),
+        findings: Vec::new(),
+    };
+    let mut steps = BTreeSet::new();
+    for step in &sensor.chain {
+        if !steps.insert(&step.name) {
+            examiner.wrong(step, [], "two steps have this name", "give each its own");
+        }
+        examiner.step(step);
+    }
+    examiner.completeness(sensor);
+    examiner.findings
+}
+
+struct Examiner<'a> {
+    scene: &'a Scene<'a>,
+    names: BTreeSet<&'a str>,
+    layers: BTreeSet<&'a str>,
+    /// Layers that have been cast, and in which step.
+    made_in: BTreeMap<&'a str, &'a str>,
+    /// Bodies that some step names.
+    used: BTreeSet<&'a str>,
+    findings: Vec<Finding>,
+}
+
+impl<'a> Examiner<'a> {
+    fn wrong<'b>(
+        &mut self,
+        step: &Step,
+        bodies: impl IntoIterator<Item = &'b str>,
+        message: impl Into<String>,
+        fix: &str,
+    ) {
+        let finding = Finding::error(Rule::Chain, message, fix).in_step(&step.name).of(bodies);
+        self.findings.push(match &step.assembly {
+            Some(assembly) => finding.in_assembly(&assembly.0),
+            None => finding,
+        });
+    }
+
+    fn step(&mut self, step: &'a Step) {
+        if let Some(assembly) =
+            step.assembly.as_ref().filter(|a| self.scene.bodies(&a.0).is_empty())
+        {
+            let message = format!("nothing stands in the assembly `{}`", assembly.0);
+            self.wrong(step, [], message, "name one in which bodies are placed");
+        }
+        for body in &step.bodies {
+            self.stands(step, body);
+        }
+        match &step.action {
+            Action::Make | Action::Prepare | Action::Assemble => {}
+            Action::Bond(cure) => self.cure(step, cure),
+            Action::Spray(spray) => {
+                self.layer(step, &spray.layer);
+                for body in &spray.onto {
+                    self.wall(step, &spray.layer, body);
+                }
+                self.mixture(step, &spray.layer, &spray.mix, spray.waste);
+                self.cure(step, &spray.cure);
+            }
+            Action::Pour(pour) => self.pour(step, pour),
+            Action::Demold(pulls) => {
+                for pull in pulls {
+                    self.stands(step, &pull.body);
+                    self.direction(step, &pull.direction, &format!("the pull of {}", pull.body));
+                    if pull.strain_limit.is_some_and(|limit| !(limit > 0.0 && limit.is_finite())) {
+                        let message = format!("the strain limit of {} is not above 0", pull.body);
+                        self.wrong(step, [pull.body.as_str()], message, "state its elongation");
+                    }
+                }
+            }
+        }
+        if let Some(layer) = made(step) {
+            self.made_in.insert(layer, &step.name);
+        }
+    }
+
+    fn pour(&mut self, step: &'a Step, pour: &'a Pour) {
+        if step.assembly.is_none() {
+            let message = "a pour needs an assembly in which its cavity stands";
+            self.wrong(step, [pour.layer.as_str()], message, "name the assembly");
+        }
+        self.layer(step, &pour.layer);
+        for wall in &pour.walls {
+            self.wall(step, &pour.layer, wall);
+        }
+        self.direction(step, &pour.up, "up");
+        self.mixture(step, &pour.layer, &pour.mix, pour.waste);
+        self.cure(step, &pour.cure);
+        if pour.openings.is_empty() {
+            let message = format!("the {} has no opening to be poured through", pour.layer);
+            self.wrong(step, [pour.layer.as_str()], message, "declare gate and vents");
+        }
+        let assembly = step.assembly.as_ref().map_or("", |a| &a.0);
+        let layer = self.scene.places(assembly, &pour.layer).first().copied();
+        for opening in &pour.openings {
+            self.direction(step, &opening.axis, &format!("the axis of {}", opening.name));
+            if layer.is_some_and(|layer| !lies_on(opening, &layer.body)) {
+                self.wrong(
+                    step,
+                    [pour.layer.as_str()],
+                    format!("{} does not lie on the surface of the {}", opening.name, pour.layer),
+                    "put its centre on the surface and its axis out of the layer",
+                );
+                if let Some(finding) = self.findings.last_mut() {
+                    finding.place = Some(opening.point);
+                }
+            }
+        }
+    }
+
+    /// A body must exist, and stand where the step happens.
+    fn stands(&mut self, step: &Step, body: &'a str) -> bool {
+        self.used.insert(body);
+        if !self.names.contains(body) {
+            self.wrong(step, [body], format!("there is no body `{body}`"), "correct the name");
+            return false;
+        }
+        let elsewhere = step.assembly.as_ref().filter(|a| self.scene.places(&a.0, body).is_empty());
+        if let Some(assembly) = elsewhere {
+            let message = format!("{body} does not stand in the assembly `{}`", assembly.0);
+            self.wrong(step, [body], message, "place it there, or name another assembly");
+            return false;
+        }
+        true
+    }
+
+    /// What is cast must be a layer, and be cast once.
+    fn layer(&mut self, step: &Step, layer: &'a str) {
+        if !self.layers.contains(layer) {
+            let message = format!("there is no layer `{layer}`");
+            self.wrong(step, [layer], message, "correct the name");
+            return;
+        }
+        self.stands(step, layer);
+        if let Some(earlier) = self.made_in.get(layer).copied() {
+            let message = format!("{layer} has been cast before, in step `{earlier}`");
+            self.wrong(step, [layer], message, "cast each layer once");
+        }
+    }
+
+    /// A wall must stand there, and if it is itself a layer, have been cast before.
+    fn wall(&mut self, step: &Step, layer: &str, wall: &'a str) {
+        if !self.stands(step, wall) {
+            return;
+        }
+        if wall == layer {
+            let message = format!("{layer} is a wall of its own cavity");
+            self.wrong(step, [wall], message, "remove it from the walls");
+        } else if self.layers.contains(wall) && !self.made_in.contains_key(wall) {
+            let message = format!("the wall {wall} has not been cast yet");
+            self.wrong(step, [wall, layer], message, "cast it in an earlier step");
+        }
+    }
+
+    fn direction(&mut self, step: &Step, direction: &Vector3<f64>, what: &str) {
+        let off = (direction.norm() - 1.0).abs();
+        if off.is_nan() || off > UNIT_ROUNDING {
+            let message = format!("{what} is not a unit vector");
+            self.wrong(step, [], message, "normalise it");
+        }
+    }
+
+    fn mixture(&mut self, step: &Step, layer: &str, mix: &Mix, waste: f64) {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        if mix.by_mass.is_empty() {
+            let message = format!("nothing is known to mix the {layer} from");
+            self.wrong(step, [layer], message, "choose a material that fabkit knows");
+        } else if !(positive(mix.density_g_per_cm3)
+            && mix.by_mass.iter().all(|(_, share)| positive(*share)))
+        {
+            let message = format!("the mixture of the {layer} has a share or density of 0");
+            self.wrong(step, [layer], message, "state shares by mass and density");
+        }
+        if !(waste >= 0.0 && waste.is_finite()) {
+            let message = format!("the waste of the {layer} is below 0");
+            self.wrong(step, [layer], message, "state it as a fraction of the layer's mass");
+        }
+    }
+
+    fn cure(&mut self, step: &Step, cure: &Cure) {
+        let above_freezing = cure.celsius > -273.15 && cure.celsius.is_finite();
+        if !(cure.hours > 0.0 && cure.hours.is_finite() && above_freezing) {
+            let message = "the cure has no time or temperature";
+            self.wrong(step, [], message, "state both as the data sheet does");
+        }
+    }
+
+    /// Every layer is cast, and nothing is there that no step needs.
+    fn completeness(&mut self, sensor: &'a Sensor) {
+        for layer in &sensor.layers {
+            if !self.made_in.contains_key(layer.name.as_str()) {
+                self.findings.push(
+                    Finding::error(
+                        Rule::Chain,
+                        format!("no step pours or sprays the {}", layer.name),
+                        "add the step that makes it",
+                    )
+                    .of([layer.name.as_str()]),
+                );
+            }
+        }
+        let layers = &self.layers;
+        let unused = solids(sensor)
+            .map(|(name, _, _)| name)
+            .filter(|name| !self.used.contains(name) && !layers.contains(name));
+        self.findings.extend(unused.map(|name| {
+            Finding::error(
+                Rule::Chain,
+                format!("no step of the chain needs {name}"),
+                "name it in the step that uses it",
+            )
+            .with_severity(Severity::Warning)
+            .of([name])
+        }));
+    }
+}
+
+/// Whether some point of an opening's disc lies on a body's surface.
+///
+/// The points are Vogel's sunflower ("A better way to construct the sunflower head", 1979).
+fn lies_on(opening: &Opening, body: &Body) -> bool {
+    let [u, v] = basis(&opening.axis);
+    let mut caster = Caster::default();
+    (0..OPENING_POINTS).any(|i| {
+        let radius_mm = opening.radius_mm * (f64::from(i) / f64::from(OPENING_POINTS)).sqrt();
+        let (sin, cos) = (f64::from(i) * std::f64::consts::PI * (3.0 - 5f64.sqrt())).sin_cos();
+        let origin: Point3<f64> = opening.point + radius_mm * (cos * u + sin * v);
+        let ray = Ray { origin, direction: opening.axis };
+        caster
+            .stretches(body, &ray)
+            .any(|s| opening::holds(opening, &ray.at(s.exit.t), &s.exit.normal, 0.0))
+    })
+}

@@ -1,0 +1,246 @@
+//! Demolding: nothing that was cast is in the way of a tool that is taken off.
+//!
+//! On a grid of lines along the pull, cast material ahead of the tool holds it back: an undercut.
+//! A rigid tool must have none. A silicone tool gives way sideways, by the distance from the place
+//! that is held to the nearest place from which the tool comes off freely; stretched around an axis
+//! through the cast, a displacement `u` at the radius `r` is a hoop strain `u / r` (Timoshenko and
+//! Goodier, "Theory of Elasticity", section 28).
+
+use fabkit_geometry::{Aabb, Point3, Pull, Ray, Vector3};
+use rayon::prelude::*;
+
+use crate::chain::Place;
+use crate::finding::{Finding, Rule, Severity};
+use crate::lines::{Caster, basis, steepness};
+use crate::scene::Placed;
+
+/// Lines along the longer side of what tool and cast have in common.
+pub(crate) const LINES: usize = 320;
+
+/// Places at most at which the depth of an undercut is measured.
+const PROBES: usize = 2048;
+
+/// Cast material ahead that reaches across the tool's face by less is contact, mm.
+const CONTACT_MM: f64 = 1e-6;
+
+/// What a line along the pull meets; distances along it are comparable from line to line.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    /// Where cast material ends, the last of it; minus infinity where there is none.
+    cast_end_mm: f64,
+    /// Where the tool ends that has cast material ahead of it.
+    held: Option<Held>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    tool_end_mm: f64,
+    place: Point3<f64>,
+    /// Which of the cast bodies holds it.
+    by: usize,
+}
+
+struct Grid {
+    cells: Vec<Cell>,
+    size: [usize; 2],
+    cell_mm: f64,
+    /// The axis of the pull through the cast, in cells.
+    axis: [f64; 2],
+}
+
+/// Where and how much a tool is held.
+struct Undercut {
+    area_mm2: f64,
+    depth_mm: f64,
+    strain: f64,
+    place: Point3<f64>,
+    /// Which of the cast bodies holds it there.
+    by: usize,
+}
+
+/// All findings about one tool: what was cast and stands in the assembly against it.
+pub(crate) fn examine(
+    place: &Place,
+    pull: &Pull,
+    tools: &[&Placed],
+    cast: &[&Placed],
+) -> Vec<Finding> {
+    let direction = pull.direction.normalize();
+    let undercuts = tools.iter().filter_map(|tool| {
+        let bounds = cast.iter().fold(Aabb::nothing(), |sum, c| sum.hull(&c.body.bounds()));
+        // What is held stands in the shadow of both.
+        let grid = Grid::along(&direction, tool, cast, &bounds)?;
+        grid.undercut()
+    });
+    undercuts.filter_map(|undercut| judge(place, pull, cast, &undercut)).collect()
+}
+
+fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> Option<Finding> {
+    let Undercut { area_mm2, depth_mm, strain, .. } = *undercut;
+    let finding = match pull.strain_limit {
+        None => Finding::error(
+            Rule::Demolding,
+            format!(
+                "{} does not come off: {area_mm2:.2} mm2 of it lie behind what was cast, up to \
+                 {depth_mm:.2} mm deep",
+                pull.body
+            ),
+            "pull it another way, divide it, or cast it from silicone",
+        )
+        .measured(area_mm2, 0.0, "mm2"),
+        Some(limit) if strain > limit => Finding::error(
+            Rule::Demolding,
+            format!(
+                "{} tears: to clear an undercut of {depth_mm:.2} mm it must stretch by {:.0} %",
+                pull.body,
+                100.0 * strain
+            ),
+            "make the undercut shallower, divide the tool, or use a softer material",
+        )
+        .measured(strain, limit, "strain"),
+        Some(limit) => Finding::error(
+            Rule::Demolding,
+            format!(
+                "{} stretches by {:.0} % over an undercut of {depth_mm:.2} mm ({area_mm2:.2} mm2)",
+                pull.body,
+                100.0 * strain
+            ),
+            "nothing; its material bears that",
+        )
+        .with_severity(Severity::Note)
+        .measured(strain, limit, "strain"),
+    };
+    Some(
+        finding
+            .in_step(place.step)
+            .in_assembly(place.assembly)
+            .of([pull.body.as_str(), cast[undercut.by].name])
+            .at(Some(undercut.place)),
+    )
+}
+
+impl Grid {
+    /// Casts the grid; nothing if tool and cast have no shadow in common.
+    fn along(
+        direction: &Vector3<f64>,
+        tool: &Placed,
+        cast: &[&Placed],
+        cast_bounds: &Aabb,
+    ) -> Option<Self> {
+        let [u, v] = basis(direction);
+        let shadow = |bounds: &Aabb, w: &Vector3<f64>| {
+            let half_mm = w.abs().dot(&(0.5 * (bounds.max - bounds.min)));
+            let middle_mm = w.dot(&bounds.centre().coords);
+            [middle_mm - half_mm, middle_mm + half_mm]
+        };
+        let tool_bounds = tool.body.bounds();
+        let common = [u, v].map(|w| {
+            let (a, b) = (shadow(&tool_bounds, &w), shadow(cast_bounds, &w));
+            [a[0].max(b[0]), a[1].min(b[1])]
+        });
+        let sides = common.map(|[from, to]| to - from);
+        if sides.iter().any(|&side| !(side > 0.0 && side.is_finite())) {
+            return None;
+        }
+        let cell_mm = sides[0].max(sides[1]) / LINES as f64;
+        // A margin of one cell, so that what is free beside the cast is seen.
+        let size = sides.map(|side| (side / cell_mm).ceil() as usize + 2);
+        // An odd share of a cell keeps lines off walls that lie in round numbers.
+        let place = |axis: usize, i: usize| common[axis][0] + (i as f64 - 0.518) * cell_mm;
+        let cells: Vec<Vec<Cell>> = (0..size[1])
+            .into_par_iter()
+            .map(|j| {
+                let mut caster = Caster::default();
+                let mut row = Vec::with_capacity(size[0]);
+                for i in 0..size[0] {
+                    let origin = Point3::from(place(0, i) * u + place(1, j) * v);
+                    row.push(cell(&Ray { origin, direction: *direction }, tool, cast, &mut caster));
+                }
+                row
+            })
+            .collect();
+        let centre = cast_bounds.centre().coords;
+        let axis = [0, 1].map(|k| ([u, v][k].dot(&centre) - common[k][0]) / cell_mm + 0.518);
+        Some(Self { cells: cells.into_iter().flatten().collect(), size, cell_mm, axis })
+    }
+
+    fn undercut(&self) -> Option<Undercut> {
+        let held: Vec<(usize, Held)> = self
+            .cells
+            .iter()
+            .enumerate()
+            .filter_map(|(i, cell)| cell.held.map(|held| (i, held)))
+            .collect();
+        let probes: Vec<&(usize, Held)> =
+            held.iter().step_by(held.len().div_ceil(PROBES).max(1)).collect();
+        let depths_mm: Vec<f64> = probes
+            .par_iter()
+            .map(|(index, held)| self.way_out_cells(*index, held.tool_end_mm) * self.cell_mm)
+            .collect();
+        let radius_mm = |index: usize| {
+            let [i, j] = [index % self.size[0], index / self.size[0]];
+            (i as f64 - self.axis[0]).hypot(j as f64 - self.axis[1]) * self.cell_mm
+        };
+        // A place on the axis itself is displaced by its own width.
+        let strain = probes
+            .iter()
+            .zip(&depths_mm)
+            .map(|((index, _), depth_mm)| depth_mm / radius_mm(*index).max(*depth_mm))
+            .fold(0.0, f64::max);
+        let deepest = (0..probes.len()).max_by(|&a, &b| depths_mm[a].total_cmp(&depths_mm[b]))?;
+        let Held { place, by, .. } = probes[deepest].1;
+        Some(Undercut {
+            area_mm2: held.len() as f64 * self.cell_mm * self.cell_mm,
+            depth_mm: depths_mm[deepest],
+            strain,
+            place,
+            by,
+        })
+    }
+
+    /// Distance, in cells, to the nearest cell from which a tool that ends at this height comes off.
+    ///
+    /// Squares around the cell are searched until none farther out can be nearer.
+    fn way_out_cells(&self, index: usize, tool_end_mm: f64) -> f64 {
+        let [width, height] = self.size.map(|n| n as isize);
+        let [i, j] = [index as isize % width, index as isize / width];
+        let is_clear = |di: isize, dj: isize| {
+            let (i, j) = (i + di, j + dj);
+            // Beyond the grid there is no tool or no cast.
+            let inside = (0..width).contains(&i) && (0..height).contains(&j);
+            !inside || self.cells[(j * width + i) as usize].cast_end_mm <= tool_end_mm + CONTACT_MM
+        };
+        let mut nearest = f64::INFINITY;
+        let mut ring = 1;
+        while (ring as f64) < nearest {
+            for along in -ring..=ring {
+                for [di, dj] in [[along, -ring], [along, ring], [-ring, along], [ring, along]] {
+                    let distance = (di as f64).hypot(dj as f64);
+                    if distance < nearest && is_clear(di, dj) {
+                        nearest = distance;
+                    }
+                }
+            }
+            ring += 1;
+        }
+        nearest
+    }
+}
+
+/// What one line along the pull meets.
+fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell {
+    let hindmost = caster.stretches(&tool.body, ray).next();
+    let mut cell = Cell { cast_end_mm: f64::NEG_INFINITY, held: None };
+    for (by, layer) in cast.iter().enumerate() {
+        let Some(last) = caster.stretches(&layer.body, ray).last() else { continue };
+        cell.cast_end_mm = cell.cast_end_mm.max(last.exit.t);
+        let Some(tool_end) = hindmost.map(|h| h.exit) else { continue };
+        let beyond_mm = last.exit.t - last.enter.t.max(tool_end.t);
+        let steep = steepness(ray, &last.exit).min(steepness(ray, &tool_end));
+        if beyond_mm * steep > CONTACT_MM {
+            let place = ray.at(tool_end.t);
+            cell.held = cell.held.or(Some(Held { tool_end_mm: tool_end.t, place, by }));
+        }
+    }
+    cell
+}

@@ -1,0 +1,145 @@
+//! What a rule has to say.
+
+use std::fmt;
+
+use fabkit_geometry::Point3;
+
+/// A rule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Rule {
+    /// The chain names what exists, in an order that works.
+    Chain,
+    /// Bodies of one assembly overlap only where a press fit is declared.
+    Interference,
+    /// The closed cavity of a pour is the layer.
+    Casting,
+    /// Air can leave the cavity everywhere.
+    TrappedAir,
+    /// Tools come off what was cast.
+    Demolding,
+}
+
+impl Rule {
+    /// Every rule, in the order of reports.
+    pub const ALL: [Self; 5] =
+        [Self::Chain, Self::Interference, Self::Casting, Self::TrappedAir, Self::Demolding];
+
+    /// The word used on the command line and in documents.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Interference => "interference",
+            Self::Casting => "casting",
+            Self::TrappedAir => "trapped-air",
+            Self::Demolding => "demolding",
+        }
+    }
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// The sensor cannot be built as described.
+    Error,
+    /// It may work, or the description may be incomplete.
+    Warning,
+    /// Worth knowing.
+    Note,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+            Self::Note => "note",
+        })
+    }
+}
+
+/// What was measured, against what is allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Found.
+    pub value: f64,
+    /// Allowed, in the same unit.
+    pub limit: f64,
+    /// For example `mm3`; empty for plain ratios.
+    pub unit: &'static str,
+}
+
+/// Something that a rule found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Which rule.
+    pub rule: Rule,
+    /// How bad it is.
+    pub severity: Severity,
+    /// In which step of the chain, if in one.
+    pub step: Option<String>,
+    /// In which assembly, if in one.
+    pub assembly: Option<String>,
+    /// The bodies concerned, the first one most; may be empty.
+    pub bodies: Vec<String>,
+    /// Where, in the assembly's frame, mm.
+    pub place: Option<Point3<f64>>,
+    /// The figure that is wrong, if it is one.
+    pub measured: Option<Measured>,
+    /// What is wrong, as one sentence without a full stop.
+    pub message: String,
+    /// What to do about it.
+    pub fix: String,
+}
+
+impl Finding {
+    /// An error with nothing but a message; the methods below add the rest.
+    pub(crate) fn error(rule: Rule, message: impl Into<String>, fix: impl Into<String>) -> Self {
+        Self {
+            rule,
+            severity: Severity::Error,
+            step: None,
+            assembly: None,
+            bodies: Vec::new(),
+            place: None,
+            measured: None,
+            message: message.into(),
+            fix: fix.into(),
+        }
+    }
+
+    pub(crate) fn with_severity(mut self, severity: Severity) -> Self {
+        self.severity = severity;
+        self
+    }
+
+    pub(crate) fn in_step(mut self, step: &str) -> Self {
+        self.step = Some(step.into());
+        self
+    }
+
+    pub(crate) fn in_assembly(mut self, assembly: &str) -> Self {
+        self.assembly = Some(assembly.into());
+        self
+    }
+
+    pub(crate) fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
+        self.bodies = bodies.into_iter().map(str::to_owned).collect();
+        self
+    }
+
+    pub(crate) fn at(mut self, place: Option<Point3<f64>>) -> Self {
+        self.place = place;
+        self
+    }
+
+    pub(crate) fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
+        self.measured = Some(Measured { value, limit, unit });
+        self
+    }
+}

@@ -1,0 +1,233 @@
+//! Bodies of one assembly overlap only where a press fit is declared, and there by no more than
+//! declared.
+
+use fabkit_geometry::measure::overlap_volume;
+use fabkit_geometry::{Body, Point3, PressFit, Ray, Sensor, Vector3};
+use rayon::prelude::*;
+
+use crate::finding::{Finding, Rule};
+use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
+use crate::scene::{Placed, Scene};
+
+/// Lines through the box that two bodies share.
+pub(crate) const LINES: u32 = 20_000;
+
+/// Lines of each direction on which the depth of a press fit is measured.
+const FIT_LINES: usize = 4_000;
+
+/// Directions in which the thickness of an overlap is sought.
+const FAN: u32 = 24;
+
+/// Places at most at which the thickness of a fit is measured: fits are alike all around.
+const FIT_PROBES: usize = 128;
+
+/// Rounds of following the normals at the ends of the shortest way.
+const REFINEMENTS: usize = 3;
+
+/// What those rounds may leave, as a fraction of the thickness.
+const REFINEMENT_REST: f64 = 1e-3;
+
+/// Rounding allowed in the depth of a press fit, mm.
+const FIT_ROUNDING_MM: f64 = 1e-6;
+
+/// One pair of bodies whose boxes meet.
+struct Pair<'a> {
+    assembly: &'a str,
+    a: &'a Placed<'a>,
+    b: &'a Placed<'a>,
+    /// Index of the press fit that is declared for it.
+    fit: Option<usize>,
+}
+
+/// What was found about a pair.
+struct Verdict {
+    finding: Option<Finding>,
+    /// Whether it overlaps at all.
+    overlaps: bool,
+}
+
+/// All findings and the number of pairs examined.
+pub(crate) fn examine(sensor: &Sensor, scene: &Scene) -> (Vec<Finding>, usize) {
+    let pairs: Vec<Pair> = scene
+        .assemblies
+        .iter()
+        .flat_map(|(assembly, bodies)| pairs(sensor, assembly, bodies))
+        .collect();
+    let verdicts: Vec<Verdict> = pairs.par_iter().map(|pair| examine_pair(sensor, pair)).collect();
+    let mut met = vec![false; sensor.press_fits.len()];
+    let mut findings = Vec::new();
+    for (pair, verdict) in pairs.iter().zip(verdicts) {
+        if let Some(fit) = pair.fit {
+            met[fit] |= verdict.overlaps;
+        }
+        findings.extend(verdict.finding);
+    }
+    for (fit, _) in sensor.press_fits.iter().zip(met).filter(|(_, met)| !met) {
+        findings.push(
+            Finding::error(
+                Rule::Interference,
+                format!(
+                    "{} is declared to press into {} but overlaps it nowhere",
+                    fit.inner, fit.outer
+                ),
+                "make it larger, or remove the press fit",
+            )
+            .of([fit.inner.as_str(), &fit.outer])
+            .measured(0.0, fit.interference_mm, "mm"),
+        );
+    }
+    (findings, pairs.len())
+}
+
+fn pairs<'a>(
+    sensor: &'a Sensor,
+    assembly: &'a str,
+    bodies: &'a [Placed<'a>],
+) -> impl Iterator<Item = Pair<'a>> {
+    bodies.iter().enumerate().flat_map(move |(i, a)| {
+        let near = move |b: &&Placed| !a.body.bounds().common(&b.body.bounds()).is_empty();
+        bodies[i + 1..].iter().filter(near).map(move |b| {
+            let fit = sensor.press_fits.iter().position(|fit| {
+                (fit.inner == a.name && fit.outer == b.name)
+                    || (fit.inner == b.name && fit.outer == a.name)
+            });
+            Pair { assembly, a, b, fit }
+        })
+    })
+}
+
+fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
+    let Pair { assembly, a, b, fit } = *pair;
+    if let Some(fit) = fit {
+        let fit = &sensor.press_fits[fit];
+        let (inner, outer) = if fit.inner == a.name { (a, b) } else { (b, a) };
+        return examine_fit(fit, assembly, &inner.body, &outer.body);
+    }
+    let overlap = match overlap_volume(&a.body, &b.body, LINES) {
+        Ok(overlap) => overlap,
+        Err(error) => {
+            let fix = "bound at least one of them";
+            let finding = Finding::error(Rule::Interference, error.to_string(), fix)
+                .in_assembly(assembly)
+                .of([a.name, b.name]);
+            return Verdict { finding: Some(finding), overlaps: true };
+        }
+    };
+    let volume_mm3 = overlap.volume.value_mm3;
+    let finding = (volume_mm3 > 0.0).then(|| {
+        Finding::error(
+            Rule::Interference,
+            format!("{} and {} overlap", a.name, b.name),
+            "move or shrink one of them, or declare a press fit",
+        )
+        .in_assembly(assembly)
+        .of([a.name, b.name])
+        .at(overlap.witness)
+        .measured(volume_mm3, 0.0, "mm3")
+    });
+    Verdict { finding, overlaps: volume_mm3 > 0.0 }
+}
+
+fn examine_fit(fit: &PressFit, assembly: &str, inner: &Body, outer: &Body) -> Verdict {
+    let Some((depth_mm, place)) = deepest(inner, outer) else {
+        return Verdict { finding: None, overlaps: false };
+    };
+    let finding = (depth_mm > fit.interference_mm * (1.0 + REFINEMENT_REST) + FIT_ROUNDING_MM)
+        .then(|| {
+            Finding::error(
+                Rule::Interference,
+                format!("{} presses deeper into {} than its fit says", fit.inner, fit.outer),
+                "widen the hole, or declare the fit as it is meant",
+            )
+            .in_assembly(assembly)
+            .of([fit.inner.as_str(), &fit.outer])
+            .at(Some(place))
+            .measured(depth_mm, fit.interference_mm, "mm")
+        });
+    Verdict { finding, overlaps: true }
+}
+
+/// How deep two bodies reach into each other, and where: the largest of the thicknesses that their
+/// common volume has at points within it.
+fn deepest(a: &Body, b: &Body) -> Option<(f64, Point3<f64>)> {
+    let common = a.bounds().common(&b.bounds());
+    if common.is_empty() || !common.is_finite() {
+        return None;
+    }
+    let mut casters = [Caster::default(), Caster::default()];
+    let mut met = Vec::new();
+    for direction in DIRECTIONS {
+        let bundle = Bundle::through(&common, direction.into(), FIT_LINES);
+        for ray in (0..FIT_LINES).map(|index| bundle.line(index)) {
+            let stretches = common_stretches(a, b, &ray, &mut casters);
+            met.extend(stretches.iter().map(|s| (s.length_mm(), ray.at(s.middle()))));
+        }
+    }
+    let probes = met.iter().step_by(met.len().div_ceil(FIT_PROBES).max(1));
+    probes
+        .map(|&(known_mm, point)| (thickness_mm(a, b, point, known_mm, &mut casters), point))
+        .max_by(|x, y| x.0.total_cmp(&y.0))
+}
+
+/// Thickness of what two bodies have in common at a point within it: the shortest way through.
+///
+/// The shortest of a fan of lines ends near the faces that bound it; lines along the normals of
+/// those faces are shorter still.
+fn thickness_mm(
+    a: &Body,
+    b: &Body,
+    point: Point3<f64>,
+    known_mm: f64,
+    casters: &mut [Caster; 2],
+) -> f64 {
+    let through = |direction: Vector3<f64>, casters: &mut [Caster; 2]| {
+        let ray = Ray { origin: point, direction };
+        let stretches = common_stretches(a, b, &ray, casters);
+        stretches.into_iter().find(|s| s.enter.t <= 0.0 && s.exit.t >= 0.0)
+    };
+    let mut shortest: Option<Stretch> = None;
+    let mut keep_shorter = |found: Option<Stretch>| {
+        let both = shortest.into_iter().chain(found);
+        shortest = both.min_by(|x, y| x.length_mm().total_cmp(&y.length_mm()));
+        shortest
+    };
+    for index in 0..FAN {
+        keep_shorter(through(fan_direction(index), casters));
+    }
+    for _ in 0..REFINEMENTS {
+        let Some(stretch) = keep_shorter(None) else { break };
+        for normal in [stretch.enter.normal, stretch.exit.normal] {
+            keep_shorter(through(normal, casters));
+        }
+    }
+    keep_shorter(None).map_or(known_mm, |s| s.length_mm().min(known_mm))
+}
+
+/// Directions spread evenly over half a sphere (Swinbank and Purser, "Fibonacci grids", 2006).
+fn fan_direction(index: u32) -> Vector3<f64> {
+    let z = (f64::from(index) + 0.5) / f64::from(FAN);
+    let (sin, cos) = (f64::from(index) * std::f64::consts::PI * (3.0 - 5f64.sqrt())).sin_cos();
+    let radius = (1.0 - z * z).sqrt();
+    Vector3::new(radius * cos, radius * sin, z)
+}
+
+/// What a line has in both bodies.
+fn common_stretches(a: &Body, b: &Body, ray: &Ray, casters: &mut [Caster; 2]) -> Vec<Stretch> {
+    let [in_a, in_b] = casters;
+    let in_a: Vec<Stretch> = in_a.stretches(a, ray).collect();
+    if in_a.is_empty() {
+        return Vec::new();
+    }
+    let mut common = Vec::new();
+    for y in in_b.stretches(b, ray) {
+        for x in &in_a {
+            let enter = if x.enter.t >= y.enter.t { x.enter } else { y.enter };
+            let exit = if x.exit.t <= y.exit.t { x.exit } else { y.exit };
+            // Contact is no overlap.
+            if exit.t - enter.t > FIT_ROUNDING_MM {
+                common.push(Stretch { enter, exit });
+            }
+        }
+    }
+    common
+}

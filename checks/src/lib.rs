@@ -1,0 +1,132 @@
+//! Rules that a sensor must keep to be built: nothing overlaps, molds are the negatives of what they
+//! cast, air leaves them, tools come off, and the chain that says so is complete.
+//!
+//! # Conventions
+//!
+//! - Nothing here knows a sensor by name or a triangle: the rules ask the exact geometry along
+//!   lines. Where a rule samples, its resolution is in [`RESOLUTION`] and in its own file.
+//! - Places are in the frame of the assembly in which something was found, mm.
+//! - Same sensor, same findings, in the same order, on any number of threads.
+//!
+//! ```
+//! use fabkit_checks::{Rule, check, example};
+//!
+//! let mut sensor = example::puck();
+//! assert_eq!(check(&sensor)?.errors(), 0);
+//!
+//! // The same dish 0.1 mm lower is no longer the puck's negative.
+//! sensor.parts[0].placements[0].assembly_from_body =
+//!     fabkit_geometry::Pose::translation(0.0, 0.0, -0.1);
+//! let report = check(&sensor)?;
+//! assert!(report.findings.iter().any(|f| f.rule == Rule::Casting && f.bodies == ["puck", "dish"]));
+//! # Ok::<(), fabkit_checks::InvalidBody>(())
+//! ```
+
+mod air;
+mod casting;
+mod chain;
+mod demolding;
+pub mod example;
+mod finding;
+mod interference;
+mod lines;
+mod masses;
+mod opening;
+mod scene;
+
+use fabkit_geometry::Sensor;
+use rayon::prelude::*;
+
+pub use finding::{Finding, Measured, Rule, Severity};
+pub use masses::{Batch, batches};
+pub use scene::InvalidBody;
+
+use scene::Scene;
+
+/// How finely the rules look, for people.
+pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
+                              faces within 1e-6 mm are together; air and tools: 320 columns \
+                              across, pockets shallower than a column are not seen";
+
+/// How much one rule looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Examined {
+    /// Which rule.
+    pub rule: Rule,
+    /// How many.
+    pub count: usize,
+    /// Of what, in the plural.
+    pub what: &'static str,
+}
+
+/// Everything that the rules found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckReport {
+    /// In the order of [`Rule::ALL`], then of the sensor's lists and its chain.
+    pub findings: Vec<Finding>,
+    /// One entry for each of [`Rule::ALL`].
+    pub examined: Vec<Examined>,
+    /// What to mix.
+    pub batches: Vec<Batch>,
+}
+
+impl CheckReport {
+    /// How many findings keep the sensor from being built.
+    pub fn errors(&self) -> usize {
+        self.findings.iter().filter(|finding| finding.severity == Severity::Error).count()
+    }
+
+    /// The findings of one rule.
+    pub fn of(&self, rule: Rule) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(move |finding| finding.rule == rule)
+    }
+}
+
+/// Applies every rule.
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
+    let scene = Scene::new(sensor)?;
+    let mut findings = chain::examine(sensor, &scene);
+    let (overlaps, pairs) = interference::examine(sensor, &scene);
+    findings.extend(overlaps);
+
+    let pours: Vec<_> = chain::pours(sensor).collect();
+    for (place, pour) in &pours {
+        findings.extend(casting::examine(place, pour, &scene));
+    }
+    // A direction of no length has been reported by the chain's rule.
+    let rising: Vec<_> = pours.iter().filter(|(_, pour)| pour.up.norm() > 0.0).collect();
+    for (place, pour) in &rising {
+        findings.extend(air::examine(place, pour, &scene));
+    }
+    let removals = chain::removals(sensor, &scene);
+    let pulled: Vec<Vec<Finding>> = removals
+        .par_iter()
+        .filter(|removal| removal.pull.direction.norm() > 0.0)
+        .map(|r| demolding::examine(&r.place, r.pull, &r.tools, &r.cast))
+        .collect();
+    findings.extend(pulled.into_iter().flatten());
+
+    let examined = |rule, count, what| Examined { rule, count, what };
+    Ok(CheckReport {
+        findings,
+        examined: vec![
+            examined(Rule::Chain, sensor.chain.len(), "steps"),
+            examined(Rule::Interference, pairs, "pairs of bodies"),
+            examined(Rule::Casting, pours.len(), "pours"),
+            examined(Rule::TrappedAir, rising.len(), "pours"),
+            examined(Rule::Demolding, removals.len(), "pulls"),
+        ],
+        batches: batches(sensor),
+    })
+}
+
+/// The overlaps of bodies alone, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn interference(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(interference::examine(sensor, &Scene::new(sensor)?).0)
+}

@@ -1,0 +1,99 @@
+//! Parallel lines through a box, and the stretches of them that lie inside bodies.
+
+use fabkit_geometry::{Aabb, Body, Crossing, Point3, Ray, Scratch, Vector3};
+
+/// Askew to everything that parts are made of, so that no face of an ordinary part is grazed, and
+/// far enough apart that each face is met steeply by one of them.
+pub(crate) const DIRECTIONS: [[f64; 3]; 3] =
+    [[0.1234, 0.0917, 1.0], [1.0, 0.1234, 0.0917], [0.0917, 1.0, 0.1234]];
+
+/// Lines of one direction spread evenly over the shadow of a box.
+///
+/// Their places are the R2 sequence, the two-dimensional golden ratio (Roberts, "The Unreasonable
+/// Effectiveness of Quasirandom Sequences", 2018): always the same, and any hole larger than a few
+/// cells is met.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bundle {
+    direction: Vector3<f64>,
+    across: [Vector3<f64>; 2],
+    centre: Point3<f64>,
+    half_mm: [f64; 2],
+    count: usize,
+}
+
+impl Bundle {
+    pub(crate) fn through(bounds: &Aabb, direction: Vector3<f64>, count: usize) -> Self {
+        let direction = direction.normalize();
+        let [u, v] = basis(&direction);
+        let half = 0.5 * (bounds.max - bounds.min);
+        let shadow_mm = |w: &Vector3<f64>| w.abs().dot(&half);
+        Self {
+            direction,
+            across: [u, v],
+            centre: bounds.centre(),
+            half_mm: [shadow_mm(&u), shadow_mm(&v)],
+            count,
+        }
+    }
+
+    /// The area that one line stands for, mm2.
+    pub(crate) fn cell_mm2(&self) -> f64 {
+        4.0 * self.half_mm[0] * self.half_mm[1] / self.count as f64
+    }
+
+    pub(crate) fn line(&self, index: usize) -> Ray {
+        /// Powers of the plastic number's inverse.
+        const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
+        let offset = |axis: usize| {
+            let place = (0.5 + STEP[axis] * (index + 1) as f64).fract();
+            (2.0 * place - 1.0) * self.half_mm[axis] * self.across[axis]
+        };
+        Ray { origin: self.centre + offset(0) + offset(1), direction: self.direction }
+    }
+}
+
+/// Two unit vectors across a unit direction; they and it are right-handed.
+pub(crate) fn basis(direction: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let least = direction.iamin();
+    let u = Vector3::ith(least, 1.0).cross(direction).normalize();
+    [u, direction.cross(&u)]
+}
+
+/// Buffers for casting lines; one per thread.
+#[derive(Debug, Default)]
+pub(crate) struct Caster {
+    scratch: Scratch,
+    crossings: Vec<Crossing>,
+}
+
+/// One stretch of a line inside a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    pub(crate) enter: Crossing,
+    pub(crate) exit: Crossing,
+}
+
+impl Stretch {
+    pub(crate) fn length_mm(&self) -> f64 {
+        self.exit.t - self.enter.t
+    }
+
+    /// Position of its middle on the line, mm.
+    pub(crate) fn middle(&self) -> f64 {
+        0.5 * (self.enter.t + self.exit.t)
+    }
+}
+
+impl Caster {
+    /// The stretches of a line (of unit direction) inside a body, in order.
+    pub(crate) fn stretches(&mut self, body: &Body, ray: &Ray) -> impl Iterator<Item = Stretch> {
+        body.crossings_into(ray, &mut self.scratch, &mut self.crossings);
+        self.crossings.chunks_exact(2).map(|ends| Stretch { enter: ends[0], exit: ends[1] })
+    }
+}
+
+/// Sine of the angle between a line and the face that it crosses; how much of a length along the
+/// line counts across the face.
+pub(crate) fn steepness(ray: &Ray, crossing: &Crossing) -> f64 {
+    ray.direction.dot(&crossing.normal).abs()
+}

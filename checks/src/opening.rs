@@ -1,0 +1,31 @@
+//! Where a layer may border on air.
+
+use fabkit_geometry::{Opening, Point3, Vector3};
+
+/// Rounding allowed between an opening and the surface that it lies on, mm.
+const ON_SURFACE_MM: f64 = 1e-6;
+
+/// A surface inclined by more than this to its opening is a wall: cosine.
+const STEEPEST: f64 = 0.5;
+
+/// Whether a point of a layer's surface lies on an opening's disc.
+///
+/// A vent on a domed surface is no plane disc: the surface may leave the disc's plane by no more
+/// than its slope over the distance from the centre. `spread_mm` widens the disc for callers that
+/// see the surface only at points so far apart.
+pub(crate) fn holds(
+    opening: &Opening,
+    point: &Point3<f64>,
+    normal: &Vector3<f64>,
+    spread_mm: f64,
+) -> bool {
+    let offset = point - opening.point;
+    let along_mm = offset.dot(&opening.axis);
+    let radial_mm = (offset - along_mm * opening.axis).norm();
+    let cosine = normal.dot(&opening.axis);
+    if radial_mm > opening.radius_mm + ON_SURFACE_MM + spread_mm || cosine < STEEPEST {
+        return false;
+    }
+    let slope = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine;
+    along_mm.abs() <= radial_mm * slope + ON_SURFACE_MM
+}

@@ -1,0 +1,141 @@
+//! Dome-cap sensors: a dimpled cap of clear gel, painted outside, on a clear plate; coloured LEDs
+//! and a camera below (ShadowTac).
+
+mod casing;
+mod chain;
+mod components;
+mod constraints;
+mod layout;
+mod mold;
+mod parameters;
+mod skin;
+
+use fabkit_geometry::{Angle, Assembly, Color, NominalCamera, Placement, Pose, PressFit, Sensor};
+
+use crate::parameters::Report;
+use crate::{Built, Family, Header};
+use layout::Layout;
+use parameters::Cap;
+
+/// Black plastic as pictures show it: light enough that its edges can be told apart.
+const BLACK: Color = [92, 96, 104];
+const MOLD_BLUE: Color = [120, 160, 205];
+const TOOL_GREY: Color = [180, 184, 190];
+
+/// Name of an assembly of this family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct AssemblyName(&'static str);
+
+impl AssemblyName {
+    /// The sensor in use.
+    const SENSOR: Self = Self("sensor");
+
+    fn assembly(self) -> Assembly {
+        Assembly(self.0.into())
+    }
+
+    fn in_place(self) -> Placement {
+        self.at(Pose::identity())
+    }
+
+    fn at(self, assembly_from_body: Pose) -> Placement {
+        Placement::at(self.assembly(), assembly_from_body)
+    }
+}
+
+/// Casting the skin.
+const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
+
+fn in_sensor() -> Placement {
+    AssemblyName::SENSOR.in_place()
+}
+
+/// Upside down.
+fn flipped() -> Pose {
+    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
+}
+
+/// The family of ShadowTac.
+pub(crate) struct CapFamily;
+
+impl Family for CapFamily {
+    type Parameters = Cap;
+    const NAME: &'static str = "dome-cap";
+    const SUMMARY: &'static str = "a dimpled, painted cap of gel on a plate, lit in three colours";
+    const EXAMPLE: &'static str = "shadowtac";
+
+    fn check(parameters: &Cap, report: &mut Report) {
+        constraints::check(parameters, report);
+    }
+
+    fn build(parameters: &Cap, header: &Header, report: &mut Report) -> Option<Built> {
+        let layout = Layout::new(parameters);
+        match skin::dimple_poses(parameters, &layout) {
+            Ok(dimples) => Some(Built {
+                sensor: sensor(parameters, header, &layout, &dimples),
+                derived: derived(parameters, &layout),
+            }),
+            Err(error) => {
+                report.require(
+                    false,
+                    "dimples.rings",
+                    || format!("dimples.rings: {error}"),
+                    || "write fewer rings, or a smaller `dimples.spacing`".into(),
+                );
+                None
+            }
+        }
+    }
+}
+
+/// Everything a dome-cap sensor consists of.
+fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
+    let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
+    Sensor {
+        name: header.name.as_str().into(),
+        title: header.title.clone(),
+        reference: header.reference.clone(),
+        parts: casing.into_iter().chain(mold::parts(p, layout, dimples)).collect(),
+        layers: skin::layers(p, layout, dimples),
+        components: components::components(p, layout),
+        chain: chain::chain(p, layout),
+        print_groups: Vec::new(),
+        press_fits: vec![PressFit {
+            inner: "screw-m2x16".into(),
+            outer: "holder".into(),
+            interference_mm: casing::JOINT_SCREW.thread_overlap_mm(),
+            reason: "the screw cuts its thread into plastic".into(),
+        }],
+        camera: NominalCamera {
+            // The camera looks at the apex; its image's right is the sensor's +x.
+            sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
+            width_px: p.camera.width_px,
+            height_px: p.camera.height_px,
+            field_of_view: p.camera.field_of_view,
+        },
+    }
+}
+
+/// What follows from the parameters, for `fabkit show`.
+fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
+    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
+    let outermost = p.dimples.rings;
+    let step_deg = layout.ring_tilt_rad(p, 1).to_degrees();
+    vec![
+        mm("sphere radius", layout.sphere_radius),
+        mm("sphere centre below the foot", -layout.sphere_z),
+        ("dimples".into(), skin::dimple_count(p).to_string()),
+        ("polar step from ring to ring".into(), format!("{step_deg:.3} deg")),
+        mm("nearest neighbours", constraints::nearest_dimples_mm(p, layout)),
+        mm("outermost ring above the foot", constraints::lowest_dimple_z(p, layout, outermost)),
+        mm("total height", p.skin.height.mm() + p.paint.thickness.mm() - layout.bottom_z),
+        mm("casing height", -layout.bottom_z),
+        mm("lens front below the plate", layout.plate_bottom_z - layout.lens_front_z),
+        mm("plug room behind the connector", plug_room_mm(p, layout)),
+    ]
+}
+
+/// Room between the camera's connector and the base's floor, mm.
+fn plug_room_mm(p: &Cap, layout: &Layout) -> f64 {
+    layout.housing_back_z - p.camera.connector_height.mm() - layout.floor_z
+}

@@ -1,0 +1,223 @@
+//! Parameters of the dome-cap family.
+
+use fabkit_geometry::{Angle, Length};
+
+use crate::{choices, parameters};
+
+parameters! {
+    /// The clear gel: a spherical cap that stands on the plate.
+    pub struct Skin {
+        /// Diameter of the cap's foot.
+        base_diameter: Length = 8.0..=120.0,
+        /// Height of the cap; with the foot it gives the sphere.
+        height: Length = 1.0..=60.0,
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+choices! {
+    /// Which way the dimples point.
+    pub enum Direction {
+        /// Holes in the gel: the mold carries pins.
+        IntoGel = "into-gel",
+        /// Bumps on the gel: the mold carries holes.
+        OutOfGel = "out-of-gel",
+    }
+}
+
+parameters! {
+    /// The dimples that cast coloured shadows: cylinders with a hemispherical tip.
+    pub struct Dimples {
+        /// Diameter of the cylinder and the hemisphere.
+        width: Length = 0.05..=5.0,
+        /// Height with the hemisphere, along the surface's normal.
+        height: Length = 0.05..=5.0,
+        /// Distance between neighbouring rings along the surface.
+        spacing: Length = 0.1..=20.0,
+        /// Rings around the central dimple; ring k holds 6 k dimples.
+        rings: u32 = 1..=40,
+        /// Into or out of the gel.
+        direction: Direction,
+    }
+}
+
+parameters! {
+    /// The reflective paint outside.
+    pub struct Paint {
+        /// Thickness when dry.
+        thickness: Length = 0.005..=1.0,
+        /// Trade name.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The clear plate that carries the skin.
+    pub struct Plate {
+        /// Diameter.
+        diameter: Length = 8.0..=120.0,
+        /// Thickness of the sheet.
+        thickness: Length = 1.0..=10.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The printed upper piece of the casing: holds plate, LEDs and the camera's front.
+    pub struct Holder {
+        /// Edge of the square outline.
+        width: Length = 10.0..=150.0,
+        /// Height.
+        height: Length = 5.0..=100.0,
+        /// Radius of the outline's corners.
+        corner: Length = 0.5..=20.0,
+        /// Diameter of the opening below the plate; the plate is glued to the ledge around it.
+        aperture_diameter: Length = 5.0..=118.0,
+        /// Distance of neighbouring M2 screws that join holder and base.
+        screw_spacing: Length = 5.0..=140.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The printed lower piece of the casing: clamps the camera, is screwed to a gripper.
+    pub struct Base {
+        /// Height.
+        height: Length = 10.0..=100.0,
+        /// Thickness of the floor.
+        floor: Length = 2.0..=20.0,
+        /// Width of the window for the camera's plug.
+        window_width: Length = 5.0..=60.0,
+        /// Number of M3 holes in the floor for the gripper's screws.
+        mount_holes: u32 = 2..=8,
+        /// Radius of the circle of these holes.
+        mount_radius: Length = 3.0..=60.0,
+    }
+}
+
+parameters! {
+    /// The coloured LEDs, each on a piece of strip glued to the holder's inside.
+    pub struct Leds {
+        /// How many, evenly around; they take red, green, blue in turn.
+        count: u32 = 3..=12,
+        /// Length of a piece of strip, around the axis.
+        strip_length: Length = 2.0..=40.0,
+        /// Width of the strip, along the axis.
+        strip_width: Length = 2.0..=12.0,
+        /// Thickness of the strip with its adhesive.
+        strip_thickness: Length = 0.1..=2.0,
+        /// Edge of the square package.
+        package_size: Length = 1.0..=6.0,
+        /// Height of the package above the strip.
+        package_height: Length = 0.3..=4.0,
+        /// Distance of the strip's upper edge below the plate.
+        below_plate: Length = 0.0..=10.0,
+        /// Type.
+        model: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The camera with its lens.
+    pub struct Camera {
+        /// Type.
+        model: String = 1..=80,
+        /// Type of the lens.
+        lens: String = 1..=80,
+        /// Image width in pixels.
+        width_px: u32 = 16..=20000,
+        /// Image height in pixels.
+        height_px: u32 = 16..=20000,
+        /// Frames per second.
+        frame_rate: u32 = 1..=10000,
+        /// Full angle of view of the lens.
+        field_of_view: Angle = 10.0..=220.0,
+        /// Distance of the optical centre below the skin's foot.
+        depth: Length = 1.0..=100.0,
+        /// Distance of the optical centre behind the lens's front.
+        pupil_behind_front: Length = 0.0..=20.0,
+        /// Diameter of the lens's head.
+        lens_diameter: Length = 2.0..=40.0,
+        /// How far the lens stands out of its mount when it is in focus.
+        lens_protrusion: Length = 0.5..=30.0,
+        /// Diameter of the mount.
+        mount_diameter: Length = 4.0..=50.0,
+        /// Height of the mount above the housing.
+        mount_height: Length = 0.5..=30.0,
+        /// Edge of the square housing.
+        housing_size: Length = 8.0..=60.0,
+        /// Radius of the housing's corners.
+        housing_corner: Length = 0.2..=10.0,
+        /// Height of the housing with its board.
+        housing_height: Length = 2.0..=40.0,
+        /// Height of the connector behind the housing.
+        connector_height: Length = 0.5..=20.0,
+    }
+}
+
+parameters! {
+    /// The resin mold for the skin: cavity, spacer and lid, bolted together.
+    pub struct Mold {
+        /// Outer diameter.
+        diameter: Length = 20.0..=200.0,
+        /// Height of the block with the cavity.
+        height: Length = 5.0..=100.0,
+        /// Thinnest floor and wall allowed around the cavity.
+        wall: Length = 1.0..=20.0,
+        /// Thickness of the spacer: the height of the lid's boss above its flange.
+        spacer: Length = 1.5..=10.0,
+        /// Thickness of the lid's flange.
+        lid_thickness: Length = 2.0..=10.0,
+        /// Width of the land that seals between boss and block.
+        land: Length = 0.3..=5.0,
+        /// Width of the trough around the land that takes the surplus.
+        trough: Length = 0.5..=10.0,
+        /// Number of M3x16 bolts.
+        bolts: u32 = 3..=12,
+        /// Diameter of the bolts' circle.
+        bolt_circle: Length = 10.0..=190.0,
+        /// Diameter of the bolt holes in lid and spacer.
+        lid_hole: Length = 3.1..=5.0,
+        /// Diameter of the bolt holes in the block.
+        block_hole: Length = 3.1..=5.0,
+        /// Number of vents in the lid.
+        vents: u32 = 2..=24,
+        /// Diameter of a vent.
+        vent_diameter: Length = 0.6..=4.0,
+        /// Width of a pry slot.
+        pry_width: Length = 3.0..=20.0,
+        /// How far a pry slot reaches in.
+        pry_depth: Length = 0.8..=6.0,
+        /// Height of a pry slot.
+        pry_gap: Length = 0.5..=4.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// A dome-cap sensor.
+    pub struct Cap {
+        /// The clear gel.
+        skin: Skin,
+        /// The dimples.
+        dimples: Dimples,
+        /// The reflective paint.
+        paint: Paint,
+        /// The plate.
+        plate: Plate,
+        /// The casing's upper piece.
+        holder: Holder,
+        /// The casing's lower piece.
+        base: Base,
+        /// The LEDs.
+        leds: Leds,
+        /// The camera.
+        camera: Camera,
+        /// The mold.
+        mold: Mold,
+    }
+}

@@ -1,0 +1,127 @@
+//! The skin: a spherical cap of clear gel with dimples, and the reflective paint on it.
+//!
+//! Gel, paint and mold come from the same functions with the same numbers, so that they touch
+//! without gap or overlap.
+
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, EllipsoidOffset, InvalidPattern, Layer, Path, Pattern, Pose, Solid,
+};
+
+use super::layout::Layout;
+use super::parameters::{Cap, Direction};
+use super::{SKIN_MOLD, in_sensor};
+
+/// How many dimples there are: 1 + 6 + 12 + ...
+pub fn dimple_count(p: &Cap) -> u32 {
+    1 + 3 * p.dimples.rings * (p.dimples.rings + 1)
+}
+
+/// Where the dimples meet the gel's surface: z axis along the outward normal, from the apex
+/// outwards, sensor frame.
+///
+/// # Errors
+/// Rings beyond the far pole of the sphere, which the constraints refuse.
+pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
+    let radius = layout.sphere_radius;
+    let rings = Pattern::SurfaceRings {
+        surface: EllipsoidOffset { equatorial_mm: radius, polar_mm: radius, offset_mm: 0.0 },
+        spacing_mm: p.dimples.spacing.mm(),
+        counts: (0..=p.dimples.rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect(),
+    };
+    let sensor_from_sphere = Pose::translation(0.0, 0.0, layout.sphere_z);
+    Ok(rings.poses()?.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
+}
+
+/// The cap within `radius_mm` of the sphere's centre, on z = 0; a tool goes on below its foot, with
+/// a straight wall so that the spherical face stays the same.
+fn cap(layout: &Layout, radius_mm: f64, is_tool: bool) -> Solid {
+    let foot = (radius_mm.powi(2) - layout.sphere_z.powi(2)).sqrt();
+    let path = if is_tool {
+        Path::from([0.0, -CUT_OVERLAP_MM]).line([foot, -CUT_OVERLAP_MM]).line([foot, 0.0])
+    } else {
+        Path::from([0.0, 0.0]).line([foot, 0.0])
+    };
+    let (apex, centre) = ([0.0, layout.sphere_z + radius_mm], [0.0, layout.sphere_z]);
+    Solid::revolution(path.arc(apex, centre, true).close())
+}
+
+/// A cylinder of `width_mm` with a hemispherical tip, from beyond the surface z = 0 to its tip at
+/// `height_mm`.
+fn pin(width_mm: f64, height_mm: f64, direction: Direction) -> Solid {
+    let (radius, root) = (width_mm / 2.0, CUT_OVERLAP_MM);
+    let shoulder = height_mm - radius;
+    let path = match direction {
+        Direction::IntoGel => Path::from([0.0, -height_mm])
+            .arc([radius, -shoulder], [0.0, -shoulder], true)
+            .line([radius, root])
+            .line([0.0, root]),
+        Direction::OutOfGel => Path::from([0.0, -root])
+            .line([radius, -root])
+            .line([radius, shoulder])
+            .arc([0.0, height_mm], [0.0, shoulder], true),
+    };
+    Solid::revolution(path.close())
+}
+
+fn dimples(p: &Cap, poses: &[Pose], grown_mm: f64) -> Vec<Solid> {
+    let width = p.dimples.width.mm() + 2.0 * grown_mm;
+    let feature = pin(width, p.dimples.height.mm() + grown_mm, p.dimples.direction);
+    let place = |(i, pose): (usize, &Pose)| {
+        feature.clone().placed(*pose).named(format!("dimple {}", i + 1))
+    };
+    poses.iter().enumerate().map(place).collect()
+}
+
+/// The gel with its dimples; as a tool it goes on below its foot.
+pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
+    let cap = cap(layout, layout.sphere_radius, is_tool).named("dome");
+    let dimples = dimples(p, poses, 0.0);
+    match p.dimples.direction {
+        Direction::IntoGel => cap.minus_all(dimples),
+        Direction::OutOfGel => Solid::union(std::iter::once(cap).chain(dimples)),
+    }
+}
+
+/// The paint: fills dimples in the gel, covers bumps on it.
+fn paint(p: &Cap, layout: &Layout, poses: &[Pose]) -> Solid {
+    let thickness = p.paint.thickness.mm();
+    let outside = cap(layout, layout.sphere_radius + thickness, false).named("outside");
+    let outside = match p.dimples.direction {
+        Direction::IntoGel => outside,
+        Direction::OutOfGel => {
+            Solid::union(std::iter::once(outside).chain(dimples(p, poses, thickness)))
+        }
+    };
+    outside.minus(gel(p, layout, poses, true))
+}
+
+/// Gel and paint.
+pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Layer> {
+    vec![
+        Layer {
+            name: "skin".into(),
+            summary: format!("clear gel with {} dimples", dimple_count(p)),
+            solid: gel(p, layout, poses, false),
+            placements: vec![in_sensor().lifted(38.0), SKIN_MOLD.in_place()],
+            material: p.skin.material.clone(),
+            color: [190, 215, 235],
+            opacity: 0.8,
+            // Dimples are blind.
+            genus: 0,
+        },
+        Layer {
+            name: "reflective-paint".into(),
+            summary: match p.dimples.direction {
+                Direction::IntoGel => "reflects the coloured light; fills the dimples",
+                Direction::OutOfGel => "reflects the coloured light; covers the dimples",
+            }
+            .into(),
+            solid: paint(p, layout, poses),
+            placements: vec![in_sensor().lifted(66.0)],
+            material: p.paint.material.clone(),
+            color: [205, 207, 212],
+            opacity: 1.0,
+            genus: 0,
+        },
+    ]
+}

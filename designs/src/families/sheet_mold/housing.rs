@@ -1,0 +1,207 @@
+//! The rigid box: four walls between two plates, drawn together by spacers and screws in the
+//! corners, without glue. Everything is cut from one sheet: the molds need the laser anyway, and a
+//! dark sheet is as light-tight as a print.
+
+use std::f64::consts::FRAC_PI_2;
+
+use fabkit_geometry::{Angle, Color, Part, Path, Placement, Pose, Process, Profile, Vector3};
+
+use super::SENSOR;
+use super::layout::{Layout, corners};
+use super::parameters::SheetMold;
+use super::sheets::{Sheet, square, with_bolts, with_holes};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Screw;
+
+pub const BLACK: Color = [92, 96, 104];
+
+/// Tabs end below the surface of the plate they reach into, so that nothing rocks on them, mm.
+const TAB_SHORT_MM: f64 = 0.3;
+
+/// How far walls move out in the exploded picture, mm.
+const WALL_EXPLODE_MM: f64 = 34.0;
+
+/// How far a clamping bar moves in the exploded picture, its own frame, mm.
+pub const BAR_EXPLODE_MM: Vector3<f64> = Vector3::new(0.0, 26.0, 76.0);
+
+/// Number of walls.
+const WALLS: u32 = 4;
+
+/// Plates, walls and clamping bars.
+pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
+    let sheet = |name, summary, profile, placements| Sheet {
+        name,
+        summary,
+        profile,
+        thickness_mm: p.housing.sheet.mm(),
+        material: &p.housing.material,
+        placements,
+        quantity: 1,
+        color: BLACK,
+        notes: &[],
+        landmarks: Vec::new(),
+        shrinkage: 0.0,
+    };
+    let at_height = |z: f64| SENSOR.at(Pose::translation(0.0, 0.0, z));
+    let ceiling = sheet(
+        "box-ceiling",
+        "carries the interface around its window",
+        with_tab_slots(plate(p, layout), p, layout).with_hole(Path::rectangle(
+            [0.0; 2],
+            [p.housing.window.mm(); 2],
+            0.0,
+        )),
+        vec![at_height(layout.ceiling_z)],
+    );
+    let floor = sheet(
+        "box-floor",
+        "carries the camera",
+        with_holes(
+            with_tab_slots(plate(p, layout), p, layout),
+            &camera_holes(p),
+            Screw::M2X12.clearance_hole_mm() / 2.0,
+        ),
+        vec![at_height(layout.bottom_z).lifted(-34.0)],
+    );
+    let cable_wall = sheet(
+        "box-wall-cable",
+        "wall with the way out for the camera's and the LEDs' cables",
+        Profile::new(wall(p, layout, true)),
+        vec![wall_placement(layout, 0)],
+    );
+    let walls = Sheet {
+        quantity: WALLS - 1,
+        ..sheet(
+            "box-wall",
+            "wall; its fingers mesh with those of its neighbours",
+            Profile::new(wall(p, layout, false)),
+            (1..WALLS).map(|i| wall_placement(layout, i)).collect(),
+        )
+    };
+    let up = Pose::translation(0.0, 0.0, layout.bond_z);
+    let bars = Sheet {
+        thickness_mm: p.housing.clamp.mm(),
+        quantity: 2,
+        notes: &["one on either side without tubes"],
+        ..sheet(
+            "clamp-bar",
+            "holds the interface down on the box",
+            clamp_bar(p, layout),
+            [0, 2]
+                .map(|i| {
+                    let pose = quarter(i).then_in(up);
+                    SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
+                })
+                .to_vec(),
+        )
+    };
+    [ceiling, floor, cable_wall, walls, bars].map(Sheet::part).to_vec()
+}
+
+fn plate(p: &SheetMold, layout: &Layout) -> Profile {
+    with_bolts(Profile::new(square(p)), layout)
+}
+
+/// A quarter turn about z, `i` times.
+fn quarter(i: u32) -> Pose {
+    Pose::rotation_z(Angle::from_rad(f64::from(i) * FRAC_PI_2).expect("finite"))
+}
+
+/// Turns a wall's frame (x along it, y up, z out) to the wall at +x, standing on the floor.
+pub fn sensor_from_wall(layout: &Layout, i: u32) -> Pose {
+    let right_angle = Angle::from_rad(FRAC_PI_2).expect("finite");
+    let upright = Pose::rotation_z(right_angle).then_in(Pose::rotation_x(right_angle));
+    quarter(i).then_in(Pose::translation(layout.wall_inner, 0.0, layout.floor_z)).then_in(upright)
+}
+
+fn wall_placement(layout: &Layout, i: u32) -> Placement {
+    let pose = sensor_from_wall(layout, i);
+    SENSOR.at(pose).moved_apart(pose.vector(Vector3::new(0.0, 0.0, WALL_EXPLODE_MM)))
+}
+
+/// Centres of a wall's two tabs, along it.
+fn tab_centres(layout: &Layout) -> [f64; 2] {
+    [-layout.wall_inner / 2.0, layout.wall_inner / 2.0]
+}
+
+/// A wall's outline. Its right edge has fingers where its left edge has gaps, so that four equal
+/// walls close the box.
+fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
+    let (height, play) = (p.housing.height.mm(), gap_mm(Process::Laser, Fit::Snug));
+    let (finger, gap) = (layout.wall_outer, layout.wall_inner - play);
+    let tab = p.housing.tab.mm() / 2.0;
+    let reach = p.housing.sheet.mm() - TAB_SHORT_MM;
+
+    // Corners of the edge that has fingers in the intervals of that parity, from bottom to top.
+    let edge = |parity: u32| -> Vec<[f64; 2]> {
+        let is_finger = |j: u32| j % 2 == parity;
+        let x = |j: u32| if is_finger(j) { finger } else { gap };
+        let mut points = vec![[x(0), 0.0]];
+        for j in 1..p.housing.fingers {
+            let boundary = height * f64::from(j) / f64::from(p.housing.fingers);
+            // Fingers are narrower than gaps.
+            let y = if is_finger(j) { boundary + play } else { boundary - play };
+            points.extend([[x(j - 1), y], [x(j), y]]);
+        }
+        points.push([x(p.housing.fingers - 1), height]);
+        points
+    };
+    let mut points = Vec::new();
+    let [left_tab, right_tab] = tab_centres(layout);
+    let tab_below = |x: f64| [[x - tab, 0.0], [x - tab, -reach], [x + tab, -reach], [x + tab, 0.0]];
+    points.extend(tab_below(left_tab));
+    if has_cable {
+        let (w, h) = (p.housing.cable_width.mm() / 2.0, p.housing.cable_height.mm());
+        points.extend([[-w, 0.0], [-w, h], [w, h], [w, 0.0]]);
+    }
+    points.extend(tab_below(right_tab));
+    points.extend(edge(0));
+    for x in [right_tab, left_tab] {
+        points.extend(tab_below(x).iter().rev().map(|[x, y]| [*x, height - y]));
+    }
+    points.extend(edge(1).into_iter().rev().map(|[x, y]| [-x, y]));
+    Path::polygon(&points)
+}
+
+fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout) -> Profile {
+    let play = 2.0 * gap_mm(Process::Laser, Fit::Slide);
+    let (along, across) = (p.housing.tab.mm() + play, p.housing.sheet.mm() + play);
+    let middle = (layout.wall_inner + layout.wall_outer) / 2.0;
+    (0..WALLS).fold(profile, |profile, i| {
+        tab_centres(layout).into_iter().fold(profile, |profile, offset| {
+            let (centre, size) = match i {
+                0 => ([middle, offset], [across, along]),
+                1 => ([offset, middle], [along, across]),
+                2 => ([-middle, offset], [across, along]),
+                _ => ([offset, -middle], [along, across]),
+            };
+            profile.with_hole(Path::rectangle(centre, size, 0.0))
+        })
+    })
+}
+
+/// Holes for the camera board's screws.
+pub fn camera_holes(p: &SheetMold) -> [[f64; 2]; 4] {
+    corners([p.camera.hole_spacing.mm() / 2.0; 2])
+}
+
+/// The bar at +y; the other is the same, turned.
+fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
+    let half = p.plate.side.mm() / 2.0;
+    let inner = clamp_inner_mm(p);
+    let r = half - layout.bolt;
+    let outline = Path::from([-half, inner])
+        .line([half, inner])
+        .line([half, half - r])
+        .arc([half - r, half], [half - r, half - r], true)
+        .line([r - half, half])
+        .arc([-half, half - r], [r - half, half - r], true)
+        .close();
+    let holes = [[layout.bolt, layout.bolt], [-layout.bolt, layout.bolt]];
+    with_holes(Profile::new(outline), &holes, super::layout::bolt_hole_mm())
+}
+
+/// Inner edge of a clamping bar, from the axis.
+pub fn clamp_inner_mm(p: &SheetMold) -> f64 {
+    p.channel_layer.side.mm() / 2.0 + p.housing.clamp_gap.mm()
+}

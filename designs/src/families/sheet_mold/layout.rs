@@ -1,0 +1,169 @@
+//! Where things are: every height, distance and pose that more than one part needs, derived once.
+
+use fabkit_geometry::{Angle, Point3, Pose, Process, Vector3};
+
+use super::parameters::SheetMold;
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::{HexSpacer, Screw};
+
+/// Room between a spacer's corner and the wall beside it, mm.
+const SPACER_GAP_MM: f64 = 0.3;
+
+/// Heights and distances, mm, sensor frame unless stated.
+///
+/// z = 0 is the face of the marker layer that the markers stand on. They point down, toward the
+/// camera; the channels lie above.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Ends of the markers.
+    pub marker_end_z: f64,
+    /// Between the two soft layers.
+    pub bond_z: f64,
+    /// Top of the channels.
+    pub channel_top_z: f64,
+    /// The surface that is touched.
+    pub touch_z: f64,
+
+    /// Half the distance between two bolts.
+    pub bolt: f64,
+    /// Inside of the box's walls, from its axis.
+    pub wall_inner: f64,
+    /// Outside of the box's walls.
+    pub wall_outer: f64,
+    /// Underside of the plate that carries the interface.
+    pub ceiling_z: f64,
+    /// Top of the plate that carries the camera.
+    pub floor_z: f64,
+    /// Underside of that plate; the display's lies at the same height.
+    pub bottom_z: f64,
+    /// Entrance pupil of the camera below the markers.
+    pub pupil_z: f64,
+
+    /// Edges of the display's sheets, along and across its channels.
+    pub display_size: [f64; 2],
+    /// Top of the display's cover above its underside.
+    pub cover_top: f64,
+    /// Underside of the plate above the display, above the display's underside.
+    pub stand_z: f64,
+    /// Entrance pupil of the camera above the display, above the display's underside.
+    pub display_pupil_z: f64,
+    /// The display's frame: its centre, on its underside, x along the channels.
+    pub sensor_from_display: Pose,
+}
+
+/// Free table between box and display, mm.
+const DISPLAY_GAP_MM: f64 = 30.0;
+
+impl Layout {
+    /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &SheetMold) -> Self {
+        let bond_z = p.marker_layer.thickness.mm();
+        let channel_top_z = bond_z + p.channels.height.mm();
+        let bolt = p.plate.bolt_spacing.mm() / 2.0;
+        let sheet = p.housing.sheet.mm();
+        let wall_inner = bolt + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
+        let ceiling_z = -sheet;
+        let floor_z = ceiling_z - p.housing.height.mm();
+        let bottom_z = floor_z - sheet;
+        let pupil_above_seat =
+            camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
+
+        let border = 2.0 * p.display.border.mm();
+        let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm();
+        let display_size = [
+            p.display.channel_length.mm() + 2.0 * border,
+            // The bolts stand beyond the channels' ends.
+            across + p.display.channel_width.mm() + border,
+        ];
+        let cover_top = 3.0 * p.display.sheet.mm();
+        let stand_z = cover_top + p.display.camera_spacer.mm();
+        let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size[1] / 2.0;
+        Self {
+            marker_end_z: -p.markers.height.mm(),
+            bond_z,
+            channel_top_z,
+            touch_z: channel_top_z + p.channel_layer.roof.mm(),
+            bolt,
+            wall_inner,
+            wall_outer: wall_inner + sheet,
+            ceiling_z,
+            floor_z,
+            bottom_z,
+            pupil_z: floor_z + pupil_above_seat,
+            display_size,
+            cover_top,
+            stand_z,
+            display_pupil_z: stand_z - pupil_above_seat,
+            sensor_from_display: Pose::translation(0.0, y, bottom_z),
+        }
+    }
+
+    /// Corners where bolts stand: of the square plates.
+    pub fn bolts(&self) -> [[f64; 2]; 4] {
+        corners([self.bolt, self.bolt])
+    }
+
+    /// Corners where bolts stand, in the display's frame.
+    pub fn display_bolts(&self, p: &SheetMold) -> [[f64; 2]; 4] {
+        let border = p.display.border.mm();
+        corners([self.display_size[0] / 2.0 - border, self.display_size[1] / 2.0 - border])
+    }
+}
+
+/// The four corners of a rectangle with these half edges, counter-clockwise.
+pub fn corners([x, y]: [f64; 2]) -> [[f64; 2]; 4] {
+    [[x, y], [-x, y], [-x, -y], [x, -y]]
+}
+
+/// Number of channels, left and right together.
+pub fn channel_count(p: &SheetMold) -> u32 {
+    2 * p.channels.per_side
+}
+
+/// Centres of the markers, row by row.
+pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
+    let n = p.markers.per_row;
+    let at = |i: u32| (f64::from(i) - (f64::from(n) - 1.0) / 2.0) * p.markers.pitch.mm();
+    (0..n).flat_map(|row| (0..n).map(move |column| [at(column), at(row)])).collect()
+}
+
+/// Half the diagonal of what the camera below must see, mm.
+pub fn marker_field_mm(p: &SheetMold) -> f64 {
+    let half = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() / 2.0;
+    half * std::f64::consts::SQRT_2 + p.markers.diameter.mm() / 2.0
+}
+
+/// Half the diagonal of what the camera above the display must see, mm.
+pub fn display_field_mm(p: &SheetMold) -> f64 {
+    let [x, y] = [
+        p.display.channel_length.mm() / 2.0,
+        f64::from(channel_count(p) - 1) * p.display.pitch.mm() / 2.0
+            + p.display.channel_width.mm() / 2.0,
+    ];
+    x.hypot(y)
+}
+
+/// Radius of the hole for the M3 bolts that align and hold every stack, mm.
+pub fn bolt_hole_mm() -> f64 {
+    Screw::M3X12.thread_mm / 2.0 + gap_mm(Process::Laser, Fit::Slide)
+}
+
+/// From the plate that carries a camera to the far side of its board, mm.
+pub fn camera_board_top_mm(p: &SheetMold) -> f64 {
+    p.camera.spacer.mm() + p.camera.board_thickness.mm()
+}
+
+/// A pose that stands upright on (x, y) at height z.
+pub fn upright([x, y]: [f64; 2], z: f64) -> Pose {
+    Pose::translation(x, y, z)
+}
+
+/// A pose that hangs head down from (x, y) at height z.
+pub fn hanging([x, y]: [f64; 2], z: f64) -> Pose {
+    Pose::z_to(-Vector3::z(), Point3::new(x, y, z))
+}
+
+/// Upside down, for a camera that looks down.
+pub fn flipped() -> Pose {
+    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
+}

@@ -1,0 +1,120 @@
+//! Sheet-mold sensors: a soft interface with liquid channels over markers, cast between laser-cut
+//! sheets, on a box with a camera, with a display that a second camera watches (Soter et al.).
+
+mod chain;
+mod channels;
+mod components;
+mod constraints;
+mod display;
+mod housing;
+mod layers;
+mod layout;
+mod molds;
+mod parameters;
+mod sheets;
+
+use fabkit_geometry::{Assembly, Color, NominalCamera, Part, Placement, Pose, PressFit, Sensor};
+
+use crate::parameters::Report;
+use crate::{Built, Family, Header};
+use layout::Layout;
+use parameters::SheetMold;
+
+const ACRYLIC_BLUE: Color = [120, 160, 205];
+
+/// Name of an assembly of this family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct AssemblyName(&'static str);
+
+/// The sensor in use: box and display side by side.
+const SENSOR: AssemblyName = AssemblyName("sensor");
+/// The stack that casts the layer with the channels.
+const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
+/// The stack that casts the layer with the markers.
+const MARKER_MOLD: AssemblyName = AssemblyName("marker-mold");
+
+impl AssemblyName {
+    fn assembly(self) -> Assembly {
+        Assembly(self.0.into())
+    }
+
+    fn in_place(self) -> Placement {
+        self.at(Pose::identity())
+    }
+
+    fn at(self, assembly_from_body: Pose) -> Placement {
+        Placement::at(self.assembly(), assembly_from_body)
+    }
+}
+
+/// The family of the fluidic sensor.
+pub(crate) struct SheetMoldFamily;
+
+impl Family for SheetMoldFamily {
+    type Parameters = SheetMold;
+    const NAME: &'static str = "sheet-mold";
+    const SUMMARY: &'static str = "liquid channels over markers, cast between laser-cut sheets";
+    const EXAMPLE: &'static str = "fluidic";
+
+    fn check(parameters: &SheetMold, report: &mut Report) {
+        constraints::check(parameters, report);
+    }
+
+    fn build(p: &SheetMold, header: &Header, report: &mut Report) -> Option<Built> {
+        let layout = Layout::new(p);
+        let sensor = sensor(p, &layout, header);
+        constraints::check_sheets(p, &sensor.parts, report);
+        let derived = derived(p, &layout);
+        report.is_clean().then_some(Built { sensor, derived })
+    }
+}
+
+fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
+    let parts: Vec<Part> = molds::sheets(p, layout)
+        .into_iter()
+        .chain(housing::sheets(p, layout))
+        .chain(display::sheets(p, layout))
+        .collect();
+    Sensor {
+        name: header.name.as_str().into(),
+        title: header.title.clone(),
+        reference: header.reference.clone(),
+        parts,
+        layers: layers::layers(p, layout),
+        components: components::components(p, layout),
+        chain: chain::chain(p, layout),
+        print_groups: Vec::new(),
+        press_fits: vec![PressFit {
+            inner: "needle".into(),
+            outer: "tube".into(),
+            interference_mm: (p.tubes.needle_outer_diameter.mm() - p.tubes.inner_diameter.mm())
+                / 2.0,
+            reason: "the tube is stretched over the needle".into(),
+        }],
+        camera: NominalCamera {
+            // The camera looks up at the markers; its image's right is the sensor's +x.
+            sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
+            width_px: p.camera.width_px,
+            height_px: p.camera.height_px,
+            field_of_view: p.camera.field_of_view,
+        },
+    }
+}
+
+/// What follows from the parameters, for `fabkit show`.
+fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
+    let display_area_mm2 = p.display.channel_width.mm() * p.display.sheet.mm();
+    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
+    vec![
+        mm("thickness of the interface", layout.touch_z),
+        mm("height of the box with the interface", layout.touch_z - layout.bottom_z),
+        mm("from the camera's pupil to the markers", layout.marker_end_z - layout.pupil_z),
+        mm("from the second pupil to the liquid", layout.display_pupil_z - layout.cover_top / 2.0),
+        mm("smallest wall between two channels", constraints::thinnest_wall_mm(p)),
+        ("water in the channels".into(), format!("{:.1} mm3", 2.0 * layers::side_volume_mm3(p))),
+        ("water in one tube".into(), format!("{:.1} mm3", layers::tube_volume_mm3(p))),
+        mm("travel in the display for 10 mm3", 10.0 / display_area_mm2),
+        mm("length of the display", layout.display_size[0]),
+        mm("width of the display", layout.display_size[1]),
+    ]
+}

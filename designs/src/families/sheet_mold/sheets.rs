@@ -1,0 +1,100 @@
+//! Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
+//! frame; placements lift it to where it belongs.
+
+use fabkit_geometry::{Color, Landmark, Part, Path, Placement, Pose, Process, Profile, Solid};
+
+use super::layout::{Layout, bolt_hole_mm};
+use super::parameters::SheetMold;
+
+/// A sheet before it is a part.
+pub struct Sheet<'a> {
+    /// Name of the part.
+    pub name: &'a str,
+    /// One line for people.
+    pub summary: &'a str,
+    /// What is cut.
+    pub profile: Profile,
+    /// Thickness, mm.
+    pub thickness_mm: f64,
+    /// From what.
+    pub material: &'a str,
+    /// Where it is used.
+    pub placements: Vec<Placement>,
+    /// How many a lab needs.
+    pub quantity: u32,
+    /// For pictures.
+    pub color: Color,
+    /// What to mind.
+    pub notes: &'a [&'a str],
+    /// Points others rely on.
+    pub landmarks: Vec<Landmark>,
+    /// Shrinkage of what is cast in it.
+    pub shrinkage: f64,
+}
+
+impl Sheet<'_> {
+    /// The part.
+    pub fn part(self) -> Part {
+        // Each hole in an extruded profile is one handle.
+        let genus = self.profile.holes.len() as i32;
+        Part {
+            name: self.name.into(),
+            summary: self.summary.into(),
+            solid: Solid::extrusion(self.profile, self.thickness_mm),
+            placements: self.placements,
+            process: Process::Laser,
+            material: self.material.into(),
+            quantity: self.quantity,
+            landmarks: self.landmarks,
+            color: self.color,
+            bed_from_part: Pose::identity(),
+            print_notes: self.notes.iter().map(|n| n.to_string()).collect(),
+            shrinkage: self.shrinkage,
+            genus,
+        }
+    }
+}
+
+/// The outline that all square plates share.
+pub fn square(p: &SheetMold) -> Path {
+    Path::rectangle([0.0; 2], [p.plate.side.mm(); 2], corner_mm(p))
+}
+
+/// The same outline with a notch at the middle of each side along y, for a screwdriver.
+pub fn square_with_notches(p: &SheetMold) -> Path {
+    let (half, r) = (p.plate.side.mm() / 2.0, corner_mm(p));
+    let (w, depth) = (p.plate.pry_width.mm() / 2.0, p.plate.pry_depth.mm());
+    let floor = half - depth;
+    Path::from([half - r, -half])
+        .arc([half, r - half], [half - r, r - half], true)
+        .line([half, half - r])
+        .arc([half - r, half], [half - r, half - r], true)
+        .line([w, half])
+        .line([w, floor])
+        .line([-w, floor])
+        .line([-w, half])
+        .line([r - half, half])
+        .arc([-half, half - r], [r - half, half - r], true)
+        .line([-half, r - half])
+        .arc([r - half, -half], [r - half, r - half], true)
+        .line([-w, -half])
+        .line([-w, -floor])
+        .line([w, -floor])
+        .line([w, -half])
+        .close()
+}
+
+/// Radius of the plates' corners, mm: as far from the bolts as the straight sides.
+fn corner_mm(p: &SheetMold) -> f64 {
+    (p.plate.side.mm() - p.plate.bolt_spacing.mm()) / 2.0
+}
+
+/// Adds the four bolt holes of the square plates.
+pub fn with_bolts(profile: Profile, layout: &Layout) -> Profile {
+    with_holes(profile, &layout.bolts(), bolt_hole_mm())
+}
+
+/// Adds round holes.
+pub fn with_holes(profile: Profile, centres: &[[f64; 2]], radius_mm: f64) -> Profile {
+    centres.iter().fold(profile, |p, &centre| p.with_hole(Path::circle(centre, radius_mm)))
+}

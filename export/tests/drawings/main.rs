@@ -1,0 +1,6 @@
+//! Drawings: outlines against formulas and distances, files against readers of their own.
+
+mod files;
+mod kerf;
+mod nesting;
+mod readers;

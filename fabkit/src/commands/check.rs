@@ -1,0 +1,152 @@
+//! `fabkit check SENSOR`
+
+use fabkit::checks::{self, Batch, CheckReport, Finding, Rule};
+use fabkit::identity::design_hash;
+use serde_json::{Value, json};
+
+use super::Report;
+use crate::cli;
+use crate::failure::Failure;
+use crate::source;
+use crate::table::{Align::Left, Align::Right, table};
+
+pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
+    let design = source::load(&args.sensor, &args.set)?;
+    // The design's own checks have passed, so that its solids are valid.
+    let report = checks::check(&design.sensor).map_err(Failure::bug)?;
+    let name = &design.sensor.name;
+    let json = json!({
+        "format": "fabkit-check",
+        "version": 1,
+        "name": name,
+        "design_hash": design_hash(&design),
+        "passed": report.errors() == 0,
+        "resolution": checks::RESOLUTION,
+        "rules": rules_json(&report),
+        "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
+        "batches": report.batches.iter().map(batch_json).collect::<Vec<_>>(),
+    });
+    Ok(Report { text: text(name, &report), json, failed: report.errors() > 0 })
+}
+
+fn text(name: &str, report: &CheckReport) -> String {
+    let cells = |cells: [&str; 3]| cells.map(str::to_owned).to_vec();
+    let mut rows = vec![cells(["rule", "examined", "result"])];
+    for examined in &report.examined {
+        let result = match report.of(examined.rule).count() {
+            0 => "ok".to_owned(),
+            1 => "1 finding".to_owned(),
+            n => format!("{n} findings"),
+        };
+        let count = format!("{} {}", examined.count, examined.what);
+        rows.push(cells([examined.rule.word(), &count, &result]));
+    }
+    let mut text = table(&[Left, Left, Left], &rows);
+    for finding in &report.findings {
+        text += &format!("\n{}", finding_text(finding));
+    }
+    text += &format!("\n{}", batches_text(&report.batches));
+    text += &match report.errors() {
+        0 => format!("\n{name} can be built as described\n"),
+        1 => "\n1 error\n".to_owned(),
+        n => format!("\n{n} errors\n"),
+    };
+    text
+}
+
+fn finding_text(finding: &Finding) -> String {
+    let mut text = format!("{}[{}]: {}\n", finding.severity, finding.rule, finding.message);
+    let at = finding.place.map(|p| format!("({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z));
+    let places = [
+        finding.step.as_ref().map(|step| format!("step {step}")),
+        finding.assembly.as_ref().map(|assembly| format!("assembly {assembly}")),
+        at,
+    ];
+    let place = places.into_iter().flatten().collect::<Vec<_>>().join(", ");
+    if !place.is_empty() {
+        text += &format!("  --> {place}\n");
+    }
+    if let Some(measured) = finding.measured {
+        let unit = if measured.unit.is_empty() { "" } else { " " };
+        text += &format!(
+            "  = {}{unit}{}, limit {}{unit}{}\n",
+            rounded(measured.value),
+            measured.unit,
+            measured.limit,
+            measured.unit
+        );
+    }
+    text + &format!("  = help: {}\n", finding.fix)
+}
+
+/// Four digits; the document has all of them.
+fn rounded(value: f64) -> String {
+    let small = value != 0.0 && value.abs() < 1e-3;
+    if small { format!("{value:.3e}") } else { format!("{value:.4}") }
+}
+
+fn batches_text(batches: &[Batch]) -> String {
+    let cells = |cells: [&str; 4]| cells.map(str::to_owned).to_vec();
+    let mut rows = vec![cells(["mix", "layer mm3", "waste", "components"])];
+    for batch in batches {
+        rows.push(cells([
+            &batch.layer,
+            &format!("{:.2}", batch.volume.value_mm3),
+            &format!("{:.0} %", 100.0 * batch.waste),
+            &components(batch),
+        ]));
+    }
+    table(&[Left, Right, Right, Left], &rows)
+}
+
+/// For example `1.32 g Part A, 1.32 g Part B`.
+pub(super) fn components(batch: &Batch) -> String {
+    let weighed = batch.components_g.iter().map(|(name, grams)| format!("{grams:.2} g {name}"));
+    weighed.collect::<Vec<_>>().join(", ")
+}
+
+fn rules_json(report: &CheckReport) -> Vec<Value> {
+    let rule = |rule: Rule| report.of(rule).count();
+    let entries = report.examined.iter().map(|examined| {
+        json!({
+            "rule": examined.rule.word(),
+            "examined": examined.count,
+            "of": examined.what,
+            "findings": rule(examined.rule),
+        })
+    });
+    entries.collect()
+}
+
+fn finding_json(finding: &Finding) -> Value {
+    json!({
+        "rule": finding.rule.word(),
+        "severity": finding.severity.to_string(),
+        "step": finding.step,
+        "assembly": finding.assembly,
+        "bodies": finding.bodies,
+        "place_mm": finding.place.map(|p| [p.x, p.y, p.z]),
+        "value": finding.measured.map(|m| m.value),
+        "limit": finding.measured.map(|m| m.limit),
+        "unit": finding.measured.map(|m| m.unit),
+        "message": finding.message,
+        "fix": finding.fix,
+    })
+}
+
+/// What a script needs to mix one batch.
+pub(super) fn batch_json(batch: &Batch) -> Value {
+    let components = batch.components_g.iter();
+    json!({
+        "step": batch.step,
+        "layer": batch.layer,
+        "volume_mm3": batch.volume.value_mm3,
+        "volume_error_mm3": batch.volume.error_mm3,
+        "waste": batch.waste,
+        "components": components
+            .map(|(name, grams)| json!({ "name": name, "mass_g": grams }))
+            .collect::<Vec<_>>(),
+        "degas": batch.degas,
+        "cure": { "hours": batch.cure.hours, "celsius": batch.cure.celsius },
+    })
+}

@@ -282,8 +282,9 @@ impl<'a> Examiner<'a> {
     }
 
     fn cure(&mut self, step: &Step, cure: &Cure) {
-        let above_freezing = cure.celsius > -273.15 && cure.celsius.is_finite();
-        if !(cure.hours > 0.0 && cure.hours.is_finite() && above_freezing) {
+        let above_zero = cure.celsius > -273.15 && cure.celsius.is_finite();
+        // A liquid that stays one takes no time.
+        if !(cure.hours >= 0.0 && cure.hours.is_finite() && above_zero) {
             let message = "the cure has no time or temperature";
             self.wrong(step, [], message, "state both as the data sheet does");
         }

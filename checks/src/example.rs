@@ -103,6 +103,7 @@ pub fn puck() -> Sensor {
                 Action::Demold(vec![pull("lid", Vector3::z()), pull("dish", -Vector3::z())]),
             ),
         ],
+        print_groups: Vec::new(),
         press_fits: Vec::new(),
         camera: NominalCamera {
             sensor_from_camera: Pose::identity(),

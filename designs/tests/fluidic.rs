@@ -138,6 +138,8 @@ fn what_cannot_be_built_is_refused() {
         ),
         (&["channels.per_side=10"], "channel_layer.side", "beside each other"),
         (&["channels.arrangement=radial", "channels.wall=2 mm"], "channels.pitch", "short spokes"),
+        (&["channels.arrangement=radial", "channels.per_side=7"], "channels.per_side", "even"),
+        (&["channels.arrangement=radial", "channels.per_side=7"], "channels.arrangement", "within"),
         (&["markers.diameter=4.5 mm"], "markers.diameter", "wood between"),
         (&["markers.per_row=14"], "housing.window", "hang in the window"),
         (&["marker_layer.side=70 mm"], "marker_layer.side", "bars"),

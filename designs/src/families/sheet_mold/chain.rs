@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
 
-use super::channels::Side;
+use super::channels::{Side, area_mm2, left_channels};
 use super::display::needle_hole_mm;
 use super::layers::{display_channel_y, display_inlet, rest_x, tube_poses};
 use super::layout::Layout;
@@ -70,8 +70,8 @@ fn red_water() -> Mix {
     }
 }
 
-/// Liquids do not cure: it stays as it is.
-const NO_CURE: Cure = Cure { hours: 0.0, celsius: 23.0 };
+/// Water does not cure; it stands until the last bubbles have risen.
+const STANDING: Cure = Cure { hours: 0.5, celsius: 23.0 };
 
 /// The open top of a stack.
 fn free_surface(side_mm: f64, z: f64) -> Opening {
@@ -274,16 +274,17 @@ fn glue_tubes(p: &SheetMold, layout: &Layout, side: Side) -> Step {
     step(
         format!("glue-tubes-{}", side.word()),
         format!(
-            "coat the tubes' last {} with glue, push them into the {} channels, keep their bores open",
-            p.tubes.insertion,
-            side.word()
+            "stand the interface up with its {} side on top, coat the tubes' last {} with glue, push \
+             them into the channels, fill up to the edge, keep their bores open",
+            side.word(),
+            p.tubes.insertion
         ),
         Some(SENSOR),
         &["marker-layer", "channel-layer", "tube"],
         Action::Pour(Pour {
             layer,
             walls: names(&["marker-layer", "channel-layer", "tube"]),
-            up: Vector3::z(),
+            up: Vector3::new(side.sign(), 0.0, 0.0),
             openings,
             mix: mix(&p.tubes.glue),
             // It is squeezed out of the channels.
@@ -325,15 +326,19 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
             up: Vector3::new(side.sign(), 0.0, 0.0),
             openings,
             mix: red_water(),
-            // What the tubes hold; the tank holds more than enough.
-            waste: tube_volume_mm3(p)
-                / p.channels.width.mm()
-                / p.channels.height.mm()
-                / (p.channel_layer.side.mm() / 2.0),
-            cure: NO_CURE,
+            // What the tubes hold; the tank needs more.
+            waste: f64::from(p.channels.per_side) * tube_volume_mm3(p) / side_volume_mm3(p),
+            cure: STANDING,
         }),
         "II-A: in a tank, as channels with one end cannot be filled with a syringe",
     )
+}
+
+/// Liquid in the channels of one side, behind the tubes' ends.
+pub fn side_volume_mm3(p: &SheetMold) -> f64 {
+    let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
+    let areas = left_channels(p).into_iter().map(|c| area_mm2(&c.outline(root_x).close()));
+    p.channels.height.mm() * areas.sum::<f64>()
 }
 
 /// Bore of one tube.
@@ -397,7 +402,7 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
                 openings,
                 mix: red_water(),
                 waste: 1.0,
-                cure: NO_CURE,
+                cure: STANDING,
             }),
             "II-A: the display shows the liquid of each channel",
         ),

@@ -214,6 +214,26 @@ pub fn turned(path: Path, side: Side) -> Path {
     Path { start: side.turn(path.start), segments: path.segments.iter().map(turn).collect() }
 }
 
+/// Area that a closed path encloses, mm^2: the polygon through its points, and the segment of the
+/// circle beyond each arc's chord.
+pub fn area_mm2(path: &Path) -> f64 {
+    let mut from = path.start;
+    let mut doubled = 0.0;
+    for segment in &path.segments {
+        let to = segment.to();
+        doubled += cross(from, to);
+        if let Segment::Arc { centre, ccw, .. } = segment {
+            let (a, b) = (minus(from, *centre), minus(to, *centre));
+            let turn = cross(a, b).atan2(dot(a, b));
+            let full = std::f64::consts::TAU;
+            let sweep = if *ccw { turn.rem_euclid(full) } else { -(-turn).rem_euclid(full) };
+            doubled += dot(a, a) * (sweep - sweep.sin());
+        }
+        from = to;
+    }
+    (doubled / 2.0).abs()
+}
+
 /// The same curve from its end to its start.
 fn reversed(path: Path) -> Path {
     let mut back = Path::from(path.end());
@@ -284,4 +304,57 @@ fn segment_distance(a: [Point; 2], b: [Point; 2]) -> f64 {
         off[0].hypot(off[1])
     };
     to_point(a, b[0]).min(to_point(a, b[1])).min(to_point(b, a[0])).min(to_point(b, a[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channel(centreline: &[Point], end_radius: f64) -> Channel {
+        Channel { centreline: centreline.to_vec(), half_width: 1.5, end_radius }
+    }
+
+    #[test]
+    fn a_straight_channel_has_its_closed_form() {
+        let area = area_mm2(&channel(&[[-30.0, 4.0], [-2.0, 4.0]], 1.5).outline(-24.0).close());
+        let exact = 22.0 * 3.0 + std::f64::consts::PI * 1.5 * 1.5 / 2.0;
+        assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
+    }
+
+    #[test]
+    fn a_chamber_adds_a_disc_without_the_channel_s_share() {
+        let area = area_mm2(&channel(&[[-30.0, 4.0], [-2.0, 4.0]], 3.5).outline(-30.0).close());
+        // The channel ends where its corners meet the circle; beyond lies the major segment.
+        let half_angle = (1.5_f64 / 3.5).asin();
+        let foot = 28.0 - 3.5 * half_angle.cos();
+        let minor = 3.5 * 3.5 / 2.0 * (2.0 * half_angle - (2.0 * half_angle).sin());
+        let exact = 3.0 * foot + std::f64::consts::PI * 3.5 * 3.5 - minor;
+        assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
+    }
+
+    #[test]
+    fn a_bend_keeps_the_width() {
+        // Outer arc and inner mitre at a turn of angle t: 2 h times the centre line, plus the
+        // sector beyond the corner, minus what the two halves share.
+        let t = std::f64::consts::FRAC_PI_3;
+        let bent = [[0.0, 0.0], [10.0, 0.0], [10.0 + 10.0 * t.cos(), 10.0 * t.sin()]];
+        let area = area_mm2(&channel(&bent, 1.5).outline(0.0).close());
+        let (h, pi) = (1.5_f64, std::f64::consts::PI);
+        let exact = 2.0 * h * 20.0 + h * h * (t / 2.0 - (t / 2.0).tan()) + pi * h * h / 2.0;
+        assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
+        // The mirror image bends to the right and is as large.
+        let mirrored = bent.map(|[x, y]| [x, -y]);
+        let other = area_mm2(&channel(&mirrored, 1.5).outline(0.0).close());
+        assert!((area - other).abs() < 1e-12 * exact, "{area} {other}");
+    }
+
+    #[test]
+    fn distances_are_those_of_the_walls() {
+        let a = channel(&[[-30.0, 0.0], [-2.0, 0.0]], 1.5);
+        let b = channel(&[[-30.0, 6.5], [-2.0, 6.5]], 3.5);
+        assert!((a.distance_to(&b) - 1.5).abs() < 1e-12);
+        assert!((a.distance_to(&a.entering(Side::Right)) - 1.0).abs() < 1e-12);
+        let across = channel(&[[-10.0, -5.0], [-10.0, 5.0]], 1.5);
+        assert!(a.distance_to(&across) < 0.0);
+    }
 }

@@ -3,7 +3,7 @@
 use fabkit_geometry::{CUT_OVERLAP_MM, Color, Component, Placement, Pose, Process, Solid, Vector3};
 
 use super::channels::Side;
-use super::housing::{camera_holes, sensor_from_wall};
+use super::housing::{BAR_EXPLODE_MM, camera_holes, sensor_from_wall};
 use super::layers::{display_channel_y, display_inlet, tube_poses};
 use super::layout::{Layout, camera_board_top_mm, flipped, hanging, upright};
 use super::parameters::SheetMold;
@@ -41,7 +41,8 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
 
     let mut m3 = Vec::new();
     for corner in layout.bolts() {
-        m3.push(SENSOR.at(upright(corner, clamp_z)).lifted(100.0));
+        let side = Vector3::new(0.0, BAR_EXPLODE_MM.y * corner[1].signum(), BAR_EXPLODE_MM.z);
+        m3.push(SENSOR.at(upright(corner, clamp_z)).moved_apart(side).lifted(16.0));
         m3.push(below_box(corner));
     }
     for corner in layout.display_bolts(p) {

@@ -145,6 +145,19 @@ fn channels(p: &SheetMold, report: &mut Report) {
         ),
         &["tubes.insertion", "channels.width", "channels.arrangement"],
     );
+    let is_radial = p.channels.arrangement == Arrangement::Radial;
+    report.require(
+        !is_radial || p.channels.per_side.is_multiple_of(2),
+        "channels.per_side",
+        || {
+            format!(
+                "channels.per_side is {}; it must be even, because long and short spokes take \
+                 turns all the way round",
+                p.channels.per_side
+            )
+        },
+        || format!("write {}, or another arrangement", p.channels.per_side - 1),
+    );
     let thinnest = thinnest_wall_mm(p);
     report.require(
         thinnest >= wall - 1e-9,

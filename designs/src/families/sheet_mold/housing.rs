@@ -21,6 +21,9 @@ const TAB_SHORT_MM: f64 = 0.3;
 /// How far walls move out in the exploded picture, mm.
 const WALL_EXPLODE_MM: f64 = 34.0;
 
+/// How far a clamping bar moves in the exploded picture, its own frame, mm.
+pub const BAR_EXPLODE_MM: Vector3<f64> = Vector3::new(0.0, 26.0, 76.0);
+
 /// Number of walls.
 const WALLS: u32 = 4;
 
@@ -84,7 +87,12 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
             "clamp-bar",
             "holds the interface down on the box",
             clamp_bar(p, layout),
-            [0, 2].map(|i| SENSOR.at(quarter(i).then_in(up)).lifted(84.0)).to_vec(),
+            [0, 2]
+                .map(|i| {
+                    let pose = quarter(i).then_in(up);
+                    SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
+                })
+                .to_vec(),
         )
     };
     [ceiling, floor, cable_wall, walls, bars].map(Sheet::part).to_vec()

@@ -111,6 +111,7 @@ fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
         mm("from the camera's pupil to the markers", layout.marker_end_z - layout.pupil_z),
         mm("from the second pupil to the liquid", layout.display_pupil_z - layout.cover_top / 2.0),
         mm("smallest wall between two channels", constraints::thinnest_wall_mm(p)),
+        ("water in the channels".into(), format!("{:.1} mm3", 2.0 * chain::side_volume_mm3(p))),
         ("water in one tube".into(), format!("{:.1} mm3", chain::tube_volume_mm3(p))),
         mm("travel in the display for 10 mm3", 10.0 / display_area_mm2),
         mm("length of the display", layout.display_size[0]),

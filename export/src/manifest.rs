@@ -67,7 +67,8 @@ pub struct PartEntry {
 /// show.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Compensation {
-    /// Factor about the part's origin in STL and 3MF files; 1 for none.
+    /// Factor about the part's origin; 1 for none. Outlines grow in their plane only: a sheet is as
+    /// thick as its stock.
     pub scale: f64,
     /// Width of the cut that the outlines in DXF and SVG files make room for, mm; 0 for none.
     pub kerf_mm: f64,

@@ -184,7 +184,19 @@ impl Path {
         turned
     }
 
-    /// Moves every point; `to_new` must be a rigid motion without mirror.
+    /// The same path, larger or smaller about the origin by a factor above 0.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.mapped(|point| point.map(|x| x * factor));
+        for segment in &mut scaled.segments {
+            if let Segment::EllipticArc { semi_axes_mm, .. } = segment {
+                *semi_axes_mm = semi_axes_mm.map(|axis| axis * factor);
+            }
+        }
+        scaled
+    }
+
+    /// Moves every point; `to_new` must keep angles and must not mirror.
     fn mapped(&self, to_new: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         let mut path = self.clone();
         path.start = to_new(path.start);
@@ -276,6 +288,12 @@ impl Profile {
     #[must_use]
     pub fn shifted(&self, by_mm: [f64; 2]) -> Self {
         self.mapped(|path| path.shifted(by_mm))
+    }
+
+    /// The same region, larger or smaller about the origin by a factor above 0.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        self.mapped(|path| path.scaled(factor))
     }
 
     /// The same region after a quarter turn counter-clockwise about the origin, exactly.

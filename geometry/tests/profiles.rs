@@ -49,3 +49,12 @@ fn shifts_move_holes_too() {
     assert_eq!(shifted.holes[0], Path::circle([5.0, 5.0], 1.5));
     assert_eq!(shifted.holes[0].segments.len(), 2);
 }
+
+#[test]
+fn scaling_goes_for_centres_and_half_axes_too() {
+    let scaled = sector().scaled(1.5);
+    assert!((scaled.area_mm2() - 2.25 * sector().area_mm2()).abs() < 1e-12);
+    assert!((scaled.boundary_mm() - 1.5 * sector().boundary_mm()).abs() < 1e-12);
+    let oval = Path::from([-3.0, 0.0]).elliptic_arc([3.0, 0.0], [0.0; 2], [3.0, 2.0], true).close();
+    assert!((oval.scaled(2.0).signed_area_mm2() - 12.0 * PI).abs() < 1e-12);
+}

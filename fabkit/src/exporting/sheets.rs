@@ -40,7 +40,12 @@ pub(super) fn cut_sheet(
         process: body.process_word(),
         source,
     })?;
-    let profile = widen_for_kerf(&sheet.profile, compensation.kerf_mm)
+    // What is cast between sheets shrinks along them; their thickness is what the stock has.
+    let scaled = match compensation.scale {
+        1.0 => sheet.profile,
+        scale => sheet.profile.scaled(scale),
+    };
+    let profile = widen_for_kerf(&scaled, compensation.kerf_mm)
         .map_err(|source| ExportFailure::Outline { part: body.name.into(), source })?;
     Ok(Some(CutSheet { profile, thickness_mm: sheet.thickness_mm }))
 }
@@ -123,7 +128,39 @@ fn thickness(mm: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use fabkit_geometry::{Pose, Solid};
+
+    use super::super::compensation::compensation;
     use super::*;
+    use crate::bodies::Kind;
+
+    #[test]
+    fn outlines_of_molds_are_scaled_before_they_are_widened() {
+        let solid = Solid::cuboid(40.0, 20.0, 3.0);
+        let frame = BodyRef {
+            kind: Kind::Part,
+            name: "mold-frame",
+            summary: "",
+            solid: &solid,
+            placements: &[],
+            process: Some(Process::Laser),
+            material: "plywood",
+            quantity: 1,
+            landmarks: &[],
+            color: [0; 3],
+            opacity: 1.0,
+            bed_from_part: Pose::identity(),
+            shrinkage: 0.02,
+            genus: None,
+        };
+        let options = ExportOptions::default();
+        let sheet = cut_sheet(&frame, &compensation(&frame, &options, true)).unwrap().unwrap();
+        let SheetFigures { size_mm, thickness_mm, .. } = sheet.figures();
+        for (size, nominal) in size_mm.into_iter().zip([40.0, 20.0]) {
+            assert!((size - nominal / 0.98 - 0.25).abs() < 1e-9, "{size_mm:?}");
+        }
+        assert_eq!(thickness_mm, 3.0);
+    }
 
     #[test]
     fn stock_is_named_by_material_and_thickness() {

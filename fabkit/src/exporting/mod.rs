@@ -91,26 +91,25 @@ pub fn export(
         .collect();
     let hash = design_hash(design);
 
-    let results: Vec<Result<(Vec<Meshed>, Vec<Made>), ExportFailure>> =
-        pieces::pieces(sensor, chosen)?
-            .into_par_iter()
-            .map(|piece| {
-                let meshed = piece.meshed(options)?;
-                let mut files = Vec::new();
-                for body in &meshed {
-                    // A part of a group has its 3MF in common with the others.
-                    let alone =
-                        |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
-                    let formats = options.formats.iter().filter(alone);
-                    files.extend(part_files(design, &hash, formats, body)?);
-                    finished(body.body.name);
-                }
-                if options.formats.contains(&Format::ThreeMf) {
-                    files.extend(piece.group_file(&sensor.title, &hash, &meshed)?);
-                }
-                Ok((meshed, files))
-            })
-            .collect();
+    type OnePiece<'a> = (Vec<Meshed<'a>>, Vec<Made>);
+    let results: Vec<Result<OnePiece, ExportFailure>> = pieces::pieces(sensor, chosen)?
+        .into_par_iter()
+        .map(|piece| {
+            let meshed = piece.meshed(options)?;
+            let mut files = Vec::new();
+            for body in &meshed {
+                // A part of a group has its 3MF in common with the others.
+                let alone = |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
+                let formats = options.formats.iter().filter(alone);
+                files.extend(part_files(design, &hash, formats, body)?);
+                finished(body.body.name);
+            }
+            if options.formats.contains(&Format::ThreeMf) {
+                files.extend(piece.group_file(&sensor.title, &hash, &meshed)?);
+            }
+            Ok((meshed, files))
+        })
+        .collect();
     // One after the other, so that the first error is the same on any number of threads.
     let (meshed, files): (Vec<_>, Vec<_>) =
         results.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();

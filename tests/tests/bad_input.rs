@@ -139,7 +139,7 @@ fn options_out_of_range_are_refused_with_their_limits() {
         ("--tolerance=0.1um", "0.0005 mm and 1 mm"),
         ("--tolerance=NaN mm", "not finite"),
         ("--threads=0", "1..=256"),
-        ("--format=obj", "stl, 3mf, png, tree"),
+        ("--format=obj", "stl, 3mf, dxf, svg, png, tree"),
         ("--bed=1x1mm", "20 mm and 5000 mm"),
         ("--part=shel", "did you mean `shell`?"),
         ("--bed=40x40mm", "30 x 30 mm are usable"),

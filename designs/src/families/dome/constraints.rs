@@ -145,6 +145,13 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
         "the LEDs must stand on the board, not over its bore",
         &["led_board.bore_radius", "leds.width"],
     );
+    report.at_most(
+        "leds.height",
+        p.leds.height,
+        p.diffuser.height_above_board.mm() - APART_MM,
+        "the LEDs stand below the diffuser",
+        &["diffuser.height_above_board"],
+    );
     // Neighbours touch first at their inner corners.
     let step = PI / f64::from(p.leds.count);
     let inner_corner = (length / 2.0).atan2(circle - width / 2.0);

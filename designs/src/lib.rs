@@ -2,6 +2,7 @@
 
 use fabkit_geometry::Sensor;
 
+mod assembling;
 mod families;
 mod fits;
 mod hardware;

@@ -1,40 +1,15 @@
 //! How a dome-cap sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
 
+use super::SKIN_MOLD;
 use super::layout::Layout;
 use super::mold::vent_poses;
 use super::parameters::Cap;
-use super::{AssemblyName, SKIN_MOLD};
-use crate::materials::{Castable, castable};
+use crate::assembling::{SENSOR, mix, rigid, step};
+use crate::materials::castable;
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
-
-fn step(
-    name: &str,
-    instruction: &str,
-    assembly: Option<AssemblyName>,
-    bodies: &[&str],
-    action: Action,
-    source: &str,
-) -> Step {
-    Step {
-        name: name.into(),
-        instruction: instruction.into(),
-        assembly: assembly.map(AssemblyName::assembly),
-        bodies: bodies.iter().map(|b| b.to_string()).collect(),
-        action,
-        source: source.into(),
-    }
-}
-
-/// What a layer is mixed from; nothing for an unknown material, which `check` refuses.
-fn mix(material: &str) -> Mix {
-    castable(material).map_or_else(
-        || Mix { by_mass: Vec::new(), density_g_per_cm3: 0.0, degas: false },
-        Castable::mix,
-    )
-}
 
 /// The lid's vents as openings of the gel below them.
 fn vents(p: &Cap, layout: &Layout) -> Vec<Opening> {
@@ -53,7 +28,6 @@ fn vents(p: &Cap, layout: &Layout) -> Vec<Opening> {
 pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
     // The mold is used with its mouth up.
     let up = -Vector3::z();
-    let rigid = |body: &str, direction| Pull { body: body.into(), direction, strain_limit: None };
     let (block, spacer, lid) = ("mold-skin-block", "mold-skin-spacer", "mold-skin-lid");
     vec![
         step(
@@ -110,7 +84,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
         step(
             "paint",
             "trim the vents' stubs, brush the reflective mixture onto the dimpled side",
-            Some(AssemblyName::SENSOR),
+            Some(SENSOR),
             &["skin"],
             Action::Spray(Spray {
                 layer: "reflective-paint".into(),
@@ -125,7 +99,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
         step(
             "glue-skin",
             "glue the skin to the plate with Sil-Poxy, centred, without bubbles",
-            Some(AssemblyName::SENSOR),
+            Some(SENSOR),
             &["skin", "plate"],
             Action::Bond(Cure { hours: 1.0, celsius: 23.0 }),
             "IV-A; cure: three times the 20 minutes usual for Sil-Poxy",
@@ -134,7 +108,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             "glue-leds",
             "cut the LEDs from the strip, wire them in a row, push them into the holder's pockets \
              from above, lead the wires through the groove",
-            Some(AssemblyName::SENSOR),
+            Some(SENSOR),
             &["holder", "led"],
             Action::Assemble,
             "IV-B",
@@ -142,7 +116,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
         step(
             "glue-plate",
             "glue the plate onto the holder's ledge with cyanoacrylate",
-            Some(AssemblyName::SENSOR),
+            Some(SENSOR),
             &["plate", "holder"],
             Action::Bond(Cure { hours: 1.0, celsius: 23.0 }),
             "IV-B; cure chosen",
@@ -151,7 +125,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             "assemble",
             "focus the lens on the paint, put the camera into the base, plug through the window; join \
              base and holder with four M2 screws, screw the base to the gripper",
-            Some(AssemblyName::SENSOR),
+            Some(SENSOR),
             &["camera", "base", "screw-m2x16"],
             Action::Assemble,
             "IV-B, figure 5",

@@ -7,6 +7,7 @@ use super::layout::Layout;
 use super::mold::{bolt_poses, nut_poses};
 use super::parameters::Cap;
 use super::{AssemblyName, SKIN_MOLD, in_sensor};
+use crate::assembling::SENSOR;
 use crate::hardware::{HexNut, Screw};
 
 /// How far pieces of one body reach into each other, mm, so that no faces coincide.
@@ -34,7 +35,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Component> {
         color: [176, 180, 186],
         opacity: 1.0,
     };
-    let sensor = AssemblyName::SENSOR;
+    let sensor = SENSOR;
     vec![
         Component {
             color: [35, 60, 45],

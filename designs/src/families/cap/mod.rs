@@ -10,50 +10,19 @@ mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{Angle, Assembly, Color, NominalCamera, Placement, Pose, PressFit, Sensor};
+use fabkit_geometry::{Color, NominalCamera, Pose, PressFit, Sensor};
 
+use crate::assembling::{AssemblyName, BLACK, flipped, in_sensor};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use layout::Layout;
 use parameters::Cap;
 
-/// Black plastic as pictures show it: light enough that its edges can be told apart.
-const BLACK: Color = [92, 96, 104];
 const MOLD_BLUE: Color = [120, 160, 205];
 const TOOL_GREY: Color = [180, 184, 190];
 
-/// Name of an assembly of this family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct AssemblyName(&'static str);
-
-impl AssemblyName {
-    /// The sensor in use.
-    const SENSOR: Self = Self("sensor");
-
-    fn assembly(self) -> Assembly {
-        Assembly(self.0.into())
-    }
-
-    fn in_place(self) -> Placement {
-        self.at(Pose::identity())
-    }
-
-    fn at(self, assembly_from_body: Pose) -> Placement {
-        Placement::at(self.assembly(), assembly_from_body)
-    }
-}
-
 /// Casting the skin.
 const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
-
-fn in_sensor() -> Placement {
-    AssemblyName::SENSOR.in_place()
-}
-
-/// Upside down.
-fn flipped() -> Pose {
-    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
-}
 
 /// The family of ShadowTac.
 pub(crate) struct CapFamily;

@@ -1,49 +1,15 @@
 //! How a dome sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Spray, Step, Vector3};
 
 use super::layout::Layout;
 use super::mold::{Cavity, vent_poses};
 use super::parameters::Dome;
 use super::tooling::{FormLayout, PUSH_HOLE_RADIUS_MM};
-use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
-use crate::materials::{Castable, castable};
+use super::{COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
+use crate::assembling::{SENSOR, mix, names, rigid, step};
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
-
-fn step(
-    name: &str,
-    instruction: &str,
-    assembly: Option<AssemblyName>,
-    bodies: &[&str],
-    action: Action,
-    source: &str,
-) -> Step {
-    Step {
-        name: name.into(),
-        instruction: instruction.into(),
-        assembly: assembly.map(AssemblyName::assembly),
-        bodies: bodies.iter().map(|b| b.to_string()).collect(),
-        action,
-        source: source.into(),
-    }
-}
-
-fn names(of: &[&str]) -> Vec<String> {
-    of.iter().map(|name| name.to_string()).collect()
-}
-
-/// What a layer is mixed from; nothing for an unknown material, which `check` refuses.
-fn mix(material: &str) -> Mix {
-    castable(material).map_or_else(
-        || Mix { by_mass: Vec::new(), density_g_per_cm3: 0.0, degas: false },
-        Castable::mix,
-    )
-}
-
-fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
-    Pull { body: body.into(), direction, strain_limit: None }
-}
 
 /// The lid's vents as openings of the gel below them.
 fn vents(p: &Dome, cavity: &Cavity) -> Vec<Opening> {
@@ -237,7 +203,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
             "assemble",
             "press the LED board in from below, screw the camera to the base, push the base in, join \
              both with three M2 screws",
-            Some(AssemblyName::SENSOR),
+            Some(SENSOR),
             &["led-board", "led", "camera", "screw-m1-6x5", "base", "nut-m2", "screw-m2x4"],
             Action::Assemble,
             "III-B.2 to III-B.4",

@@ -11,10 +11,9 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{
-    Angle, Assembly, Color, NominalCamera, Part, Placement, Pose, PressFit, Process, Sensor,
-};
+use fabkit_geometry::{Color, NominalCamera, Part, Pose, PressFit, Process, Sensor};
 
+use crate::assembling::{AssemblyName, BLACK, flipped, in_sensor};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HeatSetNut, Screw};
 use crate::materials::castable;
@@ -24,33 +23,10 @@ use layout::Layout;
 use mold::Cavity;
 use parameters::Dome;
 
-/// Black plastic as pictures show it: light enough that its edges can be told apart.
-const BLACK: Color = [92, 96, 104];
 const FROST: Color = [225, 236, 240];
 const MASK_GREEN: Color = [40, 120, 70];
 const MOLD_BLUE: Color = [120, 160, 205];
 const TOOL_GREY: Color = [180, 184, 190];
-
-/// Name of an assembly of this family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct AssemblyName(&'static str);
-
-impl AssemblyName {
-    /// The sensor in use.
-    const SENSOR: Self = Self("sensor");
-
-    fn assembly(self) -> Assembly {
-        Assembly(self.0.into())
-    }
-
-    fn in_place(self) -> Placement {
-        self.at(Pose::identity())
-    }
-
-    fn at(self, assembly_from_body: Pose) -> Placement {
-        Placement::at(self.assembly(), assembly_from_body)
-    }
-}
 
 /// Casting the transparent gel around the tube.
 const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
@@ -62,15 +38,6 @@ const JOINING: AssemblyName = AssemblyName("joining");
 const FORM: AssemblyName = AssemblyName("form");
 /// Dipping a module into black mixture.
 const COATING: AssemblyName = AssemblyName("coating");
-
-fn in_sensor() -> Placement {
-    Placement::in_place(Assembly::sensor())
-}
-
-/// Upside down.
-fn flipped() -> Pose {
-    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
-}
 
 /// The family of R-Tac0.
 pub(crate) struct DomeFamily;

@@ -1,60 +1,23 @@
 //! How a half-ellipsoid sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Pull, Step, Vector3};
 
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{Boundary, vent_circles_mm, vent_poses};
-use super::{AssemblyName, CAST_CORE, CORE, INNER, OUTER, SENSOR, SLEEVE};
-use crate::materials::{Castable, castable};
+use super::{CAST_CORE, CORE, INNER, OUTER, SENSOR, SLEEVE};
+use crate::assembling::{cure, mix, names, rigid, step};
+use crate::materials::castable;
 
 /// Toward the tip.
 fn up() -> Vector3<f64> {
     Vector3::z()
 }
 
-fn names(of: &[&str]) -> Vec<String> {
-    of.iter().map(|name| name.to_string()).collect()
-}
-
-fn step(
-    name: &str,
-    instruction: &str,
-    assembly: Option<AssemblyName>,
-    bodies: &[&str],
-    action: Action,
-    source: &str,
-) -> Step {
-    Step {
-        name: name.into(),
-        instruction: instruction.into(),
-        assembly: assembly.map(AssemblyName::assembly),
-        bodies: names(bodies),
-        action,
-        source: source.into(),
-    }
-}
-
-/// What a layer is mixed from; nothing for an unknown material, which `check` refuses.
-fn mix(material: &str) -> Mix {
-    castable(material).map_or_else(
-        || Mix { by_mass: Vec::new(), density_g_per_cm3: 0.0, degas: false },
-        Castable::mix,
-    )
-}
-
-fn cure(material: &str) -> Cure {
-    castable(material).map_or(Cure { hours: 0.0, celsius: 23.0 }, |material| material.cure)
-}
-
 /// A silicone tool that is peeled off.
 fn peel(p: &HalfEllipsoid, body: &str, direction: Vector3<f64>) -> Pull {
     let limit = castable(&p.tooling.silicone_material).map(|material| material.breaking_strain);
     Pull { body: body.into(), direction, strain_limit: limit }
-}
-
-fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
-    Pull { body: body.into(), direction, strain_limit: None }
 }
 
 fn opening(name: &str, point: Point3<f64>, axis: Vector3<f64>, radius_mm: f64) -> Opening {
@@ -107,7 +70,7 @@ fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step
     let top = Point3::new(0.0, 0.0, layout.silicone_top_z);
     [
         step(
-            &format!("pour-{cup}"),
+            format!("pour-{cup}"),
             "stand the sleeve on the negative, pour in a thin stream beside the dome up to the rim, \
              degas until the bubbles have left",
             Some(boundary.casting()),
@@ -124,7 +87,7 @@ fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step
             "III-C, figure 3 (ii); sleeve chosen",
         ),
         step(
-            &format!("peel-{cup}"),
+            format!("peel-{cup}"),
             "lift the sleeve, push the silicone out of it and peel it off the dome",
             Some(boundary.casting()),
             &[],
@@ -202,7 +165,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
     };
     [
         step(
-            &format!("pour-{layer}"),
+            format!("pour-{layer}"),
             instruction,
             Some(boundary.mold()),
             &[cup, CORE],
@@ -219,7 +182,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
             source,
         ),
         step(
-            &format!("peel-{layer}"),
+            format!("peel-{layer}"),
             if boundary == Boundary::Black {
                 "peel the outer mold off, then draw the core out; trim the vents' sprues"
             } else {

@@ -11,15 +11,14 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Angle, Assembly, Color, NominalCamera, Placement, Pose, PressFit, Sensor};
+use fabkit_geometry::{Color, NominalCamera, Pose, PressFit, Sensor};
 
+use crate::assembling::{AssemblyName, BLACK, SENSOR, flipped};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use layout::{BOLT, Layout};
 use parameters::HalfEllipsoid;
 
-/// Black resin as pictures show it: light enough that its edges can be told apart.
-const BLACK: Color = [92, 96, 104];
 const WHITE: Color = [240, 240, 236];
 const ACRYLIC: Color = [190, 215, 225];
 const MASK_GREEN: Color = [40, 120, 70];
@@ -34,12 +33,6 @@ const CORE: &str = "silicone-core";
 /// The wall around the cups' negatives.
 const SLEEVE: &str = "casting-sleeve";
 
-/// Name of an assembly of this family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct AssemblyName(&'static str);
-
-/// The sensor in use.
-const SENSOR: AssemblyName = AssemblyName("sensor");
 /// Casting the silicone molds on and in their negatives.
 const CAST_INNER_CUP: AssemblyName = AssemblyName("cast-cup-inner");
 const CAST_OUTER_CUP: AssemblyName = AssemblyName("cast-cup-outer");
@@ -49,25 +42,6 @@ const CAST_CORE: AssemblyName = AssemblyName("cast-core");
 const INNER_MOLD: AssemblyName = AssemblyName("inner-mold");
 const OUTER_MOLD: AssemblyName = AssemblyName("outer-mold");
 const BLACK_MOLD: AssemblyName = AssemblyName("black-mold");
-
-impl AssemblyName {
-    fn assembly(self) -> Assembly {
-        Assembly(self.0.into())
-    }
-
-    fn in_place(self) -> Placement {
-        self.at(Pose::identity())
-    }
-
-    fn at(self, assembly_from_body: Pose) -> Placement {
-        Placement::at(self.assembly(), assembly_from_body)
-    }
-}
-
-/// Upside down.
-fn flipped() -> Pose {
-    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
-}
 
 /// The family of UVDtact.
 pub(crate) struct HalfEllipsoidFamily;

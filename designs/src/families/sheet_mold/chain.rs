@@ -11,48 +11,14 @@ use super::layers::{
 };
 use super::layout::Layout;
 use super::parameters::SheetMold;
-use super::{AssemblyName, CHANNEL_MOLD, MARKER_MOLD, SENSOR};
-use crate::materials::{Castable, castable};
+use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
+use crate::assembling::{cure, mix, names, step};
 
 /// Openings reach this far beyond what they open, mm.
 const BEYOND_MM: f64 = 0.05;
 
 /// Mixed silicone that stays in cups and is scraped off the frame, as a share of the layer.
 const SCRAPED_WASTE: f64 = 0.3;
-
-fn step(
-    name: impl Into<String>,
-    instruction: impl Into<String>,
-    assembly: Option<AssemblyName>,
-    bodies: &[&str],
-    action: Action,
-    source: &str,
-) -> Step {
-    Step {
-        name: name.into(),
-        instruction: instruction.into(),
-        assembly: assembly.map(AssemblyName::assembly),
-        bodies: names(bodies),
-        action,
-        source: source.into(),
-    }
-}
-
-fn names(of: &[&str]) -> Vec<String> {
-    of.iter().map(|name| name.to_string()).collect()
-}
-
-/// What a layer is mixed from; nothing for an unknown material, which the constraints refuse.
-fn mix(material: &str) -> Mix {
-    castable(material).map_or_else(
-        || Mix { by_mass: Vec::new(), density_g_per_cm3: 0.0, degas: false },
-        Castable::mix,
-    )
-}
-
-fn cure(material: &str) -> Cure {
-    castable(material).map_or(Cure { hours: 0.0, celsius: 23.0 }, |m| m.cure)
-}
 
 /// The marker layer's silicone with pigment.
 fn dark_mix(p: &SheetMold) -> Mix {

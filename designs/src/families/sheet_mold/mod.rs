@@ -13,8 +13,9 @@ mod molds;
 mod parameters;
 mod sheets;
 
-use fabkit_geometry::{Assembly, Color, NominalCamera, Part, Placement, Pose, PressFit, Sensor};
+use fabkit_geometry::{Color, NominalCamera, Part, Pose, PressFit, Sensor};
 
+use crate::assembling::{AssemblyName, SENSOR};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use layout::Layout;
@@ -22,30 +23,10 @@ use parameters::SheetMold;
 
 const ACRYLIC_BLUE: Color = [120, 160, 205];
 
-/// Name of an assembly of this family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct AssemblyName(&'static str);
-
-/// The sensor in use: box and display side by side.
-const SENSOR: AssemblyName = AssemblyName("sensor");
 /// The stack that casts the layer with the channels.
 const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
 /// The stack that casts the layer with the markers.
 const MARKER_MOLD: AssemblyName = AssemblyName("marker-mold");
-
-impl AssemblyName {
-    fn assembly(self) -> Assembly {
-        Assembly(self.0.into())
-    }
-
-    fn in_place(self) -> Placement {
-        self.at(Pose::identity())
-    }
-
-    fn at(self, assembly_from_body: Pose) -> Placement {
-        Placement::at(self.assembly(), assembly_from_body)
-    }
-}
 
 /// The family of the fluidic sensor.
 pub(crate) struct SheetMoldFamily;

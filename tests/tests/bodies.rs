@@ -41,18 +41,13 @@ fn meshes_are_closed_and_have_the_exact_volume() {
 }
 
 #[test]
-fn slots_and_dimples_do_not_cost_accuracy() {
-    // Many small doubly curved features: 85 slots, 217 dimples.
-    for (sensor, layer, bound) in
-        [("uvdtact", "inner-elastomer", 3e-4), ("shadowtac", "skin", 3e-4)]
-    {
-        let designs = fabkit_tests::builtin_designs();
-        let design = designs.iter().find(|d| d.sensor.name == sensor).unwrap();
-        let layer = design.sensor.layers.iter().find(|l| l.name == layer).unwrap();
-        let mesh = mesh(&layer.solid, DEFAULT_TOLERANCE_MM).unwrap();
-        let exact = ray_volume(&Body::new(&layer.solid).unwrap(), 4 * LINES).unwrap();
-        let off = (mesh.volume_mm3() - exact.value_mm3).abs() / exact.value_mm3;
-        println!("{sensor} {}: mesh off by {off:.1e} of {:.3} mm3", layer.name, exact.value_mm3);
-        assert!(off < bound, "{sensor}: {off}");
-    }
+fn eighty_five_slots_do_not_cost_accuracy() {
+    let designs = fabkit_tests::builtin_designs();
+    let design = designs.iter().find(|d| d.sensor.name == "uvdtact").unwrap();
+    let layer = design.sensor.layers.iter().find(|l| l.name == "inner-elastomer").unwrap();
+    let mesh = mesh(&layer.solid, DEFAULT_TOLERANCE_MM).unwrap();
+    let exact = ray_volume(&Body::new(&layer.solid).unwrap(), 4 * LINES).unwrap();
+    let off = (mesh.volume_mm3() - exact.value_mm3).abs() / exact.value_mm3;
+    println!("mesh off by {off:.1e} of {:.3} mm3", exact.value_mm3);
+    assert!(off < 3e-4, "{off}");
 }

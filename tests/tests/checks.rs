@@ -123,6 +123,7 @@ fn the_command_says_what_is_wrong_and_leaves_with_1() {
     let passed = fabkit(root.path(), &["check", "rtac0", "--json"]).ok().json();
     assert_eq!((&passed["format"], &passed["passed"]), (&"fabkit-check".into(), &true.into()));
     assert_eq!(passed["rules"].as_array().unwrap().len(), Rule::ALL.len());
+    assert_eq!(fabkit(root.path(), &["check", "tactip", "--quiet"]).ok().stdout, "");
 
     // A lens holder so high that it reaches into a narrow diffuser: each value is allowed.
     let settings = [

@@ -43,7 +43,7 @@ pub fn main() -> ExitCode {
         Ok(report) if json => (line(&report.json), exit_code(report)),
         Ok(report) => {
             // What was asked for as text is not chatter.
-            let wanted = !quiet || prints_its_result(&cli.command);
+            let wanted = !quiet || report.failed || prints_its_result(&cli.command);
             (if wanted { report.text.clone() } else { String::new() }, exit_code(report))
         }
         Err(failure) => {
@@ -91,7 +91,13 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
 
 /// Whether the text is what was asked for, rather than an account of what was done.
 fn prints_its_result(command: &Command) -> bool {
-    !matches!(command, Command::Export(_) | Command::Render(_) | Command::Man { output: Some(_) })
+    !matches!(
+        command,
+        Command::Check(_)
+            | Command::Export(_)
+            | Command::Render(_)
+            | Command::Man { output: Some(_) }
+    )
 }
 
 fn line(json: &Value) -> String {

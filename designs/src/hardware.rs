@@ -115,6 +115,14 @@ impl Screw {
         }
     }
 
+    /// How far the head stands above the surface it bears on, mm.
+    pub fn head_height_mm(&self) -> f64 {
+        match self.head {
+            Head::Pan => self.thread().pan_head_height,
+            Head::Countersunk => 0.0,
+        }
+    }
+
     /// How much a thread that is cut into plastic overlaps it, mm per side.
     pub fn thread_overlap_mm(&self) -> f64 {
         (self.thread_mm - self.pilot_hole_mm()) / 2.0

@@ -30,3 +30,38 @@ fn the_published_shell_height_follows_from_the_stack() {
     let shell_height = design.derived.iter().find(|(name, _)| name == "shell height").unwrap();
     assert_eq!(shell_height.1, "21.650 mm");
 }
+
+/// Overrides that cannot be built, with the parameter that is named.
+const REFUSED: &[(&[&str], &str)] = &[
+    (&["translucent_gel.thickness=4mm"], "translucent_gel.thickness"),
+    (&["coat.thickness=0.8mm"], "coat.thickness"),
+    (&["tube.wall=0.6mm"], "tube.wall"),
+    (&["surface.radius=16mm"], "surface.radius"),
+    (&["envelope.height=42mm"], "base.height"),
+    (&["leds.circle_radius=13mm"], "leds.circle_radius"),
+    (&["leds.count=24"], "leds.count"),
+    (&["leds.height=4mm", "diffuser.height_above_board=3mm"], "leds.height"),
+    (&["shell.ribs=3"], "shell.ribs"),
+    (&["shell.rib_width=8mm"], "shell.rib_width"),
+    (&["diffuser.notch_radius=10.9mm"], "diffuser.notch_radius"),
+    (&["camera.board_size=20mm"], "camera.board_size"),
+    (&["camera.lens_height=8mm"], "camera.lens_height"),
+    (&["base.mount_holes=4"], "base.mount_holes"),
+    (&["mold.height=22mm"], "mold.height"),
+    (&["mold.width=40mm"], "mold.width"),
+    (&["mold.vents=30", "mold.vent_diameter=2mm"], "mold.vent_diameter"),
+    (&["connector.plug_length=8mm"], "connector.plug_length"),
+    (&["form.tube_length=25mm"], "form.tube_length"),
+    (&["filling_gel.material=jelly"], "filling_gel.material"),
+];
+
+#[test]
+fn what_cannot_be_built_is_refused_by_name() {
+    for (overrides, path) in REFUSED {
+        let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
+        let error = load("rtac0.yaml", builtin_yaml("rtac0").unwrap(), &overrides).unwrap_err();
+        let problem = error.problems.iter().find(|p| p.path == *path);
+        let problem = problem.unwrap_or_else(|| panic!("{overrides:?}: {:#?}", error.problems));
+        assert!(problem.hint.is_some(), "{overrides:?}: no hint");
+    }
+}

@@ -283,8 +283,10 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
     report.at_least(
         "camera.lens_height",
         camera.lens_height,
-        camera.lens_height.mm() + layout.camera_board_top_z - layout.base_top_z,
-        "the camera board must lie inside the base",
+        camera.lens_height.mm() + layout.camera_board_top_z - layout.base_top_z
+            + Screw::M1_6X5.head_height_mm()
+            + APART_MM,
+        "the camera's screws must end below the LED board",
         &["camera.depth", "diffuser.height_above_board"],
     );
     let floor = 1.0;

@@ -101,7 +101,8 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
         Some(limit) => Finding::error(
             Rule::Demolding,
             format!(
-                "{} stretches by {:.0} % over an undercut of {depth_mm:.2} mm ({area_mm2:.2} mm2)",
+                "taking {} off stretches silicone by {:.0} % over an undercut of {depth_mm:.2} mm \
+                 ({area_mm2:.2} mm2)",
                 pull.body,
                 100.0 * strain
             ),

@@ -117,8 +117,9 @@ pub struct Pull {
     pub body: String,
     /// Where it goes: unit vector in the assembly's frame.
     pub direction: Vector3<f64>,
-    /// For silicone tools, which stretch: the strain their material bears. Rigid tools have none
-    /// and must come off without undercut.
+    /// Where silicone gives way to an undercut, the strain that it bears: a silicone tool that is
+    /// peeled off, or a soft layer that slips off the pins of a rigid mold. Where nothing gives,
+    /// there is none, and the tool must come off without undercut.
     pub strain_limit: Option<f64>,
 }
 

@@ -185,7 +185,12 @@ impl Lens {
             if !model.contains(direction) {
                 return Err(outside(direction, model.limit_rad()));
             }
-            Ok(model.intrinsics.pixel(&model.normalise(direction)))
+            let pixel = model.intrinsics.pixel(&model.normalise(direction));
+            // Coordinates whose squares overflow or vanish.
+            if !is_finite(&pixel) {
+                return Err(OutsideDomain::NoDirection);
+            }
+            Ok(pixel)
         })
     }
 
@@ -203,6 +208,9 @@ impl Lens {
             by_direction.column_iter_mut().for_each(|mut c| c.component_mul_assign(&scale));
             by_coefficients.iter_mut().for_each(|c| c.component_mul_assign(&scale));
             let pixel = model.intrinsics.pixel(&at);
+            if !is_finite(&pixel) {
+                return Err(OutsideDomain::NoDirection);
+            }
             Ok(LensProjection { pixel, by_direction, by_coefficients, normalised: at })
         })
     }
@@ -210,18 +218,26 @@ impl Lens {
     /// Unit direction in front of the lens that is seen at a pixel.
     #[inline]
     pub(crate) fn unproject(&self, pixel: &Point2<f64>) -> Result<Vector3<f64>, OutsideDomain> {
-        if !(pixel.x.is_finite() && pixel.y.is_finite()) {
+        if !is_finite(pixel) {
             return Err(OutsideDomain::NoDirection);
         }
         with_model!(self, model => {
             let direction = model.direction(&model.intrinsics.normalised(pixel));
-            direction.map(|d| d.normalize()).ok_or_else(|| OutsideDomain::Pixel {
-                x_px: pixel.x,
-                y_px: pixel.y,
-                limit_rad: model.limit_rad(),
-            })
+            let unit = direction.map(|d| d.normalize());
+            // Pixels so far out that their squares overflow show nothing either.
+            unit.filter(|d| d.x.is_finite() && d.y.is_finite() && d.z.is_finite()).ok_or(
+                OutsideDomain::Pixel {
+                    x_px: pixel.x,
+                    y_px: pixel.y,
+                    limit_rad: model.limit_rad(),
+                },
+            )
         })
     }
+}
+
+fn is_finite(pixel: &Point2<f64>) -> bool {
+    pixel.x.is_finite() && pixel.y.is_finite()
 }
 
 #[cold]

@@ -22,7 +22,7 @@ use crate::error::{InvalidCamera, OutsideDomain, Rules};
 pub(crate) const MAX_COEFFICIENTS: usize = 8;
 
 /// Names of the intrinsics, in their order.
-const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
+pub(crate) const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
 
 /// A lens that ends closer to its axis than this is a misprint, not a lens.
 const LEAST_ANGLE_LIMIT_RAD: f64 = 0.01;

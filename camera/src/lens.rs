@@ -186,8 +186,7 @@ impl Lens {
                 return Err(outside(direction, model.limit_rad()));
             }
             let pixel = model.intrinsics.pixel(&model.normalise(direction));
-            // Coordinates whose squares overflow or vanish.
-            if !is_finite(&pixel) {
+            if !is_finite(&pixel) || direction.z.is_infinite() {
                 return Err(OutsideDomain::NoDirection);
             }
             Ok(pixel)
@@ -208,7 +207,7 @@ impl Lens {
             by_direction.column_iter_mut().for_each(|mut c| c.component_mul_assign(&scale));
             by_coefficients.iter_mut().for_each(|c| c.component_mul_assign(&scale));
             let pixel = model.intrinsics.pixel(&at);
-            if !is_finite(&pixel) {
+            if !is_finite(&pixel) || direction.z.is_infinite() {
                 return Err(OutsideDomain::NoDirection);
             }
             Ok(LensProjection { pixel, by_direction, by_coefficients, normalised: at })
@@ -236,6 +235,7 @@ impl Lens {
     }
 }
 
+/// Not so where coordinates are not, or where their squares overflow or vanish.
 fn is_finite(pixel: &Point2<f64>) -> bool {
     pixel.x.is_finite() && pixel.y.is_finite()
 }

@@ -10,6 +10,8 @@
 //! | [`Format::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
 //! | [`Format::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
 //!
+//! Kalibr's `omni` without distortion is read as the EUCM that it is.
+//!
 //! All four put pixel centres at integers, so intrinsics pass unchanged. OpenCV's and Kalibr's
 //! own code stops at 90 degrees; the same coefficients describe the same lens here beyond that.
 //!

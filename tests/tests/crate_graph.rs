@@ -10,6 +10,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-depth", &["fabkit-geometry"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
+    ("fabkit-calibration", &["fabkit-geometry"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",

@@ -10,4 +10,6 @@
 
 #![forbid(unsafe_code)]
 
+pub mod image;
 pub mod landmarks;
+pub mod pins;

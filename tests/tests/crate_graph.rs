@@ -10,6 +10,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-depth", &["fabkit-geometry"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
+    ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",
@@ -19,6 +20,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-fixtures",
             "fabkit-export",
         ],
     ),
@@ -31,6 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-fixtures",
             "fabkit-export",
         ],
     ),

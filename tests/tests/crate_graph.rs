@@ -11,6 +11,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
     ("fabkit-calibration", &["fabkit-geometry"]),
+    ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",
@@ -20,6 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-fixtures",
             "fabkit-export",
         ],
     ),
@@ -32,6 +34,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-fixtures",
             "fabkit-export",
         ],
     ),

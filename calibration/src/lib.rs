@@ -12,4 +12,6 @@
 
 pub mod image;
 pub mod landmarks;
+pub mod model;
+pub mod observability;
 pub mod pins;

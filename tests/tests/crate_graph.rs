@@ -12,6 +12,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
     ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),
+    ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",
@@ -23,6 +24,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-checks",
             "fabkit-designs",
             "fabkit-calibration",
+            "fabkit-fixtures",
             "fabkit-export",
         ],
     ),
@@ -37,6 +39,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-checks",
             "fabkit-designs",
             "fabkit-calibration",
+            "fabkit-fixtures",
             "fabkit-export",
         ],
     ),

@@ -5,13 +5,14 @@ use fabkit_geometry::Sensor;
 mod assembling;
 mod families;
 mod fits;
-mod hardware;
+pub mod hardware;
 mod kerf;
 mod materials;
 mod molds;
 pub mod parameters;
 mod registry;
 
+pub use fits::{Fit, gap_mm};
 pub use kerf::kerf_mm;
 pub use registry::{Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry};
 

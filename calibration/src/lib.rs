@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod board;
 pub mod image;
 pub mod landmarks;
 pub mod pins;

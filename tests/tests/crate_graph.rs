@@ -11,7 +11,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
     ("fabkit-calibration", &["fabkit-geometry"]),
-    ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
+    (
+        "fabkit-fixtures",
+        &[
+            "fabkit-geometry",
+            "fabkit-mesh",
+            "fabkit-calibration",
+            "fabkit-checks",
+            "fabkit-designs",
+            "fabkit-export",
+        ],
+    ),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",

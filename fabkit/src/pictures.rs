@@ -86,9 +86,14 @@ pub fn picture_of_assembly(
     draw(&actors, shot)
 }
 
-/// The assembly that pictures show unless another is asked for.
-pub fn default_assembly() -> String {
-    Assembly::sensor().0
+/// The assembly that pictures show unless another is asked for: the sensor in use, or what stands
+/// first where no sensor is.
+pub fn default_assembly(sensor: &Sensor) -> Assembly {
+    let all = bodies(sensor);
+    let mut assemblies = all.iter().flat_map(|body| body.placements).map(|p| &p.assembly);
+    let first = assemblies.clone().next().cloned();
+    let in_use = Assembly::sensor();
+    if assemblies.any(|assembly| *assembly == in_use) { in_use } else { first.unwrap_or(in_use) }
 }
 
 fn prepared(body: &BodyRef) -> Result<Body, PictureError> {

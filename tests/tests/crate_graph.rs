@@ -7,10 +7,11 @@ use std::process::Command;
 const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-geometry", &[]),
     ("fabkit-mesh", &["fabkit-geometry"]),
+    ("fabkit-camera", &[]),
     ("fabkit-depth", &["fabkit-geometry"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
-    ("fabkit-calibration", &["fabkit-geometry"]),
+    ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),
     (
         "fabkit-fixtures",
         &[
@@ -28,9 +29,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "fabkit-geometry",
             "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
         ],
@@ -41,9 +44,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit",
             "fabkit-geometry",
             "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
         ],

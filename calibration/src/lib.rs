@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod board;
 pub mod extrinsics;
 pub mod image;
 pub mod landmarks;

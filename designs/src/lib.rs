@@ -10,6 +10,7 @@ mod kerf;
 mod materials;
 mod molds;
 pub mod parameters;
+pub mod profile;
 mod registry;
 
 pub use fits::{Fit, gap_mm};

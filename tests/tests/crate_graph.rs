@@ -21,6 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-checks",
             "fabkit-designs",
             "fabkit-mesh",
+            "fabkit-export",
         ],
     ),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),

@@ -142,6 +142,8 @@ fn companion(companion: &Companion) -> Made {
         Some((_, "csv")) => "csv",
         Some((_, "svg")) => "svg",
         Some((_, "dxf")) => "dxf",
+        Some((_, "pdf")) => "pdf",
+        Some((_, "yaml")) => "yaml",
         _ => "other",
     };
     Made { file: OutputFile { name, bytes }, format, parts: Vec::new() }

@@ -7,10 +7,11 @@ use std::process::Command;
 const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-geometry", &[]),
     ("fabkit-mesh", &["fabkit-geometry"]),
+    ("fabkit-camera", &[]),
     ("fabkit-depth", &["fabkit-geometry"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
-    ("fabkit-calibration", &["fabkit-geometry"]),
+    ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),
     ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (

@@ -16,7 +16,7 @@ const FEWEST_MARKERS: usize = 2;
 /// Corners jump from where their line puts them by at most so many pixels, or this part of the
 /// spacing if that is more: distortion changes slowly from square to square.
 const JUMP_PX: f64 = 1.0;
-const JUMP_SPACINGS: f64 = 0.03;
+const JUMP_SPACINGS: f64 = 0.06;
 
 /// A quarter turn, so many times.
 fn turned((mut i, mut j): Cell, quarters: usize) -> Cell {

@@ -10,9 +10,12 @@
 
 #![forbid(unsafe_code)]
 
+pub mod assignment;
+pub mod captures;
 pub mod extrinsics;
 pub mod image;
 pub mod landmarks;
 pub mod model;
 pub mod observability;
 pub mod pins;
+pub mod synthetic;

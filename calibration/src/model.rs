@@ -99,12 +99,6 @@ impl Parameter {
             Self::Reseating(..) => RESEATING_SHIFT_MM,
         }
     }
-
-    /// Whether [`Parameter::prior_sigma`] takes part in a fit. Only a dome's seat has more unknowns
-    /// than its few pins could fix alone.
-    pub(crate) fn is_held_by_prior(self) -> bool {
-        matches!(self, Self::Reseating(..))
-    }
 }
 
 impl fmt::Display for Parameter {
@@ -159,6 +153,9 @@ pub struct Model {
     pub seating_offset_mm: f64,
     /// See [`Parameter::Lean`].
     pub lean_mm: f64,
+    /// The translation that the design gives the pose, if it takes part in a fit as what is known
+    /// beforehand; see [`Parameter::prior_sigma`].
+    pub expected_translation_mm: Option<Vector3<f64>>,
     /// Shift in x and y, mm, and turn, rad, for each capture; captures beyond the end sit as they
     /// should.
     pub reseatings: Vec<[f64; 3]>,
@@ -167,8 +164,14 @@ pub struct Model {
 impl Model {
     /// A camera at a pose, and pins where they should be.
     pub fn new(camera: Camera, camera_from_sensor: Pose) -> Self {
-        let reseatings = Vec::new();
-        Self { camera, camera_from_sensor, seating_offset_mm: 0.0, lean_mm: 0.0, reseatings }
+        Self {
+            camera,
+            camera_from_sensor,
+            seating_offset_mm: 0.0,
+            lean_mm: 0.0,
+            expected_translation_mm: None,
+            reseatings: Vec::new(),
+        }
     }
 
     /// Where a contact is seen, px.
@@ -273,6 +276,23 @@ impl Model {
             return displaced;
         };
         displaced + Vector3::new(*x, *y, 0.0) + *turn * Vector3::z().cross(&displaced.coords)
+    }
+
+    /// How far a parameter is from what is known of it beforehand, and how well that is known, if
+    /// that takes part in a fit. A dome's seat has more unknowns than its few pins could fix, and
+    /// the camera stands where the design puts it but for its assembly.
+    pub(crate) fn prior(&self, parameter: Parameter) -> Option<(f64, f64)> {
+        let away = match parameter {
+            Parameter::Reseating(capture, seat) => {
+                self.reseatings.get(capture).map_or(0.0, |seated| seated[seat as usize])
+            }
+            Parameter::Translation(axis) => {
+                let expected = self.expected_translation_mm?;
+                (self.camera_from_sensor.translation_mm() - expected)[axis.index()]
+            }
+            _ => return None,
+        };
+        Some((away, parameter.prior_sigma()))
     }
 
     fn displaced(&self, contact: &Contact) -> Point3<f64> {

@@ -2,28 +2,10 @@
 
 use fabkit_calibration::extrinsics::{Loss, solve_pose};
 use fabkit_calibration::model::{Contact, Observation, Parameter};
+use fabkit_calibration::synthetic::Noise;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens};
 use fabkit_geometry::{Angle, Point3, Pose};
 use nalgebra::{Vector2, Vector6};
-
-/// Numbers that look random and are the same everywhere (splitmix64).
-struct Noise(u64);
-
-impl Noise {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Box and Muller's method.
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 fn camera() -> Camera {
     let intrinsics = Intrinsics { fx_px: 180.0, fy_px: 180.0, cx_px: 320.0, cy_px: 240.0 };
@@ -55,7 +37,7 @@ struct Outcome {
 /// `atan2(15, depth)`.
 fn trials(depth_mm: f64) -> Outcome {
     let camera = camera();
-    let mut noise = Noise(7);
+    let mut noise = Noise::new(7);
     let mut errors_mm = Vec::new();
     let (mut nees, mut covered, mut total) = (0.0, 0, 0);
     let mut elapsed = std::time::Duration::ZERO;

@@ -49,7 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// Crates from outside that only these crates here may use, tests apart.
 const FEW_USERS: &[(&str, &[&str])] = &[
     ("manifold-rust", &["fabkit-mesh"]),
-    ("granit-parser", &["fabkit-designs"]),
+    ("granit-parser", &["fabkit-designs", "fabkit-camera"]),
     ("png", &["fabkit-export", "fabkit-calibration"]),
     ("flate2", &["fabkit-export"]),
     ("clap", &["fabkit"]),

@@ -19,3 +19,4 @@ pub mod model;
 pub mod observability;
 pub mod pins;
 pub mod synthetic;
+pub mod uncertainty;

@@ -35,6 +35,12 @@ impl Axis {
     fn index(self) -> usize {
         self as usize
     }
+
+    pub(crate) fn unit(self) -> Vector3<f64> {
+        let mut vector = Vector3::zeros();
+        vector[self.index()] = 1.0;
+        vector
+    }
 }
 
 /// How a dome sits in one capture, against where it should.
@@ -203,7 +209,7 @@ impl Model {
         for (column, parameter) in columns.iter_mut().zip(parameters) {
             *column = match parameter {
                 Parameter::Rotation(axis) => {
-                    projection.by_point * unit(*axis).cross(&turned.coords)
+                    projection.by_point * axis.unit().cross(&turned.coords)
                 }
                 Parameter::Translation(axis) => projection.by_point.column(axis.index()).into(),
                 Parameter::SeatingOffset => {
@@ -269,6 +275,28 @@ impl Model {
         Some(next)
     }
 
+    /// What a parameter's value is now, in its unit: rotations as the components of the rotation
+    /// vector of the whole pose. A focal scale is a step from the camera's own focal length: 0.
+    /// `None` for the name of a parameter that the camera does not have.
+    pub fn value(&self, parameter: Parameter) -> Option<f64> {
+        Some(match parameter {
+            Parameter::Rotation(axis) => {
+                let rotation = *self.camera_from_sensor.rotation();
+                Rotation3::from_matrix_unchecked(rotation).scaled_axis()[axis.index()]
+            }
+            Parameter::Translation(axis) => self.camera_from_sensor.translation_mm()[axis.index()],
+            Parameter::SeatingOffset => self.seating_offset_mm,
+            Parameter::Lean => self.lean_mm,
+            Parameter::FocalScale => 0.0,
+            Parameter::Camera(name) => {
+                self.camera.parameters().into_iter().find(|(found, _)| *found == name)?.1
+            }
+            Parameter::Reseating(capture, seat) => {
+                self.reseatings.get(capture).map_or(0.0, |seated| seated[seat as usize])
+            }
+        })
+    }
+
     /// Where the contact is in the sensor frame with everything that displaces it, mm.
     pub fn seated(&self, contact: &Contact) -> Point3<f64> {
         let displaced = self.displaced(contact);
@@ -313,10 +341,4 @@ fn way_round(point: Point3<f64>) -> Vector3<f64> {
         return Vector3::zeros();
     }
     Vector3::new(-point.y, point.x, 0.0) / radius_mm
-}
-
-fn unit(axis: Axis) -> Vector3<f64> {
-    let mut vector = Vector3::zeros();
-    vector[axis.index()] = 1.0;
-    vector
 }

@@ -20,7 +20,7 @@ use fabkit_geometry::Pose;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
 
 use crate::landmarks::PinLandmark;
-use crate::model::{Axis, Contact, Model, Observation, Parameter};
+use crate::model::{Contact, Model, Observation, Parameter};
 
 /// A direction is observable if the pictures bring its uncertainty below this part of the prior.
 const OBSERVABLE: f64 = 1.0 / 3.0;
@@ -239,14 +239,9 @@ pub(crate) fn position_covariance(
     let t = camera_from_sensor.translation_mm();
     let mut jacobian = DMatrix::zeros(3, parameters.len());
     for (i, parameter) in parameters.iter().enumerate() {
-        let unit = |axis: &Axis| {
-            let mut unit = nalgebra::Vector3::zeros();
-            unit[*axis as usize] = 1.0;
-            unit
-        };
         let moved = match parameter {
-            Parameter::Translation(axis) => unit(axis),
-            Parameter::Rotation(axis) => t.cross(&unit(axis)),
+            Parameter::Translation(axis) => axis.unit(),
+            Parameter::Rotation(axis) => t.cross(&axis.unit()),
             _ => continue,
         };
         let column = -(camera_from_sensor.rotation().transpose() * moved);

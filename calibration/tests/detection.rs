@@ -71,18 +71,7 @@ fn reflections_rims_and_flicker_are_no_pins() {
         let lamp = (x as f32 - 408.0).hypot(y as f32 - 300.0) < 14.0;
         let rim = ((x as f32 - 320.0).hypot(y as f32 - 240.0) - 200.0).abs() < 1.5;
         let drift = 1.0 + 0.25 * (y as f32 / 480.0 - 0.5);
-        if lamp {
-            1.0
-        } else {
-            v * drift
-                * if bubble {
-                    0.6
-                } else if rim {
-                    0.6
-                } else {
-                    1.0
-                }
-        }
+        if lamp { 1.0 } else { v * drift * if bubble || rim { 0.6 } else { 1.0 } }
     });
     let found = detect(&reference, &pressed, &DetectionOptions::default()).unwrap();
     assert_eq!(found.marks.len(), 3, "{:?}", found.marks);

@@ -221,11 +221,11 @@ impl Normal {
                 }
             }
         }
-        for i in 0..parameters.len() {
+        for (i, parameter) in parameters.iter().enumerate() {
             for j in 0..i {
                 self.information[(j, i)] = self.information[(i, j)];
             }
-            if let Some((value, sigma)) = model.prior(parameters[i]) {
+            if let Some((value, sigma)) = model.prior(*parameter) {
                 self.information[(i, i)] += sigma.powi(-2);
                 self.gradient[i] -= value * sigma.powi(-2);
                 cost += (value / sigma).powi(2);

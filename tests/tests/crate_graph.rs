@@ -19,9 +19,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "fabkit-geometry",
             "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
         ],
@@ -32,9 +34,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit",
             "fabkit-geometry",
             "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
         ],
@@ -45,7 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// Crates from outside that only these crates here may use, tests apart.
 const FEW_USERS: &[(&str, &[&str])] = &[
     ("manifold-rust", &["fabkit-mesh"]),
-    ("granit-parser", &["fabkit-designs"]),
+    ("granit-parser", &["fabkit-designs", "fabkit-camera"]),
     ("png", &["fabkit-export", "fabkit-calibration"]),
     ("flate2", &["fabkit-export"]),
     ("clap", &["fabkit"]),

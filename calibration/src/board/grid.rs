@@ -98,7 +98,7 @@ fn in_squares(saddles: &[Saddle], links: &[Links]) -> Vec<Links> {
     let length = |a: usize, b: usize| (saddles[a].at - saddles[b].at).norm();
     let alike = |a: f64, b: f64| a < MAX_SIDE_RATIO * b && b < MAX_SIDE_RATIO * a;
     let is_side = |from: usize, to: usize, way: usize| {
-        let sideways = [(way + 2) % 4, (way + 2) % 4 ^ 1];
+        let sideways = [way ^ 2, way ^ 3];
         sideways.into_iter().filter_map(|side| links[from][side]).any(|beside| {
             links[to].iter().flatten().any(|&across| {
                 across != from

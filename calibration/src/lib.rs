@@ -18,5 +18,6 @@ pub mod landmarks;
 pub mod model;
 pub mod observability;
 pub mod pins;
+pub mod report;
 pub mod synthetic;
 pub mod uncertainty;

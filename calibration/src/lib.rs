@@ -20,5 +20,6 @@ pub mod landmarks;
 pub mod model;
 pub mod observability;
 pub mod pins;
+pub mod report;
 pub mod synthetic;
 pub mod uncertainty;

@@ -14,6 +14,7 @@
 
 mod document;
 mod grid;
+mod list;
 mod marker;
 mod place;
 mod saddle;
@@ -24,6 +25,7 @@ pub use document::{
     Board, BoardCorner, BoardKind, BoardMarker, FORMAT, InvalidBoard, MAX_BYTES, MAX_SQUARES,
     MIN_SQUARES, VERSION,
 };
+pub use list::{InvalidList, MAX_LIST_BYTES, read_corners};
 
 use crate::image::GreyImage;
 
@@ -33,6 +35,14 @@ const SCALES_PX: [f64; 4] = [1.5, 3.0, 1.0, 6.0];
 /// What remains of an error without noise: pixels are squares and distortion is not locally
 /// affine. As measured on rendered boards.
 const SYSTEMATIC_PX: f64 = 0.02;
+
+/// Brightness from which a pixel counts as saturated.
+const SATURATED: f32 = 0.995;
+/// The saturated part of a picture, percent, that explains why no board is found.
+const SATURATED_PERCENT: u32 = 30;
+/// Brightness between the darkest and the brightest hundredth of a picture below which it shows
+/// nothing.
+const LEAST_RANGE: f32 = 0.04;
 
 /// A corner of the board in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +59,15 @@ pub struct FoundCorner {
 /// Why no board was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotFound {
+    /// White where the board should be.
+    #[error("{percent} % of the picture is saturated: lower the exposure")]
+    Saturated {
+        /// Percent of all pixels.
+        percent: u32,
+    },
+    /// One brightness all over.
+    #[error("the picture has no contrast: is there light, is the lens uncovered?")]
+    Flat,
     /// No grid of corners.
     #[error("no grid of dark and light squares is to be seen")]
     NoGrid,
@@ -76,7 +95,7 @@ pub enum NotFound {
 /// Finds a board's corners, sorted by id.
 ///
 /// # Errors
-/// [`NotFound`]: no grid, a checkerboard that is not in sight as a whole, a ChArUco board without
+/// [`NotFound`]: a picture without contrast, no grid, a checkerboard that is not in sight as a whole, a ChArUco board without
 /// legible markers.
 pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
     let noise = saddle::noise(image);
@@ -99,7 +118,21 @@ pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>
             break;
         }
     }
-    best
+    best.map_err(|why| exposure(image).unwrap_or(why))
+}
+
+/// Whether the exposure is to blame.
+fn exposure(image: &GreyImage) -> Option<NotFound> {
+    let mut values = image.values().to_vec();
+    let count = values.len();
+    let saturated = values.iter().filter(|v| **v >= SATURATED).count();
+    let percent = (100 * saturated / count) as u32;
+    if percent >= SATURATED_PERCENT {
+        return Some(NotFound::Saturated { percent });
+    }
+    let mut quantile = |index: usize| *values.select_nth_unstable_by(index, f32::total_cmp).1;
+    let range = quantile(count - 1 - count / 100) - quantile(count / 100);
+    (range < LEAST_RANGE).then_some(NotFound::Flat)
 }
 
 fn find_at_scale(scene: &grid::Scene, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {

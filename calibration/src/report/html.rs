@@ -6,7 +6,7 @@ use super::svg::escape;
 use super::{ExtrinsicsReport, rms_px};
 use crate::model::Parameter;
 
-const STYLE: &str = "
+pub(super) const STYLE: &str = "
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; border-bottom: 1px solid #ccc; }
 table { border-collapse: collapse; margin: .6rem 0; } th, td { padding: .15rem .7rem; text-align: right; border-bottom: 1px solid #ddd; }
@@ -14,7 +14,7 @@ th:first-child, td:first-child { text-align: left; } tr.chosen { font-weight: 60
 .warnings li { margin: .3rem 0; } .warnings { background: #fff6e0; border-left: 4px solid #d89b00; padding: .4rem 1rem; }
 figure { margin: 1rem 0; } figcaption { color: #555; font-size: .9rem; } .pair { display: flex; gap: 1rem; } .pair > * { flex: 1; }
 svg { width: 100%; height: auto; } svg text { font-size: 12px; fill: #444; }
-.frame { fill: #fafafa; stroke: #999; } .vector { stroke: #c0392b; stroke-width: 1.4; } .grid { stroke: #e3e3e3; } .floor { stroke: #d89b00; stroke-dasharray: 5 4; }
+.frame { fill: #fafafa; stroke: #999; } .empty { fill: #fbe9d0; } .vector { stroke: #c0392b; stroke-width: 1.4; } .grid { stroke: #e3e3e3; } .floor { stroke: #d89b00; stroke-dasharray: 5 4; }
 @media print { body { margin: 0; max-width: none; } h2, figure, table { break-inside: avoid; } }
 ";
 

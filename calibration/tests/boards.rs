@@ -99,9 +99,45 @@ fn checkerboards_in_a_fisheye() {
     assert!(tally.worst <= 1.0);
 }
 
+/// A sheet that is larger than what the lens sees: part of it is always out of sight, and squares
+/// are small and distorted where the image ends.
+#[test]
+fn large_charuco_boards_in_part() {
+    let board = charuco([26, 17], 10.0, 7.5);
+    let studio = Studio::new(fisheye());
+    let mut random = Random(3);
+    let (mut seen, mut found, mut square_sum, mut worst) = (0, 0, 0.0, 0.0f64);
+    for view in 0..12 {
+        let pose = somewhere(&board, &mut random, [60.0, 130.0], 25.0, 35.0);
+        let image = studio.picture(&board, &pose, USUAL, &mut random);
+        let pixels = studio.in_sight(&board, &pose, 12.0);
+        let corners = find_corners(&image, &board).unwrap();
+        println!("view {view}: {} of {} corners", corners.len(), pixels.iter().flatten().count());
+        if let Ok(folder) = std::env::var("FABKIT_TEST_PICTURES") {
+            save(&image, &format!("{folder}/large-{view}.png"));
+        }
+        seen += pixels.iter().flatten().count();
+        for corner in corners {
+            let truth = studio.see(board.corners[corner.id as usize].in_board_mm, &pose).unwrap();
+            let error = (corner.pixel - truth).norm();
+            found += 1;
+            square_sum += error * error;
+            worst = worst.max(error);
+            if error > 0.5 {
+                println!("view {view}: corner {} off by {error:.2} at {}", corner.id, corner.pixel);
+            }
+        }
+    }
+    let rms = (square_sum / f64::from(found)).sqrt();
+    println!("large: {found}/{seen} corners, rms {rms:.4} px, worst {worst:.3} px");
+    assert!(f64::from(found) > 0.8 * seen as f64);
+    assert!(rms <= 0.1);
+    assert!(worst <= 1.0);
+}
+
 #[test]
 fn charuco_boards_in_a_fisheye() {
-    let board = charuco([8, 6], 3.0);
+    let board = charuco([8, 6], 3.0, 2.1);
     let tally = tally(&board, 60, 2, USUAL);
     assert!(tally.found as f64 >= 0.9 * tally.views as f64);
     assert!(tally.rms() <= 0.1);

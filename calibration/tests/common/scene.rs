@@ -1,6 +1,6 @@
 //! Pictures of boards, from exact rays: an independent truth for the detector.
 
-use fabkit_calibration::board::{Board, BoardKind};
+use fabkit_calibration::board::{Board, BoardCorner, BoardKind};
 use fabkit_calibration::image::GreyImage;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens, Point2, Point3, Vector3};
 use fabkit_geometry::{Angle, Pose};
@@ -15,8 +15,9 @@ pub fn fisheye() -> Camera {
     Camera::new(640, 480, Lens::KannalaBrandt(lens), Interface::None).unwrap()
 }
 
-/// Markers with 4 x 4 bits that differ in at least four bits in every rotation.
-pub fn charuco(squares: [u32; 2], square_mm: f64) -> Board {
+/// Markers with 4 x 4 bits that differ in at least three bits in every rotation, as those of OpenCV's
+/// DICT_4X4_250 do.
+pub fn charuco(squares: [u32; 2], square_mm: f64, marker_mm: f64) -> Board {
     let needed = Board::light_squares(squares).len();
     let mut random = Random(5);
     let mut chosen: Vec<[[u8; 4]; 4]> = Vec::new();
@@ -30,8 +31,8 @@ pub fn charuco(squares: [u32; 2], square_mm: f64) -> Board {
             std::array::from_fn(|r| std::array::from_fn(|c| (bits >> (4 * r + c) & 1) as u8));
         let mut turned = marker;
         let apart = (0..4).all(|quarters| {
-            let far = chosen.iter().all(|other| distance(other, &turned) >= 4);
-            let unlike_itself = quarters == 0 || distance(&marker, &turned) >= 4;
+            let far = chosen.iter().all(|other| distance(other, &turned) >= 3);
+            let unlike_itself = quarters == 0 || distance(&marker, &turned) >= 3;
             turned = turn(&turned);
             far && unlike_itself
         });
@@ -41,7 +42,7 @@ pub fn charuco(squares: [u32; 2], square_mm: f64) -> Board {
     }
     let row = |row: &[u8; 4]| row.iter().map(|bit| char::from(b'0' + bit)).collect();
     let bits: Vec<Vec<String>> = chosen.iter().map(|m| m.iter().map(row).collect()).collect();
-    Board::charuco("test", squares, square_mm, 0.7 * square_mm, "TEST_4X4", &bits).unwrap()
+    Board::charuco("test", squares, square_mm, marker_mm, "TEST_4X4", &bits).unwrap()
 }
 
 /// How the picture is spoiled.
@@ -83,7 +84,22 @@ impl Studio {
         board.corners.iter().map(|c| self.see(c.in_board_mm, camera_from_board)).collect()
     }
 
-    fn see(&self, [x, y]: [f64; 2], camera_from_board: &Pose) -> Option<Point2<f64>> {
+    /// Where each corner is seen, if that is in the picture and `margin_px` from its border.
+    pub fn in_sight(
+        &self,
+        board: &Board,
+        camera_from_board: &Pose,
+        margin_px: f64,
+    ) -> Vec<Option<Point2<f64>>> {
+        let [w, h] = [self.camera.width_px(), self.camera.height_px()].map(f64::from);
+        let inside = |p: &Point2<f64>| {
+            p.x > margin_px && p.y > margin_px && p.x < w - margin_px && p.y < h - margin_px
+        };
+        let see = |corner: &BoardCorner| self.see(corner.in_board_mm, camera_from_board);
+        board.corners.iter().map(|corner| see(corner).filter(inside)).collect()
+    }
+
+    pub fn see(&self, [x, y]: [f64; 2], camera_from_board: &Pose) -> Option<Point2<f64>> {
         self.camera.project(&camera_from_board.point(Point3::new(x, y, 0.0))).ok()
     }
 

@@ -15,9 +15,14 @@ const FEW_PINS: usize = 25;
 const STRONG: f64 = 10.0;
 
 impl ExtrinsicsReport<'_> {
+    /// What did not fit its label, one sentence each.
+    pub fn doubt_sentences(&self) -> Vec<String> {
+        self.doubts.iter().map(|doubt| self.doubt(doubt)).collect()
+    }
+
     /// What the person who took the pictures should know before using the result.
     pub fn warnings(&self) -> Vec<String> {
-        let mut warnings: Vec<String> = self.doubts.iter().map(|d| self.doubt(d)).collect();
+        let mut warnings = self.doubt_sentences();
         let calibration = self.calibration;
         let chosen = self.chosen();
         if !calibration.selection.seating_shows {
@@ -176,7 +181,7 @@ impl ExtrinsicsReport<'_> {
     }
 
     /// One doubt as a sentence.
-    pub(super) fn doubt(&self, doubt: &Doubt) -> String {
+    fn doubt(&self, doubt: &Doubt) -> String {
         let file =
             |capture: usize| self.captures.get(capture).map_or("?", |record| record.file.as_str());
         match doubt {

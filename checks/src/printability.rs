@@ -11,8 +11,8 @@ use crate::scene::InvalidBody;
 const LINES: usize = 6_000;
 
 /// Two faces bound a wall if their normals are nearly opposite: the cosine between them, that of an
-/// edge sharper than 45 degrees.
-const OPPOSITE: f64 = -0.707;
+/// edge sharper than 26 degrees.
+const OPPOSITE: f64 = -0.9;
 
 /// Rounding, mm.
 const ROUNDING_MM: f64 = 1e-6;
@@ -51,7 +51,7 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
 ///
 /// Walls are measured along exact lines: from where a line enters, along the face's normal to where
 /// it leaves again. Only faces that look away from each other bound a wall; an edge that is sharper
-/// than 45 degrees counts as one that is too thin.
+/// than 26 degrees counts as one that is too thin.
 ///
 /// ```
 /// # let mut kit = fabkit_checks::example::puck();

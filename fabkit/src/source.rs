@@ -60,6 +60,25 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Reads and builds the sensor and all its fixtures, by name.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn design_with_fixtures(
+        &self,
+        overrides: &[String],
+    ) -> Result<(Design, Vec<(&'static str, Design)>), Failure> {
+        let source = Source::find(self.sensor)?;
+        let project = source.load(overrides)?;
+        let fixture = |name| match project.fixture(name) {
+            Ok(design) => Ok((name, design)),
+            Err(error) => Err(source.failure(error)),
+        };
+        let fixtures =
+            project.fixture_names().into_iter().map(fixture).collect::<Result<_, _>>()?;
+        Ok((project.design, fixtures))
+    }
+
     /// Applies all rules to it. The inner error is a solid that is none.
     ///
     /// # Errors
@@ -148,8 +167,13 @@ fn builtin(name: &str) -> Option<SourceText> {
     Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
 }
 
+/// Reads a YAML file as text.
+///
 /// Refuses what is too large or no file before reading it: a pipe may never end.
-fn read_yaml(path: &Path) -> Result<String, Failure> {
+///
+/// # Errors
+/// Unreadable or oversized files.
+pub fn read_yaml(path: &Path) -> Result<String, Failure> {
     let shown = path.display();
     let unreadable = |error: io::Error| {
         let exit = match error.kind() {

@@ -63,6 +63,12 @@ pub enum Command {
     Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
+    /// Find pins in pictures; solve for the camera's pose, and say how sure it is
+    Calibrate {
+        /// What to calibrate.
+        #[command(subcommand)]
+        what: Calibrate,
+    },
     /// Print the JSON Schema of sensor files, for editors
     Schema,
     /// Print the completions for a shell
@@ -184,6 +190,64 @@ pub struct Render {
     pub assembly: Option<String>,
 }
 
+/// `fabkit calibrate`.
+#[derive(Debug, Subcommand)]
+pub enum Calibrate {
+    /// Find the marks of pins in pictures, each with its standard deviation
+    Pins(CalibratePins),
+    /// Solve for the pose of the camera from pictures of pins in a calibration dome
+    Extrinsics(CalibrateExtrinsics),
+}
+
+/// `fabkit calibrate pins`.
+#[derive(Debug, Args)]
+pub struct CalibratePins {
+    /// Pictures with contact, PNG
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// The picture without contact, from the same camera
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: PathBuf,
+    /// Contacts are brighter than the surface around them, not darker
+    #[arg(long)]
+    pub brighter: bool,
+}
+
+/// `fabkit calibrate extrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateExtrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Change a parameter, for example `camera.depth=8mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    #[arg(long, value_name = "FILE.yaml")]
+    pub camera: PathBuf,
+    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
+    /// captures.csv: file,hole[,kind][,x_px,y_px[,sigma_px]]
+    #[arg(long, value_name = "DIR")]
+    pub captures: PathBuf,
+    /// The picture without contact [default: ref.png or reference.png in the folder]
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: Option<PathBuf>,
+    /// Where pins touch: the dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    #[arg(long, value_name = "FILE.json")]
+    pub landmarks: PathBuf,
+    /// Which kind of pin was used, where the dome has several
+    #[arg(long, value_name = "KIND")]
+    pub pin: Option<String>,
+    /// Refractive index of the gel that is tried before the lens, 1 to 2
+    #[arg(long, value_parser = refractive_index, default_value = "1.41", value_name = "N")]
+    pub gel_index: f64,
+    /// The pose's file to write; the camera that belongs to it is written beside it
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
 /// A kind of file.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum FormatArg {
@@ -212,6 +276,15 @@ impl From<FormatArg> for Format {
             FormatArg::Png => Self::Png,
             FormatArg::Tree => Self::Tree,
         }
+    }
+}
+
+fn refractive_index(text: &str) -> Result<f64, String> {
+    let index: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (1.0..=2.0).contains(&index) {
+        Ok(index)
+    } else {
+        Err(format!("{index} is not between 1 (air) and 2"))
     }
 }
 

@@ -16,10 +16,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "fabkit-fixtures",
         &[
             "fabkit-geometry",
-            "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-calibration",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-mesh",
             "fabkit-export",
         ],
     ),
@@ -59,7 +60,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// Crates from outside that only these crates here may use, tests apart.
 const FEW_USERS: &[(&str, &[&str])] = &[
     ("manifold-rust", &["fabkit-mesh"]),
-    ("granit-parser", &["fabkit-designs"]),
+    ("granit-parser", &["fabkit-designs", "fabkit-camera"]),
     ("png", &["fabkit-export", "fabkit-calibration"]),
     ("flate2", &["fabkit-export"]),
     ("clap", &["fabkit"]),

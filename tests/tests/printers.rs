@@ -127,10 +127,10 @@ fn tree(folder: &Path, prefix: &str, names: &mut Vec<String>) {
 #[test]
 fn fixtures_are_written_beside_their_sensor_or_not_at_all() {
     let root = tempfile::tempdir().unwrap();
-    let arguments = ["export", "tactip", "--fixtures", "--format=stl", "--tolerance=0.1mm"];
+    let arguments = ["export", "fluidic", "--fixtures", "--format=stl", "--tolerance=0.1mm"];
     let run = fabkit(root.path(), &[&arguments[..], &["--json"]].concat()).ok();
     let document = json(run.stdout.as_bytes());
-    let out = root.path().join("out/tactip");
+    let out = root.path().join("out/fluidic");
     let mut names = Vec::new();
     tree(&out, "", &mut names);
     let fixtures = document["fixtures"].as_object().unwrap();
@@ -161,7 +161,7 @@ fn fixtures_are_written_beside_their_sensor_or_not_at_all() {
     assert_eq!(left, [""; 0]);
     assert_eq!(fs::read_dir(root.path().join("blocked")).unwrap().count(), 1);
 
-    let run = fabkit(root.path(), &["export", "tactip/boards", "--fixtures"]);
+    let run = fabkit(root.path(), &["export", "fluidic/boards", "--fixtures"]);
     assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.stderr.contains("write `fabkit export tactip --fixtures`"), "{}", run.stderr);
+    assert!(run.stderr.contains("write `fabkit export fluidic --fixtures`"), "{}", run.stderr);
 }

@@ -7,12 +7,12 @@
 use fabkit_camera::OutsideDomain;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector2};
 
-use crate::model::{Model, Observation, Parameter, Seat};
+use crate::model::{Model, Observation, Parameter};
 use crate::observability::{Unobservable, unobservable};
 
 const MAX_ITERATIONS: usize = 100;
-/// The last step changes the parameters by less than this part of their standard deviation. The
-/// one before shrank to it by orders of magnitude, and so will what is left.
+/// A step that changes the parameters by less than this part of their standard deviation is not
+/// taken.
 const STEP_TOLERANCE: f64 = 1e-4;
 const START_DAMPING: f64 = 1e-5;
 const MAX_DAMPING: f64 = 1e12;
@@ -123,7 +123,7 @@ pub fn refine(
     loss: Loss,
 ) -> Result<Fit, SolveError> {
     let count = parameters.len();
-    let held = parameters.iter().filter(|p| p.is_held_by_prior()).count();
+    let held = parameters.iter().filter(|p| start.prior(**p).is_some()).count();
     if 2 * observations.len() < count - held {
         let coordinates = 2 * observations.len();
         return Err(SolveError::TooFew { unknowns: count - held, coordinates });
@@ -148,14 +148,10 @@ pub fn refine(
             }
             continue;
         };
-        let tried = model.stepped(parameters, step.as_slice());
-        if let Some(tried) = &tried
-            && normal.length(&step) < STEP_TOLERANCE
-        {
-            // So short that cost and derivatives are the same to rounding.
-            model = tried.clone();
+        if normal.length(&step) < STEP_TOLERANCE {
             break;
         }
+        let tried = model.stepped(parameters, step.as_slice());
         let lower = tried.and_then(|tried| {
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
             (next <= cost).then_some((tried, next))
@@ -225,11 +221,11 @@ impl Normal {
                 }
             }
         }
-        for i in 0..parameters.len() {
+        for (i, parameter) in parameters.iter().enumerate() {
             for j in 0..i {
                 self.information[(j, i)] = self.information[(i, j)];
             }
-            if let Some((value, sigma)) = prior(model, parameters[i]) {
+            if let Some((value, sigma)) = model.prior(*parameter) {
                 self.information[(i, i)] += sigma.powi(-2);
                 self.gradient[i] -= value * sigma.powi(-2);
                 cost += (value / sigma).powi(2);
@@ -274,15 +270,4 @@ impl Normal {
         }
         inverse
     }
-}
-
-/// Value and standard deviation of a parameter that a prior holds near zero.
-fn prior(model: &Model, parameter: Parameter) -> Option<(f64, f64)> {
-    let Parameter::Reseating(capture, seat) = parameter else { return None };
-    let value = model.reseatings.get(capture).map_or(0.0, |seated| match seat {
-        Seat::ShiftX => seated[0],
-        Seat::ShiftY => seated[1],
-        Seat::Turn => seated[2],
-    });
-    Some((value, parameter.prior_sigma()))
 }

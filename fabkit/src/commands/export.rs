@@ -18,7 +18,8 @@ use crate::cli::{Export, Global};
 use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::source::{Target, read_yaml};
+use crate::reading::{self, Expected};
+use crate::source::{MAX_YAML_BYTES, Target};
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
@@ -111,7 +112,9 @@ fn default_folder(target: &Target, design: &Design) -> PathBuf {
 }
 
 fn read_profile(path: &Path) -> Result<ProcessProfile, Failure> {
-    let (file, text) = (path.display().to_string(), read_yaml(path)?);
+    let hint = "is it the right file? `fabkit profile` writes one";
+    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (path.display().to_string(), reading::text(path, expected)?);
     ProcessProfile::read(&file, &text)
         .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))
 }

@@ -12,7 +12,8 @@ use crate::cli::Profile;
 use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::source::read_yaml;
+use crate::reading::{self, Expected};
+use crate::source::MAX_YAML_BYTES;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
@@ -21,7 +22,9 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
         let message = "the profile would replace the coupon's own file";
         return Err(Failure::new(Exit::BadInput, message, "choose another name with -o"));
     }
-    let (file, text) = (args.coupon.display().to_string(), read_yaml(&args.coupon)?);
+    let hint = "is it the right file? `fabkit export SENSOR/coupon` writes it";
+    let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (args.coupon.display().to_string(), reading::text(&args.coupon, expected)?);
     let measured = MeasuredProfile::read(&file, &text, &name)
         .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))?;
 

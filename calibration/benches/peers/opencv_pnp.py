@@ -1,0 +1,49 @@
+"""Solves poses of a fisheye camera with OpenCV.
+
+Standard input: one JSON line with `camera_matrix` (3 x 3), `distortion` (4), and `trials`, each with
+`points` (N x 3, mm) and `pixels` (N x 2). Standard output: one JSON line with, for each method, the
+microseconds of one solve and the positions of the camera, null where it found none.
+"""
+
+import json
+import sys
+import time
+
+import cv2
+import numpy as np
+
+METHODS = {"SQPNP": cv2.SOLVEPNP_SQPNP, "iterative": cv2.SOLVEPNP_ITERATIVE}
+
+
+def position(rvec, tvec):
+    rotation, _ = cv2.Rodrigues(rvec)
+    return (-rotation.T @ tvec).ravel().tolist()
+
+
+def main():
+    scene = json.loads(sys.stdin.readline())
+    matrix = np.array(scene["camera_matrix"])
+    distortion = np.array(scene["distortion"])
+    trials = [
+        (np.array(t["points"]).reshape(-1, 1, 3), np.array(t["pixels"]).reshape(-1, 1, 2))
+        for t in scene["trials"]
+    ]
+    results = {"opencv": cv2.__version__, "methods": {}}
+    for name, flag in METHODS.items():
+        positions = []
+        start = time.perf_counter()
+        for points, pixels in trials:
+            try:
+                found, rvec, tvec = cv2.fisheye.solvePnP(
+                    points, pixels, matrix, distortion, flags=flag
+                )
+                ok = found and np.isfinite(rvec).all() and np.isfinite(tvec).all()
+                positions.append(position(rvec, tvec) if ok else None)
+            except cv2.error:
+                positions.append(None)
+        micros = (time.perf_counter() - start) * 1e6 / len(trials)
+        results["methods"][name] = {"micros": micros, "positions": positions}
+    print(json.dumps(results))
+
+
+main()

@@ -1,0 +1,18 @@
+//! `fabkit calibrate ...`: from pictures to cameras and poses.
+
+mod captures;
+mod extrinsics;
+mod pictures;
+mod pins;
+mod pose_file;
+
+use super::Report;
+use crate::cli::Calibrate;
+use crate::failure::Failure;
+
+pub(super) fn run(what: &Calibrate) -> Result<Report, Failure> {
+    match what {
+        Calibrate::Pins(args) => pins::run(args),
+        Calibrate::Extrinsics(args) => extrinsics::run(args),
+    }
+}

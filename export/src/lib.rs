@@ -28,7 +28,9 @@ pub use artwork::Artwork;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
-pub use manifest::{Compensation, FileEntry, Manifest, PartEntry, SettingEntry, SheetFigures};
+pub use manifest::{
+    Compensation, FileEntry, Manifest, PartEntry, PrintCompensation, SettingEntry, SheetFigures,
+};
 pub use picture::png;
 pub use plate::{Bed, Spot, pack};
 pub use stl::stl;

@@ -59,6 +59,8 @@ pub enum Command {
     Check(Design),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
+    /// Turn a measured coupon into a profile of the printer, for `export --process`
+    Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
     /// Find pins in pictures; solve for the camera's pose, and say how sure it is
@@ -112,7 +114,10 @@ pub struct Export {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
-    /// Where to write [default: out/SENSOR]
+    /// Its fixtures too, each into a folder of its own
+    #[arg(long, conflicts_with = "parts")]
+    pub fixtures: bool,
+    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
@@ -139,9 +144,24 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Write the geometry as designed, without making up for the laser's cut and for shrinkage
-    #[arg(long, conflicts_with = "kerf")]
+    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    #[arg(long, value_name = "FILE.yaml")]
+    pub process: Option<PathBuf>,
+    /// Write the geometry as designed, without making up for the laser's cut, the printer and
+    /// shrinkage
+    #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
+}
+
+/// `fabkit profile`.
+#[derive(Debug, Args)]
+pub struct Profile {
+    /// The coupon's file with what you measured; `export SENSOR/coupon` writes the empty one
+    #[arg(value_name = "COUPON.yaml")]
+    pub coupon: PathBuf,
+    /// The profile to write; its name becomes the printer's
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
 }
 
 /// `fabkit render`.

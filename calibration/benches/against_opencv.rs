@@ -74,7 +74,9 @@ fn print_row(name: &str, truth: &[Vector3<f64>], found: &[Option<Vector3<f64>>],
     errors.sort_by(f64::total_cmp);
     let failed = found.iter().filter(|found| found.is_none()).count();
     let (median, high) = (errors[errors.len() / 2], errors[errors.len() * 95 / 100]);
-    println!("  {name:24} median {median:9.4} mm  95 % {high:9.4} mm  {failed:4} failed  {micros:7.0} us");
+    println!(
+        "  {name:24} median {median:9.4} mm  95 % {high:9.4} mm  {failed:4} failed  {micros:7.0} us"
+    );
 }
 
 fn ask_peer(scene: &Value) -> Result<Value, Box<dyn Error>> {

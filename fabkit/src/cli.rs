@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use fabkit::calibration::intrinsics::LensModel;
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
 
@@ -63,7 +64,7 @@ pub enum Command {
     Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
-    /// Find pins in pictures; solve for the camera's pose, and say how sure it is
+    /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
     Calibrate {
         /// What to calibrate.
         #[command(subcommand)]
@@ -193,10 +194,40 @@ pub struct Render {
 /// `fabkit calibrate`.
 #[derive(Debug, Subcommand)]
 pub enum Calibrate {
+    /// Solve for the lens of the camera from pictures of a board, in air
+    Intrinsics(CalibrateIntrinsics),
     /// Find the marks of pins in pictures, each with its standard deviation
     Pins(CalibratePins),
     /// Solve for the pose of the camera from pictures of pins in a calibration dome
     Extrinsics(CalibrateExtrinsics),
+}
+
+/// `fabkit calibrate intrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateIntrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Pictures of the board, PNG
+    #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Change a parameter, for example `camera.field_of_view=150deg`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The board's file, as exported with it
+    #[arg(long, value_name = "FILE.json")]
+    pub board: PathBuf,
+    /// A list of corners instead of pictures: view,corner,x_px,y_px[,sigma_px]
+    #[arg(long, value_name = "FILE.csv")]
+    pub corners: Option<PathBuf>,
+    /// Only this lens model; may be repeated [default: all, chosen by evidence]
+    #[arg(long = "model", value_parser = lens_model, value_name = "NAME")]
+    pub models: Vec<LensModel>,
+    /// The camera's file to write
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// `fabkit calibrate pins`.
@@ -277,6 +308,13 @@ impl From<FormatArg> for Format {
             FormatArg::Tree => Self::Tree,
         }
     }
+}
+
+fn lens_model(name: &str) -> Result<LensModel, String> {
+    LensModel::named(name).ok_or_else(|| {
+        let names = LensModel::ALL.map(|model| model.name()).join(", ");
+        format!("there is no lens model `{name}`; there are {names}")
+    })
 }
 
 fn refractive_index(text: &str) -> Result<f64, String> {

@@ -97,7 +97,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
 fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,
-        Command::Calibrate { what: Calibrate::Extrinsics(_) }
+        Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
             | Command::Check(_)
             | Command::Export(_)
             | Command::Render(_)

@@ -1,4 +1,5 @@
-//! The pose solver beside OpenCV's `fisheye.solvePnP` on the same pixels: accuracy and time.
+//! The pose solver beside OpenCV's `fisheye.solvePnP` on the same pixels: accuracy, and the median
+//! time of one solve.
 //!
 //! `cargo bench -p fabkit-calibration`; `FABKIT_PYTHON` names a Python that has
 //! `opencv-python-headless` and numpy.
@@ -19,8 +20,6 @@ use serde_json::{Value, json};
 use trials::{RANGES, camera, position, trial};
 
 const TRIALS: usize = 1000;
-/// Each side does all trials this many times; the fastest counts.
-const RUNS: usize = 7;
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/opencv_pnp.py");
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -30,17 +29,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (depth_mm, _) in RANGES {
         let mut noise = Noise::new(7);
         let cases: Vec<_> = (0..TRIALS).map(|_| trial(&camera, depth_mm, &mut noise)).collect();
-        let mut ours: Vec<Option<Vector3<f64>>> = Vec::new();
-        let mut micros = f64::INFINITY;
-        for _ in 0..RUNS {
+        let mut micros = Vec::with_capacity(TRIALS);
+        let mut solve = |(_, observations): &(_, Vec<Observation>)| {
             let start = Instant::now();
-            let solve = |(_, observations): &(_, Vec<Observation>)| {
-                let fit = solve_pose(&camera, observations, None, Loss::Squares).ok()?;
-                Some(position(&fit.model.camera_from_sensor))
-            };
-            ours = cases.iter().map(solve).collect();
-            micros = micros.min(start.elapsed().as_secs_f64() * 1e6 / TRIALS as f64);
-        }
+            let fit = solve_pose(&camera, observations, None, Loss::Squares);
+            micros.push(start.elapsed().as_secs_f64() * 1e6);
+            Some(position(&fit.ok()?.model.camera_from_sensor))
+        };
+        let ours: Vec<Option<Vector3<f64>>> = cases.iter().map(&mut solve).collect();
+        micros.sort_by(f64::total_cmp);
+        let micros = micros[TRIALS / 2];
         let truth: Vec<Vector3<f64>> = cases.iter().map(|(pose, _)| position(pose)).collect();
         println!("\nrim at {:.0} degrees", 15f64.atan2(depth_mm).to_degrees());
         print_row("fabkit", &truth, &ours, micros);
@@ -50,7 +48,6 @@ fn main() -> Result<(), Box<dyn Error>> {
                 [0.0, intrinsics.fy_px, intrinsics.cy_px],
                 [0.0, 0.0, 1.0],
             ],
-            "runs": RUNS,
             "distortion": camera.lens().coefficients(),
             "trials": cases.iter().map(|(_, observations)| json!({
                 "points": observations.iter().map(|o| <[f64; 3]>::from(o.contact.contact_in_sensor_mm)).collect::<Vec<_>>(),

@@ -1,8 +1,8 @@
 """Solves poses of a fisheye camera with OpenCV.
 
-Standard input: one JSON line with `camera_matrix` (3 x 3), `distortion` (4), `trials`, each with
-`points` (N x 3, mm) and `pixels` (N x 2), and how many `runs` of all trials; the fastest counts. Standard output: one JSON line with, for each method, the
-microseconds of one solve and the positions of the camera, null where it found none.
+Standard input: one JSON line with `camera_matrix` (3 x 3), `distortion` (4), and `trials`, each with
+`points` (N x 3, mm) and `pixels` (N x 2). Standard output: one JSON line with, for each method, the
+median microseconds of one solve and the positions of the camera, null where it found none.
 """
 
 import json
@@ -30,23 +30,20 @@ def main():
     ]
     results = {"opencv": cv2.__version__, "methods": {}}
     for name, flag in METHODS.items():
-        micros = float("inf")
-        for _ in range(scene["runs"]):
-            poses = []
+        poses, micros = [], []
+        for points, pixels in trials:
             start = time.perf_counter()
-            for points, pixels in trials:
-                try:
-                    poses.append(
-                        cv2.fisheye.solvePnP(points, pixels, matrix, distortion, flags=flag)
-                    )
-                except cv2.error:
-                    poses.append((False, None, None))
-            micros = min(micros, (time.perf_counter() - start) * 1e6 / len(trials))
+            try:
+                pose = cv2.fisheye.solvePnP(points, pixels, matrix, distortion, flags=flag)
+            except cv2.error:
+                pose = (False, None, None)
+            micros.append((time.perf_counter() - start) * 1e6)
+            poses.append(pose)
         positions = [
             position(rvec, tvec) if found and np.isfinite(tvec).all() else None
             for found, rvec, tvec in poses
         ]
-        results["methods"][name] = {"micros": micros, "positions": positions}
+        results["methods"][name] = {"micros": float(np.median(micros)), "positions": positions}
     print(json.dumps(results))
 
 

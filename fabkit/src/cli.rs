@@ -177,6 +177,8 @@ pub enum FormatArg {
     Png,
     /// The exact geometry as JSON
     Tree,
+    /// Where lines cross the exact surface, and its volume, area and inertia, as JSON
+    Samples,
 }
 
 impl From<FormatArg> for Format {
@@ -188,6 +190,7 @@ impl From<FormatArg> for Format {
             FormatArg::Svg => Self::Svg,
             FormatArg::Png => Self::Png,
             FormatArg::Tree => Self::Tree,
+            FormatArg::Samples => Self::Samples,
         }
     }
 }

@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
-    TreeDocument,
+    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
+    SettingEntry, TreeDocument,
 };
 use fabkit_geometry::Pose;
 use fabkit_mesh::{PrintMesh, TriMesh};
@@ -237,12 +237,24 @@ fn part_files<'a>(
                     process: &process,
                     material: body.material,
                     quantity: body.quantity,
+                    color: body.color,
+                    opacity: body.opacity,
                     solid: body.solid,
                     landmarks: body.landmarks,
                     placements: body.placements,
                     mesh: meshed.nominal_figures(),
                 };
                 fabkit_export::tree(&document).map_err(failed)?
+            }
+            Format::Samples => {
+                let document = SamplesDocument {
+                    design_hash: hash,
+                    sensor: &design.sensor.name,
+                    name: body.name,
+                    solid: body.solid,
+                    landmarks: body.landmarks,
+                };
+                fabkit_export::samples(&document).map_err(failed)?
             }
         };
         let file = OutputFile { name, bytes };

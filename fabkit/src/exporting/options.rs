@@ -17,6 +17,8 @@ pub enum Format {
     Png,
     /// The exact geometry as JSON.
     Tree,
+    /// What the exact geometry amounts to, sampled, for whoever rebuilds the tree.
+    Samples,
 }
 
 impl Format {
@@ -29,6 +31,7 @@ impl Format {
             Self::Svg => "svg",
             Self::Png => "png",
             Self::Tree => "tree",
+            Self::Samples => "samples",
         }
     }
 
@@ -39,7 +42,7 @@ impl Format {
 
     pub(super) fn file_name(self, part: &str) -> String {
         match self {
-            Self::Tree => format!("{part}.tree.json"),
+            Self::Tree | Self::Samples => format!("{part}.{}.json", self.word()),
             _ => format!("{part}.{}", self.word()),
         }
     }

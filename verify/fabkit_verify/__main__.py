@@ -30,7 +30,10 @@ def main() -> int:
     step = commands.add_parser("step", help="write STEP files of what was exported")
     step.add_argument("folder", type=Path, help="with trees")
     step.add_argument("output", type=Path, help="folder for the STEP files")
+    step.add_argument("--part", action="append", default=[], help="only this; may be repeated")
     step.add_argument("--assembly", help="name of a file with everything in its place")
+    step.add_argument("--limit", type=float, default=600.0, help="seconds for one file")
+    step.add_argument("--processes", type=int, default=2, help="how many at once")
     commands.add_parser("versions", help="which kernels there are")
     arguments = parser.parse_args()
     match arguments.command:
@@ -92,11 +95,17 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def _step(arguments: argparse.Namespace) -> int:
-    from .step import write_all
+    from .step import StepJob
 
-    document = write_all(arguments.folder, arguments.output, arguments.assembly)
-    print(json.dumps(document))
-    return 0 if document["passed"] else 1
+    folder, output = arguments.folder.resolve(), arguments.output.resolve()
+    todo = [StepJob(folder, output, part) for part in arguments.part or _parts(folder)]
+    if arguments.assembly:
+        todo.insert(0, StepJob(folder, output, arguments.assembly, assembly=True))
+    limits = Limits(arguments.limit, arguments.processes)
+    files = run_all(todo, limits, lambda answer: None)
+    passed = all(file["passed"] for file in files)
+    print(json.dumps({"format": "fabkit-step", "version": 1, "passed": passed, "files": files}))
+    return 0 if passed else 1
 
 
 def _versions() -> int:

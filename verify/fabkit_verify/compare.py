@@ -118,7 +118,9 @@ def _figures(tree: dict, exact: dict, rebuilt: Rebuilt) -> list[Check]:
         Check(what, off[what], limits[what] + own[what], units.get(what, "mm")) for what in limits
     ]
     for what, found in (("genus", rebuilt.genus), ("shells", rebuilt.shells)):
-        note = f"{rebuilt.kernel} finds {found}, fabkit says {exact[what]}"
+        if found is None:
+            continue
+        note = f"{what}: {rebuilt.kernel} finds {found}, fabkit says {exact[what]}"
         checks.append(Check(what, abs(found - exact[what]), 0, "", note))
     return checks
 

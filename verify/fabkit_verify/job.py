@@ -10,7 +10,7 @@ from typing import Any
 
 from . import document
 from .compare import Check, compare
-from .measured import RebuildError
+from .measured import Rebuilt, RebuildError
 
 KERNELS = ("cadquery", "build123d", "manifold3d", "trimesh")
 
@@ -25,6 +25,51 @@ class Job:
     # A module with `rebuild`.
     module: str
 
+    def run(self) -> dict[str, Any]:
+        """Rebuilds and compares. Whatever a kernel throws is an answer, not an error."""
+        start = time.monotonic()
+        try:
+            rebuilt, checks = self._compare()
+        except (document.DocumentError, RebuildError) as error:
+            return self.failed(str(error), time.monotonic() - start)
+        except Exception as error:  # pylint: disable=broad-exception-caught
+            # OpenCascade's exceptions have no common base class.
+            return self.failed(f"{type(error).__name__}: {error}", time.monotonic() - start)
+        wrong = [check for check in checks if not check.passed]
+        return {
+            "part": self.part,
+            "kernel": self.kernel,
+            "verdict": "differs" if wrong else "agrees",
+            "reason": "; ".join(map(_in_words, wrong)),
+            "volume": _value(checks, "volume"),
+            "distance_mm": _value(checks, "distance"),
+            "faces": rebuilt.face_types,
+            "checks": [check.as_json() for check in checks],
+            "seconds": round(time.monotonic() - start, 2),
+        }
+
+    def _compare(self) -> tuple[Rebuilt, list[Check]]:
+        tree = document.read(self.folder / f"{self.part}.tree.json")
+        samples = document.read_samples(self.folder / f"{self.part}.samples.json")
+        if samples["name"] != tree["name"] or samples["design_hash"] != tree.get("design_hash"):
+            raise document.DocumentError(self.part, ["tree and samples are of different designs"])
+        rebuilt = importlib.import_module(self.module).rebuild(tree, samples, self.folder)
+        return rebuilt, compare(tree, samples, rebuilt)
+
+    def failed(self, reason: str, seconds: float) -> dict[str, Any]:
+        """The answer of a job that has none."""
+        return {
+            "part": self.part,
+            "kernel": self.kernel,
+            "verdict": "failed",
+            "reason": reason,
+            "volume": None,
+            "distance_mm": None,
+            "faces": {},
+            "checks": [],
+            "seconds": round(seconds, 2),
+        }
+
 
 def jobs(folder: Path, parts: list[str], kernels: list[str]) -> list[Job]:
     """Every part in every kernel."""
@@ -33,50 +78,6 @@ def jobs(folder: Path, parts: list[str], kernels: list[str]) -> list[Job]:
         for part in parts
         for kernel in kernels
     ]
-
-
-def run(job: Job) -> dict[str, Any]:
-    """Rebuilds and compares. Whatever a kernel throws is an answer, not an error."""
-    start = time.monotonic()
-    try:
-        tree = document.read(job.folder / f"{job.part}.tree.json")
-        samples = document.read_samples(job.folder / f"{job.part}.samples.json")
-        if samples["name"] != tree["name"] or samples["design_hash"] != tree.get("design_hash"):
-            raise document.DocumentError(job.part, ["tree and samples are of different designs"])
-        rebuilt = importlib.import_module(job.module).rebuild(tree, samples, job.folder)
-        checks = compare(tree, samples, rebuilt)
-    except (document.DocumentError, RebuildError) as error:
-        return failed(job, str(error), time.monotonic() - start)
-    except Exception as error:  # pylint: disable=broad-exception-caught
-        # OpenCascade's exceptions have no common base class.
-        return failed(job, f"{type(error).__name__}: {error}", time.monotonic() - start)
-    wrong = [check for check in checks if not check.passed]
-    return {
-        "part": job.part,
-        "kernel": job.kernel,
-        "verdict": "differs" if wrong else "agrees",
-        "reason": "; ".join(map(_in_words, wrong)),
-        "volume": _value(checks, "volume"),
-        "distance_mm": _value(checks, "distance"),
-        "faces": rebuilt.face_types,
-        "checks": [check.as_json() for check in checks],
-        "seconds": round(time.monotonic() - start, 2),
-    }
-
-
-def failed(job: Job, reason: str, seconds: float) -> dict[str, Any]:
-    """The answer of a job that has none."""
-    return {
-        "part": job.part,
-        "kernel": job.kernel,
-        "verdict": "failed",
-        "reason": reason,
-        "volume": None,
-        "distance_mm": None,
-        "faces": {},
-        "checks": [],
-        "seconds": round(seconds, 2),
-    }
 
 
 def _value(checks: list[Check], what: str) -> float | None:

@@ -30,8 +30,8 @@ class Rebuilt:
     mass: Mass
     # Lower and upper corner.
     bounds_mm: numpy.ndarray
-    # Through holes and handles, summed over shells.
-    genus: int
+    # Through holes and handles, summed over shells; None where the kernel cannot say.
+    genus: int | None
     # How far its faces may be from the exact ones by construction: 0 for exact faces.
     chord_mm: float
     # Connected boundaries; a closed cavity counts as one.

@@ -13,9 +13,21 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing import connection
-from typing import Any
+from typing import Any, Protocol
 
-from .job import Job, failed, run
+
+
+class Job(Protocol):
+    """Something that can be sent to another process and done there; hashable."""
+
+    def run(self) -> dict[str, Any]:
+        """The answer."""
+        ...
+
+    def failed(self, reason: str, seconds: float) -> dict[str, Any]:
+        """The answer in its place, if the process dies or takes too long."""
+        ...
+
 
 _CONTEXT = multiprocessing.get_context("spawn")
 
@@ -29,7 +41,7 @@ def _serve(pipe: connection.Connection) -> None:
             job = pipe.recv()
         except EOFError:
             return
-        pipe.send(run(job))
+        pipe.send(job.run())
 
 
 class _Worker:
@@ -98,7 +110,7 @@ def run_all(
                     reason = f"took longer than {limits.seconds:g} s and was stopped"
                 else:
                     continue
-                record(worker, failed(worker.job, reason, seconds))
+                record(worker, worker.job.failed(reason, seconds))
                 worker.end()
                 workers.remove(worker)
     finally:

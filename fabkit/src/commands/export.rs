@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use fabkit::export::{Bed, FileEntry, Manifest};
 use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions};
 use fabkit::staging::write_all;
+use fabkit::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::Report;
@@ -24,7 +25,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
 
     let mut options = ExportOptions {
         parts: part.map(str::to_owned).into_iter().chain(args.parts.iter().cloned()).collect(),
-        formats: args.format.iter().map(|&format| format.into()).collect(),
+        formats: args.format.iter().filter_map(|format| format.own()).collect(),
         tolerance_mm: args.tolerance,
         bed: Bed { size_mm: args.bed, ..Bed::default() },
         stock: Bed { size_mm: args.stock, ..DEFAULT_STOCK },
@@ -37,7 +38,10 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let progress = Progress::new(global);
     let exported = exporting::export(&design, &options, &|part| progress.finished(part));
     progress.clear();
-    let exported = exported?;
+    let mut exported = exported?;
+    if args.format.iter().any(|format| format.own().is_none()) {
+        exported.add(Verifier::find()?.step_files(&design, &options.parts)?)?;
+    }
 
     let folder =
         args.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&design.sensor.name));

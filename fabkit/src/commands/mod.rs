@@ -9,6 +9,7 @@ mod man;
 mod render;
 mod schema;
 mod show;
+mod verify;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -81,6 +82,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::List => list::run(),
         Command::Show(args) => show::run(args),
         Command::Check(args) => check::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Export(args) => export::run(args, &cli.global),
         Command::Render(args) => render::run(args),
         Command::Schema => schema::run(),
@@ -95,6 +97,7 @@ fn prints_its_result(command: &Command) -> bool {
         command,
         Command::Check(_)
             | Command::Export(_)
+            | Command::Verify(_)
             | Command::Render(_)
             | Command::Man { output: Some(_) }
     )

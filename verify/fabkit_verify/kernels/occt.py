@@ -184,11 +184,13 @@ class Probe:
         return min(distances)
 
 
-def genus(shape: TopoDS_Shape) -> int:
+def genus(shape: TopoDS_Shape) -> int | None:
     """Through holes and handles, summed over shells, from Euler and Poincaré's formula.
 
     A face with k wires and no handle of its own counts 2 - k; every edge and vertex counts once. A
     degenerate edge (the pole of a sphere) is no edge, a seam is one; a closed edge has one vertex.
+    None where two wires of a face touch: they bound more than one piece then, and it is not known
+    how many.
     """
     total = 0
     shells = subshapes(shape, TopAbs_SHELL)
@@ -201,18 +203,21 @@ def genus(shape: TopoDS_Shape) -> int:
         faces = subshapes(shell, TopAbs_FACE)
         characteristic = vertices - len(proper)
         for k in range(1, faces.Extent() + 1):
-            characteristic += _characteristic_of_face(faces.FindKey(k))
+            wires = _wires(faces.FindKey(k))
+            ends = [subshapes(wire, TopAbs_VERTEX).Extent() for wire in wires]
+            if sum(ends) != subshapes(faces.FindKey(k), TopAbs_VERTEX).Extent():
+                return None
+            characteristic += 2 - len(wires)
         total += 1 - characteristic // 2
     return total
 
 
-def _characteristic_of_face(face: TopoDS_Shape) -> int:
-    """Of the open face: 2 minus its wires, as long as a wire is one boundary curve."""
-    wires, explorer = 0, TopExp_Explorer(face, TopAbs_WIRE)
+def _wires(face: TopoDS_Shape) -> list[TopoDS_Shape]:
+    wires, explorer = [], TopExp_Explorer(face, TopAbs_WIRE)
     while explorer.More():
-        wires += 1
+        wires.append(explorer.Current())
         explorer.Next()
-    return 2 - wires
+    return wires
 
 
 def bounds(shape: TopoDS_Shape) -> numpy.ndarray:

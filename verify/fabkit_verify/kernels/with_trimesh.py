@@ -86,6 +86,8 @@ def _crossings(mesh, origins, directions) -> list[numpy.ndarray]:
     where, ray, _ = mesh.ray.intersects_location(
         origins + back[:, None] * directions, directions, multiple_hits=True
     )
+    if len(ray) == 0:
+        return [numpy.array([])] * len(origins)
     along = numpy.einsum("ij,ij->i", where - origins[ray], directions[ray])
     order = numpy.lexsort((along, ray))
     ray, along = ray[order], along[order]

@@ -80,6 +80,7 @@ def _check(arguments: argparse.Namespace) -> int:
         "version": 1,
         "fabkit_verify": __version__,
         "kernels": kernels,
+        "report_error": None,
         "passed": all(result["verdict"] == "agrees" for result in results),
         "results": results,
     }
@@ -89,7 +90,9 @@ def _check(arguments: argparse.Namespace) -> int:
         try:
             write(arguments.report, document, arguments.folder)
         except OSError as error:
-            return _complain(f"{arguments.report}: {error.strerror}")
+            # What was found out is not lost with the report.
+            document["passed"] = False
+            document["report_error"] = f"{arguments.report}: {error.strerror}"
     print(json.dumps(document))
     return 0 if document["passed"] else 1
 

@@ -268,10 +268,11 @@ def _landmarks(landmarks: list[dict], rebuilt: Rebuilt) -> list[Check]:
     places = numpy.array([landmark["point_mm"] for landmark in landmarks])
     wrong, at = [], []
     for landmark, place, inside in zip(landmarks, places, rebuilt.contains(places)):
-        distance = rebuilt.distance_mm(place)
         wanted = landmark["lies_in"]
-        fine = distance <= limit if wanted == "surface" else inside == (wanted == "solid")
-        if not fine and not (wanted != "surface" and distance <= limit):
+        if wanted != "surface" and inside == (wanted == "solid"):
+            continue
+        distance = rebuilt.distance_mm(place)
+        if distance > limit:
             wrong.append(f"{landmark['name']} ({distance:.4f} mm from the surface, not in {wanted})")
             at.append(tuple(map(float, place)))
     return [Check("landmarks", len(wrong), 0, "landmarks", "; ".join(wrong[:4]), tuple(at[:200]))]

@@ -1,4 +1,4 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`.
+//! Development tasks: `cargo xtask help` lists them.
 
 mod bench;
 mod lint;
@@ -13,15 +13,17 @@ const HELP: &str = "\
 Usage: cargo xtask TASK
 
 Tasks:
-  test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
-  lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
-  bench  Time fabkit beside its peers and print the ratios
+  test        Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
+  verify-env  Make the Python environment of the verifier and of the outside oracles
+  lint        Formatting, clippy and documentation without warnings, licences and sources of dependencies
+  bench       Time fabkit beside its peers and print the ratios
 ";
 
 fn main() -> ExitCode {
     let task = env::args().nth(1).unwrap_or_default();
     let result = match task.as_str() {
         "test" => test::run(),
+        "verify-env" => python::run(),
         "lint" => lint::run(),
         "bench" => bench::run(),
         "" | "-h" | "--help" | "help" => {

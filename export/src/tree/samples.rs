@@ -239,7 +239,7 @@ impl Caster<'_> {
         Some((target - reach_mm * direction, direction))
     }
 
-    /// One line along the axis and three across it; where the landmark lies.
+    /// One line along the axis and one across it; where the landmark lies.
     fn landmark(
         &mut self,
         landmark: &Landmark,
@@ -252,15 +252,11 @@ impl Caster<'_> {
             axis.cross(&Vector3::x()).normalize()
         });
         let other = axis.cross(&side);
-        // Oblique, so that neither the plane a landmark lies on nor the side of a slot is followed.
-        let across = [
-            side + 0.11 * other + 0.31 * axis,
-            other - 0.13 * side - 0.29 * axis,
-            -side - 0.17 * other + 0.43 * axis,
-        ];
+        // Oblique: neither the plane that a landmark lies on nor the side of a slot is followed.
+        let across = side + 0.11 * other + 0.31 * axis;
         let of = format!("landmark {}", landmark.name);
         let mut touches = false;
-        for direction in [axis, across[0], across[1], across[2]] {
+        for direction in [axis, across] {
             let origin = landmark.point - reach_mm * direction.normalize();
             let ray = Ray { origin: landmark.point, direction: direction.normalize() };
             let hits = self.body.crossings(&ray);

@@ -67,6 +67,9 @@ fn text(name: &str, answer: &Value) -> String {
             field("reason")
         );
     }
+    if let Some(error) = answer["report_error"].as_str() {
+        text += &format!("\nthe report could not be written: {error}\n");
+    }
     text += &match wrong {
         0 => format!("\n{name}: {} bodies agree in {} kernels\n", by_part.len(), kernels.len()),
         _ => format!("\n{name}: {wrong} of {} comparisons do not agree\n", results.len()),

@@ -26,12 +26,25 @@ def mass(corners: numpy.ndarray) -> Mass:
     )
 
 
-def distance_mm(corners: numpy.ndarray, point: numpy.ndarray) -> float:
-    """From a point to the nearest point of n x 3 x 3 triangles.
+class Distances:
+    """Asks n x 3 x 3 triangles how far points are from them."""
 
-    A point whose foot lies within the triangle is as far as its plane is; any other is as far as the
-    nearest edge.
-    """
+    def __init__(self, corners: numpy.ndarray):
+        self.corners = corners
+        self.centres = corners.mean(1)
+        self.radii = numpy.linalg.norm(corners - self.centres[:, None], axis=2).max(1)
+
+    def __call__(self, point: numpy.ndarray) -> float:
+        """From a point to the nearest point of the triangles."""
+        to_centres = numpy.linalg.norm(self.centres - point, axis=1)
+        # No farther than the nearest triangle's far end is enough.
+        enough = (to_centres + self.radii).min()
+        return _distance(self.corners[to_centres - self.radii <= enough], point)
+
+
+def _distance(corners: numpy.ndarray, point: numpy.ndarray) -> float:
+    """A point whose foot lies within a triangle is as far as its plane is; any other is as far as the
+    nearest edge."""
     a, b, c = (corners[:, i] for i in range(3))
     normal = numpy.cross(b - a, c - a)
     squared = numpy.einsum("ij,ij->i", normal, normal)

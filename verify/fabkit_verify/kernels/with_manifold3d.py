@@ -20,7 +20,7 @@ NAME = "manifold3d"
 
 # No triangle may be farther than this from the exact surface, mm. Where a face bends two ways, each
 # gets half of it.
-CHORD_MM = 0.004
+CHORD_MM = 0.01
 
 
 class Manifold3d:
@@ -153,5 +153,5 @@ def rebuild(tree: dict, samples: dict, folder: object) -> Rebuilt:
         chord_mm=CHORD_MM,
         crossings=crossings,
         contains=contains,
-        distance_mm=lambda point: triangles.distance_mm(corners, point),
+        distance_mm=triangles.Distances(corners),
     )

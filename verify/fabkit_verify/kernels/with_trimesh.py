@@ -13,6 +13,9 @@ from . import triangles
 
 NAME = "trimesh"
 
+# trimesh keeps every pair of line and triangle whose boxes meet: gigabytes for thousands of lines.
+BATCH = 100
+
 
 def rebuild(tree: dict, samples: dict, folder: Path) -> Rebuilt:
     """The mesh in `folder/NAME.stl`, moved back to the frame of the tree's root."""
@@ -36,7 +39,7 @@ def rebuild(tree: dict, samples: dict, folder: Path) -> Rebuilt:
         chord_mm=tree["mesh"]["chord_tolerance_mm"],
         crossings=lambda origins, directions: _crossings(mesh, origins, directions),
         contains=lambda points: _contains(mesh, points),
-        distance_mm=lambda point: triangles.distance_mm(corners, point),
+        distance_mm=triangles.Distances(corners),
         complaints=_complaints(mesh),
     )
 
@@ -80,6 +83,14 @@ def _genus(mesh: trimesh.Trimesh) -> int:
 
 
 def _crossings(mesh, origins, directions) -> list[numpy.ndarray]:
+    found = []
+    for first in range(0, len(origins), BATCH):
+        batch = slice(first, first + BATCH)
+        found += _crossings_of_batch(mesh, origins[batch], directions[batch])
+    return found
+
+
+def _crossings_of_batch(mesh, origins, directions) -> list[numpy.ndarray]:
     # Rays have a start: behind everything.
     middle = numpy.einsum("ij,ij->i", mesh.bounds.mean(0) - origins, directions)
     back = middle - mesh.scale - 1.0

@@ -73,6 +73,14 @@ pub enum ExportError {
     /// The deflate encoder refused.
     #[error("deflate: {0}")]
     Deflate(#[from] std::io::Error),
+    /// A solid that cannot be sampled.
+    #[error("{name} cannot be sampled: {reason}")]
+    Samples {
+        /// Which body.
+        name: String,
+        /// Why.
+        reason: String,
+    },
     /// The JSON encoder refused.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),

@@ -36,7 +36,9 @@ pub use plate::{Bed, Spot, pack};
 pub use stl::stl;
 pub use svg::svg;
 pub use three_mf::{Document, Object, three_mf, three_mf_of_one_piece};
-pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
+pub use tree::{
+    ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, samples, tree,
+};
 
 /// The version that files name as their maker.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -120,7 +120,7 @@ pub struct FileEntry {
     pub name: String,
     /// Which bodies it holds; each as often as it lies in there.
     pub parts: Vec<String>,
-    /// `stl`, `3mf`, `dxf`, `svg`, `png` or `tree`.
+    /// `stl`, `3mf`, `dxf`, `svg`, `png`, `tree`, `samples` or `step`.
     pub format: String,
     /// Size.
     pub bytes: u64,

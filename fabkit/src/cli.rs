@@ -58,6 +58,8 @@ pub enum Command {
     Show(Show),
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
     Check(Design),
+    /// Rebuild a sensor in kernels that fabkit did not write, and compare
+    Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
     /// Turn a measured coupon into a profile of the printer, for `export --process`
@@ -163,6 +165,57 @@ pub struct Profile {
     /// The profile to write; its name becomes the printer's
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
+}
+
+/// `fabkit verify`.
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    pub sensor: String,
+    /// Change a parameter, for example `surface.radius=14mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Only this part, layer or component; may be repeated
+    #[arg(long = "part", value_name = "NAME")]
+    pub parts: Vec<String>,
+    /// Only this kernel; may be repeated
+    #[arg(long = "kernel", value_enum, value_name = "KERNEL")]
+    pub kernels: Vec<KernelArg>,
+    /// Most that one kernel may take for one part, seconds
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=86_400), default_value = "600",
+          value_name = "SECONDS")]
+    pub limit: u32,
+    /// Write a report with pictures of every disagreement
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// Keep the files that are compared in this folder
+    #[arg(long, value_name = "DIR")]
+    pub keep: Option<PathBuf>,
+}
+
+/// A kernel that fabkit did not write.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum KernelArg {
+    /// OpenCascade through cadquery: exact faces
+    Cadquery,
+    /// OpenCascade through build123d: exact faces
+    Build123d,
+    /// Triangles, rebuilt from the tree
+    Manifold3d,
+    /// The exported STL file
+    Trimesh,
+}
+
+impl KernelArg {
+    /// The word used on the command line and in documents.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Cadquery => "cadquery",
+            Self::Build123d => "build123d",
+            Self::Manifold3d => "manifold3d",
+            Self::Trimesh => "trimesh",
+        }
+    }
 }
 
 /// `fabkit render`.
@@ -295,17 +348,24 @@ pub enum FormatArg {
     Png,
     /// The exact geometry as JSON
     Tree,
+    /// B-rep with true faces, through the verifier's OpenCascade; for all parts, the assembly too
+    Step,
+    /// Where lines cross the exact surface, and its volume, area and inertia, as JSON
+    Samples,
 }
 
-impl From<FormatArg> for Format {
-    fn from(arg: FormatArg) -> Self {
-        match arg {
-            FormatArg::Stl => Self::Stl,
-            FormatArg::ThreeMf => Self::ThreeMf,
-            FormatArg::Dxf => Self::Dxf,
-            FormatArg::Svg => Self::Svg,
-            FormatArg::Png => Self::Png,
-            FormatArg::Tree => Self::Tree,
+impl FormatArg {
+    /// The format that fabkit writes itself; nothing for STEP.
+    pub fn own(self) -> Option<Format> {
+        match self {
+            Self::Stl => Some(Format::Stl),
+            Self::ThreeMf => Some(Format::ThreeMf),
+            Self::Dxf => Some(Format::Dxf),
+            Self::Svg => Some(Format::Svg),
+            Self::Png => Some(Format::Png),
+            Self::Tree => Some(Format::Tree),
+            Self::Samples => Some(Format::Samples),
+            Self::Step => None,
         }
     }
 }

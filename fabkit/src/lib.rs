@@ -2,8 +2,8 @@
 //!
 //! The crates below are re-exported; this one adds what ties them together: [`bodies`] (parts,
 //! layers and components as one list), [`identity`] (which design a file belongs to),
-//! [`exporting`] (a design to the bytes of all its files), [`pictures`], and [`staging`], the only
-//! place that writes files. The `fabkit` command is a thin shell around them.
+//! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`verifier`] (the bridge to
+//! other kernels), and [`staging`], the only place that writes files. The `fabkit` command is a thin shell around them.
 //!
 //! ```
 //! use fabkit::exporting::{ExportOptions, Format, export};
@@ -37,3 +37,4 @@ pub mod exporting;
 pub mod identity;
 pub mod pictures;
 pub mod staging;
+pub mod verifier;

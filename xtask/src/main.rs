@@ -1,5 +1,4 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`,
-//! `cargo xtask real-captures`.
+//! Development tasks: `cargo xtask help` lists them.
 
 mod bench;
 mod lint;
@@ -15,16 +14,18 @@ const HELP: &str = "\
 Usage: cargo xtask TASK
 
 Tasks:
-  test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
-  lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
-  bench  Time fabkit beside its peers and print the ratios
-  real-captures DIR  Calibrate the published captures of a real R-Tac0 and hold the result to its limits
+  test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
+  verify-env         Make the Python environment of the verifier and of the outside oracles
+  lint               Formatting, clippy and documentation without warnings, licences and sources
+  bench              Time fabkit beside its peers and print the ratios
+  real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
 fn main() -> ExitCode {
     let task = env::args().nth(1).unwrap_or_default();
     let result = match task.as_str() {
         "test" => test::run(),
+        "verify-env" => python::run(),
         "lint" => lint::run(),
         "bench" => bench::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),

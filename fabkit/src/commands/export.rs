@@ -11,6 +11,7 @@ use fabkit::designs::profile::ProcessProfile;
 use fabkit::export::{Bed, FileEntry, Manifest};
 use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions};
 use fabkit::staging::{OutputFile, write_all};
+use fabkit::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::Report;
@@ -43,7 +44,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
             .into_iter()
             .chain(args.parts.iter().cloned())
             .collect(),
-        formats: args.format.iter().map(|&format| format.into()).collect(),
+        formats: args.format.iter().filter_map(|format| format.own()).collect(),
         tolerance_mm: args.tolerance,
         bed: Bed { size_mm: args.bed, ..Bed::default() },
         stock: Bed { size_mm: args.stock, ..DEFAULT_STOCK },
@@ -62,7 +63,14 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         Ok((exported, of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?))
     });
     progress.clear();
-    let (exported, of_fixtures) = exported?;
+    let (mut exported, mut of_fixtures) = exported?;
+    if args.format.iter().any(|format| format.own().is_none()) {
+        let verifier = Verifier::find()?;
+        exported.add(verifier.step_files(&design, &options.parts)?)?;
+        for ((_, exported), (_, design)) in of_fixtures.iter_mut().zip(&fixtures) {
+            exported.add(verifier.step_files(design, &[])?)?;
+        }
+    }
 
     let folder = args.output.clone().unwrap_or_else(|| default_folder(&target, &design));
     // The sensor's own list of contents comes last.

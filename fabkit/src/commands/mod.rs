@@ -11,6 +11,7 @@ mod profile;
 mod render;
 mod schema;
 mod show;
+mod verify;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -83,6 +84,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::List => list::run(),
         Command::Show(args) => show::run(args),
         Command::Check(args) => check::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Export(args) => export::run(args, &cli.global),
         Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args),
@@ -100,6 +102,7 @@ fn prints_its_result(command: &Command) -> bool {
         Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
             | Command::Check(_)
             | Command::Export(_)
+            | Command::Verify(_)
             | Command::Render(_)
             | Command::Man { output: Some(_) }
     )

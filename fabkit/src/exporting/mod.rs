@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_designs::{Companion, Design};
 use fabkit_export::{
-    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
-    TreeDocument,
+    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
+    SettingEntry, TreeDocument,
 };
 use fabkit_geometry::Pose;
 use fabkit_mesh::{PrintMesh, TriMesh};
@@ -46,6 +46,56 @@ pub struct Exported {
     pub files: Vec<OutputFile>,
     /// What the manifest says.
     pub manifest: Manifest,
+}
+
+/// A file that somebody else made, for the manifest.
+#[derive(Clone, Debug)]
+pub struct ForeignFile {
+    /// Name and content.
+    pub file: OutputFile,
+    /// The word used in the manifest.
+    pub format: &'static str,
+    /// Which bodies it holds.
+    pub parts: Vec<String>,
+}
+
+impl Exported {
+    /// Adds files, and lists them in the manifest.
+    ///
+    /// # Errors
+    /// [`ExportFailure::DuplicateFile`] for a name that is there already.
+    pub fn add(&mut self, files: Vec<ForeignFile>) -> Result<(), ExportFailure> {
+        self.files.pop();
+        for ForeignFile { file, format, parts } in files {
+            if self.files.iter().any(|there| there.name == file.name) {
+                return Err(ExportFailure::DuplicateFile(file.name));
+            }
+            self.manifest.files.push(file_entry(&file, format, parts));
+            self.files.push(file);
+        }
+        self.files.sort_by(|a, b| a.name.cmp(&b.name));
+        self.manifest.files.sort_by(|a, b| a.name.cmp(&b.name));
+        self.files.push(manifest_file(&self.manifest)?);
+        Ok(())
+    }
+}
+
+fn file_entry(file: &OutputFile, format: &str, parts: Vec<String>) -> FileEntry {
+    FileEntry {
+        name: file.name.clone(),
+        parts,
+        format: format.into(),
+        bytes: file.bytes.len() as u64,
+        blake3: blake3::hash(&file.bytes).to_hex().to_string(),
+    }
+}
+
+fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportFailure> {
+    let name = MANIFEST_NAME.to_owned();
+    match manifest.to_json() {
+        Ok(bytes) => Ok(OutputFile { name, bytes }),
+        Err(source) => Err(ExportFailure::Write { file: name, source }),
+    }
 }
 
 /// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
@@ -122,7 +172,7 @@ pub fn export(
     if options.parts.is_empty() {
         made.extend(sheets::nested(design, &hash, options, &meshed)?);
     }
-    if made.is_empty() && !meshed.is_empty() {
+    if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
         // Files were asked for that none of these parts has.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
         return Err(ExportFailure::NoOutlines { parts });
@@ -286,12 +336,24 @@ fn part_files<'a>(
                     process: &process,
                     material: body.material,
                     quantity: body.quantity,
+                    color: body.color,
+                    opacity: body.opacity,
                     solid: body.solid,
                     landmarks: body.landmarks,
                     placements: body.placements,
                     mesh: meshed.nominal_figures()?,
                 };
                 fabkit_export::tree(&document).map_err(failed)?
+            }
+            Format::Samples => {
+                let document = SamplesDocument {
+                    design_hash: hash,
+                    sensor: &design.sensor.name,
+                    name: body.name,
+                    solid: body.solid,
+                    landmarks: body.landmarks,
+                };
+                fabkit_export::samples(&document).map_err(failed)?
             }
         };
         let file = OutputFile { name, bytes };
@@ -312,13 +374,7 @@ fn assemble(
 ) -> Result<Exported, ExportFailure> {
     let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
     for Made { file, format, parts } in made {
-        let entry = FileEntry {
-            name: file.name.clone(),
-            parts,
-            format: format.into(),
-            bytes: file.bytes.len() as u64,
-            blake3: blake3::hash(&file.bytes).to_hex().to_string(),
-        };
+        let entry = file_entry(&file, format, parts);
         if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
             return Err(ExportFailure::DuplicateFile(earlier.name));
         }
@@ -340,10 +396,7 @@ fn assemble(
         parts: meshed.iter().map(part_entry).collect(),
         files: entries,
     };
-    let bytes = manifest
-        .to_json()
-        .map_err(|source| ExportFailure::Write { file: MANIFEST_NAME.into(), source })?;
-    files.push(OutputFile { name: MANIFEST_NAME.into(), bytes });
+    files.push(manifest_file(&manifest)?);
     Ok(Exported { files, manifest })
 }
 

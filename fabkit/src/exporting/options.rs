@@ -18,6 +18,8 @@ pub enum Format {
     Png,
     /// The exact geometry as JSON.
     Tree,
+    /// What the exact geometry amounts to, sampled, for whoever rebuilds the tree.
+    Samples,
 }
 
 impl Format {
@@ -30,6 +32,7 @@ impl Format {
             Self::Svg => "svg",
             Self::Png => "png",
             Self::Tree => "tree",
+            Self::Samples => "samples",
         }
     }
 
@@ -40,7 +43,7 @@ impl Format {
 
     pub(super) fn file_name(self, part: &str) -> String {
         match self {
-            Self::Tree => format!("{part}.tree.json"),
+            Self::Tree | Self::Samples => format!("{part}.{}.json", self.word()),
             _ => format!("{part}.{}", self.word()),
         }
     }

@@ -20,7 +20,7 @@ use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
-    let target = Target::new(&args.sensor);
+    let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     let design = target.design(&args.set)?;
 
     let mut options = ExportOptions {

@@ -95,6 +95,9 @@ pub struct Design {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
 }
 
 /// `fabkit show`.
@@ -120,6 +123,9 @@ pub struct Export {
     /// Its fixtures too, each into a folder of its own
     #[arg(long, conflicts_with = "parts")]
     pub fixtures: bool,
+    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
     /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -227,6 +233,9 @@ pub struct Render {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
     /// The PNG file to write
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,

@@ -25,7 +25,7 @@ use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
-    let target = Target::new(&args.sensor);
+    let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if args.fixtures && (target.fixture.is_some() || target.part.is_some()) {
         let message = format!("--fixtures is for a whole sensor, not for {}", args.sensor);
         let hint = format!("write `fabkit export {} --fixtures`", target.sensor);

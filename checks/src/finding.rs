@@ -27,6 +27,10 @@ pub enum Rule {
     Printability,
     /// What is measured tells what it is measured for.
     Observability,
+    /// What presses does so to the depth that is stated.
+    Pressing,
+    /// Samples cover what is to be learned.
+    Coverage,
 }
 
 impl Rule {
@@ -36,8 +40,15 @@ impl Rule {
         [Self::Chain, Self::Interference, Self::Casting, Self::TrappedAir, Self::Demolding];
 
     /// The rules that calibration hardware applies besides, each as far as it makes sense.
-    pub const HARDWARE: [Self; 5] =
-        [Self::Fit, Self::Seating, Self::Pattern, Self::Printability, Self::Observability];
+    pub const HARDWARE: [Self; 7] = [
+        Self::Fit,
+        Self::Seating,
+        Self::Pattern,
+        Self::Printability,
+        Self::Observability,
+        Self::Pressing,
+        Self::Coverage,
+    ];
 
     /// The word used on the command line and in documents.
     pub fn word(self) -> &'static str {
@@ -52,6 +63,8 @@ impl Rule {
             Self::Pattern => "pattern",
             Self::Printability => "printability",
             Self::Observability => "observability",
+            Self::Pressing => "pressing",
+            Self::Coverage => "coverage",
         }
     }
 }

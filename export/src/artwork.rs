@@ -19,7 +19,7 @@ pub struct Artwork {
     /// Width and height of the page, mm.
     pub page_mm: [f64; 2],
     /// Closed polygons that together bound the dark areas: a point is dark if an odd number of
-    /// them is around it.
+    /// them is around it. Those around dark run one way, those around light in dark the other.
     pub dark: Vec<Path>,
     /// Open polylines, mm.
     pub strokes: Vec<Vec<[f64; 2]>>,

@@ -66,12 +66,13 @@ fn a_measured_coupon_changes_files_and_nothing_else() {
         let size = |part: &Value, i: usize| part["bounds_in_file_mm"][1][i].as_f64().unwrap();
         for i in 0..3 {
             let factor = size(after, i) / size(before, i);
-            assert!((factor - 1.0 / 0.996).abs() < 1e-4, "{name}: {factor}");
+            // Another tolerance may mean another segment: 0.01 mm of 20 mm.
+            assert!((factor - 1.0 / 0.996).abs() < 5e-4, "{name}: {factor}");
         }
         // Wider holes take material away, scaling adds more.
         let volume = |part: &Value| part["mesh"]["volume_mm3"].as_f64().unwrap();
         let grown = volume(after) / volume(before);
-        assert!(grown < 0.996f64.powi(-3) + 1e-6, "{name}: {grown}");
+        assert!(grown < 0.996f64.powi(-3) + 1e-4, "{name}: {grown}");
     }
     assert!(holes > 10, "{holes}");
 

@@ -11,9 +11,11 @@
 #![forbid(unsafe_code)]
 
 pub mod assignment;
+pub mod board;
 pub mod captures;
 pub mod extrinsics;
 pub mod image;
+pub mod intrinsics;
 pub mod landmarks;
 pub mod model;
 pub mod observability;

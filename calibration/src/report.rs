@@ -4,12 +4,15 @@
 //! that needs no network and no script, and prints on paper.
 
 mod html;
+mod intrinsics;
 mod json;
 mod maps;
 mod svg;
 mod words;
 
 use nalgebra::Vector2;
+
+pub use intrinsics::{IntrinsicsReport, PictureRecord};
 
 use crate::assignment::Doubt;
 use crate::extrinsics::{Calibration, Trial};

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use fabkit::calibration::intrinsics::LensModel;
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
 
@@ -59,9 +60,11 @@ pub enum Command {
     Check(Design),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
+    /// Turn a measured coupon into a profile of the printer, for `export --process`
+    Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
-    /// Find pins in pictures; solve for the camera's pose, and say how sure it is
+    /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
     Calibrate {
         /// What to calibrate.
         #[command(subcommand)]
@@ -112,7 +115,10 @@ pub struct Export {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
-    /// Where to write [default: out/SENSOR]
+    /// Its fixtures too, each into a folder of its own
+    #[arg(long, conflicts_with = "parts")]
+    pub fixtures: bool,
+    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
@@ -139,9 +145,24 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Write the geometry as designed, without making up for the laser's cut and for shrinkage
-    #[arg(long, conflicts_with = "kerf")]
+    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    #[arg(long, value_name = "FILE.yaml")]
+    pub process: Option<PathBuf>,
+    /// Write the geometry as designed, without making up for the laser's cut, the printer and
+    /// shrinkage
+    #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
+}
+
+/// `fabkit profile`.
+#[derive(Debug, Args)]
+pub struct Profile {
+    /// The coupon's file with what you measured; `export SENSOR/coupon` writes the empty one
+    #[arg(value_name = "COUPON.yaml")]
+    pub coupon: PathBuf,
+    /// The profile to write; its name becomes the printer's
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
 }
 
 /// `fabkit render`.
@@ -173,10 +194,40 @@ pub struct Render {
 /// `fabkit calibrate`.
 #[derive(Debug, Subcommand)]
 pub enum Calibrate {
+    /// Solve for the lens of the camera from pictures of a board, in air
+    Intrinsics(CalibrateIntrinsics),
     /// Find the marks of pins in pictures, each with its standard deviation
     Pins(CalibratePins),
     /// Solve for the pose of the camera from pictures of pins in a calibration dome
     Extrinsics(CalibrateExtrinsics),
+}
+
+/// `fabkit calibrate intrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateIntrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Pictures of the board, PNG
+    #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Change a parameter, for example `camera.field_of_view=150deg`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The board's file, as exported with it
+    #[arg(long, value_name = "FILE.json")]
+    pub board: PathBuf,
+    /// A list of corners instead of pictures: view,corner,x_px,y_px[,sigma_px]
+    #[arg(long, value_name = "FILE.csv")]
+    pub corners: Option<PathBuf>,
+    /// Only this lens model; may be repeated [default: all, chosen by evidence]
+    #[arg(long = "model", value_parser = lens_model, value_name = "NAME")]
+    pub models: Vec<LensModel>,
+    /// The camera's file to write
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// `fabkit calibrate pins`.
@@ -211,9 +262,10 @@ pub struct CalibrateExtrinsics {
     /// The picture without contact [default: ref.png or reference.png in the folder]
     #[arg(long, value_name = "FILE.png")]
     pub reference: Option<PathBuf>,
-    /// Where pins touch: the dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's own pin-dome]
     #[arg(long, value_name = "FILE.json")]
-    pub landmarks: PathBuf,
+    pub landmarks: Option<PathBuf>,
     /// Which kind of pin was used, where the dome has several
     #[arg(long, value_name = "KIND")]
     pub pin: Option<String>,
@@ -257,6 +309,13 @@ impl From<FormatArg> for Format {
             FormatArg::Tree => Self::Tree,
         }
     }
+}
+
+fn lens_model(name: &str) -> Result<LensModel, String> {
+    LensModel::named(name).ok_or_else(|| {
+        let names = LensModel::ALL.map(|model| model.name()).join(", ");
+        format!("there is no lens model `{name}`; there are {names}")
+    })
 }
 
 fn refractive_index(text: &str) -> Result<f64, String> {

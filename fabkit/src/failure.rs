@@ -177,6 +177,11 @@ impl From<ExportFailure> for Failure {
                 &failure,
                 "name your laser's width with --kerf, or leave it out with --nominal",
             ),
+            ExportFailure::HolesBreakOut { .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "export this part without --process, and let the slicer make up for the printer",
+            ),
             ExportFailure::NoOutlines { .. } => {
                 Self::new(Exit::BadInput, &failure, "printed parts have --format stl,3mf")
             }

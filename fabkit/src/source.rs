@@ -59,6 +59,25 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Reads and builds the sensor and all its fixtures, by name.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn design_with_fixtures(
+        &self,
+        overrides: &[String],
+    ) -> Result<(Design, Vec<(&'static str, Design)>), Failure> {
+        let source = Source::find(self.sensor)?;
+        let project = source.load(overrides)?;
+        let fixture = |name| match project.fixture(name) {
+            Ok(design) => Ok((name, design)),
+            Err(error) => Err(source.failure(error)),
+        };
+        let fixtures =
+            project.fixture_names().into_iter().map(fixture).collect::<Result<_, _>>()?;
+        Ok((project.design, fixtures))
+    }
+
     /// Applies all rules to it. The inner error is a solid that is none.
     ///
     /// # Errors

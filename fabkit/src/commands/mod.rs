@@ -7,6 +7,7 @@ mod completions;
 mod export;
 mod list;
 mod man;
+mod profile;
 mod render;
 mod schema;
 mod show;
@@ -83,6 +84,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::Show(args) => show::run(args),
         Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args, &cli.global),
+        Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Schema => schema::run(),
@@ -95,7 +97,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
 fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,
-        Command::Calibrate { what: Calibrate::Extrinsics(_) }
+        Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
             | Command::Check(_)
             | Command::Export(_)
             | Command::Render(_)

@@ -1,7 +1,9 @@
 //! `fabkit calibrate ...`: from pictures to cameras and poses.
 
+mod boards;
 mod captures;
 mod extrinsics;
+mod intrinsics;
 mod pictures;
 mod pins;
 mod pose_file;
@@ -12,6 +14,7 @@ use crate::failure::Failure;
 
 pub(super) fn run(what: &Calibrate) -> Result<Report, Failure> {
     match what {
+        Calibrate::Intrinsics(args) => intrinsics::run(args),
         Calibrate::Pins(args) => pins::run(args),
         Calibrate::Extrinsics(args) => extrinsics::run(args),
     }

@@ -324,9 +324,10 @@ pub struct CalibrateExtrinsics {
     /// The picture without contact [default: ref.png or reference.png in the folder]
     #[arg(long, value_name = "FILE.png")]
     pub reference: Option<PathBuf>,
-    /// Where pins touch: the dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's own pin-dome]
     #[arg(long, value_name = "FILE.json")]
-    pub landmarks: PathBuf,
+    pub landmarks: Option<PathBuf>,
     /// Which kind of pin was used, where the dome has several
     #[arg(long, value_name = "KIND")]
     pub pin: Option<String>,

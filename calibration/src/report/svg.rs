@@ -7,6 +7,8 @@ use std::fmt::Write;
 
 /// The border of an image.
 pub(super) const FRAME: &str = r##"fill="#fafafa" stroke="#999""##;
+/// A part of an image where nothing was seen.
+pub(super) const EMPTY: &str = r##"fill="#fbe9d0""##;
 /// A residual.
 pub(super) const VECTOR: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
 /// What no model can go below.

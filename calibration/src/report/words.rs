@@ -212,7 +212,10 @@ fn gel_distance(trial: &Trial) -> String {
     if trial.fit.parameters.contains(&Parameter::Camera("interface_distance_mm")) {
         return distance;
     }
-    format!("{distance} (held there: farther would be better still, but the pins are in the way)")
+    format!(
+        "{distance} (held there: farther would fit better still, but the pins are in the way; what \
+         bends the light is not quite a flat surface)"
+    )
 }
 
 fn away(trial: &Trial) -> String {

@@ -17,12 +17,27 @@ pub enum Rule {
     TrappedAir,
     /// Tools come off what was cast.
     Demolding,
+    /// What goes into each other by hand does so, and no two of them meet.
+    Fit,
+    /// Pins and mates come to rest where they are said to.
+    Seating,
+    /// A pattern of features cannot be taken for another one.
+    Pattern,
+    /// The printer can make it.
+    Printability,
+    /// What is measured tells what it is measured for.
+    Observability,
 }
 
 impl Rule {
-    /// Every rule, in the order of reports.
+    /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
+    /// of reports.
     pub const ALL: [Self; 5] =
         [Self::Chain, Self::Interference, Self::Casting, Self::TrappedAir, Self::Demolding];
+
+    /// The rules that calibration hardware applies besides, each as far as it makes sense.
+    pub const HARDWARE: [Self; 5] =
+        [Self::Fit, Self::Seating, Self::Pattern, Self::Printability, Self::Observability];
 
     /// The word used on the command line and in documents.
     pub fn word(self) -> &'static str {
@@ -32,6 +47,11 @@ impl Rule {
             Self::Casting => "casting",
             Self::TrappedAir => "trapped-air",
             Self::Demolding => "demolding",
+            Self::Fit => "fit",
+            Self::Seating => "seating",
+            Self::Pattern => "pattern",
+            Self::Printability => "printability",
+            Self::Observability => "observability",
         }
     }
 }
@@ -99,7 +119,7 @@ pub struct Finding {
 
 impl Finding {
     /// An error with nothing but a message; the methods below add the rest.
-    pub(crate) fn error(rule: Rule, message: impl Into<String>, fix: impl Into<String>) -> Self {
+    pub fn error(rule: Rule, message: impl Into<String>, fix: impl Into<String>) -> Self {
         Self {
             rule,
             severity: Severity::Error,
@@ -113,32 +133,44 @@ impl Finding {
         }
     }
 
-    pub(crate) fn with_severity(mut self, severity: Severity) -> Self {
+    /// With another severity.
+    #[must_use]
+    pub fn with_severity(mut self, severity: Severity) -> Self {
         self.severity = severity;
         self
     }
 
-    pub(crate) fn in_step(mut self, step: &str) -> Self {
+    /// Found in a step of the chain.
+    #[must_use]
+    pub fn in_step(mut self, step: &str) -> Self {
         self.step = Some(step.into());
         self
     }
 
-    pub(crate) fn in_assembly(mut self, assembly: &str) -> Self {
+    /// Found in an assembly.
+    #[must_use]
+    pub fn in_assembly(mut self, assembly: &str) -> Self {
         self.assembly = Some(assembly.into());
         self
     }
 
-    pub(crate) fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
+    /// About these bodies, the first one most.
+    #[must_use]
+    pub fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
         self.bodies = bodies.into_iter().map(str::to_owned).collect();
         self
     }
 
-    pub(crate) fn at(mut self, place: Option<Point3<f64>>) -> Self {
+    /// At a place in the assembly's frame, mm.
+    #[must_use]
+    pub fn at(mut self, place: Option<Point3<f64>>) -> Self {
         self.place = place;
         self
     }
 
-    pub(crate) fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
+    /// With the figure that is wrong and its limit.
+    #[must_use]
+    pub fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
         self.measured = Some(Measured { value, limit, unit });
         self
     }

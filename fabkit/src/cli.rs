@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use fabkit::calibration::intrinsics::LensModel;
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
 
@@ -15,7 +16,8 @@ const KERF_LIMITS_MM: [f64; 2] = [0.0, 2.0];
 const MAX_THREADS: i64 = 256;
 
 const AFTER_HELP: &str = "\
-SENSOR is the name of a built-in sensor or a path to a YAML file.
+SENSOR is the name of a built-in sensor or a path to a YAML file; SENSOR/FIXTURE is calibration \
+hardware made for it.
 
 Exit codes: 0 done, 1 a check failed, 2 bad input, 3 a limit was hit, 4 files could not be read or \
 written, 70 a bug in fabkit, 130 interrupted.";
@@ -60,8 +62,16 @@ pub enum Command {
     Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
+    /// Turn a measured coupon into a profile of the printer, for `export --process`
+    Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
+    /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
+    Calibrate {
+        /// What to calibrate.
+        #[command(subcommand)]
+        what: Calibrate,
+    },
     /// Print the JSON Schema of sensor files, for editors
     Schema,
     /// Print the completions for a shell
@@ -80,7 +90,7 @@ pub enum Command {
 /// Which design.
 #[derive(Debug, Args)]
 pub struct Design {
-    /// Name of a built-in sensor, or path to a YAML file
+    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -101,12 +111,16 @@ pub struct Show {
 /// `fabkit export`.
 #[derive(Debug, Args)]
 pub struct Export {
-    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
+    /// that part alone
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
-    /// Where to write [default: out/SENSOR]
+    /// Its fixtures too, each into a folder of its own
+    #[arg(long, conflicts_with = "parts")]
+    pub fixtures: bool,
+    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
@@ -133,9 +147,24 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Write the geometry as designed, without making up for the laser's cut and for shrinkage
-    #[arg(long, conflicts_with = "kerf")]
+    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    #[arg(long, value_name = "FILE.yaml")]
+    pub process: Option<PathBuf>,
+    /// Write the geometry as designed, without making up for the laser's cut, the printer and
+    /// shrinkage
+    #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
+}
+
+/// `fabkit profile`.
+#[derive(Debug, Args)]
+pub struct Profile {
+    /// The coupon's file with what you measured; `export SENSOR/coupon` writes the empty one
+    #[arg(value_name = "COUPON.yaml")]
+    pub coupon: PathBuf,
+    /// The profile to write; its name becomes the printer's
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
 }
 
 /// `fabkit verify`.
@@ -192,7 +221,8 @@ impl KernelArg {
 /// `fabkit render`.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
+    /// that part alone
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -212,6 +242,94 @@ pub struct Render {
     /// Which assembly to draw, for example one of the molds [default: sensor]
     #[arg(long, value_name = "NAME")]
     pub assembly: Option<String>,
+}
+
+/// `fabkit calibrate`.
+#[derive(Debug, Subcommand)]
+pub enum Calibrate {
+    /// Solve for the lens of the camera from pictures of a board, in air
+    Intrinsics(CalibrateIntrinsics),
+    /// Find the marks of pins in pictures, each with its standard deviation
+    Pins(CalibratePins),
+    /// Solve for the pose of the camera from pictures of pins in a calibration dome
+    Extrinsics(CalibrateExtrinsics),
+}
+
+/// `fabkit calibrate intrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateIntrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Pictures of the board, PNG
+    #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Change a parameter, for example `camera.field_of_view=150deg`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The board's file, as exported with it
+    #[arg(long, value_name = "FILE.json")]
+    pub board: PathBuf,
+    /// A list of corners instead of pictures: view,corner,x_px,y_px[,sigma_px]
+    #[arg(long, value_name = "FILE.csv")]
+    pub corners: Option<PathBuf>,
+    /// Only this lens model; may be repeated [default: all, chosen by evidence]
+    #[arg(long = "model", value_parser = lens_model, value_name = "NAME")]
+    pub models: Vec<LensModel>,
+    /// The camera's file to write
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// `fabkit calibrate pins`.
+#[derive(Debug, Args)]
+pub struct CalibratePins {
+    /// Pictures with contact, PNG
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// The picture without contact, from the same camera
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: PathBuf,
+    /// Contacts are brighter than the surface around them, not darker
+    #[arg(long)]
+    pub brighter: bool,
+}
+
+/// `fabkit calibrate extrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateExtrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Change a parameter, for example `camera.depth=8mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    #[arg(long, value_name = "FILE.yaml")]
+    pub camera: PathBuf,
+    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
+    /// captures.csv: file,hole[,kind][,x_px,y_px[,sigma_px]]
+    #[arg(long, value_name = "DIR")]
+    pub captures: PathBuf,
+    /// The picture without contact [default: ref.png or reference.png in the folder]
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: Option<PathBuf>,
+    /// Where pins touch: the dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    #[arg(long, value_name = "FILE.json")]
+    pub landmarks: PathBuf,
+    /// Which kind of pin was used, where the dome has several
+    #[arg(long, value_name = "KIND")]
+    pub pin: Option<String>,
+    /// Refractive index of the gel that is tried before the lens, 1 to 2
+    #[arg(long, value_parser = refractive_index, default_value = "1.41", value_name = "N")]
+    pub gel_index: f64,
+    /// The pose's file to write; the camera that belongs to it is written beside it
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// A kind of file.
@@ -249,6 +367,22 @@ impl FormatArg {
             Self::Samples => Some(Format::Samples),
             Self::Step => None,
         }
+    }
+}
+
+fn lens_model(name: &str) -> Result<LensModel, String> {
+    LensModel::named(name).ok_or_else(|| {
+        let names = LensModel::ALL.map(|model| model.name()).join(", ");
+        format!("there is no lens model `{name}`; there are {names}")
+    })
+}
+
+fn refractive_index(text: &str) -> Result<f64, String> {
+    let index: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (1.0..=2.0).contains(&index) {
+        Ok(index)
+    } else {
+        Err(format!("{index} is not between 1 (air) and 2"))
     }
 }
 

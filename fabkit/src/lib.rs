@@ -22,10 +22,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use fabkit_calibration as calibration;
+pub use fabkit_camera as camera;
 pub use fabkit_checks as checks;
 pub use fabkit_depth as depth;
 pub use fabkit_designs as designs;
 pub use fabkit_export as export;
+pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
 

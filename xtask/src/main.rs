@@ -3,6 +3,7 @@
 mod bench;
 mod lint;
 mod python;
+mod real_captures;
 mod run;
 mod test;
 
@@ -13,10 +14,11 @@ const HELP: &str = "\
 Usage: cargo xtask TASK
 
 Tasks:
-  test        Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
-  verify-env  Make the Python environment of the verifier and of the outside oracles
-  lint        Formatting, clippy and documentation without warnings, licences and sources of dependencies
-  bench       Time fabkit beside its peers and print the ratios
+  test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
+  verify-env         Make the Python environment of the verifier and of the outside oracles
+  lint               Formatting, clippy and documentation without warnings, licences and sources
+  bench              Time fabkit beside its peers and print the ratios
+  real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
 fn main() -> ExitCode {
@@ -26,6 +28,7 @@ fn main() -> ExitCode {
         "verify-env" => python::run(),
         "lint" => lint::run(),
         "bench" => bench::run(),
+        "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "" | "-h" | "--help" | "help" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -1,11 +1,13 @@
 //! One file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
+mod calibrate;
 mod check;
 mod completions;
 mod export;
 mod list;
 mod man;
+mod profile;
 mod render;
 mod schema;
 mod show;
@@ -17,7 +19,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use serde_json::Value;
 
-use crate::cli::{Cli, Command, Global};
+use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 
@@ -84,7 +86,9 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::Check(args) => check::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Export(args) => export::run(args, &cli.global),
+        Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args),
+        Command::Calibrate { what } => calibrate::run(what),
         Command::Schema => schema::run(),
         Command::Completions { shell } => completions::run(*shell),
         Command::Man { output } => man::run(output.as_deref()),
@@ -95,7 +99,8 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
 fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,
-        Command::Check(_)
+        Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
+            | Command::Check(_)
             | Command::Export(_)
             | Command::Verify(_)
             | Command::Render(_)

@@ -8,12 +8,13 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::cli::Verify;
 use crate::failure::Failure;
-use crate::source;
+use crate::source::Target;
 use crate::table::{Align::Left, table};
 
 pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
-    let (sensor, part) = source::split_part(&args.sensor);
-    let design = source::load(sensor, &args.set)?;
+    let target = Target::new(&args.sensor);
+    let part = target.part;
+    let design = target.design(&args.set)?;
     let verifier = Verifier::find()?;
     let options = VerifyOptions {
         parts: part.map(str::to_owned).into_iter().chain(args.parts.iter().cloned()).collect(),

@@ -6,12 +6,15 @@ exact volume.
 
 from __future__ import annotations
 
+import itertools
+import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Interface import Interface_Static
@@ -21,6 +24,7 @@ from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_SOLID
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
@@ -123,12 +127,25 @@ def _load(folder: Path, name: str) -> tuple[dict, TopoDS_Shape, float]:
     """A body's tree, its solid, and its exact volume, mm^3."""
     tree = document.read(folder / f"{name}.tree.json")
     samples = document.read_samples(folder / f"{name}.samples.json")
-    shape = solid(tree).wrapped
+    shape = _plain(solid(tree).wrapped)
     if not BRepCheck_Analyzer(shape).IsValid():
         raise RebuildError(f"{name}: OpenCascade calls its own shape invalid")
     volume = samples["figures"]["volume_mm3"]
     _same_volume(occt.mass(shape).volume_mm3, volume)
     return tree, shape, volume
+
+
+def _plain(shape: TopoDS_Shape) -> TopoDS_Shape:
+    """Without a placement of its own, and without a compound around one solid: either would make an
+    assembly of a part."""
+    solids = occt.subshapes(shape, TopAbs_SOLID)
+    if solids.Extent() == 1:
+        shape = solids.FindKey(1)
+    place = shape.Location()
+    if place.IsIdentity():
+        return shape
+    origin = shape.Located(TopLoc_Location())
+    return BRepBuilderAPI_Transform(origin, place.Transformation(), True).Shape()
 
 
 def _same_volume(found: float, exact: float) -> None:
@@ -177,6 +194,16 @@ class _File:
         header.SetOriginatingSystem(TCollection_HAsciiString(f"fabkit_verify {__version__}"))
         if writer.Write(str(path)) != IFSelect_RetDone:
             raise RebuildError(f"{path.name} could not be written")
+        _number_occurrences(path)
+
+
+def _number_occurrences(path: Path) -> None:
+    """OpenCascade numbers what stands in assemblies from the start of the process, not of the file."""
+    numbers = itertools.count(1)
+    text = path.read_text(encoding="utf-8")
+    occurrence = r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\s*\()\s*'\d+'"
+    text = re.sub(occurrence, lambda found: f"{found.group(1)}'{next(numbers)}'", text)
+    path.write_text(text, encoding="utf-8")
 
 
 def _read(path: Path) -> tuple[TopoDS_Shape, list[str]]:

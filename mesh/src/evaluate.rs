@@ -4,7 +4,10 @@
 //!
 //! - Tools whose boxes are apart are put side by side into one mesh without a boolean.
 //! - A - (B + C) is A - B - C: tools are never united with each other first.
+//! - Small features go into the base's mesh without a boolean, where they can (`conform`).
 //! - Equal shapes, down to whole subtrees, are made once and placed many times.
+
+mod features;
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -12,7 +15,9 @@ use std::rc::Rc;
 
 use fabkit_geometry::{Aabb, Pose, Solid};
 
+use self::features::{Exact, Split, diagonal_mm};
 use crate::MeshError;
+use crate::conform::Pin;
 use crate::extent::{OrientedBox, disjoint_groups, extent, moved};
 use crate::facets::Facets;
 use crate::kernel::{Operation, Prepared};
@@ -25,7 +30,17 @@ const MOST_CUTS: usize = 4;
 
 /// Meshes a valid tree.
 pub(crate) fn evaluate(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
-    let mut evaluator = Evaluator { tolerance_mm, shapes: BTreeMap::new() };
+    evaluate_by(solid, tolerance_mm, true)
+}
+
+/// Only by booleans unless `conforming`.
+pub(crate) fn evaluate_by(
+    solid: &Solid,
+    tolerance_mm: f64,
+    conforming: bool,
+) -> Result<Facets, MeshError> {
+    let (shapes, pins) = (BTreeMap::new(), BTreeMap::new());
+    let mut evaluator = Evaluator { tolerance_mm, conforming, shapes, pins };
     let root = Item::peeled(Pose::identity(), solid, 0);
     let body = evaluator.body(&root, &Aabb::everything())?;
     if body.shape.is_empty() {
@@ -197,7 +212,9 @@ fn united(mut shapes: Vec<Rc<Shape>>) -> Result<Rc<Shape>, MeshError> {
 
 struct Evaluator {
     tolerance_mm: f64,
+    conforming: bool,
     shapes: BTreeMap<Vec<u64>, Rc<Shape>>,
+    pins: BTreeMap<Vec<u64>, Option<Rc<Pin>>>,
 }
 
 impl Evaluator {
@@ -234,11 +251,7 @@ impl Evaluator {
 
     fn shape(&mut self, core: &Solid, context: &Aabb) -> Result<Rc<Shape>, MeshError> {
         match core {
-            Solid::Union(of) => {
-                let items = flattened(Item::list(Pose::identity(), of, 0));
-                let bodies = self.bodies(&items, context)?;
-                united(grouped(&bodies)?)
-            }
+            Solid::Union(of) => self.union(of, context),
             Solid::Intersection(of) => self.intersection(of, context),
             Solid::Difference { of, minus } => self.difference(of, minus, context),
             Solid::HalfSpace(_) => half_space(context),
@@ -248,6 +261,23 @@ impl Evaluator {
         }
     }
 
+    fn union(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
+        let items = flattened(Item::list(Pose::identity(), of, 0));
+        let sizes = items.iter().map(|item| diagonal_mm(extent(item.core).size_mm()));
+        let largest_mm = sizes.fold(0.0, f64::max);
+        let Split { features, others } = self.split(items, largest_mm)?;
+        let bodies = self.bodies(&others, context)?;
+        let base = united(grouped(&bodies)?)?;
+        if features.is_empty() {
+            return Ok(base);
+        }
+        let (base, left) = self.conformed(base, &Exact::union(&others), features, true);
+        let bodies = self.bodies(&left, context)?;
+        let mut shapes = grouped(&bodies)?;
+        shapes.insert(0, base);
+        united(shapes)
+    }
+
     fn difference(
         &mut self,
         of: &Solid,
@@ -255,13 +285,25 @@ impl Evaluator {
         context: &Aabb,
     ) -> Result<Rc<Shape>, MeshError> {
         let base = self.body(&Item::peeled(Pose::identity(), of, 0), context)?;
-        let base_box = base.oriented_box();
         let base = base.settled()?;
         if base.is_empty() {
             return Ok(base);
         }
         let items = flattened(Item::list(Pose::identity(), minus, face_count(of)));
-        let mut tools = self.bodies(&items, &base.bounds())?;
+        let Split { features, others } = self.split(items, diagonal_mm(base.bounds().size_mm()))?;
+        let base = self.cut(base, &others)?;
+        if features.is_empty() || base.is_empty() {
+            return Ok(base);
+        }
+        let (base, left) = self.conformed(base, &Exact::difference(of, &others), features, false);
+        self.cut(base, &left)
+    }
+
+    /// By the kernel.
+    fn cut(&mut self, base: Rc<Shape>, items: &[Item]) -> Result<Rc<Shape>, MeshError> {
+        let bounds = base.bounds();
+        let base_box = OrientedBox::new(&bounds, &Pose::identity());
+        let mut tools = self.bodies(items, &bounds)?;
         tools.retain(|tool| !tool.oriented_box().is_apart_from(&base_box));
         let mut tools = grouped(&tools)?;
         if tools.len() > MOST_CUTS {

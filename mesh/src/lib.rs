@@ -19,9 +19,11 @@
 //! # Ok::<(), fabkit_mesh::MeshError>(())
 //! ```
 
+mod conform;
 mod evaluate;
 mod extent;
 mod facets;
+mod halfedges;
 mod kernel;
 mod measure;
 mod print;

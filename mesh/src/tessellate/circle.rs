@@ -36,7 +36,7 @@ pub(super) fn arc_count(radius_mm: f64, angle_rad: f64, tolerance_mm: f64) -> us
 /// Cosine and sine of `numerator / denominator` of a full turn.
 ///
 /// Exact at quarter turns, and mirror images of each other in the eight octants.
-pub(super) fn turn(numerator: usize, denominator: usize) -> [f64; 2] {
+pub(crate) fn turn(numerator: usize, denominator: usize) -> [f64; 2] {
     let quarters = 4 * (numerator % denominator);
     let (quadrant, rest) = (quarters / denominator, quarters % denominator);
     let angle = |part: usize| std::f64::consts::FRAC_PI_2 * part as f64 / denominator as f64;

@@ -1,0 +1,127 @@
+//! Which operands of a boolean are small features, and how they get into the base's mesh.
+
+use std::rc::Rc;
+
+use fabkit_geometry::{Body as ExactBody, Solid};
+
+use super::{Evaluator, Item, Shape};
+use crate::MeshError;
+use crate::conform::{Base, Feature, Pin, conform};
+use crate::shape_key::shape_key;
+use crate::tessellate::face_count;
+
+/// A tool is a feature if its box's diagonal is at most this share of the base's.
+const LARGEST_SHARE: f64 = 0.35;
+
+/// Operands that conform to the base, perhaps, and all others.
+pub(super) struct Split<'a> {
+    pub features: Vec<(Item<'a>, Rc<Pin>)>,
+    pub others: Vec<Item<'a>>,
+}
+
+impl Evaluator {
+    /// Sorts operands by what they are and their size beside the base's.
+    pub(super) fn split<'a>(
+        &mut self,
+        items: Vec<Item<'a>>,
+        base_diagonal_mm: f64,
+    ) -> Result<Split<'a>, MeshError> {
+        let mut split = Split { features: Vec::new(), others: Vec::new() };
+        for item in items {
+            let small = |pin: &Rc<Pin>| {
+                let diagonal_mm = diagonal_mm(pin.facets.bounds().size_mm());
+                diagonal_mm <= LARGEST_SHARE * base_diagonal_mm
+            };
+            match self.pin(&item)?.filter(small) {
+                Some(pin) if self.conforming => split.features.push((item, pin)),
+                _ => split.others.push(item),
+            }
+        }
+        Ok(split)
+    }
+
+    fn pin(&mut self, item: &Item) -> Result<Option<Rc<Pin>>, MeshError> {
+        if !Pin::may_be(item.core) {
+            return Ok(None);
+        }
+        let key = shape_key(item.core);
+        if let Some(pin) = self.pins.get(&key) {
+            return Ok(pin.clone());
+        }
+        let body = self.body(item, &fabkit_geometry::Aabb::everything())?;
+        let pin = Pin::new(item.core, body.shape.facets(), self.tolerance_mm).map(Rc::new);
+        self.pins.insert(key, pin.clone());
+        Ok(pin)
+    }
+
+    /// Adds features to the mesh of `solid`, or cuts them away. Returns the mesh and those that the
+    /// kernel must see to.
+    pub(super) fn conformed<'a>(
+        &self,
+        shape: Rc<Shape>,
+        exact: &Exact,
+        features: Vec<(Item<'a>, Rc<Pin>)>,
+        adding: bool,
+    ) -> (Rc<Shape>, Vec<Item<'a>>) {
+        let Ok(body) = ExactBody::new(&exact.solid) else {
+            return (shape, features.into_iter().map(|(item, _)| item).collect());
+        };
+        let placed: Vec<Feature> = features
+            .iter()
+            .map(|(item, pin)| Feature {
+                pin: pin.clone(),
+                base_from_tool: item.pose,
+                first_face: item.first_face,
+            })
+            .collect();
+        let base = Base { facets: shape.facets(), body: &body, first_faces: &exact.first_faces };
+        let (shape, left) = match conform(&base, &placed, adding, self.tolerance_mm) {
+            Some((facets, left)) => (Shape::from_facets(facets), left),
+            None => (shape.clone(), (0..features.len()).collect()),
+        };
+        let of_left = |(i, (item, _))| left.binary_search(&i).is_ok().then_some(item);
+        (shape, features.into_iter().enumerate().filter_map(of_left).collect())
+    }
+}
+
+/// A base as an exact solid, with the number of the first face of each leaf.
+pub(super) struct Exact {
+    solid: Solid,
+    first_faces: Vec<u32>,
+}
+
+impl Exact {
+    /// `of` without the items.
+    pub fn difference(of: &Solid, items: &[Item]) -> Self {
+        let mut first_faces = Vec::new();
+        number_leaves(of, 0, &mut first_faces);
+        let tools = placed(items, &mut first_faces);
+        Self { solid: of.clone().minus_all(tools), first_faces }
+    }
+
+    /// All items together.
+    pub fn union(items: &[Item]) -> Self {
+        let mut first_faces = Vec::new();
+        let solids = placed(items, &mut first_faces);
+        Self { solid: Solid::union(solids), first_faces }
+    }
+}
+
+fn placed(items: &[Item], first_faces: &mut Vec<u32>) -> Vec<Solid> {
+    let place = |item: &Item| {
+        number_leaves(item.core, item.first_face, first_faces);
+        item.core.clone().placed(item.pose)
+    };
+    items.iter().map(place).collect()
+}
+
+fn number_leaves(solid: &Solid, mut next_face: u32, first_faces: &mut Vec<u32>) {
+    for leaf in solid.leaves() {
+        first_faces.push(next_face);
+        next_face += face_count(leaf.primitive);
+    }
+}
+
+pub(super) fn diagonal_mm(size_mm: [f64; 3]) -> f64 {
+    size_mm.iter().map(|s| s * s).sum::<f64>().sqrt()
+}

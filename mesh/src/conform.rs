@@ -23,6 +23,8 @@ mod measure;
 mod nearby;
 mod pin;
 mod sheet;
+#[cfg(test)]
+mod tests;
 mod trim;
 mod wall;
 

@@ -21,6 +21,8 @@ mod cavity;
 mod fill;
 mod measure;
 mod nearby;
+mod nested;
+mod patch;
 mod pin;
 mod sheet;
 #[cfg(test)]
@@ -28,17 +30,18 @@ mod tests;
 mod trim;
 mod wall;
 
+use std::ops::Range;
 use std::rc::Rc;
 
-use fabkit_geometry::{Body, Point3, Pose, Vector3};
+use fabkit_geometry::{Aabb, Body, Point3, Pose};
 
 use crate::extent::moved;
 use crate::facets::Facets;
-use bend::bend;
-use cavity::{Candidate, Cavity};
+use cavity::Candidate;
 use fill::Fill;
-use measure::Measure;
 use nearby::Nearby;
+pub(crate) use nested::Whole;
+use patch::{Patch, Place};
 pub(crate) use pin::Pin;
 use sheet::{NONE, Sheet};
 use trim::{Curve, curves};
@@ -48,8 +51,8 @@ use wall::{Corner, wall};
 /// value is for where removing them would stray too far from the surface.
 const CLEARANCES: [f64; 2] = [0.25, 0.01];
 
-/// A surface that a tool's axis meets at less than this sine is left to the kernel.
-const LEAST_SINE: f64 = 0.2;
+/// No limit along a tool's axis, mm.
+const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// A tool in its place.
 pub(crate) struct Feature {
@@ -57,9 +60,11 @@ pub(crate) struct Feature {
     pub base_from_tool: Pose,
     /// Of its face 0.
     pub first_face: u32,
+    /// If it belongs to an operand deeper in the tree: that operand's leaves in the base.
+    pub operand: Option<Range<u32>>,
 }
 
-/// What is cut or added to.
+/// What features are cut from or added to.
 pub(crate) struct Base<'a> {
     pub facets: &'a Facets,
     /// The same solid, exactly.
@@ -68,17 +73,32 @@ pub(crate) struct Base<'a> {
     pub first_faces: &'a [u32],
 }
 
-/// Adds features to a base, or cuts them away; returns those that could not be, too.
+/// What the features of a base do to it.
+pub(crate) enum Effect<'a> {
+    /// They are united with it.
+    Add,
+    /// They are cut away.
+    Cut,
+    /// What follows from the tree that they stand in.
+    AsIn(&'a Whole),
+}
+
+/// Puts features into a base. Returns the mesh and the numbers of the features that could not be
+/// put there; `None` if none could.
 pub(crate) fn conform(
     base: &Base,
     features: &[Feature],
-    adding: bool,
+    effect: &Effect,
     tolerance_mm: f64,
 ) -> Option<(Facets, Vec<usize>)> {
-    let sheet = Sheet::new(base.facets)?;
     let reach = |f: &Feature| moved(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
-    let nearby = Nearby::new(features.iter().map(reach).collect());
-    let mut work = Work { base, adding, tolerance_mm, sheet, nearby, stamp: 0 };
+    let boxes: Vec<Aabb> = features.iter().map(reach).collect();
+    let obstacles = match effect {
+        Effect::AsIn(whole) => whole.nearby(boxes.clone()),
+        _ => Nearby::new(Vec::new()),
+    };
+    let (sheet, nearby) = (Sheet::new(base.facets)?, Nearby::new(boxes));
+    let mut work = Work { base, effect, tolerance_mm, sheet, nearby, obstacles, stamp: 0 };
     for t in 0..work.sheet.len() {
         work.nearby.add(t, &work.sheet.bounds_of(t));
     }
@@ -89,108 +109,68 @@ pub(crate) fn conform(
 
 struct Work<'a> {
     base: &'a Base<'a>,
-    adding: bool,
+    effect: &'a Effect<'a>,
     tolerance_mm: f64,
     sheet: Sheet,
     nearby: Nearby,
+    /// Surfaces that are hidden in the base.
+    obstacles: Nearby,
     stamp: u32,
-}
-
-/// A cavity and what fills it.
-struct Patch {
-    cavity: Cavity,
-    fill: Fill,
-    face: u32,
 }
 
 impl Work<'_> {
     /// Nothing has changed if it returns `None`.
     fn apply(&mut self, index: usize, feature: &Feature) -> Option<()> {
-        let curves = curves(&feature.pin, &feature.base_from_tool, self.base.body)?;
+        let curves = curves(feature, self.base.body)?;
+        let (adding, z_mm) = match self.effect {
+            Effect::Add => (true, EVERYWHERE),
+            Effect::Cut => (false, EVERYWHERE),
+            Effect::AsIn(whole) => {
+                let near = &self.obstacles.triangles[index];
+                let span = whole.span(self.base, feature, &curves, near, self.tolerance_mm)?;
+                (span.adding, span.z_mm)
+            }
+        };
         let tool_from_base = feature.base_from_tool.inverse();
-        let in_tool = |p: [f64; 3]| tool_from_base.point(Point3::from(p)).into();
         let candidates: Vec<Candidate> = self.nearby.triangles[index]
             .iter()
             .filter(|&&t| self.sheet.alive[t as usize])
-            .map(|&t| Candidate { triangle: t, corners: self.sheet.points_of(t).map(in_tool) })
+            .map(|&t| Candidate::new(t, self.sheet.points_of(t), &tool_from_base))
             .collect();
         let mut patches = Vec::with_capacity(curves.len());
         for curve in &curves {
-            let patch = CLEARANCES.into_iter().find_map(|clearance| {
-                self.patch(feature, curve, &candidates, clearance * curve.shortest_chord_mm())
-            });
-            patches.push(patch?);
+            patches.push(self.patch(feature, curve, &candidates)?);
         }
-        // The last attempt of each curve is the one that counts.
-        let taken = |c: &&Candidate| {
+        let taken = |c: &Candidate| {
             patches.iter().any(|p| self.sheet.stamps[c.triangle as usize] == p.cavity.stamp)
         };
         let total: usize = patches.iter().map(|p| p.cavity.triangles.len()).sum();
-        if candidates.iter().filter(taken).count() != total {
+        if candidates.iter().filter(|c| taken(c)).count() != total {
             return None; // Two curves took the same triangle.
         }
-        let reaches_in = |c: &Candidate| {
-            let radius_mm = feature.pin.radius_between_mm(c.z_range_mm());
-            radius_mm.is_some_and(|radius_mm| c.axis_distance_mm() < radius_mm)
-        };
-        if candidates.iter().any(|c| !taken(&c) && reaches_in(c)) {
+        if candidates.iter().any(|c| !taken(c) && c.reaches_into(&feature.pin, z_mm, 0.0)) {
             return None;
         }
-        self.commit(feature, &curves, patches);
+        self.commit(feature, &curves, patches, adding);
         Some(())
     }
 
+    /// What closes the base up to a curve, clear of its other vertices if that can be.
     fn patch(
         &mut self,
         feature: &Feature,
         curve: &Curve,
         candidates: &[Candidate],
-        clear_mm: f64,
     ) -> Option<Patch> {
-        let [leaf, number] = curve.face;
-        let face = self.base.first_faces[leaf as usize] + number;
-        self.stamp += 1;
-        let axis = feature.base_from_tool.vector(Vector3::z());
-        let sine = axis.dot(&curve.normal);
-        if sine.abs() < LEAST_SINE {
-            return None;
-        }
-        let facing = sine.signum();
-        let cavity =
-            Cavity::new(&mut self.sheet, candidates, curve, face, facing, clear_mm, self.stamp)?;
-
-        let tool_from_base = feature.base_from_tool.inverse();
-        let mut solid: Vec<[f64; 3]> = Vec::new();
-        let mut flat: Vec<[f64; 2]> = Vec::new();
-        let mut loops = Vec::with_capacity(cavity.loops.len() + 1);
-        for chain in &cavity.loops {
-            let first = solid.len();
-            for &edge in chain {
-                let point = self.sheet.points[self.sheet.from(edge) as usize];
-                let in_tool = tool_from_base.point(Point3::from(point));
-                solid.push(point);
-                flat.push([facing * in_tool.x, in_tool.y]);
-            }
-            loops.push(first..solid.len());
-        }
-        let first = solid.len();
-        for k in curve_order(curve.in_base.len(), facing) {
-            solid.push(curve.in_base[k]);
-            flat.push([facing * curve.in_tool[k][0], curve.in_tool[k][1]]);
-        }
-        loops.push(first..solid.len());
-
-        let leaf = &self.base.body.leaves()[leaf as usize];
-        let bend = bend(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
-        let scaled: Vec<[f64; 2]> = solid.iter().map(|&p| bend.scaled(p)).collect();
-        let fill = Fill::new(&flat, &scaled, &loops)?;
-        let mut measure = Measure::new(self.base.body, axis, curve, self.tolerance_mm);
-        let corners = |t: &[u32; 3]| t.map(|v| solid[v as usize]);
-        let holds = fill.triangles.iter().all(|t| measure.holds(corners(t), &bend));
-        holds.then_some(Patch { cavity, fill, face })
+        CLEARANCES.into_iter().find_map(|clearance| {
+            self.stamp += 1;
+            let clear_mm = clearance * curve.shortest_chord_mm();
+            let place = Place { base: self.base, feature, curve, tolerance_mm: self.tolerance_mm };
+            place.patch(&mut self.sheet, candidates, clear_mm, self.stamp)
+        })
     }
 
-    fn commit(&mut self, feature: &Feature, curves: &[Curve], patches: Vec<Patch>) {
+    fn commit(&mut self, feature: &Feature, curves: &[Curve], patches: Vec<Patch>, adding: bool) {
         let sheet = &mut self.sheet;
         let mut added = Vec::new();
         let mut first_points = Vec::with_capacity(curves.len());
@@ -199,9 +179,9 @@ impl Work<'_> {
             sheet.points.extend(&curve.in_base);
         }
         for ((curve, patch), &first_point) in curves.iter().zip(patches).zip(&first_points) {
+            let order = patch.curve_order(curve.in_base.len());
             let rim: Vec<u32> = patch.cavity.loops.into_iter().flatten().collect();
             let mut vertices: Vec<u32> = rim.iter().map(|&edge| sheet.from(edge)).collect();
-            let order = curve_order(curve.in_base.len(), patch.cavity.facing);
             vertices.extend(order.map(|k| first_point + k as u32));
             let beyond: Vec<u32> = rim.iter().map(|&edge| sheet.twins[edge as usize]).collect();
             for &t in &patch.cavity.triangles {
@@ -225,7 +205,7 @@ impl Work<'_> {
         }
         let tool = &feature.pin.facets;
         let mut new_index = vec![NONE; tool.vertices.len()];
-        wall(&feature.pin, curves, !self.adding, |corners, face| {
+        wall(&feature.pin, curves, !adding, |corners, face| {
             let mut corners = corners.map(|corner| match corner {
                 Corner::Curve { curve, point } => first_points[curve] + point as u32,
                 Corner::Tool(v) => {
@@ -238,7 +218,7 @@ impl Work<'_> {
                     *index
                 }
             });
-            if !self.adding {
+            if !adding {
                 corners.swap(1, 2);
             }
             added.push(sheet.push(corners, feature.first_face + face));
@@ -247,9 +227,4 @@ impl Work<'_> {
             self.nearby.add(t, &self.sheet.bounds_of(t));
         }
     }
-}
-
-/// The curve's points in the direction in which the fill lies on their left.
-fn curve_order(count: usize, facing: f64) -> impl Iterator<Item = usize> {
-    (0..count).map(move |k| if facing > 0.0 { count - 1 - k } else { k })
 }

@@ -8,6 +8,7 @@
 //! - Equal shapes, down to whole subtrees, are made once and placed many times.
 
 mod features;
+mod lift;
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -42,13 +43,10 @@ pub(crate) fn evaluate_by(
     let (shapes, pins) = (BTreeMap::new(), BTreeMap::new());
     let mut evaluator = Evaluator { tolerance_mm, conforming, shapes, pins };
     let root = Item::peeled(Pose::identity(), solid, 0);
-    let body = evaluator.body(&root, &Aabb::everything())?;
-    if body.shape.is_empty() {
-        return Err(MeshError::Empty);
+    if conforming && let Some(facets) = evaluator.lifted(&root)? {
+        return Ok(facets);
     }
-    let mut facets = Facets::default();
-    facets.append(body.shape.facets(), &body.pose, body.first_face);
-    Ok(facets)
+    evaluator.plain(&root)
 }
 
 /// A subtree without the placements and names around it.
@@ -218,6 +216,17 @@ struct Evaluator {
 }
 
 impl Evaluator {
+    /// The whole tree as it is written.
+    fn plain(&mut self, root: &Item) -> Result<Facets, MeshError> {
+        let body = self.body(root, &Aabb::everything())?;
+        if body.shape.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        let mut facets = Facets::default();
+        facets.append(body.shape.facets(), &body.pose, body.first_face);
+        Ok(facets)
+    }
+
     /// Only what lies within `context`, in the frame around the item, needs to be right.
     fn body(&mut self, item: &Item, context: &Aabb) -> Result<Body, MeshError> {
         let shape = if has_half_space(item.core) {

@@ -1,5 +1,9 @@
 //! The triangles that a curve takes away, and the loops of edges around them.
 
+use fabkit_geometry::{Point3, Pose};
+
+use super::EVERYWHERE;
+use super::pin::Pin;
 use super::sheet::{NONE, Sheet};
 use super::trim::Curve;
 
@@ -21,6 +25,47 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    pub fn new(triangle: u32, points: [[f64; 3]; 3], tool_from_base: &Pose) -> Self {
+        let corners = points.map(|p| tool_from_base.point(Point3::from(p)).into());
+        Self { triangle, corners }
+    }
+
+    /// Whether it may come nearer than `margin_mm` to what of the tool lies between two heights. It
+    /// never says no where it does.
+    pub fn reaches_into(&self, pin: &Pin, [low, high]: [f64; 2], margin_mm: f64) -> bool {
+        let Some(widest_mm) = pin.radius_between_mm(EVERYWHERE) else { return false };
+        let Some([bottom, top]) = self.z_range_within_mm(widest_mm + margin_mm) else {
+            return false;
+        };
+        let heights = [low.max(bottom - margin_mm), high.min(top + margin_mm)];
+        let radius_mm = if heights[0] > heights[1] { None } else { pin.radius_between_mm(heights) };
+        radius_mm.is_some_and(|radius_mm| self.axis_distance_mm() < radius_mm + margin_mm)
+    }
+
+    /// Lowest and highest point within a square around the axis, mm.
+    fn z_range_within_mm(&self, half_mm: f64) -> Option<[f64; 2]> {
+        // Sutherland and Hodgman: one side of the square after the other.
+        let mut polygon = self.corners.to_vec();
+        for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+            let beyond = |p: [f64; 3]| sign * p[axis] - half_mm;
+            let next = polygon.iter().cycle().skip(1);
+            let mut inside = Vec::with_capacity(polygon.len() + 1);
+            for (&p, &q) in polygon.iter().zip(next) {
+                let (u, v) = (beyond(p), beyond(q));
+                if u <= 0.0 {
+                    inside.push(p);
+                }
+                if (u <= 0.0) != (v <= 0.0) {
+                    let t = u / (u - v);
+                    inside.push(std::array::from_fn(|i| p[i] + t * (q[i] - p[i])));
+                }
+            }
+            polygon = inside;
+        }
+        let heights = polygon.iter().map(|p| [p[2]; 2]);
+        heights.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    }
+
     /// Distance of the nearest point from the tool's axis, mm.
     pub fn axis_distance_mm(&self) -> f64 {
         let [a, b, c] = self.corners;
@@ -28,12 +73,6 @@ impl Candidate {
             return 0.0;
         }
         [[a, b], [b, c], [c, a]].map(|[p, q]| to_segment(p, q)).into_iter().fold(f64::MAX, f64::min)
-    }
-
-    /// Lowest and highest point along the tool's axis, mm.
-    pub fn z_range_mm(&self) -> [f64; 2] {
-        let z = self.corners.map(|c| c[2]);
-        [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])]
     }
 
     /// Seen along the tool's axis: 1 or -1 by the triangle's direction if it covers the point.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Segment, Solid};
+use fabkit_geometry::{Segment, Solid, Vector3};
 
 use crate::facets::Facets;
 
@@ -34,7 +34,7 @@ pub(crate) struct Stroke {
     pub rings: [Vec<u32>; 2],
     /// Farthest from the axis, mm; for curved strokes with the tessellation's slack.
     radius_mm: f64,
-    z_mm: [f64; 2],
+    pub z_mm: [f64; 2],
 }
 
 impl Pin {
@@ -58,6 +58,11 @@ impl Pin {
         let strokes = outline.into_iter().map(|line| Stroke::new(line, facets, tolerance_mm));
         let strokes: Vec<Stroke> = strokes.collect::<Option<_>>()?;
         Some(Self { facets: facets.clone(), strokes })
+    }
+
+    /// Of a box around it, mm.
+    pub fn diagonal_mm(&self) -> f64 {
+        Vector3::from(self.facets.bounds().size_mm()).norm()
     }
 
     /// Largest distance from the axis between two heights, mm; `None` beyond the tool's ends.

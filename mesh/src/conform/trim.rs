@@ -1,8 +1,10 @@
 //! Where a tool's surface passes through the base's: closed curves, sampled on both exactly.
 
+use std::ops::Range;
+
 use fabkit_geometry::{Body, Crossing, Point3, Pose, Ray, Scratch, Vector3};
 
-use super::pin::Pin;
+use super::Feature;
 use crate::tessellate::turn;
 
 /// A curve must keep this far from the ends of the stroke it lies on, mm.
@@ -33,9 +35,14 @@ impl Curve {
 }
 
 /// All curves in the order of the tool's profile; `None` if they are not such curves.
-pub(super) fn curves(pin: &Pin, base_from_tool: &Pose, base: &Body) -> Option<Vec<Curve>> {
+///
+/// Of a feature that belongs to an operand of the base, only those on the operand's own faces.
+pub(super) fn curves(feature: &Feature, base: &Body) -> Option<Vec<Curve>> {
+    let Feature { pin, base_from_tool, operand, .. } = feature;
+    let leaves = operand.clone().unwrap_or(0..u32::MAX);
     let mut curves: Vec<Curve> = Vec::new();
-    let mut caster = Caster { base, base_from_tool, scratch: Scratch::default(), hits: Vec::new() };
+    let (scratch, hits) = (Scratch::default(), Vec::new());
+    let mut caster = Caster { base, base_from_tool, leaves, scratch, hits };
     for (index, stroke) in pin.strokes.iter().enumerate() {
         if !stroke.straight {
             continue;
@@ -86,6 +93,7 @@ pub(super) fn curves(pin: &Pin, base_from_tool: &Pose, base: &Body) -> Option<Ve
 struct Caster<'a> {
     base: &'a Body,
     base_from_tool: &'a Pose,
+    leaves: Range<u32>,
     scratch: Scratch,
     hits: Vec<Crossing>,
 }
@@ -96,6 +104,7 @@ impl Caster<'_> {
         let origin = self.base_from_tool.point(from);
         let direction = self.base_from_tool.vector(to - from);
         self.base.crossings_into(&Ray { origin, direction }, &mut self.scratch, &mut self.hits);
-        self.hits.retain(|hit| (0.0..=1.0).contains(&hit.t));
+        let counts = |hit: &Crossing| self.leaves.contains(&hit.leaf);
+        self.hits.retain(|hit| (0.0..=1.0).contains(&hit.t) && counts(hit));
     }
 }

@@ -6,12 +6,12 @@ use fabkit_geometry::{Body as ExactBody, Solid};
 
 use super::{Evaluator, Item, Shape};
 use crate::MeshError;
-use crate::conform::{Base, Feature, Pin, conform};
+use crate::conform::{Base, Effect, Feature, Pin, conform};
 use crate::shape_key::shape_key;
 use crate::tessellate::face_count;
 
 /// A tool is a feature if its box's diagonal is at most this share of the base's.
-const LARGEST_SHARE: f64 = 0.35;
+pub(super) const LARGEST_SHARE: f64 = 0.35;
 
 /// Operands that conform to the base, perhaps, and all others.
 pub(super) struct Split<'a> {
@@ -28,10 +28,7 @@ impl Evaluator {
     ) -> Result<Split<'a>, MeshError> {
         let mut split = Split { features: Vec::new(), others: Vec::new() };
         for item in items {
-            let small = |pin: &Rc<Pin>| {
-                let diagonal_mm = diagonal_mm(pin.facets.bounds().size_mm());
-                diagonal_mm <= LARGEST_SHARE * base_diagonal_mm
-            };
+            let small = |pin: &Rc<Pin>| pin.diagonal_mm() <= LARGEST_SHARE * base_diagonal_mm;
             match self.pin(&item)?.filter(small) {
                 Some(pin) if self.conforming => split.features.push((item, pin)),
                 _ => split.others.push(item),
@@ -40,7 +37,7 @@ impl Evaluator {
         Ok(split)
     }
 
-    fn pin(&mut self, item: &Item) -> Result<Option<Rc<Pin>>, MeshError> {
+    pub(super) fn pin(&mut self, item: &Item) -> Result<Option<Rc<Pin>>, MeshError> {
         if !Pin::may_be(item.core) {
             return Ok(None);
         }
@@ -72,10 +69,12 @@ impl Evaluator {
                 pin: pin.clone(),
                 base_from_tool: item.pose,
                 first_face: item.first_face,
+                operand: None,
             })
             .collect();
         let base = Base { facets: shape.facets(), body: &body, first_faces: &exact.first_faces };
-        let (shape, left) = match conform(&base, &placed, adding, self.tolerance_mm) {
+        let effect = if adding { Effect::Add } else { Effect::Cut };
+        let (shape, left) = match conform(&base, &placed, &effect, self.tolerance_mm) {
             Some((facets, left)) => (Shape::from_facets(facets), left),
             None => (shape.clone(), (0..features.len()).collect()),
         };

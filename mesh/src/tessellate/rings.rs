@@ -229,7 +229,7 @@ impl Search<'_> {
             corners.iter().zip(weights).map(|(c, w)| w * pick(c)).sum::<f64>()
         };
         let [x, y, z] = [mix(|c| c.at[0]), mix(|c| c.at[1]), mix(|c| c.at[2])];
-        self.arc.depth_of([x.hypot(y), z], mix(|c| c.t))
+        self.arc.depth_of([(x * x + y * y).sqrt(), z], mix(|c| c.t))
     }
 }
 

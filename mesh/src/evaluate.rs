@@ -40,13 +40,20 @@ pub(crate) fn evaluate_by(
     tolerance_mm: f64,
     conforming: bool,
 ) -> Result<Facets, MeshError> {
-    let (shapes, pins) = (BTreeMap::new(), BTreeMap::new());
-    let mut evaluator = Evaluator { tolerance_mm, conforming, shapes, pins };
-    let root = Item::peeled(Pose::identity(), solid, 0);
-    if conforming && let Some(facets) = evaluator.lifted(&root)? {
+    if conforming && let Some(facets) = evaluate_lifted(solid, tolerance_mm)? {
         return Ok(facets);
     }
-    evaluator.plain(&root)
+    let root = Item::peeled(Pose::identity(), solid, 0);
+    Evaluator::new(tolerance_mm, conforming).plain(&root)
+}
+
+/// With the features of operands put in last; `None` if that gains nothing or cannot be done.
+pub(crate) fn evaluate_lifted(
+    solid: &Solid,
+    tolerance_mm: f64,
+) -> Result<Option<Facets>, MeshError> {
+    let root = Item::peeled(Pose::identity(), solid, 0);
+    Evaluator::new(tolerance_mm, true).lifted(&root)
 }
 
 /// A subtree without the placements and names around it.
@@ -216,6 +223,10 @@ struct Evaluator {
 }
 
 impl Evaluator {
+    fn new(tolerance_mm: f64, conforming: bool) -> Self {
+        Self { tolerance_mm, conforming, shapes: BTreeMap::new(), pins: BTreeMap::new() }
+    }
+
     /// The whole tree as it is written.
     fn plain(&mut self, root: &Item) -> Result<Facets, MeshError> {
         let body = self.body(root, &Aabb::everything())?;

@@ -5,12 +5,12 @@ mod oracle;
 
 use std::cell::Cell;
 
-use fabkit_geometry::testing::{cases, directions, primitives};
+use fabkit_geometry::testing::{cases, directions, poses, primitives};
 use fabkit_geometry::{Angle, Body, Path, Point3, Pose, Ray, Solid, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-use crate::evaluate::evaluate_by;
+use crate::evaluate::{evaluate_by, evaluate_lifted};
 use crate::facets::Facets;
 use crate::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, to_mesh};
 
@@ -94,38 +94,101 @@ fn by(solid: &Solid, conforming: bool) -> Result<TriMesh, MeshError> {
     evaluate_by(solid, TOLERANCE_MM, conforming).map(|facets: Facets| to_mesh(solid, facets))
 }
 
+/// Compares both ways; whether they differ at all, which is whether anything conformed.
+fn compare(solid: &Solid) -> Result<bool, TestCaseError> {
+    let (Ok(ours), Ok(theirs)) = (by(solid, true), by(solid, false)) else {
+        return Err(TestCaseError::reject("nothing is left"));
+    };
+    if ours == theirs {
+        return Ok(false);
+    }
+    prop_assert_eq!(ours.genus(), theirs.genus());
+    prop_assert_eq!(ours.shells(), theirs.shells());
+    // Each is within the tolerance of the exact surface.
+    let off_mm3 = (ours.volume_mm3() - theirs.volume_mm3()).abs();
+    prop_assert!(off_mm3 <= theirs.area_mm2() * TOLERANCE_MM, "{off_mm3} mm3 apart");
+    let stray_mm = stray_mm(solid, &ours);
+    prop_assert!(stray_mm <= TOLERANCE_MM, "{stray_mm} mm off the exact surface");
+    let file = ours.to_print();
+    prop_assert!(file.is_ok(), "{}", file.unwrap_err());
+    Ok(true)
+}
+
+/// Runs cases; how many of them conformed.
+fn run<S: Strategy>(count: u32, strategy: &S, solid: impl Fn(S::Value) -> Solid) -> u32 {
+    let conformed = Cell::new(0);
+    let mut runner = TestRunner::new(cases(count));
+    let result = runner.run(strategy, |drawn| {
+        conformed.set(conformed.get() + u32::from(compare(&solid(drawn))?));
+        Ok(())
+    });
+    result.unwrap_or_else(|error| panic!("{error}"));
+    conformed.get()
+}
+
 #[test]
 fn conforming_features_are_those_that_booleans_make() {
-    let conformed = Cell::new(0);
-    let mut runner = TestRunner::new(cases(200));
     let strategy = (bases(), prop::collection::vec(features(), 1..5), any::<bool>());
-    let result = runner.run(&strategy, |(base, drawn, adding)| {
+    let conformed = run(200, &strategy, |(base, drawn, adding)| {
         let tools = placed(&Body::new(&base).unwrap(), drawn);
-        let solid = if adding {
+        if adding {
             Solid::union(std::iter::once(base).chain(tools))
         } else {
             base.minus_all(tools)
-        };
-        let (Ok(ours), Ok(theirs)) = (by(&solid, true), by(&solid, false)) else {
-            return Err(TestCaseError::reject("nothing is left"));
-        };
-        if ours == theirs {
-            return Ok(());
         }
-        conformed.set(conformed.get() + 1);
-        prop_assert_eq!(ours.genus(), theirs.genus());
-        prop_assert_eq!(ours.shells(), theirs.shells());
-        // Each is within the tolerance of the exact surface.
-        let off_mm3 = (ours.volume_mm3() - theirs.volume_mm3()).abs();
-        prop_assert!(off_mm3 <= theirs.area_mm2() * TOLERANCE_MM, "{off_mm3} mm3 apart");
-        let stray_mm = stray_mm(&solid, &ours);
-        prop_assert!(stray_mm <= TOLERANCE_MM, "{stray_mm} mm off the exact surface");
-        let file = ours.to_print();
-        prop_assert!(file.is_ok(), "{}", file.unwrap_err());
-        Ok(())
     });
-    result.unwrap();
-    assert!(conformed.get() > 100, "only {} of 200 conformed", conformed.get());
+    assert!(conformed > 100, "only {conformed} of 200 conformed");
+}
+
+/// Operands with a dozen features in trees where they are added, cut, hidden and cut off.
+fn nests() -> impl Strategy<Value = Solid> {
+    let operand = prop_oneof![
+        (4.0f64..8.0).prop_map(Solid::sphere),
+        (4.0f64..8.0, 3.0f64..9.0).prop_map(|(a, b)| Solid::ellipsoid_offset(a, b, 0.4)),
+        (4.0f64..8.0).prop_map(|r| Solid::cylinder(r, 6.0).at(0.0, 0.0, -3.0)),
+    ];
+    let lattice = (8usize..14, poses(0.0));
+    (operand, tools(), lattice, any::<bool>(), 0usize..6, -0.3f64..2.0).prop_map(
+        |(operand, (tool, deep_mm), (count, turned), cuts, form, thick_mm)| {
+            let body = Body::new(&operand).unwrap();
+            let place = |i: usize| {
+                let z = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
+                let (s, c) = (2.4 * i as f64).sin_cos();
+                let across = (1.0 - z * z).sqrt();
+                let direction = turned.vector(Vector3::new(across * c, across * s, z));
+                let ray = Ray { origin: Point3::origin(), direction };
+                let hit = *body.crossings(&ray).last().unwrap();
+                tool.clone().at(0.0, 0.0, -deep_mm).placed(Pose::z_to(hit.normal, ray.at(hit.t)))
+            };
+            let reach_mm = body.bounds().max.coords.max();
+            let tools: Vec<Solid> = (0..count).map(place).collect();
+            let operand = if cuts {
+                operand.minus_all(tools)
+            } else {
+                Solid::union(std::iter::once(operand).chain(tools))
+            };
+            let side_mm = 2.0 * (reach_mm + thick_mm);
+            let block = Solid::cuboid(side_mm, side_mm, 1.5 * side_mm).at(0.0, 0.0, -side_mm / 2.0);
+            match form {
+                0 | 1 => block.minus(operand),
+                2 => operand.and(block),
+                3 => operand.at(0.0, 0.0, reach_mm).plus(Solid::cuboid(30.0, 30.0, reach_mm)),
+                4 => Solid::sphere(reach_mm + thick_mm.max(0.1)).minus(operand),
+                _ => Solid::cuboid(30.0, 30.0, 4.0).minus(block.minus(operand)),
+            }
+        },
+    )
+}
+
+#[test]
+fn features_of_operands_are_those_that_booleans_make() {
+    let lifted = Cell::new(0);
+    run(120, &nests(), |solid| {
+        let facets = evaluate_lifted(&solid, TOLERANCE_MM);
+        lifted.set(lifted.get() + u32::from(facets.is_ok_and(|f| f.is_some())));
+        solid
+    });
+    assert!(lifted.get() > 25, "only {} of 120 were put in last", lifted.get());
 }
 
 #[test]
@@ -134,4 +197,5 @@ fn a_hundred_holes_through_a_shell_have_no_slivers() {
     let mesh = crate::mesh(&dome, DEFAULT_TOLERANCE_MM).unwrap();
     assert_eq!(mesh.genus(), 100);
     assert!((mesh.volume_mm3() / exact_mm3 - 1.0).abs() < 2e-4);
+    assert!(mesh.lowest_altitude_mm() > 1e-3, "{}", mesh.lowest_altitude_mm());
 }

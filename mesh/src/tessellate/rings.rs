@@ -6,7 +6,7 @@
 //! measured on the candidate itself, and the one with the fewest triangles wins.
 
 use super::arc::{Arc, ScaledLength};
-use super::circle::chords_per_turn;
+use super::circle::{chords_per_turn, tolerance_for};
 use super::stitch::{Spread, Strip, stitch_part};
 
 /// Share of the tolerance that the measured deviation may reach; the rest covers what the
@@ -46,6 +46,8 @@ pub(super) struct Ring {
 /// The rings strictly between the two ends of an arc, in its direction. `None` if no sensible
 /// number of them holds the tolerance.
 pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
+    let [a, b] = arc.semi_axes_mm;
+    let tolerance_mm = tolerance_for(a.max(b) + arc.offset_mm, tolerance_mm);
     let search = Search { arc, ends, tolerance_mm, scale: arc.scale() };
     let longest = 2.0 * (2.0 * MEASURED_SHARE * tolerance_mm).sqrt();
     let fewest = search.fewest_strips(longest);

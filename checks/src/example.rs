@@ -111,5 +111,6 @@ pub fn puck() -> Sensor {
             height_px: 480,
             field_of_view: Angle::from_deg(90.0).expect("finite"),
         },
+        touch: None,
     }
 }

@@ -99,7 +99,7 @@ pub struct Finding {
 
 impl Finding {
     /// An error with nothing but a message; the methods below add the rest.
-    pub(crate) fn error(rule: Rule, message: impl Into<String>, fix: impl Into<String>) -> Self {
+    pub fn error(rule: Rule, message: impl Into<String>, fix: impl Into<String>) -> Self {
         Self {
             rule,
             severity: Severity::Error,
@@ -113,32 +113,44 @@ impl Finding {
         }
     }
 
-    pub(crate) fn with_severity(mut self, severity: Severity) -> Self {
+    /// With another severity.
+    #[must_use]
+    pub fn with_severity(mut self, severity: Severity) -> Self {
         self.severity = severity;
         self
     }
 
-    pub(crate) fn in_step(mut self, step: &str) -> Self {
+    /// Found in a step of the chain.
+    #[must_use]
+    pub fn in_step(mut self, step: &str) -> Self {
         self.step = Some(step.into());
         self
     }
 
-    pub(crate) fn in_assembly(mut self, assembly: &str) -> Self {
+    /// Found in an assembly.
+    #[must_use]
+    pub fn in_assembly(mut self, assembly: &str) -> Self {
         self.assembly = Some(assembly.into());
         self
     }
 
-    pub(crate) fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
+    /// About these bodies, the first one most.
+    #[must_use]
+    pub fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
         self.bodies = bodies.into_iter().map(str::to_owned).collect();
         self
     }
 
-    pub(crate) fn at(mut self, place: Option<Point3<f64>>) -> Self {
+    /// At a place in the assembly's frame, mm.
+    #[must_use]
+    pub fn at(mut self, place: Option<Point3<f64>>) -> Self {
         self.place = place;
         self
     }
 
-    pub(crate) fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
+    /// With the figure that is wrong and its limit.
+    #[must_use]
+    pub fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
         self.measured = Some(Measured { value, limit, unit });
         self
     }

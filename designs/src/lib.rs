@@ -13,7 +13,7 @@ pub mod parameters;
 mod registry;
 
 pub use kerf::kerf_mm;
-pub use registry::{Built, FORMAT, Family, FamilyEntry, Header, Registry};
+pub use registry::{Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry};
 
 /// A sensor built from validated parameters.
 #[derive(Clone, Debug)]
@@ -24,6 +24,17 @@ pub struct Design {
     pub parameters: Vec<parameters::Setting>,
     /// What follows from the parameters: name, value with unit; for `fabkit show`.
     pub derived: Vec<(String, String)>,
+    /// Files that belong to the design besides those of its parts.
+    pub companions: Vec<Companion>,
+}
+
+/// A file beside those of the parts, such as a list of landmarks; written with every export.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Companion {
+    /// File name, for example `pin-dome.landmarks.json`.
+    pub name: String,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
 }
 
 /// The families and sensors that fabkit comes with.
@@ -53,7 +64,7 @@ pub fn load(
     REGISTRY.load(file, yaml, overrides)
 }
 
-/// The JSON Schema (draft-07) of sensor files.
+/// The JSON Schema (draft-07) of sensor files, without extensions.
 pub fn json_schema() -> serde_json::Value {
-    REGISTRY.json_schema()
+    REGISTRY.json_schema(&[])
 }

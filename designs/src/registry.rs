@@ -62,14 +62,44 @@ pub struct FamilyEntry {
     summary: &'static str,
     example: &'static str,
     fields: fn() -> Vec<Field>,
-    run: fn(Reader, Option<&Example>) -> Run,
+    run: fn(Reader, Option<&Example>, ReadMore) -> Run,
 }
+
+/// Reads what other crates keep in the same file, after the family's own parameters.
+type ReadMore<'a> = &'a mut dyn FnMut(&mut Reader);
 
 /// Settings and parts, as far as they came, and what is wrong.
 struct Run {
     settings: Vec<Setting>,
     built: Option<Built>,
-    found: Vec<Found>,
+    report: Report,
+}
+
+/// A section that another crate keeps in sensor files.
+///
+/// What a file leaves out comes from the defaults, which are files of the same form.
+#[derive(Clone, Copy, Debug)]
+pub struct Extension {
+    /// The key at the top of the file.
+    pub key: &'static str,
+    /// One line for people.
+    pub summary: &'static str,
+    /// Name for messages and YAML text of each file with defaults; each holds `key:` alone.
+    pub defaults: &'static [(&'static str, &'static str)],
+}
+
+/// Keys that belong to extensions: skipped by whoever does not read them.
+const EXTENSION_KEYS: &[&str] = &["fixtures"];
+
+/// The parameters of an extension.
+#[derive(Clone, Debug)]
+pub struct Extended<P> {
+    /// As read.
+    pub parameters: P,
+    /// The same, as `fabkit show` prints them.
+    pub settings: Vec<Setting>,
+    /// Where values stand, to report on.
+    pub report: Report,
 }
 
 impl FamilyEntry {
@@ -92,11 +122,12 @@ impl FamilyEntry {
     }
 }
 
-fn run<F: Family>(mut reader: Reader, example: Option<&Example>) -> Run {
+fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: ReadMore) -> Run {
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
     let parameters = F::Parameters::read(&mut reader, "", "", &());
     let settings = reader.take_settings();
+    read_more(&mut reader);
     let mut report = reader.finish(example);
     if let Some(parameters) = &parameters {
         F::check(parameters, &mut report);
@@ -107,7 +138,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>) -> Run {
         }
         _ => None,
     };
-    Run { settings, built, found: report.into_found() }
+    Run { settings, built, report }
 }
 
 /// All families and built-in sensors.
@@ -146,7 +177,10 @@ impl Registry {
     }
 
     /// The JSON Schema (draft-07) of sensor files.
-    pub fn json_schema(&self) -> Json {
+    ///
+    /// `extensions` are the sections that other crates keep in the files: key, line for people,
+    /// fields. All of their values have defaults.
+    pub fn json_schema(&self, extensions: &[(&str, &str, Vec<Field>)]) -> Json {
         let schema = |family: &FamilyEntry| FamilySchema {
             name: family.name,
             summary: family.summary,
@@ -157,7 +191,7 @@ impl Registry {
                 .filter(|name| self.family_of(name) == Some(family.name))
                 .collect(),
         };
-        root_schema(FORMAT, &self.families.iter().map(schema).collect::<Vec<_>>())
+        root_schema(FORMAT, &self.families.iter().map(schema).collect::<Vec<_>>(), extensions)
     }
 
     /// The family that a built-in sensor belongs to, directly or through what it extends.
@@ -169,7 +203,7 @@ impl Registry {
 
     /// Builds a design from YAML text and overrides (`path=value`).
     ///
-    /// `file` names the text in messages.
+    /// `file` names the text in messages. Sections of extensions are skipped.
     ///
     /// # Errors
     /// Everything that is wrong, in the order of the file, then of the overrides.
@@ -179,6 +213,43 @@ impl Registry {
         yaml: &str,
         overrides: &[String],
     ) -> Result<Design, InvalidDesign> {
+        self.load_with(file, yaml, overrides, None, &mut |_| ()).map(|(design, _)| design)
+    }
+
+    /// Builds a design and reads the section that another crate keeps in the file.
+    ///
+    /// # Errors
+    /// As for [`Registry::load`].
+    pub fn load_extended<P: Section>(
+        &self,
+        file: &str,
+        yaml: &str,
+        overrides: &[String],
+        extension: &Extension,
+    ) -> Result<(Design, Extended<P>), InvalidDesign> {
+        let (mut parameters, mut settings) = (None, Vec::new());
+        let field =
+            Field { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
+        let mut read = |reader: &mut Reader| {
+            parameters = P::read(reader, extension.key, "", &());
+            settings = reader.take_settings();
+        };
+        let more = Some((extension, field));
+        let (design, report) = self.load_with(file, yaml, overrides, more, &mut read)?;
+        match parameters {
+            Some(parameters) => Ok((design, Extended { parameters, settings, report })),
+            None => Err(bug(file, format!("`{}` cannot be read", extension.key))),
+        }
+    }
+
+    fn load_with(
+        &self,
+        file: &str,
+        yaml: &str,
+        overrides: &[String],
+        extension: Option<(&Extension, Field)>,
+        read_more: ReadMore,
+    ) -> Result<(Design, Report), InvalidDesign> {
         let place = Place { layer: Layer::File, file: file.into(), position: None };
         let mut found = Vec::new();
         let Some(layers) = self.layers(yaml, place.clone(), &mut found) else {
@@ -187,29 +258,33 @@ impl Registry {
         let family = layers.family;
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
+        let known = extension.as_ref().map(|(extension, _)| extension.key);
+        if let Some((extension, field)) = extension {
+            document.add_field(field);
+            for (name, yaml) in extension.defaults {
+                let place = Place { layer: Layer::Base, file: (*name).into(), position: None };
+                let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
+                check_format(&mut entries, &place, &mut document.found);
+                document.lay(entries, &place);
+            }
+        }
         // What is extended comes first, so that the file lies over it.
-        for (place, entries) in layers.entries.into_iter().rev() {
+        for (place, mut entries) in layers.entries.into_iter().rev() {
+            let foreign = |key: &str| EXTENSION_KEYS.contains(&key) && Some(key) != known;
+            entries.retain(|entry| !foreign(&entry.key));
             document.lay(entries, &place);
         }
         apply_overrides(&mut document, overrides);
         let example = self.example(&family);
-        let Run { settings, built, found } = (family.run)(Reader::new(document), example.as_ref());
+        let Run { settings, built, report } =
+            (family.run)(Reader::new(document), example.as_ref(), read_more);
         match built {
-            Some(Built { sensor, derived }) if found.is_empty() => {
-                Ok(Design { sensor, parameters: settings, derived })
+            Some(Built { sensor, derived }) if report.is_clean() => {
+                let companions = Vec::new();
+                Ok((Design { sensor, parameters: settings, derived, companions }, report))
             }
-            _ if !found.is_empty() => Err(InvalidDesign { problems: Found::sorted(found) }),
-            _ => Err(InvalidDesign {
-                problems: vec![Problem {
-                    file: file.to_owned(),
-                    line: None,
-                    column: None,
-                    path: String::new(),
-                    value: String::new(),
-                    message: format!("the family {} built nothing", family.name),
-                    hint: Some("this is a bug in fabkit; please report it with the file".into()),
-                }],
-            }),
+            _ if !report.is_clean() => Err(report.into_invalid()),
+            _ => Err(bug(file, format!("the family {} built nothing", family.name))),
         }
     }
 
@@ -218,7 +293,8 @@ impl Registry {
         let yaml = self.builtin_yaml(family.example)?;
         let layers = self.layers(yaml, place.clone(), &mut Vec::new())?;
         let mut document = Document::new(family.all_fields(), place);
-        for (place, entries) in layers.entries.into_iter().rev() {
+        for (place, mut entries) in layers.entries.into_iter().rev() {
+            entries.retain(|entry| !EXTENSION_KEYS.contains(&&*entry.key));
             document.lay(entries, &place);
         }
         let values = document.into_values();
@@ -234,16 +310,7 @@ impl Registry {
         let mut family: Option<(&FamilyEntry, Place)> = None;
         let mut next = Some((yaml, place.clone()));
         while let Some((yaml, place)) = next.take() {
-            let mut own = match parse_tree(yaml) {
-                Ok((node, duplicates)) => {
-                    found.extend(duplicates.into_iter().map(|fault| Found::fault(fault, &place)));
-                    mapping(node, &place, found)?
-                }
-                Err(fault) => {
-                    found.push(Found::fault(fault, &place));
-                    return None;
-                }
-            };
+            let mut own = mapping_of(yaml, &place, found)?;
             check_format(&mut own, &place, found);
             if let Some((word, at)) = take_word(&mut own, "family", &place, found) {
                 let known = self.family(&word, &at, found)?;
@@ -313,6 +380,35 @@ impl Registry {
 struct Layers {
     family: FamilyEntry,
     entries: Vec<(Place, Vec<Entry>)>,
+}
+
+/// Something that only a slip in fabkit itself can cause.
+fn bug(file: &str, message: String) -> InvalidDesign {
+    InvalidDesign {
+        problems: vec![Problem {
+            file: file.to_owned(),
+            line: None,
+            column: None,
+            path: String::new(),
+            value: String::new(),
+            message,
+            hint: Some("this is a bug in fabkit; please report it with the file".into()),
+        }],
+    }
+}
+
+/// Reads a text whose top level is keys and values; `None` after reporting why it is not.
+fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
+    match parse_tree(yaml) {
+        Ok((node, duplicates)) => {
+            found.extend(duplicates.into_iter().map(|fault| Found::fault(fault, place)));
+            mapping(node, place, found)
+        }
+        Err(fault) => {
+            found.push(Found::fault(fault, place));
+            None
+        }
+    }
 }
 
 fn mapping(node: Node, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {

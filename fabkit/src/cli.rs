@@ -15,7 +15,8 @@ const KERF_LIMITS_MM: [f64; 2] = [0.0, 2.0];
 const MAX_THREADS: i64 = 256;
 
 const AFTER_HELP: &str = "\
-SENSOR is the name of a built-in sensor or a path to a YAML file.
+SENSOR is the name of a built-in sensor or a path to a YAML file; SENSOR/FIXTURE is calibration \
+hardware made for it.
 
 Exit codes: 0 done, 1 a check failed, 2 bad input, 3 a limit was hit, 4 files could not be read or \
 written, 70 a bug in fabkit, 130 interrupted.";
@@ -78,7 +79,7 @@ pub enum Command {
 /// Which design.
 #[derive(Debug, Args)]
 pub struct Design {
-    /// Name of a built-in sensor, or path to a YAML file
+    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -99,7 +100,8 @@ pub struct Show {
 /// `fabkit export`.
 #[derive(Debug, Args)]
 pub struct Export {
-    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
+    /// that part alone
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -139,7 +141,8 @@ pub struct Export {
 /// `fabkit render`.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
+    /// that part alone
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]

@@ -26,6 +26,7 @@ pub use fabkit_checks as checks;
 pub use fabkit_depth as depth;
 pub use fabkit_designs as designs;
 pub use fabkit_export as export;
+pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
 

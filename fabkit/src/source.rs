@@ -1,11 +1,14 @@
-//! `SENSOR` and `SENSOR/PART`: where a design's text comes from.
+//! `SENSOR[/FIXTURE][/PART]`: where a design's text comes from.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
 use fabkit::bodies::UnknownName;
+use fabkit::checks::{self, CheckReport, InvalidBody};
+use fabkit::designs::parameters::InvalidDesign;
 use fabkit::designs::{self, Design};
+use fabkit::fixtures::{self, FixtureError, Project};
 
 use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
@@ -13,15 +16,71 @@ use crate::failure::{Exit, Failure};
 /// Longest sensor file.
 pub const MAX_YAML_BYTES: u64 = 1 << 20;
 
-/// Splits `SENSOR/PART`. Paths have slashes too: a name that is a file, or looks like one, is a
-/// path as a whole.
-pub fn split_part(sensor: &str) -> (&str, Option<&str>) {
-    if is_path(sensor) {
-        return (sensor, None);
+/// What a command is about: a sensor or one of its fixtures, and perhaps one part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target<'a> {
+    /// Name of a built-in sensor, or a path.
+    pub sensor: &'a str,
+    /// Name of a fixture.
+    pub fixture: Option<&'a str>,
+    /// Name of a part, layer or component.
+    pub part: Option<&'a str>,
+}
+
+impl<'a> Target<'a> {
+    /// Splits `SENSOR[/FIXTURE][/PART]`. Paths have slashes too: a name that is a file, or looks
+    /// like one, is a path as a whole.
+    pub fn new(text: &'a str) -> Self {
+        let (rest, last) = split_last(text);
+        let is_fixture = |name: &str| fixtures::fixture_names().any(|fixture| fixture == name);
+        match last {
+            Some(last) if is_fixture(last) => {
+                Self { sensor: rest, fixture: Some(last), part: None }
+            }
+            Some(last) => match split_last(rest) {
+                (sensor, Some(fixture)) if is_fixture(fixture) => {
+                    Self { sensor, fixture: Some(fixture), part: Some(last) }
+                }
+                _ => Self { sensor: rest, fixture: None, part: Some(last) },
+            },
+            None => Self { sensor: text, fixture: None, part: None },
+        }
     }
-    match sensor.rsplit_once('/') {
-        Some((sensor, part)) if !sensor.is_empty() => (sensor, Some(part)),
-        _ => (sensor, None),
+
+    /// Reads and builds what is meant, its part aside.
+    ///
+    /// # Errors
+    /// Unknown names, unreadable or oversized files, and all problems of the design.
+    pub fn design(&self, overrides: &[String]) -> Result<Design, Failure> {
+        let source = Source::find(self.sensor)?;
+        let project = source.load(overrides)?;
+        match self.fixture {
+            None => Ok(project.design),
+            Some(name) => project.fixture(name).map_err(|error| source.failure(error)),
+        }
+    }
+
+    /// Applies all rules to it. The inner error is a solid that is none.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn check(&self, overrides: &[String]) -> Result<Result<CheckReport, InvalidBody>, Failure> {
+        let source = Source::find(self.sensor)?;
+        let project = source.load(overrides)?;
+        match self.fixture {
+            None => Ok(checks::check(&project.design.sensor)),
+            Some(name) => project.check_fixture(name).map_err(|error| source.failure(error)),
+        }
+    }
+}
+
+fn split_last(text: &str) -> (&str, Option<&str>) {
+    if is_path(text) {
+        return (text, None);
+    }
+    match text.rsplit_once('/') {
+        Some((rest, last)) if !rest.is_empty() => (rest, Some(last)),
+        _ => (text, None),
     }
 }
 
@@ -31,28 +90,56 @@ fn is_path(sensor: &str) -> bool {
     yaml || (sensor.contains('/') && path.exists() && !path.is_dir())
 }
 
-/// Reads and builds a design with its overrides.
-///
-/// # Errors
-/// Unknown names, unreadable or oversized files, and all problems of the design.
-pub fn load(sensor: &str, overrides: &[String]) -> Result<Design, Failure> {
-    let builtins = designs::builtin_names().into_iter().filter_map(builtin);
-    let (source, others): (SourceText, Vec<SourceText>) = if is_path(sensor) {
-        // It may extend a built-in sensor, and problems may lie there.
-        (
-            SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? },
-            builtins.collect(),
-        )
-    } else if let Some(source) = builtin(sensor) {
-        (source, Vec::new())
-    } else {
-        let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
-        let hint = format!("{}; a file of your own ends in .yaml", unknown.hint());
-        return Err(Failure::new(Exit::BadInput, unknown, hint));
-    };
-    designs::load(&source.file, &source.text, overrides).map_err(|invalid| {
-        Failure::Design(invalid, std::iter::once(source).chain(others).collect())
-    })
+/// A sensor's file as text, with the built-in files that it may refer to.
+pub struct Source {
+    main: SourceText,
+    /// It may extend a built-in sensor, and problems may lie there.
+    others: Vec<SourceText>,
+}
+
+impl Source {
+    /// Finds a built-in sensor by name, or reads a file.
+    ///
+    /// # Errors
+    /// Unknown names, unreadable or oversized files.
+    pub fn find(sensor: &str) -> Result<Self, Failure> {
+        let main = if is_path(sensor) {
+            SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? }
+        } else if let Some(text) = builtin(sensor) {
+            text
+        } else {
+            let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
+            let hint = format!("{}; a file of your own ends in .yaml", unknown.hint());
+            return Err(Failure::new(Exit::BadInput, unknown, hint));
+        };
+        let defaults = fixtures::default_files()
+            .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
+        let others = designs::builtin_names().into_iter().filter_map(builtin).chain(defaults);
+        let others = others.filter(|other| other.file != main.file).collect();
+        Ok(Self { main, others })
+    }
+
+    /// Builds the sensor and reads the parameters of its fixtures.
+    ///
+    /// # Errors
+    /// All problems of the design.
+    pub fn load(&self, overrides: &[String]) -> Result<Project, Failure> {
+        fixtures::load(&self.main.file, &self.main.text, overrides)
+            .map_err(|invalid| self.invalid(invalid))
+    }
+
+    /// A fixture that cannot be had, for people.
+    pub fn failure(&self, error: FixtureError) -> Failure {
+        match error {
+            FixtureError::Invalid(invalid) => self.invalid(invalid),
+            other => Failure::new(Exit::BadInput, other, "`fabkit list` shows every fixture"),
+        }
+    }
+
+    fn invalid(&self, invalid: InvalidDesign) -> Failure {
+        let texts = std::iter::once(&self.main).chain(&self.others).cloned();
+        Failure::Design(invalid, texts.collect())
+    }
 }
 
 /// The text of a built-in sensor, named as the designs crate names it in messages.
@@ -106,12 +193,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_part_follows_a_name_or_a_path() {
-        assert_eq!(split_part("rtac0"), ("rtac0", None));
-        assert_eq!(split_part("rtac0/shell"), ("rtac0", Some("shell")));
-        assert_eq!(split_part("a/b/my.yaml"), ("a/b/my.yaml", None));
-        assert_eq!(split_part("a/b/my.yaml/shell"), ("a/b/my.yaml", Some("shell")));
-        assert_eq!(split_part("./my.yml/shell"), ("./my.yml", Some("shell")));
-        assert_eq!(split_part("/shell"), ("/shell", None));
+    fn a_fixture_and_a_part_follow_a_name_or_a_path() {
+        let split = |text| {
+            let Target { sensor, fixture, part } = Target::new(text);
+            (sensor, fixture, part)
+        };
+        assert_eq!(split("rtac0"), ("rtac0", None, None));
+        assert_eq!(split("rtac0/shell"), ("rtac0", None, Some("shell")));
+        assert_eq!(split("rtac0/indenters"), ("rtac0", Some("indenters"), None));
+        let part = ("rtac0", Some("indenters"), Some("hemisphere"));
+        assert_eq!(split("rtac0/indenters/hemisphere"), part);
+        assert_eq!(split("a/b/my.yaml"), ("a/b/my.yaml", None, None));
+        assert_eq!(split("a/b/my.yaml/shell"), ("a/b/my.yaml", None, Some("shell")));
+        assert_eq!(split("./my.yml/indenters"), ("./my.yml", Some("indenters"), None));
+        assert_eq!(split("/shell"), ("/shell", None, None));
     }
 }

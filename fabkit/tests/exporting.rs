@@ -44,8 +44,9 @@ fn design(parts: Vec<Part>) -> Design {
         chain: Vec::new(),
         press_fits: Vec::new(),
         camera,
+        touch: None,
     };
-    Design { sensor, parameters: Vec::new(), derived: Vec::new() }
+    Design { sensor, parameters: Vec::new(), derived: Vec::new(), companions: Vec::new() }
 }
 
 fn run(parts: Vec<Part>) -> Result<Exported, ExportFailure> {

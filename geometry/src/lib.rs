@@ -37,6 +37,7 @@ mod sheet;
 mod solid;
 #[cfg(feature = "testing")]
 pub mod testing;
+mod touch;
 mod units;
 mod validate;
 
@@ -50,6 +51,7 @@ pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
 pub use sheet::{NotASheet, Sheet};
 pub use solid::*;
+pub use touch::{Grip, TouchSurface};
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};
 

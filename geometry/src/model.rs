@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, Pose, Solid, Step};
+use crate::{Angle, Pose, Solid, Step, TouchSurface};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -51,6 +51,14 @@ pub struct Landmark {
     pub point: Point3<f64>,
     /// Unit direction.
     pub axis: Vector3<f64>,
+}
+
+impl Landmark {
+    /// The origin and the z axis of a pose.
+    pub fn at(name: impl Into<String>, pose: &Pose) -> Self {
+        let (point, axis) = (pose.point(Point3::origin()), pose.vector(Vector3::z()));
+        Self { name: name.into(), point, axis }
+    }
 }
 
 /// Which bodies stand together in one frame: the sensor itself, or one set of tools.
@@ -208,7 +216,7 @@ pub struct NominalCamera {
     pub width_px: u32,
     /// Image height, px.
     pub height_px: u32,
-    /// Full angle of view of the lens across its image circle.
+    /// Full angle of view over the image's diagonal, as makers of small cameras state it.
     pub field_of_view: Angle,
 }
 
@@ -237,4 +245,6 @@ pub struct Sensor {
     pub press_fits: Vec<PressFit>,
     /// The camera as designed.
     pub camera: NominalCamera,
+    /// The curved surface that touches things; `None` for flat sensors.
+    pub touch: Option<TouchSurface>,
 }

@@ -31,6 +31,11 @@ impl Document {
         }
     }
 
+    /// Adds a key at the top.
+    pub fn add_field(&mut self, field: Field) {
+        self.fields.push(field);
+    }
+
     pub fn value(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
     }

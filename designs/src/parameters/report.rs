@@ -5,6 +5,7 @@ use std::fmt::Display;
 
 use fabkit_geometry::Length;
 
+use super::InvalidDesign;
 use super::place::{Found, Written};
 use super::suggest::either;
 
@@ -12,7 +13,7 @@ use super::suggest::either;
 const SAME_MM: f64 = 1e-9;
 
 /// Collects impossible combinations, each at the place where a value was written.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Report {
     written: BTreeMap<String, Written>,
     found: Vec<Found>,
@@ -28,8 +29,9 @@ impl Report {
         self.found.is_empty()
     }
 
-    pub(crate) fn into_found(self) -> Vec<Found> {
-        self.found
+    /// Everything that is wrong, in the order of the file, then of the overrides.
+    pub fn into_invalid(self) -> InvalidDesign {
+        InvalidDesign { problems: Found::sorted(self.found) }
     }
 
     /// Reports a problem at `path` unless `holds`.

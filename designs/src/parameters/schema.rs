@@ -15,7 +15,11 @@ pub(crate) struct FamilySchema<'a> {
 }
 
 /// The schema of a file: complete if it names a family, partial if it extends a sensor.
-pub(crate) fn root(format: u32, families: &[FamilySchema<'_>]) -> Json {
+pub(crate) fn root(
+    format: u32,
+    families: &[FamilySchema<'_>],
+    extensions: &[(&str, &str, Vec<Field>)],
+) -> Json {
     let names: Vec<&str> = families.iter().map(|f| f.name).collect();
     let sensors: Vec<&str> = families.iter().flat_map(|f| f.sensors.iter().copied()).collect();
     let head = json!({
@@ -52,6 +56,9 @@ pub(crate) fn root(format: u32, families: &[FamilySchema<'_>]) -> Json {
                 (schema["properties"].as_object_mut(), head.as_object())
             {
                 properties.extend(head.clone());
+                for (key, summary, fields) in extensions {
+                    properties.insert((*key).to_owned(), section(fields, summary, false));
+                }
             }
             definitions.insert(name, schema);
         }

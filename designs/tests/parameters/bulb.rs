@@ -119,6 +119,7 @@ impl Family for Bulb {
                 height_px: 480,
                 field_of_view: p.optics.field_of_view,
             },
+            touch: None,
         };
         let height_mm = p.surface.radius.mm() + p.surface.wall_height.mm();
         Some(Built { sensor, derived: vec![("height".into(), format!("{height_mm} mm"))] })

@@ -1,19 +1,27 @@
 //! `fabkit check SENSOR`
 
+use fabkit::bodies::UnknownName;
 use fabkit::checks::{self, Batch, CheckReport, Finding, Rule};
+use fabkit::fixtures;
 use fabkit::identity::design_hash;
 use serde_json::{Value, json};
 
 use super::Report;
 use crate::cli;
-use crate::failure::Failure;
-use crate::source;
+use crate::failure::{Exit, Failure};
+use crate::source::Target;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
-    let design = source::load(&args.sensor, &args.set)?;
+    let target = Target::new(&args.sensor);
+    if let Some(name) = target.part {
+        let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
+        let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
+        return Err(Failure::new(Exit::BadInput, unknown, hint));
+    }
+    let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.
-    let report = checks::check(&design.sensor).map_err(Failure::bug)?;
+    let report = target.check(&args.set)?.map_err(Failure::bug)?;
     let name = &design.sensor.name;
     let json = json!({
         "format": "fabkit-check",

@@ -14,16 +14,22 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::cli::{Export, Global};
 use crate::failure::Failure;
+use crate::interrupt;
+use crate::source::Target;
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
-use crate::{interrupt, source};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
-    let (sensor, part) = source::split_part(&args.sensor);
-    let design = source::load(sensor, &args.set)?;
+    let target = Target::new(&args.sensor);
+    let design = target.design(&args.set)?;
 
     let mut options = ExportOptions {
-        parts: part.map(str::to_owned).into_iter().chain(args.parts.iter().cloned()).collect(),
+        parts: target
+            .part
+            .map(str::to_owned)
+            .into_iter()
+            .chain(args.parts.iter().cloned())
+            .collect(),
         formats: args.format.iter().map(|&format| format.into()).collect(),
         tolerance_mm: args.tolerance,
         bed: Bed { size_mm: args.bed, ..Bed::default() },

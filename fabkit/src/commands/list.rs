@@ -6,13 +6,14 @@ use serde_json::json;
 
 use super::Report;
 use crate::failure::Failure;
-use crate::source;
+use crate::source::Source;
 
 pub(super) fn run() -> Result<Report, Failure> {
     let mut text = String::new();
     let mut sensors = Vec::new();
     for name in designs::builtin_names() {
-        let design = source::load(name, &[])?;
+        let project = Source::find(name)?.load(&[])?;
+        let (design, fixtures) = (&project.design, project.fixture_names());
         let all = bodies::bodies(&design.sensor);
         let names = |kind| -> Vec<&str> {
             all.iter().filter(|body| body.kind == kind).map(|body| body.name).collect()
@@ -20,8 +21,12 @@ pub(super) fn run() -> Result<Report, Failure> {
         let (parts, layers, components) =
             (names(Kind::Part), names(Kind::Layer), names(Kind::Component));
         text += &format!("{name}: {}\n", design.sensor.title);
-        for (label, names) in [("parts", &parts), ("layers", &layers), ("components", &components)]
-        {
+        for (label, names) in [
+            ("parts", &parts),
+            ("layers", &layers),
+            ("components", &components),
+            ("fixtures", &fixtures),
+        ] {
             text += &format!("  {label:<11} {}\n", names.join(", "));
         }
         sensors.push(json!({
@@ -31,6 +36,7 @@ pub(super) fn run() -> Result<Report, Failure> {
             "parts": parts,
             "layers": layers,
             "components": components,
+            "fixtures": fixtures,
         }));
     }
     let json = json!({ "format": "fabkit-list", "version": 1, "sensors": sensors });

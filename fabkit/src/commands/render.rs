@@ -10,11 +10,13 @@ use serde_json::json;
 use super::Report;
 use crate::cli::Render;
 use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::source::Target;
 use crate::table::size;
-use crate::{interrupt, source};
 
 pub(super) fn run(args: &Render) -> Result<Report, Failure> {
-    let (sensor, part) = source::split_part(&args.sensor);
+    let target = Target::new(&args.sensor);
+    let part = target.part;
     let [width_px, height_px] = args.size;
     if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
         let message =
@@ -32,7 +34,7 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
     }
 
     let shot = Shot { size_px: args.size, section: args.section };
-    let design = source::load(sensor, &args.set)?;
+    let design = target.design(&args.set)?;
     let bytes = match part {
         Some(part) => pictures::picture_of_body(&bodies::find(&design.sensor, part)?, shot)?,
         None => {

@@ -4,6 +4,6 @@ use super::{Report, line};
 use crate::failure::Failure;
 
 pub(super) fn run() -> Result<Report, Failure> {
-    let json = fabkit::designs::json_schema();
+    let json = fabkit::fixtures::json_schema();
     Ok(Report { text: line(&json), json, failed: false })
 }

@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::cli;
 use crate::failure::Failure;
-use crate::source;
+use crate::source::Target;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
-    let design = source::load(&args.design.sensor, &args.design.set)?;
+    let design = Target::new(&args.design.sensor).design(&args.design.set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),
         false => (text(&design), json(&design)),

@@ -9,7 +9,7 @@ mod sheets;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fabkit_designs::Design;
+use fabkit_designs::{Companion, Design};
 use fabkit_export::{
     Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
     TreeDocument,
@@ -63,7 +63,7 @@ struct Meshed<'a> {
 /// A file and what the manifest says about it besides its content.
 struct Made {
     file: OutputFile,
-    format: Format,
+    format: &'static str,
     parts: Vec<String>,
 }
 
@@ -127,8 +127,24 @@ pub fn export(
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
         return Err(ExportFailure::NoOutlines { parts });
     }
+    if options.parts.is_empty() {
+        made.extend(design.companions.iter().map(companion));
+    }
     limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
     assemble(design, hash, &meshed, made)
+}
+
+/// A file that comes with the design; its format is the end of its name.
+fn companion(companion: &Companion) -> Made {
+    let Companion { name, bytes } = companion.clone();
+    let format = match name.rsplit_once('.') {
+        Some((_, "json")) => "json",
+        Some((_, "csv")) => "csv",
+        Some((_, "svg")) => "svg",
+        Some((_, "dxf")) => "dxf",
+        _ => "other",
+    };
+    Made { file: OutputFile { name, bytes }, format, parts: Vec::new() }
 }
 
 /// A body that is compensated and turned, but not yet shifted to where it lies in its files.
@@ -246,7 +262,7 @@ fn part_files<'a>(
             }
         };
         let file = OutputFile { name, bytes };
-        Ok(Some(Made { file, format, parts: vec![body.name.into()] }))
+        Ok(Some(Made { file, format: format.word(), parts: vec![body.name.into()] }))
     };
     formats.filter_map(|&format| make(format).transpose()).collect()
 }
@@ -266,7 +282,7 @@ fn assemble(
         let entry = FileEntry {
             name: file.name.clone(),
             parts,
-            format: format.word().into(),
+            format: format.into(),
             bytes: file.bytes.len() as u64,
             blake3: blake3::hash(&file.bytes).to_hex().to_string(),
         };

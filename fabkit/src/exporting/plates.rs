@@ -55,7 +55,11 @@ pub(super) fn plates(
             let bytes = fabkit_export::three_mf(document, &objects)
                 .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
             let parts = bodies().map(|body| body.name.to_owned()).collect();
-            made.push(Made { file: OutputFile { name, bytes }, format: Format::ThreeMf, parts });
+            made.push(Made {
+                file: OutputFile { name, bytes },
+                format: Format::ThreeMf.word(),
+                parts,
+            });
         }
     }
     Ok(made)

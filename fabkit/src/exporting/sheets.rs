@@ -107,7 +107,7 @@ pub(super) fn nested(
                 let bytes = write(format, document, &sheet.drawing)
                     .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
                 let file = OutputFile { name, bytes };
-                made.push(Made { file, format, parts: sheet.pieces.clone() });
+                made.push(Made { file, format: format.word(), parts: sheet.pieces.clone() });
             }
         }
     }

@@ -33,10 +33,6 @@ pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
     Angle::from_rad(rad).expect("a fraction of a turn is finite")
 }
 
-fn landmark(name: String, pose: &Pose) -> Landmark {
-    Landmark { name, point: pose.point(Point3::origin()), axis: pose.vector(Vector3::z()) }
-}
-
 /// Poses on strips' backs: z axis towards the sensor's axis, y axis up.
 pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
     let degrees = |deg: f64| Angle::from_deg(deg).expect("finite");
@@ -170,7 +166,7 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
         landmarks: leds
             .iter()
             .enumerate()
-            .map(|(i, pose)| landmark(format!("led {}", i + 1), pose))
+            .map(|(i, pose)| Landmark::at(format!("led {}", i + 1), pose))
             .collect(),
         color: BLACK,
         bed_from_part: flipped(),
@@ -240,7 +236,7 @@ pub fn base(p: &Cap, layout: &Layout) -> Part {
         landmarks: mounts
             .iter()
             .enumerate()
-            .map(|(i, pose)| landmark(format!("mounting hole {}", i + 1), pose))
+            .map(|(i, pose)| Landmark::at(format!("mounting hole {}", i + 1), pose))
             .collect(),
         color: BLACK,
         bed_from_part: Pose::identity(),

@@ -10,7 +10,10 @@ mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{Color, NominalCamera, Pose, PressFit, Sensor};
+use fabkit_geometry::{
+    Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Path, Point3, Pose, PressFit, Sensor,
+    TouchSurface, Vector3,
+};
 
 use crate::assembling::{AssemblyName, BLACK, flipped, in_sensor};
 use crate::parameters::Report;
@@ -81,6 +84,35 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
             width_px: p.camera.width_px,
             height_px: p.camera.height_px,
             field_of_view: p.camera.field_of_view,
+        },
+        touch: Some(touch(p, layout)),
+    }
+}
+
+/// How much of the skin's height gives way measurably: a solid cap of gel stiffens beyond.
+const SOFT_SHARE: f64 = 0.4;
+
+/// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
+fn touch(p: &Cap, layout: &Layout) -> TouchSurface {
+    let radius_mm = layout.sphere_radius;
+    let half_mm = p.holder.width.mm() / 2.0;
+    let window = Point3::new(0.0, -half_mm, (layout.floor_z + layout.housing_back_z) / 2.0);
+    let threads = casing::mount_poses(p, layout);
+    let threads = threads.iter().enumerate();
+    TouchSurface {
+        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        centre_z_mm: layout.sphere_z,
+        foot_z_mm: 0.0,
+        soft_mm: SOFT_SHARE * p.skin.height.mm(),
+        grip: Grip {
+            outline: Path::rectangle([0.0; 2], [2.0 * half_mm; 2], p.holder.corner.mm()),
+            top_z_mm: 0.0,
+            bottom_z_mm: layout.bottom_z,
+            clear_radius_mm: 0.0,
+            key: Some(Pose::z_to(-Vector3::y(), window)),
+            threads: threads
+                .map(|(i, pose)| Landmark::at(format!("mounting hole {}", i + 1), pose))
+                .collect(),
         },
     }
 }

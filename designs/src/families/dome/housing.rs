@@ -79,10 +79,6 @@ pub fn led_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
     ))
 }
 
-fn landmark(name: String, pose: &Pose) -> Landmark {
-    Landmark { name, point: pose.point(Point3::origin()), axis: pose.vector(Vector3::z()) }
-}
-
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Part {
     let height = layout.shell_height();
@@ -117,7 +113,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
             .named(format!("screw hole {}", i + 1))
     });
     let joint = (0..p.shell.screws)
-        .map(|i| landmark(format!("screw {}", i + 1), &joint_pose(p, layout, i)));
+        .map(|i| Landmark::at(format!("screw {}", i + 1), &joint_pose(p, layout, i)));
     Part {
         name: "shell".into(),
         summary: "tube that holds diffuser, LED board and base; the gel stands on it".into(),
@@ -195,9 +191,9 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
     });
 
     let joint = (0..p.shell.screws)
-        .map(|i| landmark(format!("nut {}", i + 1), &joint_nut_pose(p, layout, i)));
+        .map(|i| Landmark::at(format!("nut {}", i + 1), &joint_nut_pose(p, layout, i)));
     let mount = (0..p.base.mount_holes)
-        .map(|i| landmark(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
+        .map(|i| Landmark::at(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
     Part {
         name: "base".into(),
         summary: "plug that carries the camera and closes the shell".into(),
@@ -301,7 +297,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
         wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
     let leds = (0..p.leds.count)
-        .map(|i| landmark(format!("led {}", i + 1), &led_pose(p, layout, i)))
+        .map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)))
         .collect();
     Part {
         name: "led-board".into(),

@@ -11,7 +11,10 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Color, NominalCamera, Part, Pose, PressFit, Process, Sensor};
+use fabkit_geometry::{
+    Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Part, Path, Pose, PressFit, Process,
+    Sensor, TouchSurface,
+};
 
 use crate::assembling::{AssemblyName, BLACK, flipped, in_sensor};
 use crate::fits::{Fit, gap_mm};
@@ -96,6 +99,30 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
             width_px: p.camera.width_px,
             height_px: p.camera.height_px,
             field_of_view: p.camera.field_of_view,
+        },
+        touch: Some(touch(p, &layout)),
+    }
+}
+
+/// What is touched, and what fixtures hold on to: the shell stands on its lower rim.
+fn touch(p: &Dome, layout: &Layout) -> TouchSurface {
+    let radius_mm = layout.surface_radius;
+    let threads = (0..p.base.mount_holes).map(|i| {
+        Landmark::at(format!("mounting hole {}", i + 1), &housing::mount_pose(p, layout, i))
+    });
+    TouchSurface {
+        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        centre_z_mm: layout.wall_height,
+        foot_z_mm: 0.0,
+        // What lies deeper is stiffer by an order of magnitude and shows no change of brightness.
+        soft_mm: p.translucent_gel.thickness.mm(),
+        grip: Grip {
+            outline: Path::circle([0.0, 0.0], layout.shell_radius),
+            top_z_mm: 0.0,
+            bottom_z_mm: layout.bottom_z,
+            clear_radius_mm: layout.shell_bore_radius,
+            key: None,
+            threads: threads.collect(),
         },
     }
 }

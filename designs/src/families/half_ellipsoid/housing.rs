@@ -69,10 +69,6 @@ pub fn pocket_radii_mm(layout: &Layout) -> [f64; 2] {
     [layout.post_radius + 1.0, layout.base_radius - 1.2]
 }
 
-fn landmark(name: String, pose: &Pose) -> Landmark {
-    Landmark { name, point: pose.point(Point3::origin()), axis: pose.vector(Vector3::z()) }
-}
-
 fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -> Part {
     Part {
         name: name.into(),
@@ -151,8 +147,8 @@ fn holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
             .placed(bolt_pose(p, layout, i))
             .named(format!("bolt hole {}", i + 1))
     });
-    let landmarks =
-        (0..p.base.bolts).map(|i| landmark(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
+    let landmarks = (0..p.base.bolts)
+        .map(|i| Landmark::at(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
     Part {
         landmarks: landmarks.collect(),
         genus: 1 + p.base.bolts as i32,
@@ -197,7 +193,7 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Part {
     Part {
         color: WHITE,
         bed_from_part: flipped(),
-        landmarks: holes.iter().map(|(name, pose)| landmark(name.clone(), pose)).collect(),
+        landmarks: holes.iter().map(|(name, pose)| Landmark::at(name.clone(), pose)).collect(),
         genus: 1 + p.leds.pairs as i32,
         print_notes: notes(&["white resin; the plate on the bed, holes over the UV LEDs"]),
         ..part(
@@ -263,7 +259,7 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Part {
     );
     let landmarks = (0..2 * p.leds.pairs).map(|i| {
         let kind = if i % 2 == 0 { "white" } else { "uv" };
-        landmark(format!("{kind} led {}", i / 2 + 1), &led_pose(p, layout, i))
+        Landmark::at(format!("{kind} led {}", i / 2 + 1), &led_pose(p, layout, i))
     });
     Part {
         process: Process::Pcb,
@@ -338,10 +334,10 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Part {
             .turned_z(turn(2 * i + 1, 4, 0.0))
             .named(format!("pry slot {}", i + 1))
     });
-    let bolt_marks =
-        (0..p.base.bolts).map(|i| landmark(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
+    let bolt_marks = (0..p.base.bolts)
+        .map(|i| Landmark::at(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
     let mount_marks = (0..p.base.mount_holes)
-        .map(|i| landmark(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
+        .map(|i| Landmark::at(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
     Part {
         landmarks: bolt_marks.chain(mount_marks).collect(),
         // Passages of the camera's cable and of the board's wires.

@@ -11,7 +11,10 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Color, NominalCamera, Pose, PressFit, Sensor};
+use fabkit_geometry::{
+    Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Path, Pose, PressFit, Sensor,
+    TouchSurface,
+};
 
 use crate::assembling::{AssemblyName, BLACK, SENSOR, flipped};
 use crate::parameters::Report;
@@ -88,6 +91,33 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
             width_px: p.camera.width_px,
             height_px: p.camera.height_px,
             field_of_view: p.camera.field_of_view,
+        },
+        touch: Some(touch(p, &layout)),
+    }
+}
+
+/// What is touched, and what fixtures hold on to: holder and base, which are equally wide.
+fn touch(p: &HalfEllipsoid, layout: &Layout) -> TouchSurface {
+    let gels = [&p.black_gel.thickness, &p.outer_elastomer.thickness, &p.inner_elastomer.thickness];
+    let threads = (0..p.base.mount_holes).map(|i| {
+        Landmark::at(format!("mounting hole {}", i + 1), &housing::mount_pose(p, layout, i))
+    });
+    TouchSurface {
+        dome: EllipsoidOffset {
+            equatorial_mm: layout.ellipsoid.equatorial,
+            polar_mm: layout.ellipsoid.polar,
+            offset_mm: layout.black_offset,
+        },
+        centre_z_mm: 0.0,
+        foot_z_mm: 0.0,
+        soft_mm: gels.iter().map(|thickness| thickness.mm()).sum(),
+        grip: Grip {
+            outline: Path::circle([0.0, 0.0], layout.holder_radius),
+            top_z_mm: 0.0,
+            bottom_z_mm: layout.bottom_z,
+            clear_radius_mm: p.base.mount_radius.mm(),
+            key: None,
+            threads: threads.collect(),
         },
     }
 }

@@ -67,10 +67,6 @@ pub fn bolt_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
         .collect()
 }
 
-fn landmark(name: String, pose: &Pose) -> Landmark {
-    Landmark { name, point: pose.point(Point3::origin()), axis: pose.vector(Vector3::z()) }
-}
-
 /// Spigot, shaft, cone and housing in one print.
 pub fn body(p: &PinTip, layout: &Layout) -> Part {
     let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
@@ -122,7 +118,7 @@ pub fn body(p: &PinTip, layout: &Layout) -> Part {
     let grooves = mount.female_tools().into_iter().map(|tool| tool.placed(mouth));
     let lugs = tip.male().at(0.0, 0.0, layout.ring_bottom_z);
     let board =
-        screws.iter().enumerate().map(|(i, s)| landmark(format!("camera screw {}", i + 1), s));
+        screws.iter().enumerate().map(|(i, s)| Landmark::at(format!("camera screw {}", i + 1), s));
     Part {
         name: "body".into(),
         summary: "shaft between tip and camera; locks the tip, houses LEDs and camera".into(),
@@ -169,7 +165,7 @@ pub fn led_board(p: &PinTip, layout: &Layout) -> Part {
     let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
     let leds = (0..p.leds.count)
-        .map(|i| landmark(format!("led {}", i + 1), &led_pose(p, layout, i)))
+        .map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)))
         .collect();
     Part {
         name: "led-board".into(),
@@ -219,7 +215,8 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Part {
             .named(format!("bolt hole {}", i + 1))
     });
     let bolts = bolt_poses(p, layout);
-    let bolts = bolts.iter().enumerate().map(|(i, pose)| landmark(format!("bolt {}", i + 1), pose));
+    let bolts =
+        bolts.iter().enumerate().map(|(i, pose)| Landmark::at(format!("bolt {}", i + 1), pose));
     Part {
         name: "robot-mount".into(),
         summary: "flange that is bolted to the robot; the body locks onto it".into(),

@@ -11,7 +11,8 @@ mod parameters;
 mod tip;
 
 use fabkit_geometry::{
-    Angle, Assembly, NominalCamera, Part, Placement, Pose, PressFit, PrintGroup, Process, Sensor,
+    Angle, Assembly, EllipsoidOffset, Grip, NominalCamera, Part, Path, Placement, Pose, PressFit,
+    PrintGroup, Process, Sensor, TouchSurface,
 };
 
 use crate::fits::{Fit, gap_mm};
@@ -98,7 +99,30 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
             sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
             width_px: p.camera.pixels,
             height_px: p.camera.pixels,
-            field_of_view: Layout::view(p),
+            field_of_view: Layout::diagonal_view(p),
+        },
+        touch: Some(touch(&layout)),
+    }
+}
+
+/// How far a tip is pressed in use, mm: lens and ring are stiff enough for that.
+const PRESS_MM: f64 = 5.0;
+
+/// What is touched, and what fixtures hold on to: the tip's rigid ring, wider than the shaft below.
+fn touch(layout: &Layout) -> TouchSurface {
+    let radius_mm = layout.outer_radius;
+    TouchSurface {
+        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        centre_z_mm: 0.0,
+        foot_z_mm: layout.skirt_z,
+        soft_mm: PRESS_MM,
+        grip: Grip {
+            outline: Path::circle([0.0, 0.0], radius_mm),
+            top_z_mm: layout.skirt_z,
+            bottom_z_mm: layout.ring_bottom_z,
+            clear_radius_mm: layout.shaft_radius,
+            key: None,
+            threads: Vec::new(),
         },
     }
 }

@@ -79,6 +79,8 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
             height_px: p.camera.height_px,
             field_of_view: p.camera.field_of_view,
         },
+        // Flat: nothing to press a dome onto.
+        touch: None,
     }
 }
 

@@ -1,0 +1,157 @@
+//! Grey pictures and how they are read.
+
+use std::io::Cursor;
+
+/// Most pixels in a picture.
+pub const MAX_PIXELS: u64 = 64 << 20;
+/// Longest side, px.
+pub const MAX_SIDE_PX: u32 = 16_384;
+/// Shortest side, px: below, a pin or a board's corner has no pixels to be found by.
+pub const MIN_SIDE_PX: u32 = 64;
+/// Memory the decoder may use besides the picture itself, bytes.
+const DECODER_BYTES: usize = 512 << 20;
+
+/// A picture of brightness, 0 for black to 1 for the largest value its file can hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GreyImage {
+    width_px: usize,
+    height_px: usize,
+    /// Row by row from the top.
+    values: Vec<f32>,
+}
+
+/// Why a picture cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ImageError {
+    /// Not a PNG, or a damaged one.
+    #[error("not a readable PNG: {reason}")]
+    Unreadable {
+        /// What the decoder says.
+        reason: String,
+    },
+    /// Too large or too small.
+    #[error(
+        "{width_px} x {height_px} px; sides are {MIN_SIDE_PX} px to {MAX_SIDE_PX} px, {MAX_PIXELS} pixels in all"
+    )]
+    Size {
+        /// Width, px.
+        width_px: u32,
+        /// Height, px.
+        height_px: u32,
+    },
+}
+
+impl GreyImage {
+    /// A picture from brightness row by row from the top.
+    ///
+    /// # Errors
+    /// [`ImageError::Size`] outside the limits; [`ImageError::Unreadable`] where the number of
+    /// values is not width times height or one is not finite.
+    pub fn new(width_px: u32, height_px: u32, values: Vec<f32>) -> Result<Self, ImageError> {
+        check_size(width_px, height_px)?;
+        let (width_px, height_px) = (width_px as usize, height_px as usize);
+        if values.len() != width_px * height_px || values.iter().any(|v| !v.is_finite()) {
+            let reason = "needs one finite brightness per pixel".into();
+            return Err(ImageError::Unreadable { reason });
+        }
+        Ok(Self { width_px, height_px, values })
+    }
+
+    /// Reads a PNG: grey of 1 to 16 bits, palettes, and colours, which are weighted as in ITU-R
+    /// BT.709. Transparency is ignored.
+    ///
+    /// # Errors
+    /// [`ImageError`]; sizes are checked before anything is decoded.
+    pub fn from_png(bytes: &[u8]) -> Result<Self, ImageError> {
+        let unreadable = |e: png::DecodingError| ImageError::Unreadable { reason: e.to_string() };
+        let limits = png::Limits { bytes: DECODER_BYTES };
+        let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+        decoder.set_transformations(png::Transformations::EXPAND);
+        let header = decoder.read_header_info().map_err(unreadable)?;
+        let (width_px, height_px) = (header.width, header.height);
+        check_size(width_px, height_px)?;
+        let mut reader = decoder.read_info().map_err(unreadable)?;
+        let size = reader.output_buffer_size().ok_or(ImageError::Size { width_px, height_px })?;
+        let mut buffer = vec![0; size];
+        let frame = reader.next_frame(&mut buffer).map_err(unreadable)?;
+        buffer.truncate(frame.buffer_size());
+        let samples: Vec<f32> = match frame.bit_depth {
+            png::BitDepth::Sixteen => {
+                let pairs = buffer.chunks_exact(2);
+                pairs.map(|b| f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0).collect()
+            }
+            _ => buffer.iter().map(|b| f32::from(*b) / 255.0).collect(),
+        };
+        let values = match frame.color_type {
+            png::ColorType::Rgb | png::ColorType::Rgba => samples
+                .chunks_exact(frame.color_type.samples())
+                .map(|c| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
+                .collect(),
+            other => samples.chunks_exact(other.samples()).map(|c| c[0]).collect(),
+        };
+        Self::new(width_px, height_px, values)
+    }
+
+    /// Width, px.
+    pub fn width_px(&self) -> usize {
+        self.width_px
+    }
+
+    /// Height, px.
+    pub fn height_px(&self) -> usize {
+        self.height_px
+    }
+
+    /// Brightness row by row from the top.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Brightness at a pixel.
+    ///
+    /// # Panics
+    /// Outside the picture.
+    pub fn at(&self, x: usize, y: usize) -> f32 {
+        assert!(x < self.width_px, "column {x} of {}", self.width_px);
+        self.values[y * self.width_px + x]
+    }
+
+    /// Blurred by a Gaussian of standard deviation `sigma_px`; the border is repeated outwards.
+    #[must_use]
+    pub fn blurred(&self, sigma_px: f32) -> Self {
+        let reach = (3.0 * sigma_px).ceil() as isize;
+        let mut kernel: Vec<f32> =
+            (-reach..=reach).map(|i| (-0.5 * (i as f32 / sigma_px).powi(2)).exp()).collect();
+        let sum: f32 = kernel.iter().sum();
+        kernel.iter_mut().for_each(|k| *k /= sum);
+        let along = |values: &[f32], length: usize, stride: usize, out: &mut [f32]| {
+            for line in 0..values.len() / length {
+                // Rows are contiguous; columns begin one pixel apart.
+                let start = if stride == 1 { line * length } else { line };
+                for i in 0..length {
+                    let tap = |k: isize| {
+                        let j = (i as isize + k).clamp(0, length as isize - 1) as usize;
+                        values[start + j * stride]
+                    };
+                    out[start + i * stride] =
+                        (-reach..=reach).zip(&kernel).map(|(k, weight)| weight * tap(k)).sum();
+                }
+            }
+        };
+        let mut rows = vec![0.0; self.values.len()];
+        along(&self.values, self.width_px, 1, &mut rows);
+        let mut both = vec![0.0; self.values.len()];
+        along(&rows, self.height_px, self.width_px, &mut both);
+        Self { values: both, ..*self }
+    }
+}
+
+fn check_size(width_px: u32, height_px: u32) -> Result<(), ImageError> {
+    let sides = MIN_SIDE_PX..=MAX_SIDE_PX;
+    let pixels = u64::from(width_px) * u64::from(height_px);
+    if sides.contains(&width_px) && sides.contains(&height_px) && pixels <= MAX_PIXELS {
+        Ok(())
+    } else {
+        Err(ImageError::Size { width_px, height_px })
+    }
+}

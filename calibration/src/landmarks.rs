@@ -1,0 +1,243 @@
+//! Where the pins of a calibration dome touch the sensor: the link between the printed fixture and
+//! the solver.
+
+mod plain_map;
+
+use std::collections::BTreeSet;
+
+use fabkit_geometry::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// What `format` says in a file of landmarks.
+pub const FORMAT: &str = "fabkit-pin-landmarks";
+/// The version this crate reads and writes.
+pub const VERSION: u32 = 1;
+/// Longest file, bytes.
+pub const MAX_BYTES: usize = 1 << 20;
+/// Most pins in a file.
+pub const MAX_PINS: usize = 20_000;
+
+/// Farthest coordinate that can belong to a fingertip's fixture, mm.
+const MAX_COORDINATE_MM: f64 = 1000.0;
+/// How far an axis may be from unit length.
+const UNIT_TOLERANCE: f64 = 1e-6;
+/// `kind` of the pins of a plain map, which does not name any.
+const UNNAMED_KIND: &str = "pin";
+
+/// One kind of pin pushed home in one hole.
+///
+/// Points and vectors are arrays of three numbers in JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "PinForm", from = "PinForm")]
+pub struct PinLandmark {
+    /// The number beside the hole, from 1.
+    pub hole: u32,
+    /// Which pin, for example `long`. Pins of one kind share their seating offset.
+    pub kind: String,
+    /// Centre of the pin's rounded tip, sensor frame, mm.
+    pub tip_centre_in_sensor_mm: Point3<f64>,
+    /// The tip's foremost point, where it touches the sensor first, sensor frame, mm.
+    pub contact_in_sensor_mm: Point3<f64>,
+    /// Unit vector in which the pin is pushed, sensor frame. A plain map of points does not say.
+    pub axis_in_sensor: Option<Vector3<f64>>,
+}
+
+/// [`PinLandmark`] as it stands in files.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PinForm {
+    hole: u32,
+    kind: String,
+    tip_centre_in_sensor_mm: [f64; 3],
+    contact_in_sensor_mm: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    axis_in_sensor: Option<[f64; 3]>,
+}
+
+impl From<PinLandmark> for PinForm {
+    fn from(pin: PinLandmark) -> Self {
+        Self {
+            hole: pin.hole,
+            kind: pin.kind,
+            tip_centre_in_sensor_mm: pin.tip_centre_in_sensor_mm.into(),
+            contact_in_sensor_mm: pin.contact_in_sensor_mm.into(),
+            axis_in_sensor: pin.axis_in_sensor.map(Into::into),
+        }
+    }
+}
+
+impl From<PinForm> for PinLandmark {
+    fn from(form: PinForm) -> Self {
+        Self {
+            hole: form.hole,
+            kind: form.kind,
+            tip_centre_in_sensor_mm: form.tip_centre_in_sensor_mm.into(),
+            contact_in_sensor_mm: form.contact_in_sensor_mm.into(),
+            axis_in_sensor: form.axis_in_sensor.map(Into::into),
+        }
+    }
+}
+
+/// Every hole of a fixture with every kind of pin that fits it.
+///
+/// ```
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// let map = r#"{"1": [0, 0, 20.5], "2": [4.45, 0, 19.8], "3": [0, -4.45, 19.8]}"#;
+/// let landmarks = PinLandmarks::from_json(map).unwrap();
+/// assert_eq!(landmarks.find(2, None).unwrap().contact_in_sensor_mm.x, 4.45);
+/// let again = PinLandmarks::from_json(&landmarks.to_json()).unwrap();
+/// assert_eq!(again, landmarks);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PinLandmarks {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// Name of the sensor.
+    pub sensor: String,
+    /// Name of the fixture.
+    pub fixture: String,
+    /// Radius of the pins' rounded tips, mm; 0 for points.
+    pub tip_radius_mm: f64,
+    /// Sorted by hole, then kind.
+    pub pins: Vec<PinLandmark>,
+}
+
+/// Why a file holds no landmarks: everything that is wrong with it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("not a list of pin landmarks: {}", .problems.join("; "))]
+pub struct InvalidLandmarks {
+    /// At least one; each names the place and the limit.
+    pub problems: Vec<String>,
+}
+
+impl InvalidLandmarks {
+    fn one(problem: impl Into<String>) -> Self {
+        Self { problems: vec![problem.into()] }
+    }
+}
+
+impl PinLandmarks {
+    /// Sorts the pins and checks them.
+    ///
+    /// # Errors
+    /// Numbers that are not finite or absurdly large, axes that are not of unit length, a hole
+    /// that has the same kind of pin twice, no pins or too many.
+    pub fn new(
+        sensor: &str,
+        fixture: &str,
+        tip_radius_mm: f64,
+        mut pins: Vec<PinLandmark>,
+    ) -> Result<Self, InvalidLandmarks> {
+        pins.sort_by(|a, b| (a.hole, &a.kind).cmp(&(b.hole, &b.kind)));
+        let landmarks = Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            sensor: sensor.into(),
+            fixture: fixture.into(),
+            tip_radius_mm,
+            pins,
+        };
+        landmarks.check()?;
+        Ok(landmarks)
+    }
+
+    /// Reads a document of this format, or a plain map of hole number to `[x, y, z]` in mm, sensor
+    /// frame.
+    ///
+    /// The points of a plain map are taken as contacts. Where they lie on a sphere, the pins are
+    /// taken to point at its centre; where they do not, their axes are unknown.
+    ///
+    /// # Errors
+    /// Text that is neither, with line and column; other formats and versions; what
+    /// [`PinLandmarks::new`] refuses.
+    pub fn from_json(text: &str) -> Result<Self, InvalidLandmarks> {
+        if text.len() > MAX_BYTES {
+            return Err(InvalidLandmarks::one(format!(
+                "{} bytes; at most {MAX_BYTES} are read",
+                text.len()
+            )));
+        }
+        let value: serde_json::Value =
+            serde_json::from_str(text).map_err(|e| InvalidLandmarks::one(e.to_string()))?;
+        let Some(object) = value.as_object() else {
+            return Err(InvalidLandmarks::one(
+                "expected an object: a fabkit-pin-landmarks document, or hole number to [x, y, z]",
+            ));
+        };
+        let Some(format) = object.get("format") else {
+            return plain_map::read(text, object);
+        };
+        if format != FORMAT || object.get("version") != Some(&VERSION.into()) {
+            let version = object.get("version").unwrap_or(&serde_json::Value::Null);
+            return Err(InvalidLandmarks::one(format!(
+                "format {format} version {version}; this fabkit reads \"{FORMAT}\" version {VERSION}"
+            )));
+        }
+        // From the text again: only then do messages name a line.
+        let found: Self =
+            serde_json::from_str(text).map_err(|e| InvalidLandmarks::one(e.to_string()))?;
+        Self::new(&found.sensor, &found.fixture, found.tip_radius_mm, found.pins)
+    }
+
+    /// As indented JSON with a final newline.
+    pub fn to_json(&self) -> String {
+        let text = serde_json::to_string_pretty(self);
+        text.expect("strings and finite numbers can be written") + "\n"
+    }
+
+    /// The pin in a hole. Without a kind, the hole's only pin.
+    pub fn find(&self, hole: u32, kind: Option<&str>) -> Option<&PinLandmark> {
+        let mut here = self.pins.iter().filter(|pin| pin.hole == hole);
+        match kind {
+            Some(kind) => here.find(|pin| pin.kind == kind),
+            None => here.next().filter(|_| here.next().is_none()),
+        }
+    }
+
+    /// The kinds of pin, sorted.
+    pub fn kinds(&self) -> Vec<&str> {
+        let kinds: BTreeSet<&str> = self.pins.iter().map(|pin| pin.kind.as_str()).collect();
+        kinds.into_iter().collect()
+    }
+
+    fn check(&self) -> Result<(), InvalidLandmarks> {
+        let mut problems = Vec::new();
+        if self.pins.is_empty() || self.pins.len() > MAX_PINS {
+            problems.push(format!("{} pins; there must be 1 to {MAX_PINS}", self.pins.len()));
+        }
+        if !(0.0..=MAX_COORDINATE_MM).contains(&self.tip_radius_mm) {
+            let radius = self.tip_radius_mm;
+            problems.push(format!("tip_radius_mm is {radius}; the limits are 0 and 1000"));
+        }
+        for pin in &self.pins {
+            let mut wrong = |what: String| {
+                problems.push(format!("hole {} ({}): {what}", pin.hole, pin.kind));
+            };
+            if pin.hole == 0 {
+                wrong("holes are numbered from 1".into());
+            }
+            let points = [
+                ("tip_centre_in_sensor_mm", pin.tip_centre_in_sensor_mm),
+                ("contact_in_sensor_mm", pin.contact_in_sensor_mm),
+            ];
+            for (name, point) in points {
+                if !point.iter().all(|v| v.abs() <= MAX_COORDINATE_MM) {
+                    wrong(format!("{name} is beyond {MAX_COORDINATE_MM} mm or not a number"));
+                }
+            }
+            let length = pin.axis_in_sensor.map_or(1.0, |axis| axis.norm());
+            if (length - 1.0).abs().partial_cmp(&UNIT_TOLERANCE) != Some(std::cmp::Ordering::Less) {
+                wrong(format!("axis_in_sensor has length {length}; it must be 1"));
+            }
+        }
+        for pair in self.pins.windows(2) {
+            if pair[0].hole == pair[1].hole && pair[0].kind == pair[1].kind {
+                problems.push(format!("hole {} has two pins `{}`", pair[0].hole, pair[0].kind));
+            }
+        }
+        if problems.is_empty() { Ok(()) } else { Err(InvalidLandmarks { problems }) }
+    }
+}

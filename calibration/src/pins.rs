@@ -1,0 +1,124 @@
+//! Finding where pins press, from a picture without contact and one with it.
+//!
+//! A contact darkens the sensing surface. The logarithm of the ratio of the two pictures does not
+//! care how bright a place is, and its slow part (the illumination's drift, the gel's overall
+//! strain) is removed as the local median. What is left is noise of a known size, pin marks, and
+//! the thin rims along edges that moved a little. Bubbles and scratches are in both pictures and
+//! cancel; reflections saturate or brighten and are left out.
+
+mod difference;
+mod marks;
+
+use nalgebra::Point2;
+
+pub use difference::DetectionError;
+
+use crate::image::GreyImage;
+use difference::Difference;
+
+/// Which way a contact changes the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Polarity {
+    /// Contacts are darker, as where a translucent layer gets thinner over a black skin.
+    #[default]
+    Darker,
+    /// Contacts are brighter.
+    Brighter,
+}
+
+/// What counts as the mark of a pin. Lengths are fractions of the picture's shorter side, so that
+/// the same values serve every camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectionOptions {
+    /// Which way a contact changes the picture.
+    pub polarity: Polarity,
+    /// Smallest diameter of a mark at half its contrast.
+    pub min_diameter: f64,
+    /// Largest diameter of a mark at half its contrast.
+    pub max_diameter: f64,
+    /// Smallest contrast: the natural logarithm of the ratio of brightness.
+    pub min_contrast: f64,
+}
+
+impl Default for DetectionOptions {
+    fn default() -> Self {
+        Self {
+            polarity: Polarity::Darker,
+            min_diameter: 0.012,
+            max_diameter: 0.12,
+            min_contrast: 0.12,
+        }
+    }
+}
+
+/// The mark of one pin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinMark {
+    /// Its centre, px; pixel centres lie at integers.
+    pub pixel: Point2<f64>,
+    /// Standard deviation of each coordinate of the centre, px: the picture's noise, and what is
+    /// hidden where the mark is cut. Not the play of the pin.
+    pub sigma_px: f64,
+    /// Natural logarithm of the ratio of brightness at its strongest point.
+    pub contrast: f64,
+    /// Diameter of a disc with the area of the mark at half its contrast, px.
+    pub diameter_px: f64,
+    /// Part of its outline that lies against something dark, saturated or the picture's border: the
+    /// rest of the mark may be hidden there.
+    pub hidden_outline: f64,
+}
+
+/// Why something that changed is not a pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejection {
+    /// Smaller than a pin's mark.
+    TooSmall,
+    /// Larger than a pin's mark.
+    TooLarge,
+    /// Long and thin, as the rim of an edge that moved.
+    Elongated,
+    /// Mostly hidden: its centre cannot be known.
+    Hidden,
+}
+
+/// What was found in a pair of pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detection {
+    /// Pin marks, the strongest first.
+    pub marks: Vec<PinMark>,
+    /// What changed as much and is not a pin, with its strongest pixel.
+    pub rejected: Vec<(Point2<f64>, Rejection)>,
+    /// Standard deviation of the smoothed logarithm of the ratio where nothing touches.
+    pub noise: f64,
+}
+
+/// Finds the marks of pins in `pressed`, compared with `reference` without contact.
+///
+/// # Errors
+/// [`DetectionError`]: pictures of different size, identical, saturated, or dark.
+///
+/// ```
+/// use fabkit_calibration::image::GreyImage;
+/// use fabkit_calibration::pins::{DetectionOptions, detect};
+/// // A bright surface, and the same under another exposure with one mark at (100.25, 60).
+/// let picture = |gain: f64, depth: f64| {
+///     let value = |i: usize| {
+///         let (x, y) = ((i % 200) as f64, (i / 200) as f64);
+///         let texture = 0.002 * ((7 * i) % 13) as f64 / 13.0 * gain;
+///         let r2 = (x - 100.25).powi(2) + (y - 60.0).powi(2);
+///         (gain * (0.6 + texture) * (1.0 - depth * (-r2 / 18.0).exp())) as f32
+///     };
+///     GreyImage::new(200, 150, (0..200 * 150).map(value).collect()).unwrap()
+/// };
+/// let found = detect(&picture(1.0, 0.0), &picture(0.9, 0.4), &DetectionOptions::default()).unwrap();
+/// assert_eq!(found.marks.len(), 1);
+/// assert!((found.marks[0].pixel.x - 100.25).abs() < 0.02);
+/// ```
+pub fn detect(
+    reference: &GreyImage,
+    pressed: &GreyImage,
+    options: &DetectionOptions,
+) -> Result<Detection, DetectionError> {
+    let difference = Difference::new(reference, pressed, options.polarity)?;
+    Ok(marks::find(&difference, options))
+}

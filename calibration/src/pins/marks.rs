@@ -1,0 +1,155 @@
+//! Connected places that changed, and the centre of each.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix2, Point2, Vector2};
+
+use super::difference::Difference;
+use super::{Detection, DetectionOptions, PinMark, Rejection};
+
+/// A mark must stand out this many standard deviations.
+const SEED_SIGMAS: f64 = 10.0;
+/// The part of a mark above this share of its own contrast gives the centre. Relative, so that a
+/// deep press and a light one of the same pin have the same centre.
+const CENTRE_LEVEL: f32 = 0.5;
+/// Length over width above which something is an edge, not a pin.
+const MAX_ELONGATION: f64 = 3.0;
+/// The same for a mark that is cut by the housing.
+const MAX_CUT_ELONGATION: f64 = 4.5;
+/// Above this hidden part of the outline the centre is anybody's guess.
+const MAX_HIDDEN: f64 = 0.6;
+/// Below this hidden part of the outline nothing is missing: the blur of an edge touches it.
+const TOUCHING: f64 = 0.08;
+/// Standard deviation of a centre, in diameters, for a mark whose outline is all hidden.
+const HIDDEN_SIGMA: f64 = 0.3;
+/// No centre is known better than this, px: pixels are not points.
+const SIGMA_FLOOR_PX: f64 = 0.02;
+
+pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detection {
+    let side = difference.width.min(difference.height) as f64;
+    let diameters_px = [options.min_diameter * side, options.max_diameter * side];
+    let seed = options.min_contrast.max(SEED_SIGMAS * difference.noise) as f32;
+    let mut visited = vec![false; difference.change.len()];
+    let mut marks = Vec::new();
+    let mut rejected = Vec::new();
+    // From the strongest down: the first pixel of a mark to be met is its peak.
+    let mut peaks: Vec<usize> = (0..difference.change.len())
+        .filter(|i| difference.usable[*i] && difference.change[*i] >= seed)
+        .collect();
+    peaks.sort_by(|a, b| difference.change[*b].total_cmp(&difference.change[*a]).then(a.cmp(b)));
+    for peak in peaks {
+        if visited[peak] {
+            continue;
+        }
+        let level = CENTRE_LEVEL * difference.change[peak];
+        let region = grow(difference, peak, level);
+        // Shoulders of a mark that is done are not marks of their own.
+        let fresh = region.pixels.iter().all(|i| !visited[*i]);
+        region.pixels.iter().for_each(|i| visited[*i] = true);
+        if !fresh {
+            continue;
+        }
+        match measure(difference, &region, level, diameters_px) {
+            Ok(mark) => marks.push(mark),
+            Err(reason) => rejected.push((at(difference, peak), reason)),
+        }
+    }
+    let strength = |mark: &PinMark| mark.contrast * mark.diameter_px.powi(2);
+    marks.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+    Detection { marks, rejected, noise: difference.noise }
+}
+
+struct Region {
+    pixels: Vec<usize>,
+    /// Steps from the region to a usable pixel below the level.
+    open_steps: usize,
+    /// Steps to an unusable pixel or over the border.
+    hidden_steps: usize,
+}
+
+/// All usable pixels above the level that are joined to the peak by sides.
+fn grow(difference: &Difference, peak: usize, level: f32) -> Region {
+    let (width, height) = (difference.width, difference.height);
+    let mut inside = std::collections::BTreeSet::from([peak]);
+    let mut pixels = vec![peak];
+    let (mut open_steps, mut hidden_steps) = (0, 0);
+    let mut next = 0;
+    while let Some(&i) = pixels.get(next) {
+        next += 1;
+        let (x, y) = (i % width, i / width);
+        let neighbours = [
+            (x > 0).then(|| i - 1),
+            (x + 1 < width).then_some(i + 1),
+            (y > 0).then(|| i - width),
+            (y + 1 < height).then_some(i + width),
+        ];
+        for neighbour in neighbours {
+            match neighbour.filter(|j| difference.usable[*j]) {
+                None => hidden_steps += 1,
+                Some(j) if difference.change[j] < level => open_steps += 1,
+                Some(j) => {
+                    if inside.insert(j) {
+                        pixels.push(j);
+                    }
+                }
+            }
+        }
+    }
+    Region { pixels, open_steps, hidden_steps }
+}
+
+fn measure(
+    difference: &Difference,
+    region: &Region,
+    level: f32,
+    [min_px, max_px]: [f64; 2],
+) -> Result<PinMark, Rejection> {
+    let diameter_px = (region.pixels.len() as f64 * 4.0 / PI).sqrt();
+    if diameter_px < min_px {
+        return Err(Rejection::TooSmall);
+    }
+    if diameter_px > max_px {
+        return Err(Rejection::TooLarge);
+    }
+    let hidden_outline =
+        region.hidden_steps as f64 / (region.hidden_steps + region.open_steps) as f64;
+    if hidden_outline > MAX_HIDDEN {
+        return Err(Rejection::Hidden);
+    }
+    let (mut sum, mut first, mut second) = (0.0, Vector2::zeros(), Matrix2::zeros());
+    let (mut area_first, mut area_second) = (Vector2::zeros(), Matrix2::zeros());
+    let origin = at(difference, region.pixels[0]);
+    for &i in &region.pixels {
+        let weight = f64::from(difference.change[i] - level);
+        let offset = at(difference, i) - origin;
+        sum += weight;
+        first += weight * offset;
+        second += weight * offset * offset.transpose();
+        area_first += offset;
+        area_second += offset * offset.transpose();
+    }
+    let centre = first / sum;
+    let count = region.pixels.len() as f64;
+    let area_centre = area_first / count;
+    let shape = area_second / count - area_centre * area_centre.transpose();
+    let axes = shape.symmetric_eigenvalues();
+    let elongation = (axes.max() / axes.min().max(1.0 / 12.0)).sqrt();
+    let limit = if hidden_outline > TOUCHING { MAX_CUT_ELONGATION } else { MAX_ELONGATION };
+    if elongation > limit {
+        return Err(Rejection::Elongated);
+    }
+    // c = sum w x / sum w: independent noise s in each w moves it by s sqrt(sum (x - c)^2) / sum w.
+    let unweighted = area_second - count * (2.0 * area_centre * centre.transpose())
+        + count * centre * centre.transpose();
+    let lever_px = (unweighted.trace() / 2.0).max(0.0).sqrt();
+    let noise_px = difference.raw_noise * lever_px / sum;
+    let hidden = if hidden_outline > TOUCHING { hidden_outline } else { 0.0 };
+    let hidden_px = HIDDEN_SIGMA * hidden * diameter_px;
+    let sigma_px = (noise_px.powi(2) + hidden_px.powi(2) + SIGMA_FLOOR_PX.powi(2)).sqrt();
+    let contrast = f64::from(level / CENTRE_LEVEL);
+    Ok(PinMark { pixel: origin + centre, sigma_px, contrast, diameter_px, hidden_outline })
+}
+
+fn at(difference: &Difference, i: usize) -> Point2<f64> {
+    Point2::new((i % difference.width) as f64, (i / difference.width) as f64)
+}

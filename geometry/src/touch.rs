@@ -1,0 +1,97 @@
+//! The curved surface that a sensor touches things with, and what a fixture can hold on to.
+
+use crate::{CUT_OVERLAP_MM, EllipsoidOffset, Landmark, Path, Pose, Solid};
+
+/// The sensing surface: a dome around z above its centre, a straight wall below it.
+///
+/// A hemisphere on a wall (R-Tac0), a half ellipsoid or a surface parallel to one (UVDtact), or a
+/// cap whose centre lies below its foot (ShadowTac).
+#[derive(Clone, Debug, PartialEq)]
+pub struct TouchSurface {
+    /// The dome, around its own centre; a sphere has two equal half axes and no offset.
+    pub dome: EllipsoidOffset,
+    /// Height of the dome's centre in the sensor frame, mm.
+    pub centre_z_mm: f64,
+    /// Height of the lower end of the surface in the sensor frame, mm.
+    pub foot_z_mm: f64,
+    /// How far the surface can be pressed in, mm: the thickness of what gives way measurably.
+    pub soft_mm: f64,
+    /// What fixtures hold on to.
+    pub grip: Grip,
+}
+
+/// The rigid part of a sensor below its surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grip {
+    /// Its outside seen along z, the same at every height between `bottom_z_mm` and `top_z_mm`.
+    pub outline: Path,
+    /// Upper end of the outline, at most the surface's foot, mm.
+    pub top_z_mm: f64,
+    /// Lower end of the outline, mm.
+    pub bottom_z_mm: f64,
+    /// A flat face at `bottom_z_mm` that a fixture can stop against lies outside this circle
+    /// around z, mm: inside it are cable, plug and lower parts of the sensor.
+    pub clear_radius_mm: f64,
+    /// What keeps a fixture from being put on turned: the pose of a feature at the outside of the
+    /// grip that exists once, its z axis out of the sensor. `None`: the user marks one.
+    pub key: Option<Pose>,
+    /// Threaded holes in the bottom: where, and the axis out of the sensor.
+    pub threads: Vec<Landmark>,
+}
+
+impl TouchSurface {
+    /// Half the largest width, mm.
+    pub fn equator_radius_mm(&self) -> f64 {
+        self.dome.equatorial_mm + self.dome.offset_mm
+    }
+
+    /// Height of the apex in the sensor frame, mm.
+    pub fn apex_z_mm(&self) -> f64 {
+        self.centre_z_mm + self.dome.polar_mm + self.dome.offset_mm
+    }
+
+    /// The filled solid inside the surface, grown by `by_mm` along its normals, from the height
+    /// `from_z_mm` upwards; sensor frame.
+    ///
+    /// Grown, it is the surface's clearance; shrunk, what lies that deep below it.
+    pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
+        let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = self.dome;
+        let offset_mm = offset_mm + by_mm;
+        let (radius_mm, height_mm) = (equatorial_mm + offset_mm, polar_mm + offset_mm);
+        let wall_mm = self.centre_z_mm - from_z_mm;
+        // Parallel to a sphere is a sphere, parallel to an ellipsoid is no ellipsoid.
+        if equatorial_mm != polar_mm && offset_mm != 0.0 {
+            let dome = Solid::ellipsoid_offset(equatorial_mm, polar_mm, offset_mm);
+            let dome = dome.at(0.0, 0.0, self.centre_z_mm);
+            // The wall ends at the equator, where the dome is as wide and as steep as the wall.
+            let wall = (wall_mm > 0.0).then(|| {
+                Solid::cylinder(radius_mm, wall_mm + CUT_OVERLAP_MM).at(
+                    0.0,
+                    0.0,
+                    from_z_mm - CUT_OVERLAP_MM,
+                )
+            });
+            return wall.into_iter().fold(dome, Solid::plus).minus(Solid::below(from_z_mm));
+        }
+        let apex = [0.0, self.centre_z_mm + height_mm];
+        let centre = [0.0, self.centre_z_mm];
+        let start = if wall_mm > 0.0 {
+            [radius_mm, self.centre_z_mm]
+        } else {
+            // On the arc, at the height of the cut.
+            let rise = (wall_mm / height_mm).max(-1.0);
+            [radius_mm * (1.0 - rise * rise).sqrt(), from_z_mm]
+        };
+        let path = if wall_mm > 0.0 {
+            Path::from([0.0, from_z_mm]).line([radius_mm, from_z_mm]).line(start)
+        } else {
+            Path::from([0.0, from_z_mm]).line(start)
+        };
+        let path = if radius_mm == height_mm {
+            path.arc(apex, centre, true)
+        } else {
+            path.elliptic_arc(apex, centre, [radius_mm, height_mm], true)
+        };
+        Solid::revolution(path.close())
+    }
+}

@@ -64,6 +64,13 @@ pub(crate) struct Feature {
     pub operand: Option<Range<u32>>,
 }
 
+impl Feature {
+    /// Whether its surface passes through a body's in curves that a mesh can be closed up to.
+    pub fn has_curves(&self, body: &Body) -> bool {
+        curves(self, body).is_some()
+    }
+}
+
 /// What features are cut from or added to.
 pub(crate) struct Base<'a> {
     pub facets: &'a Facets,

@@ -7,6 +7,7 @@
 //! - Small features go into the base's mesh without a boolean, where they can (`conform`).
 //! - Equal shapes, down to whole subtrees, are made once and placed many times.
 
+mod cull;
 mod features;
 mod lift;
 
@@ -16,9 +17,10 @@ use std::rc::Rc;
 
 use fabkit_geometry::{Aabb, Pose, Solid};
 
+use self::cull::culled;
 use self::features::{Exact, Split, diagonal_mm};
 use crate::MeshError;
-use crate::conform::Pin;
+use crate::conform::{Effect, Pin};
 use crate::extent::{OrientedBox, disjoint_groups, extent, moved};
 use crate::facets::Facets;
 use crate::kernel::{Operation, Prepared};
@@ -285,13 +287,16 @@ impl Evaluator {
         let items = flattened(Item::list(Pose::identity(), of, 0));
         let sizes = items.iter().map(|item| diagonal_mm(extent(item.core).size_mm()));
         let largest_mm = sizes.fold(0.0, f64::max);
-        let Split { features, others } = self.split(items, largest_mm)?;
+        let mut split = self.split(items, largest_mm)?;
+        let exact = Exact::union(&split.others);
+        split.settle(&exact);
+        let Split { features, others } = split;
         let bodies = self.bodies(&others, context)?;
         let base = united(grouped(&bodies)?)?;
         if features.is_empty() {
             return Ok(base);
         }
-        let (base, left) = self.conformed(base, &Exact::union(&others), features, true);
+        let (base, left) = self.conformed(base, &exact, features, &Effect::Add);
         let bodies = self.bodies(&left, context)?;
         let mut shapes = grouped(&bodies)?;
         shapes.insert(0, base);
@@ -310,12 +315,15 @@ impl Evaluator {
             return Ok(base);
         }
         let items = flattened(Item::list(Pose::identity(), minus, face_count(of)));
-        let Split { features, others } = self.split(items, diagonal_mm(base.bounds().size_mm()))?;
+        let mut split = self.split(items, diagonal_mm(base.bounds().size_mm()))?;
+        let exact = Exact::difference(of, &split.others);
+        split.settle(&exact);
+        let Split { features, others } = split;
         let base = self.cut(base, &others)?;
         if features.is_empty() || base.is_empty() {
             return Ok(base);
         }
-        let (base, left) = self.conformed(base, &Exact::difference(of, &others), features, false);
+        let (base, left) = self.conformed(base, &exact, features, &Effect::Cut);
         self.cut(base, &left)
     }
 
@@ -329,7 +337,12 @@ impl Evaluator {
         if tools.len() > MOST_CUTS {
             tools = vec![united(tools)?];
         }
-        tools.iter().try_fold(base, |rest, tool| combine(&rest, tool, Operation::Subtract))
+        // Each cut goes through all of the base: it should grow late.
+        tools.sort_by_key(|tool| tool.facets().triangles.len());
+        tools.into_iter().try_fold(base, |rest, tool| {
+            let needed = culled(tool.facets(), &rest.bounds()).map(Shape::from_facets);
+            combine(&rest, &needed.unwrap_or(tool), Operation::Subtract)
+        })
     }
 
     fn intersection(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {

@@ -51,30 +51,21 @@ impl Evaluator {
         Ok(pin)
     }
 
-    /// Adds features to the mesh of `solid`, or cuts them away. Returns the mesh and those that the
-    /// kernel must see to.
+    /// Adds features to the mesh of an exact solid, or cuts them away. Returns the mesh and those
+    /// that the kernel must see to.
     pub(super) fn conformed<'a>(
         &self,
         shape: Rc<Shape>,
         exact: &Exact,
         features: Vec<(Item<'a>, Rc<Pin>)>,
-        adding: bool,
+        effect: &Effect,
     ) -> (Rc<Shape>, Vec<Item<'a>>) {
-        let Ok(body) = ExactBody::new(&exact.solid) else {
+        let Some(body) = &exact.body else {
             return (shape, features.into_iter().map(|(item, _)| item).collect());
         };
-        let placed: Vec<Feature> = features
-            .iter()
-            .map(|(item, pin)| Feature {
-                pin: pin.clone(),
-                base_from_tool: item.pose,
-                first_face: item.first_face,
-                operand: None,
-            })
-            .collect();
-        let base = Base { facets: shape.facets(), body: &body, first_faces: &exact.first_faces };
-        let effect = if adding { Effect::Add } else { Effect::Cut };
-        let (shape, left) = match conform(&base, &placed, &effect, self.tolerance_mm) {
+        let placed: Vec<Feature> = features.iter().map(feature).collect();
+        let base = Base { facets: shape.facets(), body, first_faces: &exact.first_faces };
+        let (shape, left) = match conform(&base, &placed, effect, self.tolerance_mm) {
             Some((facets, left)) => (Shape::from_facets(facets), left),
             None => (shape.clone(), (0..features.len()).collect()),
         };
@@ -83,9 +74,28 @@ impl Evaluator {
     }
 }
 
+fn feature((item, pin): &(Item, Rc<Pin>)) -> Feature {
+    let (base_from_tool, first_face) = (item.pose, item.first_face);
+    Feature { pin: pin.clone(), base_from_tool, first_face, operand: None }
+}
+
+impl<'a> Split<'a> {
+    /// Moves features that cannot conform to the others, so that the kernel sees them only once.
+    pub fn settle(&mut self, exact: &Exact) {
+        let can = |one: &(Item, Rc<Pin>)| {
+            exact.body.as_ref().is_some_and(|body| feature(one).has_curves(body))
+        };
+        let (features, rest): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.features).into_iter().partition(can);
+        self.features = features;
+        self.others.extend(rest.into_iter().map(|(item, _)| item));
+    }
+}
+
 /// A base as an exact solid, with the number of the first face of each leaf.
 pub(super) struct Exact {
-    solid: Solid,
+    /// None if the tree is no solid without its features.
+    body: Option<ExactBody>,
     first_faces: Vec<u32>,
 }
 
@@ -95,14 +105,14 @@ impl Exact {
         let mut first_faces = Vec::new();
         number_leaves(of, 0, &mut first_faces);
         let tools = placed(items, &mut first_faces);
-        Self { solid: of.clone().minus_all(tools), first_faces }
+        Self { body: ExactBody::new(&of.clone().minus_all(tools)).ok(), first_faces }
     }
 
     /// All items together.
     pub fn union(items: &[Item]) -> Self {
         let mut first_faces = Vec::new();
         let solids = placed(items, &mut first_faces);
-        Self { solid: Solid::union(solids), first_faces }
+        Self { body: ExactBody::new(&Solid::union(solids)).ok(), first_faces }
     }
 }
 

@@ -83,7 +83,7 @@ def spawn(command):
         answer = said.read()
     cpu_s = usage.ru_utime + usage.ru_stime
     of_work = json.loads(answer) if answer.strip() else {}
-    # The peers do not count their imports, which take longer than all of fabkit.
+    # Without imports and reading the tree, where the process says so itself.
     own_s = of_work.get("cpu_s", cpu_s)
     return Run(own_s, cpu_s, wall_s, usage.ru_maxrss / 1024, of_work.get("exact_mm3"))
 

@@ -1,6 +1,6 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`.
+//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench-peers`.
 
-mod bench;
+mod bench_peers;
 mod lint;
 mod python;
 mod run;
@@ -15,7 +15,7 @@ Usage: cargo xtask TASK
 Tasks:
   test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
   lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
-  bench  Time fabkit beside its peers and print the ratios
+  bench-peers  Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
 ";
 
 fn main() -> ExitCode {
@@ -23,7 +23,7 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "test" => test::run(),
         "lint" => lint::run(),
-        "bench" => bench::run(),
+        "bench-peers" => bench_peers::run(),
         "" | "-h" | "--help" | "help" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -28,11 +28,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["scenes", folder] => write_scenes(Path::new(folder)),
         ["mesh", tree, tolerance_mm, stl] => {
             let tree: Tree = serde_json::from_slice(&fs::read(tree)?)?;
+            let start_s = cpu_s();
             let print = mesh(&tree.solid, tolerance_mm.parse()?)?.to_print()?;
-            Ok(fs::write(stl, binary_stl(&print))?)
+            fs::write(stl, binary_stl(&print))?;
+            if let (Some(start_s), Some(end_s)) = (start_s, cpu_s()) {
+                println!("{}", serde_json::json!({ "cpu_s": end_s - start_s }));
+            }
+            Ok(())
         }
         _ => Err("peer scenes FOLDER | peer mesh TREE TOLERANCE_MM STL".into()),
     }
+}
+
+/// What this thread, the only one, has used; `None` where the system does not say.
+fn cpu_s() -> Option<f64> {
+    let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;
+    Some(nanoseconds * 1e-9)
 }
 
 fn write_scenes(folder: &Path) -> Result<(), Box<dyn Error>> {

@@ -11,7 +11,7 @@ use crate::shape_key::shape_key;
 use crate::tessellate::face_count;
 
 /// A tool is a feature if its box's diagonal is at most this share of the base's.
-pub(super) const LARGEST_SHARE: f64 = 0.35;
+pub(super) const LARGEST_SHARE: f64 = 0.6;
 
 /// Operands that conform to the base, perhaps, and all others.
 pub(super) struct Split<'a> {

@@ -20,6 +20,9 @@ const END_STRIPS: [f64; 4] = [0.4, 0.55, 0.75, 1.0];
 /// Steps around the axis to try: powers of this, relative to the longest that could hold.
 const SHORTER: f64 = 0.97;
 
+/// Candidates with more than this share of the triangles of the best so far are not measured.
+const WORTH_MEASURING: f64 = 0.985;
+
 /// How many of them.
 const CHORDS: i32 = 26;
 
@@ -64,7 +67,9 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
             while shorter < CHORDS {
                 let rings = search.candidate(strips, weights, limit * SHORTER.powi(shorter));
                 let cost = triangles(&ends, &rings);
-                if best.as_ref().is_some_and(|(least, _)| cost >= *least) {
+                let enough =
+                    |(least, _): &(usize, _)| cost as f64 > WORTH_MEASURING * *least as f64;
+                if best.as_ref().is_some_and(enough) {
                     break; // Shorter chords only cost more.
                 }
                 let excess = search.excess(&rings);

@@ -50,7 +50,9 @@ pub(super) struct Ring {
 /// number of them holds the tolerance.
 pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
     let [a, b] = arc.semi_axes_mm;
-    let tolerance_mm = tolerance_for(a.max(b) + arc.offset_mm, tolerance_mm);
+    // The rings at the ends are given: none of them may be coarser than the arc.
+    let widest_mm = (a.max(b) + arc.offset_mm).max(ends[0].at[0]).max(ends[1].at[0]);
+    let tolerance_mm = tolerance_for(widest_mm, tolerance_mm);
     let search = Search { arc, ends, tolerance_mm, scale: arc.scale() };
     let longest = 2.0 * (2.0 * MEASURED_SHARE * tolerance_mm).sqrt();
     let fewest = search.fewest_strips(longest);

@@ -1,6 +1,6 @@
 //! Development tasks: `cargo xtask help` lists them.
 
-mod bench;
+mod bench_peers;
 mod lint;
 mod python;
 mod real_captures;
@@ -17,7 +17,7 @@ Tasks:
   test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
   verify-env         Make the Python environment of the verifier and of the outside oracles
   lint               Formatting, clippy and documentation without warnings, licences and sources
-  bench              Time fabkit beside its peers and print the ratios
+  bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -27,8 +27,8 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "verify-env" => python::run(),
         "lint" => lint::run(),
-        "bench" => bench::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
+        "bench-peers" => bench_peers::run(),
         "" | "-h" | "--help" | "help" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -4,7 +4,7 @@ use fabkit_geometry::{Path, Point3, Pose, Solid, Vector3};
 
 /// A part whose volume is known in closed form.
 pub struct Scene {
-    /// For people.
+    /// As a file's.
     pub name: &'static str,
     /// The part.
     pub solid: Solid,
@@ -63,7 +63,7 @@ pub fn dimpled_mold() -> Scene {
     });
     let tools = Solid::union(std::iter::once(cap).chain(dimples));
     let solid = Solid::cuboid(45.0, 45.0, 14.0).minus(tools);
-    Scene { name: "dimpled mold", solid, exact_mm3: 24219.930363, genus: 0 }
+    Scene { name: "dimpled-mold", solid, exact_mm3: 24219.930363, genus: 0 }
 }
 
 /// Hollow hemisphere, outer radius 18, inner 15, minus 100 radial holes of diameter 1.
@@ -79,7 +79,7 @@ pub fn perforated_dome() -> Scene {
     let holes = fibonacci(100, 0.1, 1.0)
         .map(|axis| hole.clone().placed(Pose::z_to(axis, Point3::from(axis * 14.0))));
     Scene {
-        name: "perforated dome",
+        name: "perforated-dome",
         solid: shell.minus_all(holes),
         exact_mm3: 4910.254750,
         genus: 100,

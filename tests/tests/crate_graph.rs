@@ -7,6 +7,7 @@ use std::process::Command;
 const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-geometry", &[]),
     ("fabkit-mesh", &["fabkit-geometry"]),
+    ("fabkit-camera", &[]),
     ("fabkit-depth", &["fabkit-geometry"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),

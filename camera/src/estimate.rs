@@ -1,0 +1,123 @@
+//! A camera and how sure we are of it.
+
+use nalgebra::DMatrix;
+use thiserror::Error;
+
+use crate::camera::Camera;
+
+/// A calibrated camera with the covariance of its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraEstimate {
+    /// The most likely camera.
+    camera: Camera,
+    covariance: Option<DMatrix<f64>>,
+}
+
+/// Why a matrix is not the covariance of a camera's parameters.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum InvalidCovariance {
+    /// Not N x N.
+    #[error("the covariance is {rows} x {columns}, but the camera has {parameters} parameters")]
+    WrongSize {
+        /// Rows given.
+        rows: usize,
+        /// Columns given.
+        columns: usize,
+        /// Parameters of the camera.
+        parameters: usize,
+    },
+    /// Infinite or not a number.
+    #[error("the covariance of {row} and {column} is not finite")]
+    NotFinite {
+        /// A parameter.
+        row: &'static str,
+        /// A parameter.
+        column: &'static str,
+    },
+    /// Two entries that must agree do not.
+    #[error("the covariance of {row} and {column} is not that of {column} and {row}")]
+    NotSymmetric {
+        /// A parameter.
+        row: &'static str,
+        /// A parameter.
+        column: &'static str,
+    },
+    /// Some combination of parameters would have a negative variance.
+    #[error(
+        "the covariance has a negative eigenvalue ({least_correlation_eigenvalue:e}, of its \
+         correlations)"
+    )]
+    NotPositive {
+        /// Of the correlation matrix.
+        least_correlation_eigenvalue: f64,
+    },
+}
+
+impl CameraEstimate {
+    /// A camera with what is known about its uncertainty: nothing, or a symmetric positive
+    /// semidefinite N x N matrix in the order of [`Camera::parameters`], in their units. A
+    /// parameter that was held has a row and column of zeros.
+    ///
+    /// # Errors
+    /// A matrix that is not a covariance of this camera's parameters.
+    pub fn new(
+        camera: Camera,
+        covariance: Option<DMatrix<f64>>,
+    ) -> Result<Self, InvalidCovariance> {
+        if let Some(matrix) = &covariance {
+            check(&camera, matrix)?;
+        }
+        Ok(Self { camera, covariance })
+    }
+
+    /// The most likely camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// N x N in the order of [`CameraEstimate::names`]; `None` if nothing is known.
+    pub fn covariance(&self) -> Option<&DMatrix<f64>> {
+        self.covariance.as_ref()
+    }
+
+    /// Names of the parameters, with units, in the order of the covariance.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.camera.parameters().into_iter().map(|(name, _)| name).collect()
+    }
+
+    /// Standard deviation of each parameter, in its unit.
+    pub fn sigmas(&self) -> Option<Vec<f64>> {
+        let variances = self.covariance()?.diagonal();
+        Some(variances.iter().map(|v| v.max(0.0).sqrt()).collect())
+    }
+}
+
+fn check(camera: &Camera, covariance: &DMatrix<f64>) -> Result<(), InvalidCovariance> {
+    let parameters = camera.parameters();
+    let n = parameters.len();
+    let (rows, columns) = covariance.shape();
+    if (rows, columns) != (n, n) {
+        return Err(InvalidCovariance::WrongSize { rows, columns, parameters: n });
+    }
+    // Parameters differ in scale by many orders: only correlations can be judged by one tolerance.
+    let scale = |i: usize| covariance[(i, i)].abs().sqrt();
+    let correlation = DMatrix::from_fn(n, n, |r, c| {
+        let scale = scale(r) * scale(c);
+        if scale > 0.0 { covariance[(r, c)] / scale } else { covariance[(r, c)] }
+    });
+    for (r, (row, _)) in parameters.iter().enumerate() {
+        for (c, (column, _)) in parameters.iter().enumerate() {
+            if !covariance[(r, c)].is_finite() {
+                return Err(InvalidCovariance::NotFinite { row, column });
+            }
+            if (correlation[(r, c)] - correlation[(c, r)]).abs() > 1e-6 {
+                return Err(InvalidCovariance::NotSymmetric { row, column });
+            }
+        }
+    }
+    let least = correlation.symmetric_eigenvalues().min();
+    if least < -1e-6 {
+        return Err(InvalidCovariance::NotPositive { least_correlation_eigenvalue: least });
+    }
+    Ok(())
+}

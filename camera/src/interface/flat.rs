@@ -1,0 +1,250 @@
+//! A plane, or a pane of glass, between the lens and the gel.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
+use crate::camera::Ray;
+use crate::error::{OutsideDomain, Rules};
+
+/// A flat window: lens in one medium (air), then a pane of glass or nothing, then the gel.
+///
+/// The plane's unit normal, toward the gel, is +z turned about y by `tilt_y_rad` and then about x
+/// by `tilt_x_rad`: `(sin ty, -sin tx cos ty, cos tx cos ty)` in the camera frame.
+///
+/// Distance, both tilts and the outer index can be calibrated. The inner index cannot be told from
+/// the outer one, and a pane's thickness hardly from the distance: they are given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flat {
+    /// From the lens's centre to the first surface, along its normal.
+    pub distance_mm: f64,
+    /// Turn of the normal about the camera's x axis.
+    pub tilt_x_rad: f64,
+    /// Turn of the normal about the camera's y axis.
+    pub tilt_y_rad: f64,
+    /// Refractive index on the lens's side: 1 for air.
+    pub index_inside: f64,
+    /// Refractive index behind the window: about 1.41 for silicone.
+    pub index_outside: f64,
+    /// Thickness of the pane, 0 for a bare surface.
+    pub glass_thickness_mm: f64,
+    /// Refractive index of the pane; without meaning at thickness 0.
+    pub index_glass: f64,
+}
+
+impl Flat {
+    /// A bare surface square to the optical axis, with air on the lens's side.
+    pub fn in_air(distance_mm: f64, index_outside: f64) -> Self {
+        Self {
+            distance_mm,
+            tilt_x_rad: 0.0,
+            tilt_y_rad: 0.0,
+            index_inside: 1.0,
+            index_outside,
+            glass_thickness_mm: 0.0,
+            index_glass: 1.5,
+        }
+    }
+
+    pub(super) fn parameters(&self) -> [(&'static str, f64); 4] {
+        [
+            ("interface_distance_mm", self.distance_mm),
+            ("interface_tilt_x_rad", self.tilt_x_rad),
+            ("interface_tilt_y_rad", self.tilt_y_rad),
+            ("interface_index_outside", self.index_outside),
+        ]
+    }
+
+    pub(super) fn with_parameters(&self, parameters: [f64; 4]) -> Self {
+        let [distance_mm, tilt_x_rad, tilt_y_rad, index_outside] = parameters;
+        Self { distance_mm, tilt_x_rad, tilt_y_rad, index_outside, ..*self }
+    }
+
+    pub(super) fn check(&self, rules: &mut Rules) {
+        rules.above("interface_distance_mm", self.distance_mm, 0.0, 1000.0);
+        rules.within("interface_tilt_x_rad", self.tilt_x_rad, -1.0, 1.0);
+        rules.within("interface_tilt_y_rad", self.tilt_y_rad, -1.0, 1.0);
+        check_indices(rules, self.index_inside, self.index_outside);
+        rules.within("interface_glass_thickness_mm", self.glass_thickness_mm, 0.0, 1000.0);
+        let glass = self.glass_thickness_mm == 0.0
+            || (self.index_glass >= self.index_inside && self.index_glass <= 4.0);
+        let limit = "must be at least the index on the lens's side and at most 4";
+        rules.require(glass, "interface_index_glass", self.index_glass, limit);
+    }
+}
+
+/// A [`Flat`] with its normal, and indices relative to the lens's side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FlatRefraction {
+    normal_in_camera: Vector3<f64>,
+    normal_by_tilt: [Vector3<f64>; 2],
+    distance_mm: f64,
+    glass: Layer,
+    gel_index: f64,
+    index_inside: f64,
+}
+
+/// A plane-parallel layer that light crosses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Layer {
+    thickness_mm: f64,
+    /// Relative to the medium of the lens, at least 1.
+    index: f64,
+}
+
+impl Layer {
+    /// How far sideways light goes in this layer, and the derivative of that by `w`.
+    ///
+    /// `w` is the tangent of the angle to the normal on the lens's side. Both are concave in `w`.
+    fn shift(&self, w: f64) -> (f64, f64) {
+        let squared = self.index * self.index;
+        let root = (squared + (squared - 1.0) * w * w).sqrt();
+        (self.thickness_mm * w / root, self.thickness_mm * squared / (root * root * root))
+    }
+}
+
+/// How light reaches a point: in the plane of the normal and the point.
+struct Path {
+    /// Tangent of the angle to the normal on the lens's side.
+    w: f64,
+    /// Derivative of the point's distance from the normal by `w`, mm.
+    slope_mm: f64,
+    /// Height of the point above the plane through the lens's centre, mm.
+    height_mm: f64,
+    gel: Layer,
+    /// From the normal through the lens's centre to the point, mm.
+    perpendicular: Vector3<f64>,
+    /// Its length.
+    radius_mm: f64,
+}
+
+impl FlatRefraction {
+    pub(super) fn new(flat: &Flat) -> Self {
+        let (sx, cx) = flat.tilt_x_rad.sin_cos();
+        let (sy, cy) = flat.tilt_y_rad.sin_cos();
+        Self {
+            normal_in_camera: Vector3::new(sy, -sx * cy, cx * cy),
+            normal_by_tilt: [
+                Vector3::new(0.0, -cx * cy, -sx * cy),
+                Vector3::new(cy, sx * sy, -cx * sy),
+            ],
+            distance_mm: flat.distance_mm,
+            glass: match flat.glass_thickness_mm > 0.0 {
+                true => Layer {
+                    thickness_mm: flat.glass_thickness_mm,
+                    index: flat.index_glass / flat.index_inside,
+                },
+                false => Layer { thickness_mm: 0.0, index: 1.0 },
+            },
+            gel_index: flat.index_outside / flat.index_inside,
+            index_inside: flat.index_inside,
+        }
+    }
+
+    /// Solves for the path to a point.
+    ///
+    /// Seen along the path, the point's distance from the normal is the sum of the layers' shifts:
+    /// increasing and concave in `w`. The paraxial path is too flat, so Newton's method that starts
+    /// there climbs to the solution without ever overshooting it.
+    fn path(&self, point: &Point3<f64>) -> Result<Path, OutsideDomain> {
+        let height_mm = self.normal_in_camera.dot(&point.coords);
+        let depth_mm = height_mm - self.distance_mm - self.glass.thickness_mm;
+        if !depth_mm.is_finite() {
+            return Err(OutsideDomain::NoDirection);
+        }
+        if depth_mm < -ON_INTERFACE_MM {
+            return Err(OutsideDomain::BeforeInterface { depth_mm: -depth_mm });
+        }
+        let gel = Layer { thickness_mm: depth_mm.max(0.0), index: self.gel_index };
+        let perpendicular = point.coords - self.normal_in_camera * height_mm;
+        let radius_mm = perpendicular.norm();
+        if !radius_mm.is_finite() {
+            return Err(OutsideDomain::NoDirection);
+        }
+        let paraxial_mm = self.distance_mm
+            + self.glass.thickness_mm / self.glass.index
+            + gel.thickness_mm / gel.index;
+        let mut w = radius_mm / paraxial_mm;
+        let mut slope_mm = paraxial_mm;
+        // Quadratic from the first step on; ten would do even at grazing angles.
+        for _ in 0..50 {
+            let (glass, glass_slope) = self.glass.shift(w);
+            let (in_gel, gel_slope) = gel.shift(w);
+            slope_mm = self.distance_mm + glass_slope + gel_slope;
+            let step = (radius_mm - self.distance_mm * w - glass - in_gel) / slope_mm;
+            w += step;
+            if step <= 1e-9 * w {
+                // The error of the step just taken is of the order of its square.
+                break;
+            }
+        }
+        Ok(Path { w, slope_mm, height_mm, gel, perpendicular, radius_mm })
+    }
+
+    pub(super) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+        let path = self.path(point)?;
+        Ok(match path.radius_mm > 0.0 {
+            true => self.normal_in_camera + path.perpendicular * (path.w / path.radius_mm),
+            false => self.normal_in_camera,
+        })
+    }
+
+    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
+        let path = self.path(point)?;
+        let normal = self.normal_in_camera;
+        let by_radius = 1.0 / path.slope_mm;
+        // On the normal through the lens any azimuth will do: both stretches agree there.
+        let (azimuth, around) = match path.radius_mm > 0.0 {
+            true => (path.perpendicular / path.radius_mm, path.w / path.radius_mm),
+            false => (normal.cross(&least_axis(&normal)).normalize(), by_radius),
+        };
+        // Derivatives of `w` at a fixed point, from those of the condition that the shifts add up.
+        let squared = self.gel_index * self.gel_index;
+        let root = (squared + (squared - 1.0) * path.w * path.w).sqrt();
+        let tangent_in_gel = path.w / root;
+        let by_height = -tangent_in_gel * by_radius;
+        let by_distance = (tangent_in_gel - path.w) * by_radius;
+        let by_index = path.gel.thickness_mm * path.w * self.gel_index * (1.0 + path.w * path.w)
+            / (root * root * root)
+            * by_radius
+            / self.index_inside;
+
+        let outward = azimuth * azimuth.transpose();
+        let by_perpendicular = (Matrix3::identity() - outward) * around + outward * by_radius;
+        let by_point = by_perpendicular * (Matrix3::identity() - normal * normal.transpose())
+            + azimuth * normal.transpose() * by_height;
+        let by_tilt = self.normal_by_tilt.map(|turn| {
+            let higher = turn.dot(&point.coords);
+            let across = -(normal * higher + turn * path.height_mm);
+            turn + by_perpendicular * across + azimuth * (by_height * higher)
+        });
+        let mut by_parameters = [Vector3::zeros(); MAX_INTERFACE_PARAMETERS];
+        by_parameters[0] = azimuth * by_distance;
+        by_parameters[1..3].copy_from_slice(&by_tilt);
+        by_parameters[3] = azimuth * by_index;
+        let direction = normal + path.perpendicular * around;
+        Ok(Bent { direction, by_point, by_parameters })
+    }
+
+    pub(super) fn outward(&self, direction: &Vector3<f64>) -> Result<Ray, OutsideDomain> {
+        let normal = self.normal_in_camera;
+        let cosine = direction.dot(&normal);
+        // At a million distances to the side rounding would have the last word.
+        if cosine < 1e-6 {
+            return Err(OutsideDomain::MissesInterface { angle_rad: cosine.acos() });
+        }
+        let on_glass = direction * (self.distance_mm / cosine);
+        let in_glass = refract(direction, &normal, 1.0 / self.glass.index);
+        let on_gel = on_glass + in_glass * (self.glass.thickness_mm / in_glass.dot(&normal));
+        Ok(Ray {
+            origin_in_camera: Point3::from(on_gel),
+            direction: refract(direction, &normal, 1.0 / self.gel_index),
+        })
+    }
+}
+
+/// The axis to which a vector is least parallel.
+fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
+    let mut axis = Vector3::zeros();
+    axis[vector.iamin()] = 1.0;
+    axis
+}

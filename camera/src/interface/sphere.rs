@@ -1,0 +1,188 @@
+//! A sphere around the lens.
+
+use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
+
+use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
+use crate::camera::Ray;
+use crate::error::{OutsideDomain, Rules};
+use crate::roots::increasing;
+
+/// A dome around the lens: air within, gel beyond.
+///
+/// Light is bent as far as the lens is off the centre; a concentric dome bends none. The lens must
+/// be inside the sphere. Centre, radius and the outer index can be calibrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// The sphere's centre in the camera frame, mm.
+    pub centre_in_camera: Point3<f64>,
+    /// The sphere's radius.
+    pub radius_mm: f64,
+    /// Refractive index on the lens's side: 1 for air.
+    pub index_inside: f64,
+    /// Refractive index beyond: about 1.41 for silicone.
+    pub index_outside: f64,
+}
+
+impl Sphere {
+    pub(super) fn parameters(&self) -> [(&'static str, f64); 5] {
+        [
+            ("interface_centre_x_mm", self.centre_in_camera.x),
+            ("interface_centre_y_mm", self.centre_in_camera.y),
+            ("interface_centre_z_mm", self.centre_in_camera.z),
+            ("interface_radius_mm", self.radius_mm),
+            ("interface_index_outside", self.index_outside),
+        ]
+    }
+
+    pub(super) fn with_parameters(&self, parameters: [f64; 5]) -> Self {
+        let [x_mm, y_mm, z_mm, radius_mm, index_outside] = parameters;
+        let centre_in_camera = Point3::new(x_mm, y_mm, z_mm);
+        Self { centre_in_camera, radius_mm, index_outside, ..*self }
+    }
+
+    pub(super) fn check(&self, rules: &mut Rules) {
+        rules.above("interface_radius_mm", self.radius_mm, 0.0, 1000.0);
+        let off_centre_mm = self.centre_in_camera.coords.norm();
+        rules.require(
+            off_centre_mm < 0.99 * self.radius_mm,
+            "distance between the lens and interface_centre",
+            off_centre_mm,
+            format!("the lens must be inside the sphere, below 0.99 x {} mm", self.radius_mm),
+        );
+        check_indices(rules, self.index_inside, self.index_outside);
+    }
+}
+
+/// A [`Sphere`] prepared for questions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SphereRefraction {
+    centre: Vector3<f64>,
+    radius_mm: f64,
+    /// Of the medium beyond, relative to that of the lens; at least 1.
+    index: f64,
+    index_inside: f64,
+    /// From the lens to the centre, mm.
+    off_centre_mm: f64,
+}
+
+impl SphereRefraction {
+    pub(super) fn new(sphere: &Sphere) -> Self {
+        let centre = sphere.centre_in_camera.coords;
+        Self {
+            centre,
+            radius_mm: sphere.radius_mm,
+            index: sphere.index_outside / sphere.index_inside,
+            index_inside: sphere.index_inside,
+            off_centre_mm: centre.norm(),
+        }
+    }
+
+    /// The point of the sphere through which the lens sees `point`.
+    ///
+    /// All happens in the plane of lens, centre and point. Seen from the centre, light that leaves
+    /// the lens turns through an angle; where it passes the sphere after `phi`, its distance from
+    /// the centre `b = a R sin(phi) / |lens - passage|` gives the sines on both sides (`b / R` and
+    /// `b / (n R)`), and beyond it turns by `asin(b / (n R)) - asin(b / (n p))` more until it is
+    /// `p` away from the centre. That grows with `phi` and is bracketed by 0 and the whole angle.
+    pub(super) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+        let (a, radius, n) = (self.off_centre_mm, self.radius_mm, self.index);
+        let from_centre = point.coords - self.centre;
+        let far = from_centre.norm();
+        if !far.is_finite() {
+            return Err(OutsideDomain::NoDirection);
+        }
+        if far < radius - ON_INTERFACE_MM {
+            return Err(OutsideDomain::BeforeInterface { depth_mm: radius - far });
+        }
+        let far = far.max(radius);
+        let straight = self.centre + from_centre * (radius / far);
+        if a == 0.0 {
+            return Ok(straight);
+        }
+        let to_lens = self.centre / -a;
+        let along = to_lens.dot(&from_centre);
+        let across = from_centre - to_lens * along;
+        let aside = across.norm();
+        if aside == 0.0 {
+            return Ok(straight);
+        }
+        let whole = aside.atan2(along);
+        let excess = |phi: f64| {
+            let (sin, cos) = phi.sin_cos();
+            let squared = radius * radius + a * a - 2.0 * a * radius * cos;
+            let reach = squared.sqrt();
+            let b = a * radius * sin / reach;
+            let b_by_phi = a * radius * cos / reach - b * (a * radius * sin) / squared;
+            let (near, beyond) = (b / (n * radius), b / (n * far));
+            let turned_by_b = 1.0 / (n * radius * (1.0 - near * near).sqrt())
+                - 1.0 / (n * far * (1.0 - beyond * beyond).sqrt());
+            let turned = phi + (near.asin() - beyond.asin());
+            (turned - whole, 1.0 + turned_by_b * b_by_phi)
+        };
+        let phi = increasing(excess, 0.0, whole, whole * (radius / far).min(1.0));
+        let (sin, cos) = phi.sin_cos();
+        Ok(self.centre + (to_lens * cos + across * (sin / aside)) * radius)
+    }
+
+    /// Derivatives from Fermat's principle.
+    ///
+    /// The passage `x` makes the optical path `|x| + n |point - x|` stationary on the sphere: its
+    /// gradient is `mu (x - c)`. The implicit function theorem on that, in the two directions of
+    /// the tangent plane, is regular where the plane of incidence is not (lens at the centre, point
+    /// on the axis). All terms are multiplied by `|point - x|`, so that a point on the sphere is an
+    /// ordinary one.
+    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
+        let x = self.towards(point)?;
+        let (n, radius) = (self.index, self.radius_mm);
+        let reach = x.norm();
+        let before = x / reach;
+        let normal = (x - self.centre) / radius;
+        let after = refract(&before, &normal, 1.0 / n);
+        let behind = (point.coords - x).norm();
+        let identity = Matrix3::identity();
+
+        let by_target = (identity - after * after.transpose()) * -n;
+        let hessian = (identity - before * before.transpose()) * (behind / reach) - by_target;
+        let mu = behind * (before - after * n).dot(&normal) / radius;
+        let tangents = tangent_plane(&normal);
+        let curved = tangents.transpose() * hessian * tangents - Matrix2::identity() * mu;
+        // Not singular: `phi` above is a simple root.
+        let solve = tangents
+            * curved.try_inverse().ok_or(OutsideDomain::NoDirection)?
+            * tangents.transpose();
+
+        let by_centre = identity - solve * hessian;
+        let by_radius = normal - solve * (hessian * normal);
+        let by_index = solve * after * (behind / self.index_inside);
+        let mut by_parameters = [Vector3::zeros(); MAX_INTERFACE_PARAMETERS];
+        for (by, column) in by_parameters.iter_mut().zip(by_centre.column_iter()) {
+            by.copy_from(&column);
+        }
+        by_parameters[3] = by_radius;
+        by_parameters[4] = by_index;
+        Ok(Bent { direction: x, by_point: -solve * by_target, by_parameters })
+    }
+
+    pub(super) fn outward(&self, direction: &Vector3<f64>) -> Ray {
+        let b = direction.dot(&self.centre);
+        let slack = self.radius_mm * self.radius_mm - self.off_centre_mm * self.off_centre_mm;
+        let x = direction * (b + (b * b + slack).sqrt());
+        let normal = (x - self.centre) / self.radius_mm;
+        Ray {
+            origin_in_camera: Point3::from(x),
+            direction: refract(direction, &normal, 1.0 / self.index),
+        }
+    }
+}
+
+/// Two unit vectors across a unit normal (Duff et al., "Building an Orthonormal Basis, Revisited",
+/// JCGT 2017).
+fn tangent_plane(n: &Vector3<f64>) -> Matrix3x2<f64> {
+    let sign = 1.0f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    Matrix3x2::from_columns(&[
+        Vector3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        Vector3::new(b, sign + n.y * n.y * a, -n.y),
+    ])
+}

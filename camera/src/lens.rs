@@ -1,0 +1,275 @@
+//! Central lenses: directions to pixels and back.
+//!
+//! Every model maps a direction to the *normalised plane*, where a pinhole would have `(x/z, y/z)`,
+//! and [`Intrinsics`] map that plane to pixels. A model is one file that knows nothing of pixels.
+
+mod double_sphere;
+mod eucm;
+mod kannala_brandt;
+mod opencv;
+mod unified;
+
+use nalgebra::{Matrix2x3, Point2, Vector2, Vector3};
+
+pub use double_sphere::DoubleSphere;
+pub use eucm::Eucm;
+pub use kannala_brandt::KannalaBrandt;
+pub use opencv::OpenCv;
+
+use crate::error::{InvalidCamera, OutsideDomain, Rules};
+
+/// Most coefficients that a model has besides its [`Intrinsics`].
+pub(crate) const MAX_COEFFICIENTS: usize = 8;
+
+/// Names of the intrinsics, in their order.
+const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
+
+/// A lens that ends closer to its axis than this is a misprint, not a lens.
+const LEAST_ANGLE_LIMIT_RAD: f64 = 0.01;
+
+/// Scale and principal point: `column = fx_px * x + cx_px`, `row = fy_px * y + cy_px`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Columns per unit of the normalised plane.
+    pub fx_px: f64,
+    /// Rows per unit of the normalised plane.
+    pub fy_px: f64,
+    /// Column of the optical axis; the first pixel's centre is 0.
+    pub cx_px: f64,
+    /// Row of the optical axis.
+    pub cy_px: f64,
+}
+
+impl Intrinsics {
+    fn values(&self) -> [f64; 4] {
+        [self.fx_px, self.fy_px, self.cx_px, self.cy_px]
+    }
+
+    fn from_values(values: &[f64; 4]) -> Self {
+        let [fx_px, fy_px, cx_px, cy_px] = *values;
+        Self { fx_px, fy_px, cx_px, cy_px }
+    }
+
+    fn pixel(&self, normalised: &Vector2<f64>) -> Point2<f64> {
+        Point2::new(self.fx_px * normalised.x + self.cx_px, self.fy_px * normalised.y + self.cy_px)
+    }
+
+    fn normalised(&self, pixel: &Point2<f64>) -> Vector2<f64> {
+        Vector2::new((pixel.x - self.cx_px) / self.fx_px, (pixel.y - self.cy_px) / self.fy_px)
+    }
+}
+
+/// A direction on the normalised plane, with derivatives.
+pub(crate) struct Normalised {
+    pub at: Vector2<f64>,
+    pub by_direction: Matrix2x3<f64>,
+    /// As many as the model has coefficients; the rest is zero.
+    pub by_coefficients: [Vector2<f64>; MAX_COEFFICIENTS],
+}
+
+/// What a lens model answers. Directions need not be of unit length, but must not be zero.
+pub(crate) trait Model {
+    /// Names of the coefficients in their order.
+    fn names(&self) -> &'static [&'static str];
+    fn coefficients(&self) -> &[f64];
+    /// The largest angle to +z up to which the map is one to one.
+    fn limit_rad(&self) -> f64;
+    fn contains(&self, direction: &Vector3<f64>) -> bool;
+    /// Only for directions that it contains.
+    fn normalise(&self, direction: &Vector3<f64>) -> Vector2<f64>;
+    /// Only for directions that it contains.
+    fn differentiate(&self, direction: &Vector3<f64>) -> Normalised;
+    /// The direction, of any length; `None` outside the domain.
+    fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>>;
+}
+
+/// How directions become pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// Pinhole with OpenCV's radial and tangential distortion.
+    OpenCv(OpenCv),
+    /// A polynomial in the incidence angle; OpenCV's `fisheye`, Kalibr's `equidistant`.
+    KannalaBrandt(KannalaBrandt),
+    /// Two unit spheres, one behind the other.
+    DoubleSphere(DoubleSphere),
+    /// The extended unified camera model.
+    Eucm(Eucm),
+}
+
+/// A pixel with its derivatives by direction and by the lens's own parameters.
+pub(crate) struct LensProjection {
+    pub pixel: Point2<f64>,
+    pub by_direction: Matrix2x3<f64>,
+    pub by_coefficients: [Vector2<f64>; MAX_COEFFICIENTS],
+    pub normalised: Vector2<f64>,
+}
+
+/// Calls the model behind a lens without the cost of a virtual call.
+macro_rules! with_model {
+    ($lens:expr, $model:ident => $answer:expr) => {
+        match $lens {
+            Lens::OpenCv($model) => $answer,
+            Lens::KannalaBrandt($model) => $answer,
+            Lens::DoubleSphere($model) => $answer,
+            Lens::Eucm($model) => $answer,
+        }
+    };
+}
+
+impl Lens {
+    /// Scale and principal point.
+    pub fn intrinsics(&self) -> Intrinsics {
+        with_model!(self, model => model.intrinsics)
+    }
+
+    /// Names of the coefficients, in the order of [`Lens::coefficients`].
+    pub fn coefficient_names(&self) -> &'static [&'static str] {
+        with_model!(self, model => model.names())
+    }
+
+    /// The model's parameters besides its intrinsics.
+    pub fn coefficients(&self) -> &[f64] {
+        with_model!(self, model => model.coefficients())
+    }
+
+    /// The largest incidence angle, radians, up to which directions and pixels determine each
+    /// other; found when the lens was made.
+    pub fn angle_limit_rad(&self) -> f64 {
+        with_model!(self, model => model.limit_rad())
+    }
+
+    /// How the model is called in messages and files.
+    pub fn model_name(&self) -> &'static str {
+        match self {
+            Self::OpenCv(_) => "opencv",
+            Self::KannalaBrandt(_) => "kannala-brandt",
+            Self::DoubleSphere(_) => "double-sphere",
+            Self::Eucm(_) => "eucm",
+        }
+    }
+
+    /// The same model with other numbers: intrinsics first, then as many coefficients as now.
+    pub(crate) fn with_parameters(&self, parameters: &[f64]) -> Result<Self, InvalidCamera> {
+        let mut first = [f64::NAN; 4];
+        let split = parameters.len().min(4);
+        first[..split].copy_from_slice(&parameters[..split]);
+        let intrinsics = Intrinsics::from_values(&first);
+        let rest = &parameters[split..];
+        Ok(match self {
+            Self::OpenCv(_) => Self::OpenCv(OpenCv::new(intrinsics, rest)?),
+            Self::KannalaBrandt(_) => {
+                Self::KannalaBrandt(KannalaBrandt::new(intrinsics, array(rest))?)
+            }
+            Self::DoubleSphere(_) => {
+                let [xi, alpha] = array(rest);
+                Self::DoubleSphere(DoubleSphere::new(intrinsics, xi, alpha)?)
+            }
+            Self::Eucm(_) => {
+                let [alpha, beta] = array(rest);
+                Self::Eucm(Eucm::new(intrinsics, alpha, beta)?)
+            }
+        })
+    }
+
+    /// Names and values, intrinsics first.
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let coefficients = self.coefficient_names().iter().zip(self.coefficients());
+        let intrinsics = INTRINSICS.into_iter().zip(self.intrinsics().values());
+        intrinsics.chain(coefficients.map(|(name, value)| (*name, *value)))
+    }
+
+    /// Where a direction, of any length but zero, is seen.
+    #[inline]
+    pub(crate) fn project(&self, direction: &Vector3<f64>) -> Result<Point2<f64>, OutsideDomain> {
+        with_model!(self, model => {
+            if !model.contains(direction) {
+                return Err(outside(direction, model.limit_rad()));
+            }
+            Ok(model.intrinsics.pixel(&model.normalise(direction)))
+        })
+    }
+
+    pub(crate) fn differentiate(
+        &self,
+        direction: &Vector3<f64>,
+    ) -> Result<LensProjection, OutsideDomain> {
+        with_model!(self, model => {
+            if !model.contains(direction) {
+                return Err(outside(direction, model.limit_rad()));
+            }
+            let Normalised { at, mut by_direction, mut by_coefficients } =
+                model.differentiate(direction);
+            let scale = Vector2::new(model.intrinsics.fx_px, model.intrinsics.fy_px);
+            by_direction.column_iter_mut().for_each(|mut c| c.component_mul_assign(&scale));
+            by_coefficients.iter_mut().for_each(|c| c.component_mul_assign(&scale));
+            let pixel = model.intrinsics.pixel(&at);
+            Ok(LensProjection { pixel, by_direction, by_coefficients, normalised: at })
+        })
+    }
+
+    /// Unit direction in front of the lens that is seen at a pixel.
+    #[inline]
+    pub(crate) fn unproject(&self, pixel: &Point2<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+        if !(pixel.x.is_finite() && pixel.y.is_finite()) {
+            return Err(OutsideDomain::NoDirection);
+        }
+        with_model!(self, model => {
+            let direction = model.direction(&model.intrinsics.normalised(pixel));
+            direction.map(|d| d.normalize()).ok_or_else(|| OutsideDomain::Pixel {
+                x_px: pixel.x,
+                y_px: pixel.y,
+                limit_rad: model.limit_rad(),
+            })
+        })
+    }
+}
+
+#[cold]
+fn outside(direction: &Vector3<f64>, limit_rad: f64) -> OutsideDomain {
+    let across = direction.x.hypot(direction.y);
+    if !(across.is_finite() && direction.z.is_finite()) || (across == 0.0 && direction.z == 0.0) {
+        return OutsideDomain::NoDirection;
+    }
+    OutsideDomain::Angle { angle_rad: across.atan2(direction.z), limit_rad }
+}
+
+/// The first numbers of a slice; what is missing is NaN, which every constructor refuses.
+fn array<const N: usize>(values: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| values.get(i).copied().unwrap_or(f64::NAN))
+}
+
+/// Rules that every lens must fulfil before its domain can be looked for.
+fn check(intrinsics: &Intrinsics, names: &[&'static str], coefficients: &[f64]) -> Rules {
+    /// Longer focal lengths and farther centres do not occur in cameras of 64 Mpx.
+    const MOST_PX: f64 = 1e6;
+    let mut rules = Rules::default();
+    rules.above("fx_px", intrinsics.fx_px, 0.0, MOST_PX);
+    rules.above("fy_px", intrinsics.fy_px, 0.0, MOST_PX);
+    rules.within("cx_px", intrinsics.cx_px, -MOST_PX, MOST_PX);
+    rules.within("cy_px", intrinsics.cy_px, -MOST_PX, MOST_PX);
+    for (name, value) in names.iter().zip(coefficients) {
+        rules.within(name, *value, -1e6, 1e6);
+    }
+    rules
+}
+
+/// Refuses a lens whose domain is next to nothing.
+fn check_limit(
+    first_coefficient: (&'static str, f64),
+    limit_rad: f64,
+) -> Result<(), InvalidCamera> {
+    let mut rules = Rules::default();
+    let (field, value) = first_coefficient;
+    rules.require(
+        limit_rad >= LEAST_ANGLE_LIMIT_RAD,
+        field,
+        value,
+        format!(
+            "with these coefficients the image folds back on itself {:.4} degrees off the axis; \
+             at least {:.2} are needed",
+            limit_rad.to_degrees(),
+            LEAST_ANGLE_LIMIT_RAD.to_degrees()
+        ),
+    );
+    rules.finish()
+}

@@ -1,0 +1,91 @@
+//! The extended unified camera model.
+
+use nalgebra::{Matrix2x3, Vector2, Vector3};
+
+use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit, unified};
+use crate::error::InvalidCamera;
+
+const NAMES: [&str; 2] = ["alpha", "beta"];
+
+/// Projection onto an ellipsoid and from there onto a plane: closed forms both ways.
+///
+/// Khomutenko, Garcia and Martinet, "An Enhanced Unified Camera Model", RA-L 2016: the normalised
+/// plane shows `(x, y) / (alpha d + (1 - alpha) z)` with `d^2 = beta (x^2 + y^2) + z^2`. With
+/// `beta = 1` it is the unified model (Mei without distortion), `alpha = xi / (1 + xi)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eucm {
+    pub(super) intrinsics: Intrinsics,
+    /// `alpha`, `beta`.
+    coefficients: [f64; 2],
+    limit_rad: f64,
+    limit_cosine: f64,
+}
+
+impl Eucm {
+    /// A lens with `0 <= alpha <= 1` and `beta > 0`; `alpha = 0` is a pinhole.
+    ///
+    /// # Errors
+    /// Values that are not finite, absurd or outside the model's ranges, each named.
+    pub fn new(intrinsics: Intrinsics, alpha: f64, beta: f64) -> Result<Self, InvalidCamera> {
+        let mut rules = check(&intrinsics, &[], &[]);
+        rules.within(NAMES[0], alpha, 0.0, 1.0);
+        rules.within(NAMES[1], beta, 1e-3, 1e3);
+        rules.finish()?;
+        // Stretching x and y by sqrt(beta) makes the ellipsoid a sphere.
+        let (sin, cos) = unified::limit(alpha).sin_cos();
+        let limit_rad = (sin / beta.sqrt()).atan2(cos);
+        check_limit((NAMES[0], alpha), limit_rad)?;
+        let coefficients = [alpha, beta];
+        Ok(Self { intrinsics, coefficients, limit_rad, limit_cosine: limit_rad.cos() })
+    }
+}
+
+impl Model for Eucm {
+    fn names(&self) -> &'static [&'static str] {
+        &NAMES
+    }
+
+    fn coefficients(&self) -> &[f64] {
+        &self.coefficients
+    }
+
+    fn limit_rad(&self) -> f64 {
+        self.limit_rad
+    }
+
+    fn contains(&self, direction: &Vector3<f64>) -> bool {
+        // At an infinite radius (alpha up to 1/2) the limit itself has no image.
+        direction.z > self.limit_cosine * direction.norm()
+    }
+
+    fn normalise(&self, direction: &Vector3<f64>) -> Vector2<f64> {
+        let [alpha, beta] = self.coefficients;
+        let d = (beta * direction.xy().norm_squared() + direction.z * direction.z).sqrt();
+        direction.xy() / (alpha * d + (1.0 - alpha) * direction.z)
+    }
+
+    fn differentiate(&self, direction: &Vector3<f64>) -> Normalised {
+        let [alpha, beta] = self.coefficients;
+        let across = direction.xy();
+        let d = (beta * across.norm_squared() + direction.z * direction.z).sqrt();
+        let scale = 1.0 / (alpha * d + (1.0 - alpha) * direction.z);
+        let at = across * scale;
+
+        let by_across = across * (alpha * beta / d);
+        let by_z = alpha * direction.z / d + (1.0 - alpha);
+        let denominator_by_direction = Vector3::new(by_across.x, by_across.y, by_z).transpose();
+        let by_direction = Matrix2x3::new(scale, 0.0, 0.0, 0.0, scale, 0.0)
+            - at * denominator_by_direction * scale;
+
+        let mut by_coefficients = [Vector2::zeros(); MAX_COEFFICIENTS];
+        by_coefficients[0] = at * (-scale * (d - direction.z));
+        by_coefficients[1] = at * (-scale * alpha * across.norm_squared() / (2.0 * d));
+        Normalised { at, by_direction, by_coefficients }
+    }
+
+    fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let [alpha, beta] = self.coefficients;
+        let height = unified::height(alpha, beta * normalised.norm_squared())?;
+        Some(Vector3::new(normalised.x, normalised.y, height))
+    }
+}

@@ -1,0 +1,129 @@
+//! A polynomial in the incidence angle.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix2x3, Vector2, Vector3};
+
+use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit};
+use crate::error::InvalidCamera;
+use crate::roots::{first_zero, increasing};
+
+const NAMES: [&str; 4] = ["k1", "k2", "k3", "k4"];
+
+/// Distance from the centre of the normalised plane as an odd polynomial in the incidence angle:
+/// `r = theta + k1 theta^3 + k2 theta^5 + k3 theta^7 + k4 theta^9`.
+///
+/// Kannala and Brandt, "A generic camera model and calibration method for conventional,
+/// wide-angle, and fish-eye lenses", PAMI 2006, radially symmetric part. OpenCV's `fisheye` and
+/// Kalibr's `equidistant` are the same polynomial, but both compute the angle from `(x/z, y/z)` and
+/// so know nothing beyond 90 degrees; here the polynomial holds wherever it grows, up to 180.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KannalaBrandt {
+    pub(super) intrinsics: Intrinsics,
+    k: [f64; 4],
+    limit_rad: f64,
+    /// Distance from the centre at the limit.
+    limit_radius: f64,
+}
+
+impl KannalaBrandt {
+    /// A lens with coefficients `k1..k4`; all zero is the equidistant lens.
+    ///
+    /// # Errors
+    /// Values that are not finite or absurd, each named.
+    pub fn new(intrinsics: Intrinsics, k: [f64; 4]) -> Result<Self, InvalidCamera> {
+        check(&intrinsics, &NAMES, &k).finish()?;
+        // The slope is a polynomial in the square of the angle.
+        let slope = [1.0, 3.0 * k[0], 5.0 * k[1], 7.0 * k[2], 9.0 * k[3]];
+        let limit_rad = first_zero(&slope, PI * PI).map_or(PI, f64::sqrt);
+        check_limit((NAMES[0], k[0]), limit_rad)?;
+        let mut lens = Self { intrinsics, k, limit_rad, limit_radius: 0.0 };
+        lens.limit_radius = lens.radius(limit_rad).0;
+        Ok(lens)
+    }
+
+    /// Distance from the centre and its slope.
+    fn radius(&self, theta: f64) -> (f64, f64) {
+        let [k1, k2, k3, k4] = self.k;
+        let u = theta * theta;
+        let radius = theta * (1.0 + u * (k1 + u * (k2 + u * (k3 + u * k4))));
+        let slope = 1.0 + u * (3.0 * k1 + u * (5.0 * k2 + u * (7.0 * k3 + u * (9.0 * k4))));
+        (radius, slope)
+    }
+}
+
+impl Model for KannalaBrandt {
+    fn names(&self) -> &'static [&'static str] {
+        &NAMES
+    }
+
+    fn coefficients(&self) -> &[f64] {
+        &self.k
+    }
+
+    fn limit_rad(&self) -> f64 {
+        self.limit_rad
+    }
+
+    fn contains(&self, direction: &Vector3<f64>) -> bool {
+        let across = direction.xy().norm();
+        // Straight behind there is no azimuth, whatever the polynomial says.
+        across.atan2(direction.z) <= self.limit_rad
+            && (across > 0.0 || direction.z > 0.0)
+            && across < f64::INFINITY
+    }
+
+    fn normalise(&self, direction: &Vector3<f64>) -> Vector2<f64> {
+        let across = direction.xy().norm();
+        if across == 0.0 {
+            return Vector2::zeros();
+        }
+        direction.xy() * (self.radius(across.atan2(direction.z)).0 / across)
+    }
+
+    fn differentiate(&self, direction: &Vector3<f64>) -> Normalised {
+        let across = direction.xy().norm();
+        let theta = across.atan2(direction.z);
+        let (radius, slope) = self.radius(theta);
+        let squared = direction.norm_squared();
+        // On the axis any azimuth will do: there, both stretches are 1/z.
+        let (azimuth, along_azimuth) = match across > 0.0 {
+            true => (direction.xy() / across, radius / across),
+            false => (Vector2::x(), 1.0 / direction.z),
+        };
+        let along_radius = slope * direction.z / squared;
+        let outward = azimuth * azimuth.transpose();
+        let mut by_direction = Matrix2x3::zeros();
+        by_direction.fixed_columns_mut::<2>(0).copy_from(
+            &(nalgebra::Matrix2::identity() * along_azimuth
+                + outward * (along_radius - along_azimuth)),
+        );
+        by_direction.set_column(2, &(azimuth * (-slope * across / squared)));
+        let mut by_coefficients = [Vector2::zeros(); MAX_COEFFICIENTS];
+        let mut power = theta;
+        for by in &mut by_coefficients[..4] {
+            power *= theta * theta;
+            *by = azimuth * power;
+        }
+        Normalised { at: azimuth * radius, by_direction, by_coefficients }
+    }
+
+    fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let radius = normalised.norm();
+        if radius == 0.0 {
+            return Some(Vector3::z());
+        }
+        // Written so that NaN is refused too.
+        if !(radius <= self.limit_radius) {
+            return None;
+        }
+        let excess = |theta| {
+            let (r, slope) = self.radius(theta);
+            (r - radius, slope)
+        };
+        let theta = increasing(excess, 0.0, self.limit_rad, radius);
+        let (sin, cos) = theta.sin_cos();
+        let across = normalised * (sin / radius);
+        Some(Vector3::new(across.x, across.y, cos))
+    }
+}

@@ -1,0 +1,257 @@
+//! Pinhole with OpenCV's distortion.
+
+use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
+
+use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit};
+use crate::error::InvalidCamera;
+use crate::roots::{first_zero, increasing};
+
+const NAMES: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+
+/// The model is looked at up to this `tan(theta)` (89.994 degrees); a pixel beyond would be
+/// thousands of image widths away.
+const LARGEST_TANGENT: f64 = 1e4;
+
+/// Pinhole with radial distortion, polynomial (5 terms) or rational (8), and tangential terms.
+///
+/// The model of OpenCV's `calib3d` (`plumb_bob` and `rational_polynomial` in ROS), after Brown,
+/// "Decentering Distortion of Lenses", 1966. With `u = x^2 + y^2` of the pinhole point `(x, y)`,
+/// `s = (1 + k1 u + k2 u^2 + k3 u^3) / (1 + k4 u + k5 u^2 + k6 u^3)` and `p = (p2, p1)` the
+/// distorted point is `s (x, y) + u p + 2 ((x, y) . p) (x, y)`.
+///
+/// # Domain
+/// Far from the axis the distorted image folds back, and one pixel shows several directions. The
+/// derivative of the distortion is a symmetric matrix; where it is positive definite on a disc,
+/// the distortion is the gradient of a strictly convex function there and cannot fold. The domain
+/// is the largest such disc, for the worst azimuth of the tangential terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenCv {
+    pub(super) intrinsics: Intrinsics,
+    k: [f64; 8],
+    /// 5 or 8.
+    terms: usize,
+    limit_rad: f64,
+    limit_tangent: f64,
+}
+
+/// Distortion of one point.
+struct Distorted {
+    at: Vector2<f64>,
+    by_point: Matrix2<f64>,
+}
+
+impl OpenCv {
+    /// A lens with OpenCV's coefficients `k1 k2 p1 p2 k3 k4 k5 k6`.
+    ///
+    /// None, four or five numbers make the polynomial model of five terms, eight the rational one.
+    ///
+    /// # Errors
+    /// Another count of coefficients; values that are not finite or absurd, each named.
+    pub fn new(intrinsics: Intrinsics, coefficients: &[f64]) -> Result<Self, InvalidCamera> {
+        let count = coefficients.len();
+        let mut rules = check(&intrinsics, &NAMES, coefficients);
+        rules.require(
+            matches!(count, 0 | 4 | 5 | 8),
+            "number of distortion coefficients",
+            count as f64,
+            "must be 0, 4, 5 or 8",
+        );
+        rules.finish()?;
+        let mut k = [0.0; 8];
+        k[..count].copy_from_slice(coefficients);
+        let terms = if count == 8 { 8 } else { 5 };
+        let limit_tangent = limit_tangent(&k);
+        let limit_rad = limit_tangent.atan();
+        check_limit((NAMES[0], k[0]), limit_rad)?;
+        Ok(Self { intrinsics, k, terms, limit_rad, limit_tangent })
+    }
+
+    /// Radial factor `s` and its derivative by `u`.
+    fn stretch(&self, u: f64) -> (f64, f64) {
+        let [k1, k2, _, _, k3, k4, k5, k6] = self.k;
+        let numerator = 1.0 + u * (k1 + u * (k2 + u * k3));
+        let by_u = k1 + u * (2.0 * k2 + u * 3.0 * k3);
+        if self.terms == 5 {
+            return (numerator, by_u);
+        }
+        let denominator = 1.0 + u * (k4 + u * (k5 + u * k6));
+        let stretch = numerator / denominator;
+        (stretch, (by_u - stretch * (k4 + u * (2.0 * k5 + u * 3.0 * k6))) / denominator)
+    }
+
+    fn tangential(&self) -> Vector2<f64> {
+        Vector2::new(self.k[3], self.k[2])
+    }
+
+    fn distort(&self, point: &Vector2<f64>) -> Distorted {
+        let u = point.norm_squared();
+        let (s, s_by_u) = self.stretch(u);
+        let p = self.tangential();
+        let twice = 2.0 * point.dot(&p);
+        let outer = point * p.transpose();
+        Distorted {
+            at: point * (s + twice) + p * u,
+            by_point: Matrix2::identity() * (s + twice)
+                + point * point.transpose() * (2.0 * s_by_u)
+                + (outer + outer.transpose()) * 2.0,
+        }
+    }
+
+    /// The point of the disc that is distorted to `target`.
+    fn undistort(&self, target: &Vector2<f64>) -> Option<Vector2<f64>> {
+        let radius = target.norm();
+        if radius == 0.0 {
+            return Some(Vector2::zeros());
+        }
+        let excess = |r: f64| {
+            let (s, s_by_u) = self.stretch(r * r);
+            (r * s - radius, s + 2.0 * r * r * s_by_u)
+        };
+        let within = excess(self.limit_tangent).0 >= 0.0;
+        let r = match within {
+            true => increasing(excess, 0.0, self.limit_tangent, radius.min(self.limit_tangent)),
+            false => self.limit_tangent,
+        };
+        let mut point = target * (r / radius);
+        if self.tangential() == Vector2::zeros() {
+            return within.then_some(point);
+        }
+        // Newton's method from the radial solution: three steps for real lenses.
+        for _ in 0..50 {
+            let Distorted { at, by_point } = self.distort(&point);
+            let step = by_point.try_inverse()? * (target - at);
+            point += step;
+            let length = point.norm();
+            if length > self.limit_tangent {
+                point *= self.limit_tangent / length;
+            }
+            if step.norm() <= 1e-15 * length {
+                break;
+            }
+        }
+        // At a pixel outside the image the iteration ends somewhere on the rim.
+        let residual = (self.distort(&point).at - target).norm();
+        (residual <= 1e-13 * (1.0 + radius)).then_some(point)
+    }
+}
+
+/// Largest `tan(theta)` up to which the distortion's derivative is positive definite at every
+/// azimuth.
+///
+/// With `N / D = s` and `P = |p|`, the derivative at radius `r`, where `c` is the cosine between
+/// the point and `p`, has in radial and tangential direction the diagonal
+/// `(r s)' + 6 r P c` and `s + 2 r P c` and off it `2 r P sqrt(1 - c^2)`. Its determinant is a
+/// parabola in `c`. If `s > 10/3 r P` and `(r s)' > 6 r P`, the parabola's vertex lies below
+/// `c = -1`, where it is `((r s)' - 6 r P) (s - 2 r P) > 0`. For tangential terms that a lens can
+/// have, the second condition fails first and so is exact.
+fn limit_tangent(k: &[f64; 8]) -> f64 {
+    let [k1, k2, p1, p2, k3, k4, k5, k6] = *k;
+    let tangential = p1.hypot(p2);
+    let numerator = Polynomial::even([1.0, k1, k2, k3]);
+    let denominator = Polynomial::even([1.0, k4, k5, k6]);
+    let slope = numerator
+        .times_x()
+        .derivative()
+        .times(&denominator)
+        .minus(&numerator.times_x().times(&denominator.derivative()))
+        .minus(&denominator.times(&denominator).times_x().scaled(6.0 * tangential));
+    let across = numerator.minus(&denominator.times_x().scaled(10.0 / 3.0 * tangential));
+    [denominator, slope, across]
+        .iter()
+        .filter_map(|polynomial| first_zero(&polynomial.0, LARGEST_TANGENT))
+        .fold(LARGEST_TANGENT, f64::min)
+}
+
+/// `self.0[i]` belongs to `x^i`.
+struct Polynomial(Vec<f64>);
+
+impl Polynomial {
+    /// From the coefficients of `x^0, x^2, x^4, x^6`.
+    fn even(coefficients: [f64; 4]) -> Self {
+        let [a, b, c, d] = coefficients;
+        Self(vec![a, 0.0, b, 0.0, c, 0.0, d])
+    }
+
+    fn times_x(&self) -> Self {
+        Self([&[0.0], &self.0[..]].concat())
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        Self(self.0.into_iter().map(|c| c * factor).collect())
+    }
+
+    fn derivative(&self) -> Self {
+        Self(self.0.iter().enumerate().skip(1).map(|(i, c)| i as f64 * c).collect())
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        let mut product = vec![0.0; self.0.len() + other.0.len() - 1];
+        for (i, a) in self.0.iter().enumerate() {
+            for (j, b) in other.0.iter().enumerate() {
+                product[i + j] += a * b;
+            }
+        }
+        Self(product)
+    }
+
+    fn minus(mut self, other: &Self) -> Self {
+        self.0.resize(self.0.len().max(other.0.len()), 0.0);
+        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a -= b);
+        self
+    }
+}
+
+impl Model for OpenCv {
+    fn names(&self) -> &'static [&'static str] {
+        &NAMES[..self.terms]
+    }
+
+    fn coefficients(&self) -> &[f64] {
+        &self.k[..self.terms]
+    }
+
+    fn limit_rad(&self) -> f64 {
+        self.limit_rad
+    }
+
+    fn contains(&self, direction: &Vector3<f64>) -> bool {
+        direction.z > 0.0 && direction.xy().norm() <= self.limit_tangent * direction.z
+    }
+
+    fn normalise(&self, direction: &Vector3<f64>) -> Vector2<f64> {
+        let point = direction.xy() / direction.z;
+        let u = point.norm_squared();
+        let p = self.tangential();
+        point * (self.stretch(u).0 + 2.0 * point.dot(&p)) + p * u
+    }
+
+    fn differentiate(&self, direction: &Vector3<f64>) -> Normalised {
+        let point = direction.xy() / direction.z;
+        let Distorted { at, by_point } = self.distort(&point);
+        let pinhole_by_direction =
+            Matrix2x3::new(1.0, 0.0, -point.x, 0.0, 1.0, -point.y) / direction.z;
+
+        let u = point.norm_squared();
+        let [.., k4, k5, k6] = self.k;
+        let denominator = 1.0 + u * (k4 + u * (k5 + u * k6));
+        let by_k = point / denominator;
+        let by_denominator = -by_k * self.stretch(u).0;
+        let twice_xy = 2.0 * point.x * point.y;
+        let by_coefficients: [Vector2<f64>; MAX_COEFFICIENTS] = [
+            by_k * u,
+            by_k * (u * u),
+            Vector2::new(twice_xy, u + 2.0 * point.y * point.y),
+            Vector2::new(u + 2.0 * point.x * point.x, twice_xy),
+            by_k * (u * u * u),
+            by_denominator * u,
+            by_denominator * (u * u),
+            by_denominator * (u * u * u),
+        ];
+        Normalised { at, by_direction: by_point * pinhole_by_direction, by_coefficients }
+    }
+
+    fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let point = self.undistort(normalised)?;
+        Some(Vector3::new(point.x, point.y, 1.0))
+    }
+}

@@ -1,0 +1,25 @@
+//! What the double sphere and the extended unified model share: both end in the unified model
+//! `r = sin t / (alpha + (1 - alpha) cos t)` of some angle `t` that grows with the incidence angle.
+
+/// The `t` at which `r` ceases to grow (`alpha > 1/2`) or becomes infinite (`alpha <= 1/2`).
+pub(super) fn limit(alpha: f64) -> f64 {
+    let cosine = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
+    (-cosine).acos()
+}
+
+/// Height above the normalised plane of the point that projects to squared radius `squared`, as a
+/// multiple of the plane's scale; `None` beyond the image.
+///
+/// Usenko, Demmel and Cremers, "The Double Sphere Camera Model", 3DV 2018, equations 50 and 51;
+/// the same expression as in Khomutenko, Garcia and Martinet, RA-L 2016.
+pub(super) fn height(alpha: f64, squared: f64) -> Option<f64> {
+    let under_root = 1.0 - (2.0 * alpha - 1.0) * squared;
+    // Written so that NaN is refused too.
+    if !(under_root >= 0.0) {
+        return None;
+    }
+    let denominator = alpha * under_root.sqrt() + (1.0 - alpha);
+    // Both vanish only for alpha = 1 at the rim, where the direction is level with the plane.
+    let numerator = 1.0 - alpha * alpha * squared;
+    Some(if denominator > 0.0 { numerator / denominator } else { 0.0 })
+}

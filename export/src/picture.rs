@@ -31,6 +31,29 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
     Ok(bytes)
 }
 
+/// Writes a 16-bit grey PNG, for values with a stated scale. Row by row from the top.
+///
+/// # Errors
+/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
+    let needed = u64::from(width_px) * u64::from(height_px);
+    if needed == 0 || needed != grey.len() as u64 {
+        return Err(ExportError::PictureSize { width_px, height_px, needed, found: grey.len() });
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_filter(png::Filter::Adaptive);
+    encoder.set_deflate_compression(png::DeflateCompression::Level(6));
+    let mut writer = encoder.write_header()?;
+    // PNG is big-endian.
+    let data: Vec<u8> = grey.iter().flat_map(|value| value.to_be_bytes()).collect();
+    writer.write_image_data(&data)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,6 +69,18 @@ mod tests {
         let info = reader.next_frame(&mut read).unwrap();
         assert_eq!((info.width, info.height), (width_px, height_px));
         assert_eq!(read, rgb);
+    }
+
+    #[test]
+    fn sixteen_bits_come_back() {
+        let grey: Vec<u16> = (0..35u16).map(|i| i * 1873).collect();
+        let bytes = grey16_png(7, 5, &grey).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut read = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut read).unwrap();
+        let pairs = read.chunks_exact(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]]));
+        assert!(pairs.eq(grey));
+        assert!(grey16_png(7, 6, &[0; 35]).is_err());
     }
 
     #[test]

@@ -5,12 +5,13 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
+use super::PixelRays;
+use super::inside::Inside;
 use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 use super::tiles::{Tile, tiles};
-use super::PixelRays;
 
 /// A crossing nearer than this to where a ray starts is that start itself, mm.
-const START_MM: f64 = 1e-9;
+pub(super) const START_MM: f64 = 1e-9;
 
 /// A rigid body that is pressed into the surface.
 #[derive(Clone, Debug)]
@@ -73,11 +74,7 @@ impl<'a> Surface<'a> {
     /// # Errors
     /// Dimensions that make no solid.
     pub fn cast(touch: &TouchSurface, rays: &'a PixelRays) -> Result<Self, InvalidSolid> {
-        let lowest_mm = (0..rays.len())
-            .filter_map(|pixel| rays.ray(pixel))
-            .fold(touch.foot_z_mm, |lowest, ray| lowest.min(ray.origin.z));
-        // The inside reaches down past the camera, so that every ray starts in it.
-        let inside = Body::new(&touch.solid(0.0, lowest_mm - touch.equator_radius_mm()))?;
+        let inside = Inside::new(touch)?;
         let width = rays.width_px() as usize;
         let mut range_mm = vec![f64::NAN; rays.len()];
         let mut normal = vec![Vector3::repeat(f64::NAN); rays.len()];
@@ -86,11 +83,8 @@ impl<'a> Surface<'a> {
             |scratch, (row, (range_mm, normal))| {
                 for column in 0..width {
                     let Some(ray) = rays.ray(row * width + column) else { continue };
-                    let exit = inside.first_crossing(ray, START_MM, false, scratch);
-                    // What lies below the foot is housing, not surface.
-                    let exit = exit.filter(|exit| ray.at(exit.t).z >= touch.foot_z_mm);
-                    if let Some(exit) = exit {
-                        (range_mm[column], normal[column]) = (exit.t, exit.normal);
+                    if let Some((range, outward)) = inside.exit(ray, scratch) {
+                        (range_mm[column], normal[column]) = (range, outward);
                     }
                 }
             },
@@ -144,12 +138,7 @@ impl<'a> Surface<'a> {
         map
     }
 
-    fn press_tile(
-        &self,
-        tile: &Tile,
-        pressers: &[Presser],
-        scratch: &mut Scratch,
-    ) -> Vec<Touched> {
+    fn press_tile(&self, tile: &Tile, pressers: &[Presser], scratch: &mut Scratch) -> Vec<Touched> {
         let numbered = (SURFACE_LABEL + 1..).zip(pressers);
         let near: Vec<_> = numbered.filter(|(_, p)| tile.may_meet(&p.bounds)).collect();
         let mut touched = Vec::new();

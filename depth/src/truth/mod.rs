@@ -21,11 +21,13 @@
 //! - Same input, same bits, on any number of threads.
 
 mod cast;
+mod inside;
 mod map;
-mod membrane;
+mod picture;
 mod rays;
 mod tiles;
 
 pub use cast::{Presser, Surface};
 pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
+pub use picture::{false_color, scale_color};
 pub use rays::PixelRays;

@@ -1,7 +1,7 @@
 //! Ground truth against closed forms that are written here once more, differently.
 
 use fabkit_camera::{Camera, Flat, Interface};
-use fabkit_depth::truth::{PixelRays, Presser, SURFACE_LABEL, Surface};
+use fabkit_depth::truth::{PixelRays, Presser, SURFACE_LABEL, Seam, Side, Surface};
 use fabkit_geometry::{
     Angle, EllipsoidOffset, Grip, Path, Point3, Pose, Ray, Solid, TouchSurface, Vector3,
 };
@@ -253,4 +253,64 @@ fn a_press_is_the_same_on_any_number_of_threads() {
         })
     };
     assert!(run(1) == run(3));
+}
+
+/// A punch with a flat end, 1 mm deep at the apex.
+fn punch() -> Presser {
+    let pose = Pose::translation(0.0, 0.0, 20.0);
+    Presser::new("punch", &Solid::cylinder(2.0, 5.0), pose).unwrap()
+}
+
+#[test]
+fn a_membrane_fades_from_the_edge_of_a_punch_and_leaves_the_contact_alone() {
+    let rays = PixelRays::new(&camera(), &Pose::translation(0.0, 0.0, -7.0));
+    let surface = Surface::cast(&bullet(), &rays).unwrap();
+    let rigid = surface.pressed(&[punch()]);
+    let soft = rigid.clone().with_membrane(1.5);
+    let bits = |ranges: &[f64]| ranges.iter().map(|range| range.to_bits()).collect::<Vec<u64>>();
+    assert!(bits(rigid.clone().with_membrane(0.0).range_mm()) == bits(rigid.range_mm()));
+    assert_eq!(soft.label(), rigid.label());
+    let deepest = rigid.indentation_mm().filter(|mm| mm.is_finite()).fold(0.0, f64::max);
+    let rest: Vec<Point3<f64>> = surface.untouched().point_in_sensor().collect();
+    let mut faded = 0;
+    for (pixel, (hard, mm)) in rigid.indentation_mm().zip(soft.indentation_mm()).enumerate() {
+        if hard.is_nan() {
+            continue;
+        }
+        let from_axis = rest[pixel].coords.xy().norm();
+        assert!(mm >= hard && mm <= deepest + 1e-12);
+        // Further from the punch's edge than the radius nothing moves.
+        if from_axis > 2.0 + 1.5 {
+            assert_eq!(mm, hard);
+        }
+        if mm > hard + 1e-3 && from_axis > 2.05 {
+            faded += 1;
+            let outward = soft.normal_in_sensor()[pixel];
+            assert!((outward.norm() - 1.0).abs() < 1e-12);
+            assert!(outward.dot(&rays.ray(pixel).unwrap().direction) > 0.0);
+        }
+    }
+    assert!(faded > 50, "{faded}");
+}
+
+#[test]
+fn halves_are_stitched_along_the_seam() {
+    let rays = PixelRays::new(&camera(), &sensor_from_camera());
+    let surface = Surface::cast(&bullet(), &rays).unwrap();
+    let ball = |x: f64| {
+        let pose = Pose::translation(x, 2.0, 19.0);
+        Presser::new("ball", &Solid::sphere(2.0), pose).unwrap()
+    };
+    let (left, right) = (surface.pressed(&[ball(-5.0)]), surface.pressed(&[ball(5.0)]));
+    let both = surface.pressed(&[ball(-5.0), ball(5.0)]);
+    let seam = Seam::new(&surface, Vector3::x(), 0.5);
+    let stitched = seam.stitch(left.range_mm(), right.range_mm(), f64::NAN);
+    for (pixel, side) in seam.sides().iter().enumerate() {
+        match side {
+            Side::Neither => assert!(stitched[pixel].is_nan()),
+            _ => assert_eq!(stitched[pixel].to_bits(), both.range_mm()[pixel].to_bits()),
+        }
+    }
+    let neither = seam.sides().iter().filter(|side| **side == Side::Neither).count();
+    assert!((300..4000).contains(&neither), "{neither}");
 }

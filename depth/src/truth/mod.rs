@@ -23,11 +23,14 @@
 mod cast;
 mod inside;
 mod map;
+mod membrane;
 mod picture;
 mod rays;
+mod stitch;
 mod tiles;
 
 pub use cast::{Presser, Surface};
 pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 pub use picture::{false_color, scale_color};
 pub use rays::PixelRays;
+pub use stitch::{Seam, Side};

@@ -24,6 +24,7 @@ mod stl;
 mod svg;
 mod three_mf;
 mod tree;
+mod zarr;
 
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
@@ -37,6 +38,7 @@ pub use stl::stl;
 pub use svg::svg;
 pub use three_mf::{Document, Object, three_mf, three_mf_of_one_piece};
 pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
+pub use zarr::{Element, ZarrArray, zarr_group, zarr_pack};
 
 /// The version that files name as their maker.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -10,6 +10,9 @@
 
 #![forbid(unsafe_code)]
 
+pub mod extrinsics;
 pub mod image;
 pub mod landmarks;
+pub mod model;
+pub mod observability;
 pub mod pins;

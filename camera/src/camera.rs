@@ -90,15 +90,13 @@ impl Camera {
         lens: Lens,
         interface: Interface,
     ) -> Result<Self, InvalidCamera> {
-        let mut rules = Rules::default();
-        check_size(&mut rules, width_px, height_px);
+        let mut rules = check_around(width_px, height_px, &interface);
         let Intrinsics { cx_px, cy_px, .. } = lens.intrinsics();
         let (width, height) = (f64::from(width_px), f64::from(height_px));
-        if rules.is_fulfilled() {
+        if width_px > 0 && height_px > 0 {
             rules.within("cx_px", cx_px, -width, 2.0 * width);
             rules.within("cy_px", cy_px, -height, 2.0 * height);
         }
-        interface.check(&mut rules);
         rules.finish()?;
         Ok(Self { width_px, height_px, lens, interface, refraction: Refraction::new(&interface) })
     }
@@ -241,6 +239,14 @@ impl Camera {
         let interface = self.interface.with_parameters(of_interface);
         Self::new(self.width_px, self.height_px, lens, interface)
     }
+}
+
+/// The rules of [`Camera::new`] that do not depend on its lens.
+pub(crate) fn check_around(width_px: u32, height_px: u32, interface: &Interface) -> Rules {
+    let mut rules = Rules::default();
+    check_size(&mut rules, width_px, height_px);
+    interface.check(&mut rules);
+    rules
 }
 
 fn check_size(rules: &mut Rules, width_px: u32, height_px: u32) {

@@ -66,8 +66,14 @@ pub struct Violation {
 
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: {}", self.field, self.value, self.limit)
+        write!(f, "{} = {}: {}", self.field, readable(self.value), self.limit)
     }
+}
+
+/// A number without rows of zeros.
+pub(crate) fn readable(value: f64) -> String {
+    let plain = value == 0.0 || (1e-6..1e12).contains(&value.abs()) || !value.is_finite();
+    if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
 /// Everything that is wrong with the parameters of a camera.
@@ -105,10 +111,6 @@ impl Rules {
     pub(crate) fn within(&mut self, field: &'static str, value: f64, least: f64, most: f64) {
         let holds = (least..=most).contains(&value);
         self.require(holds, field, value, format!("must be {least} to {most}"));
-    }
-
-    pub(crate) fn is_fulfilled(&self) -> bool {
-        self.0.is_empty()
     }
 
     pub(crate) fn finish(self) -> Result<(), InvalidCamera> {

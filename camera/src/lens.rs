@@ -22,7 +22,7 @@ use crate::error::{InvalidCamera, OutsideDomain, Rules};
 pub(crate) const MAX_COEFFICIENTS: usize = 8;
 
 /// Names of the intrinsics, in their order.
-const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
+pub(crate) const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
 
 /// A lens that ends closer to its axis than this is a misprint, not a lens.
 const LEAST_ANGLE_LIMIT_RAD: f64 = 0.01;
@@ -185,7 +185,11 @@ impl Lens {
             if !model.contains(direction) {
                 return Err(outside(direction, model.limit_rad()));
             }
-            Ok(model.intrinsics.pixel(&model.normalise(direction)))
+            let pixel = model.intrinsics.pixel(&model.normalise(direction));
+            if !is_finite(&pixel) || direction.z.is_infinite() {
+                return Err(OutsideDomain::NoDirection);
+            }
+            Ok(pixel)
         })
     }
 
@@ -203,6 +207,9 @@ impl Lens {
             by_direction.column_iter_mut().for_each(|mut c| c.component_mul_assign(&scale));
             by_coefficients.iter_mut().for_each(|c| c.component_mul_assign(&scale));
             let pixel = model.intrinsics.pixel(&at);
+            if !is_finite(&pixel) || direction.z.is_infinite() {
+                return Err(OutsideDomain::NoDirection);
+            }
             Ok(LensProjection { pixel, by_direction, by_coefficients, normalised: at })
         })
     }
@@ -210,18 +217,27 @@ impl Lens {
     /// Unit direction in front of the lens that is seen at a pixel.
     #[inline]
     pub(crate) fn unproject(&self, pixel: &Point2<f64>) -> Result<Vector3<f64>, OutsideDomain> {
-        if !(pixel.x.is_finite() && pixel.y.is_finite()) {
+        if !is_finite(pixel) {
             return Err(OutsideDomain::NoDirection);
         }
         with_model!(self, model => {
             let direction = model.direction(&model.intrinsics.normalised(pixel));
-            direction.map(|d| d.normalize()).ok_or_else(|| OutsideDomain::Pixel {
-                x_px: pixel.x,
-                y_px: pixel.y,
-                limit_rad: model.limit_rad(),
-            })
+            let unit = direction.map(|d| d.normalize());
+            // Pixels so far out that their squares overflow show nothing either.
+            unit.filter(|d| d.x.is_finite() && d.y.is_finite() && d.z.is_finite()).ok_or(
+                OutsideDomain::Pixel {
+                    x_px: pixel.x,
+                    y_px: pixel.y,
+                    limit_rad: model.limit_rad(),
+                },
+            )
         })
     }
+}
+
+/// Not so where coordinates are not, or where their squares overflow or vanish.
+fn is_finite(pixel: &Point2<f64>) -> bool {
+    pixel.x.is_finite() && pixel.y.is_finite()
 }
 
 #[cold]

@@ -32,6 +32,7 @@
 mod camera;
 mod error;
 mod estimate;
+pub mod files;
 mod interface;
 mod lens;
 mod roots;

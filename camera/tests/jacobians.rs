@@ -55,7 +55,7 @@ fn check(camera: &Camera, point: Point3<f64>) -> Result<(), String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(common::cases(4000))]
 
     #[test]
     fn derivatives_are_those_of_the_projection(

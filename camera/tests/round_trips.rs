@@ -7,7 +7,7 @@ use fabkit_camera::{Camera, Interface, Point2, Point3};
 use proptest::prelude::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(common::cases(20_000))]
 
     #[test]
     fn a_point_of_a_pixels_ray_is_seen_at_that_pixel(

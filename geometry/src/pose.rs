@@ -30,6 +30,12 @@ impl Pose {
         Self { rotation: Matrix3::identity(), translation_mm: Vector3::zeros() }
     }
 
+    /// A rotation matrix followed by a translation in mm; `None` unless [`Pose::is_rigid`].
+    pub fn new(rotation: Matrix3<f64>, translation_mm: Vector3<f64>) -> Option<Self> {
+        let pose = Self { rotation, translation_mm };
+        pose.is_rigid().then_some(pose)
+    }
+
     /// A shift in mm.
     pub fn translation(x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
         Self { rotation: Matrix3::identity(), translation_mm: Vector3::new(x_mm, y_mm, z_mm) }

@@ -11,7 +11,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-depth", &["fabkit-geometry", "fabkit-camera"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
-    ("fabkit-calibration", &["fabkit-geometry"]),
+    ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),
     ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
@@ -19,9 +19,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "fabkit-geometry",
             "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
         ],
@@ -32,9 +34,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit",
             "fabkit-geometry",
             "fabkit-mesh",
+            "fabkit-camera",
             "fabkit-depth",
             "fabkit-checks",
             "fabkit-designs",
+            "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
         ],
@@ -45,7 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// Crates from outside that only these crates here may use, tests apart.
 const FEW_USERS: &[(&str, &[&str])] = &[
     ("manifold-rust", &["fabkit-mesh"]),
-    ("granit-parser", &["fabkit-designs"]),
+    ("granit-parser", &["fabkit-designs", "fabkit-camera"]),
     ("png", &["fabkit-export", "fabkit-calibration"]),
     ("flate2", &["fabkit-export"]),
     ("clap", &["fabkit"]),

@@ -113,8 +113,7 @@ impl Model for KannalaBrandt {
         if radius == 0.0 {
             return Some(Vector3::z());
         }
-        // Written so that NaN is refused too.
-        if !(radius <= self.limit_radius) {
+        if radius > self.limit_radius {
             return None;
         }
         let excess = |theta| {

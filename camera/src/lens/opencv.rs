@@ -32,6 +32,8 @@ pub struct OpenCv {
     terms: usize,
     limit_rad: f64,
     limit_tangent: f64,
+    /// Distance from the centre at the limit, tangential terms aside; infinite at a pole.
+    limit_radius: f64,
 }
 
 /// Distortion of one point.
@@ -60,10 +62,15 @@ impl OpenCv {
         let mut k = [0.0; 8];
         k[..count].copy_from_slice(coefficients);
         let terms = if count == 8 { 8 } else { 5 };
-        let limit_tangent = limit_tangent(&k);
+        let (limit_tangent, is_pole) = limit_tangent(&k);
         let limit_rad = limit_tangent.atan();
         check_limit((NAMES[0], k[0]), limit_rad)?;
-        Ok(Self { intrinsics, k, terms, limit_rad, limit_tangent })
+        let limit_radius = f64::INFINITY;
+        let mut lens = Self { intrinsics, k, terms, limit_rad, limit_tangent, limit_radius };
+        if !is_pole {
+            lens.limit_radius = limit_tangent * lens.stretch(limit_tangent * limit_tangent).0;
+        }
+        Ok(lens)
     }
 
     /// Radial factor `s` and its derivative by `u`.
@@ -107,36 +114,57 @@ impl OpenCv {
             let (s, s_by_u) = self.stretch(r * r);
             (r * s - radius, s + 2.0 * r * r * s_by_u)
         };
-        let within = excess(self.limit_tangent).0 >= 0.0;
+        let within = radius <= self.limit_radius;
+        // The limit itself may be a pole: start anywhere but there.
+        let start = if radius < self.limit_tangent { radius } else { 0.5 * self.limit_tangent };
         let r = match within {
-            true => increasing(excess, 0.0, self.limit_tangent, radius.min(self.limit_tangent)),
+            true => increasing(excess, 0.0, self.limit_tangent, start),
             false => self.limit_tangent,
         };
-        let mut point = target * (r / radius);
+        let point = target * (r / radius);
         if self.tangential() == Vector2::zeros() {
             return within.then_some(point);
         }
-        // Newton's method from the radial solution: three steps for real lenses.
-        for _ in 0..50 {
-            let Distorted { at, by_point } = self.distort(&point);
-            let step = by_point.try_inverse()? * (target - at);
-            point += step;
-            let length = point.norm();
-            if length > self.limit_tangent {
-                point *= self.limit_tangent / length;
+        self.descend(point, target)
+    }
+
+    /// Newton's method on the disc from a point nearby: two or three steps for real lenses.
+    ///
+    /// A step is shortened until it brings the distorted point closer to its target, as near a
+    /// fold or a pole a whole one may not.
+    fn descend(&self, start: Vector2<f64>, target: &Vector2<f64>) -> Option<Vector2<f64>> {
+        let mut point = start;
+        let mut here = self.distort(&point);
+        let mut miss = target - here.at;
+        let mut step = Vector2::zeros();
+        for _ in 0..60 {
+            step = here.by_point.try_inverse()? * miss;
+            if step.norm() <= 4e-16 * point.norm() {
+                return Some(point);
             }
-            if step.norm() <= 1e-15 * length {
-                break;
+            let closer = (0..30).find_map(|halvings| {
+                let mut next = point + step * 0.5f64.powi(halvings);
+                let beyond = next.norm() / self.limit_tangent;
+                if beyond > 1.0 {
+                    next /= beyond;
+                }
+                let there = self.distort(&next);
+                let left = target - there.at;
+                (left.norm_squared() < miss.norm_squared()).then_some((next, there, left))
+            });
+            match closer {
+                Some(found) => (point, here, miss) = found,
+                None => break,
             }
         }
-        // At a pixel outside the image the iteration ends somewhere on the rim.
-        let residual = (self.distort(&point).at - target).norm();
-        (residual <= 1e-13 * (1.0 + radius)).then_some(point)
+        // As close as rounding allows; or, at a pixel outside the image, somewhere on the rim.
+        let close = step.norm() <= 1e-12 * (1.0 + point.norm());
+        (close || miss.norm() <= 1e-13 * (1.0 + target.norm())).then_some(point)
     }
 }
 
 /// Largest `tan(theta)` up to which the distortion's derivative is positive definite at every
-/// azimuth.
+/// azimuth, and whether the rational function has a pole there.
 ///
 /// With `N / D = s` and `P = |p|`, the derivative at radius `r`, where `c` is the cosine between
 /// the point and `p`, has in radial and tangential direction the diagonal
@@ -144,7 +172,7 @@ impl OpenCv {
 /// parabola in `c`. If `s > 10/3 r P` and `(r s)' > 6 r P`, the parabola's vertex lies below
 /// `c = -1`, where it is `((r s)' - 6 r P) (s - 2 r P) > 0`. For tangential terms that a lens can
 /// have, the second condition fails first and so is exact.
-fn limit_tangent(k: &[f64; 8]) -> f64 {
+fn limit_tangent(k: &[f64; 8]) -> (f64, bool) {
     let [k1, k2, p1, p2, k3, k4, k5, k6] = *k;
     let tangential = p1.hypot(p2);
     let numerator = Polynomial::even([1.0, k1, k2, k3]);
@@ -156,10 +184,10 @@ fn limit_tangent(k: &[f64; 8]) -> f64 {
         .minus(&numerator.times_x().times(&denominator.derivative()))
         .minus(&denominator.times(&denominator).times_x().scaled(6.0 * tangential));
     let across = numerator.minus(&denominator.times_x().scaled(10.0 / 3.0 * tangential));
-    [denominator, slope, across]
-        .iter()
-        .filter_map(|polynomial| first_zero(&polynomial.0, LARGEST_TANGENT))
-        .fold(LARGEST_TANGENT, f64::min)
+    let first = |polynomial: &Polynomial| first_zero(&polynomial.0, LARGEST_TANGENT);
+    let pole = first(&denominator).unwrap_or(f64::INFINITY);
+    let fold = [slope, across].iter().filter_map(first).fold(LARGEST_TANGENT, f64::min);
+    (fold.min(pole), pole <= fold)
 }
 
 /// `self.0[i]` belongs to `x^i`.

@@ -14,8 +14,7 @@ pub(super) fn limit(alpha: f64) -> f64 {
 /// the same expression as in Khomutenko, Garcia and Martinet, RA-L 2016.
 pub(super) fn height(alpha: f64, squared: f64) -> Option<f64> {
     let under_root = 1.0 - (2.0 * alpha - 1.0) * squared;
-    // Written so that NaN is refused too.
-    if !(under_root >= 0.0) {
+    if under_root < 0.0 {
         return None;
     }
     let denominator = alpha * under_root.sqrt() + (1.0 - alpha);

@@ -8,6 +8,15 @@ use fabkit_camera::{
 };
 use proptest::prelude::*;
 
+/// The same cases in every run.
+pub fn cases(count: u32) -> ProptestConfig {
+    ProptestConfig {
+        rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(count)
+    }
+}
+
 pub const INTRINSICS: Intrinsics =
     Intrinsics { fx_px: 299.97, fy_px: 297.81, cx_px: 325.24, cy_px: 264.89 };
 

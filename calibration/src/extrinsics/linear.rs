@@ -1,0 +1,141 @@
+//! A pose from rays in one linear solve, without a starting value.
+//!
+//! A point `X` on the ray from `o` along `d` fulfils `(1 - d d^T)(M X + t - s o) = 0` with
+//! `M = s R`: linear in `M`, `t` and `s`. The translation is eliminated (as in Terzakis & Lourakis,
+//! "A Consistently Fast and Globally Optimal Solution to the Perspective-n-Point Problem", ECCV
+//! 2020), and what remains is the eigenvector of the smallest eigenvalue of a 9 x 9 matrix, or
+//! 10 x 10 where the rays do not meet in one point. Rays serve at any angle, also behind the
+//! camera's plane, where normalised image coordinates do not exist.
+
+use fabkit_camera::Ray;
+use fabkit_geometry::{Point3, Pose};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+/// Fewer points leave the twelve unknowns open.
+pub(super) const MIN_POINTS: usize = 6;
+/// Rays whose origins are all this close to the camera's centre count as meeting there, relative to
+/// the size of the scene.
+const CENTRAL: f64 = 1e-9;
+/// The second smallest eigenvalue must be this part of the largest: below, the points lie in a
+/// plane, or nearly so for the noise they have, and more than one pose solves the equations.
+const MIN_SECOND: f64 = 1e-7;
+
+/// The pose under which every point lies on its ray, in the least squares sense of the algebraic
+/// error; `None` for fewer than six points, or points in a plane.
+pub(super) fn pose_from_rays(rays: &[Ray], points: &[Point3<f64>]) -> Option<Pose> {
+    if points.len() < MIN_POINTS || points.len() != rays.len() {
+        return None;
+    }
+    let size_mm = points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let away = |ray: &Ray| ray.origin_in_camera.coords.amax() > CENTRAL * size_mm;
+    if rays.iter().any(away) {
+        solve::<10>(rays, points, size_mm)
+    } else {
+        solve::<9>(rays, points, size_mm)
+    }
+}
+
+/// `N` unknowns: the nine of `M` row by row, and `s` if there is a tenth.
+fn solve<const N: usize>(rays: &[Ray], points: &[Point3<f64>], size_mm: f64) -> Option<Pose> {
+    let count = points.len() as f64;
+    let centroid = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
+    // Lengths in units of the scene, so that all unknowns are alike.
+    let scaled = |p: &Point3<f64>| (p.coords - centroid) / size_mm;
+    let across = |ray: &Ray| Matrix3::identity() - ray.direction * ray.direction.transpose();
+    let mut sum_across = Matrix3::zeros();
+    let mut sum_rows = SMatrix::<f64, 3, N>::zeros();
+    let mut system = SMatrix::<f64, N, N>::zeros();
+    for (ray, point) in rays.iter().zip(points) {
+        let rows = rows::<N>(scaled(point), ray.origin_in_camera.coords / size_mm);
+        let across = across(ray);
+        sum_across += across;
+        let weighted = across * rows;
+        sum_rows += weighted;
+        system += rows.transpose() * weighted;
+    }
+    let translation_of = -(sum_across.try_inverse()? * sum_rows);
+    // The sum over (rows + translation_of)^T across (rows + translation_of), multiplied out.
+    system += translation_of.transpose() * sum_rows;
+    let (unknowns, well_posed) = smallest(&system)?;
+    if !well_posed {
+        return None;
+    }
+    let mut stacked = Matrix3::from_fn(|r, c| unknowns[3 * r + c]);
+    let mut translation = translation_of * unknowns;
+    if stacked.determinant() < 0.0 {
+        stacked = -stacked;
+        translation = -translation;
+    }
+    let svd = stacked.svd(true, true);
+    let rotation = svd.u? * svd.v_t?;
+    let scale = svd.singular_values.mean();
+    let shift_mm = translation / scale * size_mm - rotation * centroid;
+    let pose = Pose::new(rotation, shift_mm)?;
+    // With the wrong sign every point would lie on the far end of its ray.
+    let ahead = |(ray, point): &(&Ray, &Point3<f64>)| {
+        (pose.point(**point) - ray.origin_in_camera).dot(&ray.direction) > 0.0
+    };
+    (2 * rays.iter().zip(points).filter(ahead).count() > points.len()).then_some(pose)
+}
+
+/// `M X - s o` as a matrix times the unknowns.
+fn rows<const N: usize>(point: Vector3<f64>, origin: Vector3<f64>) -> SMatrix<f64, 3, N> {
+    SMatrix::from_fn(|r, c| match c {
+        9 => -origin[r],
+        c if c / 3 == r => point[c % 3],
+        _ => 0.0,
+    })
+}
+
+/// The eigenvector of the smallest eigenvalue by inverse iteration, and whether the next is far.
+///
+/// Two vectors are iterated together: the second shows how near the second smallest eigenvalue is.
+/// A full eigendecomposition would cost more than all that follows it.
+fn smallest<const N: usize>(system: &SMatrix<f64, N, N>) -> Option<(SVector<f64, N>, bool)> {
+    let size = system.trace();
+    let mut lower = *system;
+    for i in 0..N {
+        lower[(i, i)] += 1e-13 * size;
+    }
+    // In place and by hand: the generic one wants a bound that `N` cannot give.
+    for j in 0..N {
+        for k in 0..j {
+            for i in j..N {
+                lower[(i, j)] -= lower[(i, k)] * lower[(j, k)];
+            }
+        }
+        let pivot = lower[(j, j)];
+        if pivot <= 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        for i in j..N {
+            lower[(i, j)] /= pivot.sqrt();
+        }
+    }
+    let inverse_times = |mut v: SVector<f64, N>| {
+        for i in 0..N {
+            for k in 0..i {
+                v[i] -= lower[(i, k)] * v[k];
+            }
+            v[i] /= lower[(i, i)];
+        }
+        for i in (0..N).rev() {
+            for k in i + 1..N {
+                v[i] -= lower[(k, i)] * v[k];
+            }
+            v[i] /= lower[(i, i)];
+        }
+        v
+    };
+    // Nothing special about these but that they are not alike.
+    let mut first = SVector::<f64, N>::from_fn(|i, _| 1.0 + 0.37 * (i as f64 * 1.7).sin());
+    let mut second = SVector::<f64, N>::from_fn(|i, _| 0.3 + (i as f64 * 2.3).cos());
+    for _ in 0..12 {
+        first = inverse_times(first).normalize();
+        second = inverse_times(second);
+        second -= first * first.dot(&second);
+        second.normalize_mut();
+    }
+    let next = second.dot(&(system * second));
+    Some((first, next > MIN_SECOND * size))
+}

@@ -1,0 +1,288 @@
+//! Levenberg-Marquardt on pixels with a robust loss.
+//!
+//! A few lines of our own instead of the `levenberg-marquardt` crate: steps live on the rotation
+//! group and pass through [`Model::stepped`], observations are reweighted while it runs, and a step
+//! that leaves the lens's domain is a step to be shortened, not an error.
+
+use fabkit_camera::OutsideDomain;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector2};
+
+use crate::model::{Model, Observation, Parameter, Seat};
+use crate::observability::{Unobservable, unobservable};
+
+const MAX_ITERATIONS: usize = 100;
+/// The last step changes the parameters by less than this part of their standard deviation. The
+/// one before shrank to it by orders of magnitude, and so will what is left.
+const STEP_TOLERANCE: f64 = 1e-4;
+const START_DAMPING: f64 = 1e-5;
+const MAX_DAMPING: f64 = 1e12;
+/// Correlation matrices with smaller eigenvalues are singular to working precision.
+const MIN_DIAGONAL: f64 = 1e-300;
+
+/// How residuals count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// All by their square.
+    Squares,
+    /// Beyond this many standard deviations by their length (Huber 1964); a pixel's two
+    /// coordinates together.
+    Huber(f64),
+}
+
+impl Loss {
+    /// Cost and weight for a squared length in standard deviations.
+    fn of(self, squared: f64) -> (f64, f64) {
+        match self {
+            Self::Huber(limit) if squared > limit * limit => {
+                let length = squared.sqrt();
+                (2.0 * limit * length - limit * limit, limit / length)
+            }
+            _ => (squared, 1.0),
+        }
+    }
+}
+
+/// Why there is no solution.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// More unknowns than coordinates.
+    #[error("{unknowns} unknowns, but only {coordinates} pixel coordinates")]
+    TooFew {
+        /// What is solved for.
+        unknowns: usize,
+        /// Two for each pin.
+        coordinates: usize,
+    },
+    /// At the starting pose, a pin cannot be seen.
+    #[error("hole {hole} in capture {capture} cannot be seen from the starting pose: {source}")]
+    Unseen {
+        /// Number of the hole.
+        hole: u32,
+        /// Counts from 0.
+        capture: usize,
+        /// Why.
+        source: OutsideDomain,
+    },
+    /// The pixels do not determine the parameters.
+    #[error("the pins do not determine {}", names(.combinations))]
+    NotObservable {
+        /// What can change without a trace.
+        combinations: Vec<Unobservable>,
+    },
+    /// No step from the starting values makes the residuals smaller, yet they are not at rest.
+    #[error("no convergence after {iterations} steps")]
+    NoConvergence {
+        /// Steps tried.
+        iterations: usize,
+    },
+}
+
+/// The parameters of each combination, for messages.
+pub(crate) fn names(combinations: &[Unobservable]) -> String {
+    let join = |u: &Unobservable| {
+        let names: Vec<String> = u.terms.iter().map(|(p, _)| p.to_string()).collect();
+        names.join(" with ")
+    };
+    combinations.iter().map(join).collect::<Vec<_>>().join("; ")
+}
+
+/// A model that fits.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// What fits best.
+    pub model: Model,
+    /// What was solved for.
+    pub parameters: Vec<Parameter>,
+    /// Covariance of the parameters, in their order and units, if the observations' standard
+    /// deviations are right.
+    pub covariance: DMatrix<f64>,
+    /// Robust sum of squared residuals in standard deviations, priors included.
+    pub cost: f64,
+    /// Steps taken.
+    pub iterations: usize,
+}
+
+impl Fit {
+    /// Observed minus projected, px, in the order of `observations`; `None` where a contact cannot
+    /// be seen.
+    pub fn residuals_px(&self, observations: &[Observation]) -> Vec<Option<Vector2<f64>>> {
+        let residual = |o: &Observation| Some(o.pixel - self.model.project(&o.contact).ok()?);
+        observations.iter().map(residual).collect()
+    }
+}
+
+/// Solves for `parameters`, starting from `start`.
+///
+/// # Errors
+/// [`SolveError`]: too few pins, a pin that cannot be seen at the start, parameters that the
+/// pixels do not determine, no convergence.
+pub fn refine(
+    start: &Model,
+    parameters: &[Parameter],
+    observations: &[Observation],
+    loss: Loss,
+) -> Result<Fit, SolveError> {
+    let count = parameters.len();
+    let held = parameters.iter().filter(|p| p.is_held_by_prior()).count();
+    if 2 * observations.len() < count - held {
+        let coordinates = 2 * observations.len();
+        return Err(SolveError::TooFew { unknowns: count - held, coordinates });
+    }
+    let mut normal = Normal::new(count);
+    let mut tried_normal = Normal::new(count);
+    let mut model = start.clone();
+    let mut cost = normal.build(&model, parameters, observations, loss)?;
+    let mut damping = START_DAMPING;
+    let mut iterations = 0;
+    loop {
+        if iterations == MAX_ITERATIONS {
+            return Err(SolveError::NoConvergence { iterations });
+        }
+        iterations += 1;
+        let Some(step) = normal.step(damping) else {
+            damping *= 10.0;
+            if damping > MAX_DAMPING {
+                return Err(SolveError::NotObservable {
+                    combinations: unobservable(&normal.information, parameters),
+                });
+            }
+            continue;
+        };
+        let tried = model.stepped(parameters, step.as_slice());
+        if let Some(tried) = &tried
+            && normal.length(&step) < STEP_TOLERANCE
+        {
+            // So short that cost and derivatives are the same to rounding.
+            model = tried.clone();
+            break;
+        }
+        let lower = tried.and_then(|tried| {
+            let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
+            (next <= cost).then_some((tried, next))
+        });
+        match lower {
+            Some((tried, next)) => {
+                (model, cost) = (tried, next);
+                std::mem::swap(&mut normal, &mut tried_normal);
+                damping = (damping * 0.1).max(1e-12);
+            }
+            None if damping > MAX_DAMPING => {
+                return Err(SolveError::NoConvergence { iterations });
+            }
+            None => damping *= 10.0,
+        }
+    }
+    let Some(factor) = normal.factor(0.0) else {
+        let combinations = unobservable(&normal.information, parameters);
+        return Err(SolveError::NotObservable { combinations });
+    };
+    let covariance = normal.unscaled_inverse(&factor);
+    Ok(Fit { model, parameters: parameters.to_vec(), covariance, cost, iterations })
+}
+
+/// The normal equations and room for them.
+struct Normal {
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+    columns: Vec<Vector2<f64>>,
+}
+
+impl Normal {
+    fn new(count: usize) -> Self {
+        Self {
+            information: DMatrix::zeros(count, count),
+            gradient: DVector::zeros(count),
+            columns: vec![Vector2::zeros(); count],
+        }
+    }
+
+    fn build(
+        &mut self,
+        model: &Model,
+        parameters: &[Parameter],
+        observations: &[Observation],
+        loss: Loss,
+    ) -> Result<f64, SolveError> {
+        self.information.fill(0.0);
+        self.gradient.fill(0.0);
+        let mut cost = 0.0;
+        for observation in observations {
+            let contact = &observation.contact;
+            let projected =
+                model.differentiate(contact, parameters, &mut self.columns).map_err(|source| {
+                    SolveError::Unseen { hole: contact.hole, capture: contact.capture, source }
+                })?;
+            let residual = observation.pixel - projected;
+            let precision = observation.sigma_px.powi(-2);
+            let (part, weight) = loss.of(residual.norm_squared() * precision);
+            cost += part;
+            let weight = weight * precision;
+            for (i, column) in self.columns.iter().enumerate() {
+                let weighted = column * weight;
+                self.gradient[i] += weighted.dot(&residual);
+                for (j, other) in self.columns[..=i].iter().enumerate() {
+                    self.information[(i, j)] += weighted.dot(other);
+                }
+            }
+        }
+        for i in 0..parameters.len() {
+            for j in 0..i {
+                self.information[(j, i)] = self.information[(i, j)];
+            }
+            if let Some((value, sigma)) = prior(model, parameters[i]) {
+                self.information[(i, i)] += sigma.powi(-2);
+                self.gradient[i] -= value * sigma.powi(-2);
+                cost += (value / sigma).powi(2);
+            }
+        }
+        Ok(cost)
+    }
+
+    /// Of the information in units of its own diagonal, which makes it a matrix of correlations.
+    fn factor(&self, damping: f64) -> Option<Cholesky<f64, Dyn>> {
+        let count = self.gradient.len();
+        let scale = |i: usize| self.information[(i, i)].max(MIN_DIAGONAL).sqrt();
+        let scaled = DMatrix::from_fn(count, count, |i, j| {
+            let value = self.information[(i, j)] / (scale(i) * scale(j));
+            if i == j { value + damping } else { value }
+        });
+        Cholesky::new(scaled).filter(|factor| {
+            // Pivots are squared sines of the angle to what went before; rounding leaves 1e-16.
+            let diagonal = factor.l_dirty().diagonal();
+            diagonal.iter().all(|pivot| *pivot > 1e-7)
+        })
+    }
+
+    fn step(&self, damping: f64) -> Option<DVector<f64>> {
+        let factor = self.factor(damping)?;
+        let scale = self.information.diagonal().map(|value| value.max(MIN_DIAGONAL).sqrt());
+        Some(factor.solve(&self.gradient.component_div(&scale)).component_div(&scale))
+    }
+
+    /// Length of a step in standard deviations.
+    fn length(&self, step: &DVector<f64>) -> f64 {
+        step.dot(&(&self.information * step)).max(0.0).sqrt()
+    }
+
+    fn unscaled_inverse(&self, factor: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
+        let scale = self.information.diagonal().map(|value| value.max(MIN_DIAGONAL).sqrt());
+        let mut inverse = factor.inverse();
+        for i in 0..scale.len() {
+            for j in 0..scale.len() {
+                inverse[(i, j)] /= scale[i] * scale[j];
+            }
+        }
+        inverse
+    }
+}
+
+/// Value and standard deviation of a parameter that a prior holds near zero.
+fn prior(model: &Model, parameter: Parameter) -> Option<(f64, f64)> {
+    let Parameter::Reseating(capture, seat) = parameter else { return None };
+    let value = model.reseatings.get(capture).map_or(0.0, |seated| match seat {
+        Seat::ShiftX => seated[0],
+        Seat::ShiftY => seated[1],
+        Seat::Turn => seated[2],
+    });
+    Some((value, parameter.prior_sigma()))
+}

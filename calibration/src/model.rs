@@ -1,0 +1,302 @@
+//! What is between a pin's nominal contact and its pixel, and which parts of it can be solved for.
+//!
+//! A pin's nominal contact, sensor frame, is displaced by the seating offset along the pin and by
+//! the lean around the sensor's axis, then moved with the dome as it was seated in that capture,
+//! then carried into the camera's frame and projected. Each of these has a derivative.
+
+use std::fmt;
+
+use fabkit_camera::{Camera, OutsideDomain};
+use fabkit_geometry::{Matrix3, Point3, Pose, Vector3};
+use nalgebra::{Matrix2x3, Point2, Rotation3, Vector2};
+
+/// Nearer to the sensor's axis than this there is no way round it, mm.
+const ON_AXIS_MM: f64 = 0.1;
+/// How far a dome can seat from its place, mm (one standard deviation).
+const RESEATING_SHIFT_MM: f64 = 0.3;
+/// How far a dome can turn on its seat, rad (one standard deviation): 1 degree.
+const RESEATING_TURN_RAD: f64 = 0.0175;
+
+/// A coordinate axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Axis {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+impl Axis {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// How a dome sits in one capture, against where it should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Seat {
+    /// Shifted along the sensor's x, mm.
+    ShiftX,
+    /// Shifted along the sensor's y, mm.
+    ShiftY,
+    /// Turned about the sensor's z, rad.
+    Turn,
+}
+
+/// Something that can be solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Parameter {
+    /// Rotation of the pose, about an axis of the camera frame through the sensor's origin, rad.
+    Rotation(Axis),
+    /// Translation of the pose: the sensor's origin in the camera frame, mm.
+    Translation(Axis),
+    /// How much farther than nominal all pins go in along their axes, mm.
+    SeatingOffset,
+    /// How far all pins lean sideways, the same way round the sensor's z axis, mm at the tip. That
+    /// is what happens when a dome is turned a little while its pins stick to the surface.
+    Lean,
+    /// Both focal lengths by one factor: 0.01 is one percent longer.
+    FocalScale,
+    /// A parameter of the camera, by the name that [`Camera::parameters`] gives it.
+    Camera(&'static str),
+    /// How the dome sits in one capture.
+    Reseating(usize, Seat),
+}
+
+impl Parameter {
+    /// The six of a pose: rotation, then translation.
+    pub const POSE: [Self; 6] = [
+        Self::Rotation(Axis::X),
+        Self::Rotation(Axis::Y),
+        Self::Rotation(Axis::Z),
+        Self::Translation(Axis::X),
+        Self::Translation(Axis::Y),
+        Self::Translation(Axis::Z),
+    ];
+
+    /// What is known before any picture is taken, as one standard deviation in the parameter's
+    /// unit: assembly holds the camera to a few degrees and millimetres, a pin stops within 2 mm,
+    /// a lens is within a few tens of percent of its data sheet. A combination about which
+    /// pictures say little more than this is called not observable.
+    pub fn prior_sigma(self) -> f64 {
+        match self {
+            Self::Rotation(_) => 0.1,
+            Self::Translation(_) => 5.0,
+            Self::SeatingOffset => 2.0,
+            Self::Lean => 1.0,
+            Self::FocalScale => 0.3,
+            Self::Camera("interface_distance_mm") => 10.0,
+            Self::Camera("interface_index_outside") => 0.1,
+            Self::Camera("fx_px" | "fy_px") => 100.0,
+            Self::Camera("cx_px" | "cy_px") => 20.0,
+            Self::Camera(_) => 0.3,
+            Self::Reseating(_, Seat::Turn) => RESEATING_TURN_RAD,
+            Self::Reseating(..) => RESEATING_SHIFT_MM,
+        }
+    }
+
+    /// Whether [`Parameter::prior_sigma`] takes part in a fit. Only a dome's seat has more unknowns
+    /// than its few pins could fix alone.
+    pub(crate) fn is_held_by_prior(self) -> bool {
+        matches!(self, Self::Reseating(..))
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let letter = |axis: &Axis| ["x", "y", "z"][axis.index()];
+        match self {
+            Self::Rotation(axis) => write!(f, "rotation_{}_rad", letter(axis)),
+            Self::Translation(axis) => write!(f, "translation_{}_mm", letter(axis)),
+            Self::SeatingOffset => f.write_str("seating_offset_mm"),
+            Self::Lean => f.write_str("lean_mm"),
+            Self::FocalScale => f.write_str("focal_scale"),
+            Self::Camera(name) => f.write_str(name),
+            Self::Reseating(capture, Seat::ShiftX) => write!(f, "capture_{capture}_shift_x_mm"),
+            Self::Reseating(capture, Seat::ShiftY) => write!(f, "capture_{capture}_shift_y_mm"),
+            Self::Reseating(capture, Seat::Turn) => write!(f, "capture_{capture}_turn_rad"),
+        }
+    }
+}
+
+/// A pin in a hole, pushed home in one capture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Counts from 0.
+    pub capture: usize,
+    /// Number of the hole.
+    pub hole: u32,
+    /// Nominal, mm.
+    pub contact_in_sensor_mm: Point3<f64>,
+    /// The way the pin is pushed, if known; unit length.
+    pub axis_in_sensor: Option<Vector3<f64>>,
+}
+
+/// A contact and where it was seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// Which pin.
+    pub contact: Contact,
+    /// Where, px.
+    pub pixel: Point2<f64>,
+    /// Standard deviation of each coordinate, px.
+    pub sigma_px: f64,
+}
+
+/// Everything between contacts and pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// The camera with its interface.
+    pub camera: Camera,
+    /// Sensor frame to camera frame, mm.
+    pub camera_from_sensor: Pose,
+    /// See [`Parameter::SeatingOffset`].
+    pub seating_offset_mm: f64,
+    /// See [`Parameter::Lean`].
+    pub lean_mm: f64,
+    /// Shift in x and y, mm, and turn, rad, for each capture; captures beyond the end sit as they
+    /// should.
+    pub reseatings: Vec<[f64; 3]>,
+}
+
+impl Model {
+    /// A camera at a pose, and pins where they should be.
+    pub fn new(camera: Camera, camera_from_sensor: Pose) -> Self {
+        let reseatings = Vec::new();
+        Self { camera, camera_from_sensor, seating_offset_mm: 0.0, lean_mm: 0.0, reseatings }
+    }
+
+    /// Where a contact is seen, px.
+    ///
+    /// # Errors
+    /// It lies outside what the camera can see.
+    pub fn project(&self, contact: &Contact) -> Result<Point2<f64>, OutsideDomain> {
+        self.camera.project(&self.camera_from_sensor.point(self.seated(contact)))
+    }
+
+    /// [`Model::project`] with its derivatives by each of `parameters`, in their units.
+    ///
+    /// # Errors
+    /// As [`Model::project`].
+    pub fn differentiate(
+        &self,
+        contact: &Contact,
+        parameters: &[Parameter],
+        columns: &mut [Vector2<f64>],
+    ) -> Result<Point2<f64>, OutsideDomain> {
+        let seated = self.seated(contact);
+        let point = self.camera_from_sensor.point(seated);
+        let projection = self.camera.project_with_jacobians(&point)?;
+        let turned = point - self.camera_from_sensor.translation_mm();
+        let by_sensor: Matrix2x3<f64> = projection.by_point * self.camera_from_sensor.rotation();
+        let intrinsics = self.camera.lens().intrinsics();
+        let turn = self.reseatings.get(contact.capture).map_or(0.0, |[_, _, turn]| *turn);
+        let turned_with_dome = |v: Vector3<f64>| v + turn * Vector3::z().cross(&v);
+        for (column, parameter) in columns.iter_mut().zip(parameters) {
+            *column = match parameter {
+                Parameter::Rotation(axis) => {
+                    projection.by_point * unit(*axis).cross(&turned.coords)
+                }
+                Parameter::Translation(axis) => projection.by_point.column(axis.index()).into(),
+                Parameter::SeatingOffset => {
+                    by_sensor * turned_with_dome(contact.axis_in_sensor.unwrap_or_default())
+                }
+                Parameter::Lean => {
+                    by_sensor * turned_with_dome(way_round(contact.contact_in_sensor_mm))
+                }
+                Parameter::FocalScale => {
+                    projection.by_parameters[0] * intrinsics.fx_px
+                        + projection.by_parameters[1] * intrinsics.fy_px
+                }
+                Parameter::Camera(name) => match self.camera_index(name) {
+                    Some(index) => projection.by_parameters[index],
+                    None => Vector2::zeros(),
+                },
+                Parameter::Reseating(capture, _) if *capture != contact.capture => Vector2::zeros(),
+                Parameter::Reseating(_, Seat::ShiftX) => by_sensor.column(0).into(),
+                Parameter::Reseating(_, Seat::ShiftY) => by_sensor.column(1).into(),
+                Parameter::Reseating(_, Seat::Turn) => {
+                    by_sensor * Vector3::z().cross(&self.displaced(contact).coords)
+                }
+            };
+        }
+        Ok(projection.pixel)
+    }
+
+    /// The same model with each parameter moved by its step; `None` where no such camera exists.
+    #[must_use]
+    pub fn stepped(&self, parameters: &[Parameter], steps: &[f64]) -> Option<Self> {
+        let mut next = self.clone();
+        let (mut turn, mut shift) = (Vector3::zeros(), *self.camera_from_sensor.translation_mm());
+        let mut values: Option<Vec<f64>> = None;
+        let current = || self.camera.parameters().into_iter().map(|(_, value)| value).collect();
+        for (parameter, step) in parameters.iter().zip(steps) {
+            match parameter {
+                Parameter::Rotation(axis) => turn[axis.index()] += step,
+                Parameter::Translation(axis) => shift[axis.index()] += step,
+                Parameter::SeatingOffset => next.seating_offset_mm += step,
+                Parameter::Lean => next.lean_mm += step,
+                Parameter::FocalScale => {
+                    let values = values.get_or_insert_with(current);
+                    values[0] *= 1.0 + step;
+                    values[1] *= 1.0 + step;
+                }
+                Parameter::Camera(name) => {
+                    values.get_or_insert_with(current)[self.camera_index(name)?] += step;
+                }
+                Parameter::Reseating(capture, seat) => {
+                    if next.reseatings.len() <= *capture {
+                        next.reseatings.resize(capture + 1, [0.0; 3]);
+                    }
+                    next.reseatings[*capture][*seat as usize] += step;
+                }
+            }
+        }
+        if let Some(values) = values {
+            next.camera = self.camera.with_parameters(&values).ok()?;
+        }
+        let rotation: Matrix3<f64> =
+            Rotation3::new(turn).matrix() * self.camera_from_sensor.rotation();
+        next.camera_from_sensor = Pose::new(rotation, shift)?;
+        Some(next)
+    }
+
+    /// Where the contact is in the sensor frame with everything that displaces it, mm.
+    pub fn seated(&self, contact: &Contact) -> Point3<f64> {
+        let displaced = self.displaced(contact);
+        let Some([x, y, turn]) = self.reseatings.get(contact.capture) else {
+            return displaced;
+        };
+        displaced + Vector3::new(*x, *y, 0.0) + *turn * Vector3::z().cross(&displaced.coords)
+    }
+
+    fn displaced(&self, contact: &Contact) -> Point3<f64> {
+        contact.contact_in_sensor_mm
+            + self.seating_offset_mm * contact.axis_in_sensor.unwrap_or_default()
+            + self.lean_mm * way_round(contact.contact_in_sensor_mm)
+    }
+
+    fn camera_index(&self, name: &str) -> Option<usize> {
+        self.camera.parameters().iter().position(|(found, _)| *found == name)
+    }
+}
+
+/// Unit vector the way round the sensor's axis; zero on it.
+fn way_round(point: Point3<f64>) -> Vector3<f64> {
+    let radius_mm = point.x.hypot(point.y);
+    if radius_mm < ON_AXIS_MM {
+        return Vector3::zeros();
+    }
+    Vector3::new(-point.y, point.x, 0.0) / radius_mm
+}
+
+fn unit(axis: Axis) -> Vector3<f64> {
+    let mut vector = Vector3::zeros();
+    vector[axis.index()] = 1.0;
+    vector
+}

@@ -1,0 +1,244 @@
+//! What a set of pins will tell, before anything is printed.
+//!
+//! The Fisher information of the pixels, `sum J^T J / sigma^2`, gives the smallest covariance that
+//! any unbiased solver can reach (the Cramer-Rao bound). To say what *cannot* be told, each
+//! parameter is measured in units of what is known beforehand ([`Parameter::prior_sigma`]): in
+//! these units the information's eigenvalues are squared ratios of the uncertainty before to that
+//! after, and comparable. A combination is called not observable if the pictures do not even bring
+//! its uncertainty down to a third.
+//!
+//! The seating offset is the important case. Pins of one length, all pointing at the dome's
+//! centre, have their tips on one sphere. An offset makes that sphere smaller, which scales the
+//! tips about its centre; and a camera without refraction sees a scaled scene at a scaled distance
+//! just the same. Then the information matrix is exactly singular, with the offset and the camera's
+//! translation along the line to the dome's centre in its null space, whatever the number of
+//! captures, even if the lens is known perfectly. Two lengths put two spheres into the scene; the
+//! ratio of their radii changes with the offset and does not change with scale.
+
+use fabkit_camera::Camera;
+use fabkit_geometry::Pose;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
+
+use crate::landmarks::PinLandmark;
+use crate::model::{Axis, Contact, Model, Parameter};
+
+/// A direction is observable if the pictures bring its uncertainty below this part of the prior.
+const OBSERVABLE: f64 = 1.0 / 3.0;
+/// Parameters with a smaller part in a direction than this are not named.
+const NAMED_PART: f64 = 0.25;
+
+/// How many pictures, and how good.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Pictures with pins.
+    pub captures: usize,
+    /// Pins pushed home in each, spread evenly over the pins given.
+    pub pins_per_capture: usize,
+    /// Standard deviation of each pixel coordinate, px.
+    pub sigma_px: f64,
+}
+
+/// A combination of parameters that the pictures do not fix.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unobservable {
+    /// The parameters that can change together without a trace, with their part in the
+    /// combination: a unit vector in units of prior standard deviations. The largest first.
+    pub terms: Vec<(Parameter, f64)>,
+    /// Uncertainty after the pictures over that before; 1 where they say nothing.
+    pub remaining: f64,
+}
+
+/// What to expect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// Standard deviation of each parameter, given pictures and prior, in its unit.
+    pub sigmas: Vec<(Parameter, f64)>,
+    /// Covariance, in the order of `sigmas`.
+    pub covariance: DMatrix<f64>,
+    /// Standard deviation of the camera's position in the sensor frame, root of the sum of squares
+    /// over the axes, mm.
+    pub position_sigma_mm: f64,
+    /// The same for its orientation, degrees.
+    pub rotation_sigma_deg: f64,
+    /// Combinations that stay unknown; the worst first. Empty if all is well.
+    pub unobservable: Vec<Unobservable>,
+    /// Holes whose pins the camera cannot see; they do not contribute.
+    pub unseen_holes: Vec<u32>,
+}
+
+impl Prediction {
+    /// Standard deviation of a parameter; `None` if it was not asked for.
+    pub fn sigma(&self, parameter: Parameter) -> Option<f64> {
+        self.sigmas.iter().find(|(found, _)| *found == parameter).map(|(_, sigma)| *sigma)
+    }
+
+    /// Whether a parameter has a named part in no unobservable combination.
+    pub fn is_observable(&self, parameter: Parameter) -> bool {
+        let named = |u: &Unobservable| u.terms.iter().any(|(found, _)| *found == parameter);
+        !self.unobservable.iter().any(named)
+    }
+}
+
+/// Predicts how well `parameters` will be known.
+///
+/// ```
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::Parameter;
+/// use fabkit_calibration::observability::{Effort, predict};
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// // Nine holes around a tip 15 mm in front of the camera.
+/// let mut map = vec!["\"1\": [0, 0, 15]".to_owned()];
+/// for k in 0..8 {
+///     let (s, c) = (f64::from(k) * 0.785).sin_cos();
+///     map.push(format!("\"{}\": [{:.3}, {:.3}, {}]", k + 2, 9.0 * c, 9.0 * s, 12 - k % 2 * 3));
+/// }
+/// let pins = PinLandmarks::from_json(&format!("{{{}}}", map.join(", "))).unwrap();
+/// let camera = Camera::equidistant(640, 480, 2.8).unwrap();
+/// let pose = Pose::translation(0.0, 0.0, 7.0);
+/// let effort = Effort { captures: 10, pins_per_capture: 5, sigma_px: 0.3 };
+/// let prediction = predict(&camera, &pose, &pins.pins, effort, &Parameter::POSE);
+/// assert!(prediction.unobservable.is_empty() && prediction.position_sigma_mm < 0.1);
+/// ```
+pub fn predict(
+    camera: &Camera,
+    camera_from_sensor: &Pose,
+    pins: &[PinLandmark],
+    effort: Effort,
+    parameters: &[Parameter],
+) -> Prediction {
+    let model = Model::new(*camera, *camera_from_sensor);
+    let mut information = DMatrix::zeros(parameters.len(), parameters.len());
+    let mut columns = vec![Vector2::zeros(); parameters.len()];
+    let mut unseen_holes = Vec::new();
+    let mut seen = 0usize;
+    for pin in pins {
+        let contact = Contact {
+            capture: 0,
+            hole: pin.hole,
+            contact_in_sensor_mm: pin.contact_in_sensor_mm,
+            axis_in_sensor: pin.axis_in_sensor,
+        };
+        match model.differentiate(&contact, parameters, &mut columns) {
+            Ok(pixel) if camera.sees(&pixel) => {
+                seen += 1;
+                add_information(&mut information, &columns, 1.0);
+            }
+            _ => unseen_holes.push(pin.hole),
+        }
+    }
+    unseen_holes.dedup();
+    let pressed = effort.captures * effort.pins_per_capture;
+    information *= pressed as f64 / seen.max(1) as f64 / effort.sigma_px.powi(2);
+    let unobservable = unobservable(&information, parameters);
+    let covariance = with_prior(&information, parameters);
+    let position = position_covariance(&covariance, parameters, camera_from_sensor);
+    let rotation: f64 = (0..parameters.len())
+        .filter(|i| matches!(parameters[*i], Parameter::Rotation(_)))
+        .map(|i| covariance[(i, i)])
+        .sum();
+    Prediction {
+        sigmas: parameters
+            .iter()
+            .enumerate()
+            .map(|(i, p)| (*p, covariance[(i, i)].sqrt()))
+            .collect(),
+        position_sigma_mm: position.trace().sqrt(),
+        rotation_sigma_deg: rotation.sqrt().to_degrees(),
+        covariance,
+        unobservable,
+        unseen_holes,
+    }
+}
+
+/// Adds `weight J^T J` of one pixel.
+pub(crate) fn add_information(
+    information: &mut DMatrix<f64>,
+    columns: &[Vector2<f64>],
+    weight: f64,
+) {
+    for (i, a) in columns.iter().enumerate() {
+        for (j, b) in columns[..=i].iter().enumerate() {
+            let value = weight * a.dot(b);
+            information[(i, j)] += value;
+            if i != j {
+                information[(j, i)] += value;
+            }
+        }
+    }
+}
+
+/// The combinations of parameters about which an information matrix says too little.
+pub(crate) fn unobservable(
+    information: &DMatrix<f64>,
+    parameters: &[Parameter],
+) -> Vec<Unobservable> {
+    let scale = DVector::from_iterator(
+        parameters.len(),
+        parameters.iter().map(|parameter| parameter.prior_sigma()),
+    );
+    let scaled = DMatrix::from_fn(parameters.len(), parameters.len(), |i, j| {
+        information[(i, j)] * scale[i] * scale[j]
+    });
+    let eigen = scaled.symmetric_eigen();
+    let mut found: Vec<Unobservable> = Vec::new();
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        let remaining = 1.0 / (1.0 + value.max(0.0)).sqrt();
+        if remaining <= OBSERVABLE {
+            continue;
+        }
+        let largest = vector.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let sign = largest.unwrap_or(1.0).signum();
+        let mut terms: Vec<(Parameter, f64)> = parameters
+            .iter()
+            .zip(vector.iter())
+            .map(|(parameter, part)| (*parameter, sign * part))
+            .filter(|(_, part)| part.abs() > NAMED_PART)
+            .collect();
+        terms.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
+        found.push(Unobservable { terms, remaining });
+    }
+    found.sort_by(|a, b| b.remaining.total_cmp(&a.remaining));
+    found
+}
+
+/// `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
+fn with_prior(information: &DMatrix<f64>, parameters: &[Parameter]) -> DMatrix<f64> {
+    let n = parameters.len();
+    let prior = |i: usize| parameters[i].prior_sigma();
+    // In units of the prior, so that the matrix inverted is never smaller than the identity.
+    let scaled = DMatrix::from_fn(n, n, |i, j| {
+        information[(i, j)] * prior(i) * prior(j) + if i == j { 1.0 } else { 0.0 }
+    });
+    let inverse = scaled.cholesky().map(|c| c.inverse()).unwrap_or_else(|| DMatrix::identity(n, n));
+    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * prior(i) * prior(j))
+}
+
+/// Covariance of the camera's position in the sensor frame, mm^2, from that of a pose.
+///
+/// The position is `-R^T t`; with the rotation stepped as `exp(w) R` it moves by
+/// `-R^T (dt + t x w)`.
+pub(crate) fn position_covariance(
+    covariance: &DMatrix<f64>,
+    parameters: &[Parameter],
+    camera_from_sensor: &Pose,
+) -> Matrix3<f64> {
+    let t = camera_from_sensor.translation_mm();
+    let mut jacobian = DMatrix::zeros(3, parameters.len());
+    for (i, parameter) in parameters.iter().enumerate() {
+        let unit = |axis: &Axis| {
+            let mut unit = nalgebra::Vector3::zeros();
+            unit[*axis as usize] = 1.0;
+            unit
+        };
+        let moved = match parameter {
+            Parameter::Translation(axis) => unit(axis),
+            Parameter::Rotation(axis) => t.cross(&unit(axis)),
+            _ => continue,
+        };
+        let column = -(camera_from_sensor.rotation().transpose() * moved);
+        jacobian.set_column(i, &column);
+    }
+    let product = &jacobian * covariance * jacobian.transpose();
+    Matrix3::from_fn(|i, j| product[(i, j)])
+}

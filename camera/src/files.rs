@@ -1,0 +1,195 @@
+//! Camera files: our own, OpenCV's, ROS's and Kalibr's, all YAML.
+//!
+//! [`read`] recognises the format by its keys. Only our own format keeps everything; [`write()`]
+//! refuses any other that would lose something, and says what.
+//!
+//! | format | keys that tell it | lenses |
+//! |---|---|---|
+//! | [`Format::Fabkit`] | `fabkit_camera` | all, with interface and covariance |
+//! | [`Format::OpenCv`] | `camera_matrix` or `K`, each an `!!opencv-matrix` | OpenCV, Kannala-Brandt |
+//! | [`Format::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
+//! | [`Format::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
+//!
+//! All four put pixel centres at integers, so intrinsics pass unchanged. OpenCV's and Kalibr's
+//! own code stops at 90 degrees; the same coefficients describe the same lens here beyond that.
+//!
+//! ```
+//! use fabkit_camera::files::{self, Format};
+//! use fabkit_camera::{Camera, CameraEstimate};
+//!
+//! let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
+//! let estimate = CameraEstimate::new(camera, None)?;
+//! let text = files::write(&estimate, Format::Ros)?;
+//! assert!(text.contains("distortion_model: equidistant"));
+//! assert_eq!(files::read(&text)?, estimate);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod fabkit;
+mod fields;
+mod kalibr;
+mod matrices;
+mod tree;
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::estimate::CameraEstimate;
+use crate::interface::Interface;
+
+/// A kind of camera file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// fabkit's own YAML: lossless, with interface and covariance.
+    Fabkit,
+    /// `cv::FileStorage` YAML with `camera_matrix` and `distortion_coefficients`.
+    OpenCv,
+    /// The YAML of ROS's `camera_info_manager`.
+    Ros,
+    /// A Kalibr `camchain.yaml` with one camera.
+    Kalibr,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Fabkit, Self::OpenCv, Self::Ros, Self::Kalibr];
+
+    /// `fabkit`, `opencv`, `ros` or `kalibr`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fabkit => "fabkit",
+            Self::OpenCv => "opencv",
+            Self::Ros => "ros",
+            Self::Kalibr => "kalibr",
+        }
+    }
+}
+
+/// One thing that is wrong with a camera file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// Counted from 1, where it is known.
+    pub line: Option<usize>,
+    /// The key or parameter: `fx_px`, `distortion_coefficients`.
+    pub field: String,
+    /// What is wrong, with the value and its limit.
+    pub message: String,
+    /// What to do about it.
+    pub hint: Option<String>,
+}
+
+impl Fault {
+    fn new(line: impl Into<Option<usize>>, field: &str, message: impl Into<String>) -> Self {
+        let (line, field, message) = (line.into(), field.to_owned(), message.into());
+        Self { line, field, message, hint: None }
+    }
+
+    fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(line) = self.line {
+            write!(f, "line {line}: ")?;
+        }
+        if !self.field.is_empty() {
+            write!(f, "{}: ", self.field)?;
+        }
+        write!(f, "{}", self.message)?;
+        match &self.hint {
+            Some(hint) => write!(f, " ({hint})"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Everything that is wrong with a camera file.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct InvalidCameraFile {
+    /// At least one, in the order of the file where lines are known.
+    pub faults: Vec<Fault>,
+}
+
+impl From<Fault> for InvalidCameraFile {
+    fn from(fault: Fault) -> Self {
+        Self { faults: vec![fault] }
+    }
+}
+
+/// A format cannot hold a camera.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("a camera file of format `{}` would lose {}", format.name(), lost.join(" and "))]
+pub struct LossyConversion {
+    /// The one that was asked for.
+    pub format: Format,
+    /// What it has no place for, in words.
+    pub lost: Vec<String>,
+}
+
+/// Reads a camera file of any format in [`Format`].
+///
+/// # Errors
+/// Text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or
+/// impossible values. Everything that can be seen at once is reported at once.
+pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
+    let root = tree::parse(text)?;
+    let has = |key: &str| root.get(key).is_some();
+    if has(fabkit::VERSION_KEY) {
+        fabkit::read(&root)
+    } else if has("cam0") {
+        kalibr::read(&root)
+    } else if matrices::is_recognised(&root) {
+        matrices::read(&root)
+    } else {
+        Err(Fault::new(None, "", "this is no camera file that fabkit knows")
+            .hint(
+                "expected one of the keys `fabkit_camera` (fabkit), `camera_matrix` or `K` \
+                 (OpenCV, ROS), `cam0` (Kalibr)",
+            )
+            .into())
+    }
+}
+
+/// Writes a camera file that [`read`] gives back to the last bit.
+///
+/// # Errors
+/// Any format but fabkit's own has no place for an interface, a covariance, or some lenses. To
+/// give those up deliberately, make a [`CameraEstimate`] without them.
+pub fn write(estimate: &CameraEstimate, format: Format) -> Result<String, LossyConversion> {
+    if format == Format::Fabkit {
+        return Ok(fabkit::write(estimate));
+    }
+    let camera = estimate.camera();
+    let text = match format {
+        Format::Kalibr => kalibr::write(camera),
+        Format::Ros => matrices::write_ros(camera),
+        _ => matrices::write_opencv(camera),
+    };
+    let mut lost = Vec::new();
+    match camera.interface() {
+        Interface::None => {}
+        other => lost.push(format!("the refractive interface ({})", other.kind_name())),
+    }
+    if estimate.covariance().is_some() {
+        lost.push("the covariance of the parameters".to_owned());
+    }
+    match text {
+        Ok(text) if lost.is_empty() => Ok(text),
+        Ok(_) => Err(LossyConversion { format, lost }),
+        Err(lens) => {
+            lost.insert(0, lens);
+            Err(LossyConversion { format, lost })
+        }
+    }
+}
+
+/// Numbers in a YAML list, each in the shortest form that reads back as the same number.
+fn list(values: impl IntoIterator<Item = f64>) -> String {
+    let numbers: Vec<String> = values.into_iter().map(|v| format!("{v:?}")).collect();
+    format!("[{}]", numbers.join(", "))
+}

@@ -1,0 +1,245 @@
+//! Our own format: everything, to the last bit.
+
+use std::fmt::Write;
+
+use nalgebra::{DMatrix, Point3};
+
+use super::fields::{Fields, shown};
+use super::tree::{Content, Node};
+use super::{Fault, InvalidCameraFile, list};
+use crate::error::InvalidCamera;
+use crate::estimate::CameraEstimate;
+use crate::interface::{Flat, Interface, Sphere};
+use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
+
+/// Tells this format from others; its value is the version.
+pub(super) const VERSION_KEY: &str = "fabkit_camera";
+const VERSION: &str = "1";
+
+/// What a flat interface is given by, calibrated or not.
+const FLAT: [&str; 7] = [
+    "interface_distance_mm",
+    "interface_tilt_x_rad",
+    "interface_tilt_y_rad",
+    "interface_index_inside",
+    "interface_index_outside",
+    "interface_glass_thickness_mm",
+    "interface_index_glass",
+];
+
+/// What a spherical interface is given by.
+const SPHERE: [&str; 6] = [
+    "interface_centre_x_mm",
+    "interface_centre_y_mm",
+    "interface_centre_z_mm",
+    "interface_radius_mm",
+    "interface_index_inside",
+    "interface_index_outside",
+];
+
+pub(super) fn write(estimate: &CameraEstimate) -> String {
+    let camera = estimate.camera();
+    let mut text = format!(
+        "# Camera frame: +z forward, +x right, +y down, mm. The first pixel's centre is (0, 0).\n\
+         {VERSION_KEY}: {VERSION}\nwidth_px: {}\nheight_px: {}\nlens:\n  model: {}\n",
+        camera.width_px(),
+        camera.height_px(),
+        camera.lens().model_name(),
+    );
+    write_pairs(&mut text, camera.lens().parameters());
+    let (names, values) = interface_values(camera.interface());
+    if *camera.interface() != Interface::None {
+        // Writing to a string does not fail, here and below.
+        let _ = writeln!(text, "interface:\n  kind: {}", camera.interface().kind_name());
+        write_pairs(&mut text, names.iter().copied().zip(values));
+    }
+    if let Some(covariance) = estimate.covariance() {
+        let names = estimate.names().join(", ");
+        let _ = writeln!(text, "covariance:\n  names: [{names}]\n  matrix:");
+        for row in covariance.row_iter() {
+            let _ = writeln!(text, "    - {}", list(row.iter().copied()));
+        }
+    }
+    text
+}
+
+fn write_pairs(text: &mut String, pairs: impl Iterator<Item = (&'static str, f64)>) {
+    for (name, value) in pairs {
+        let _ = writeln!(text, "  {name}: {value:?}");
+    }
+}
+
+fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>) {
+    match interface {
+        Interface::None => (&[], Vec::new()),
+        Interface::Flat(flat) => (
+            &FLAT,
+            vec![
+                flat.distance_mm,
+                flat.tilt_x_rad,
+                flat.tilt_y_rad,
+                flat.index_inside,
+                flat.index_outside,
+                flat.glass_thickness_mm,
+                flat.index_glass,
+            ],
+        ),
+        Interface::Sphere(sphere) => (
+            &SPHERE,
+            vec![
+                sphere.centre_in_camera.x,
+                sphere.centre_in_camera.y,
+                sphere.centre_in_camera.z,
+                sphere.radius_mm,
+                sphere.index_inside,
+                sphere.index_outside,
+            ],
+        ),
+    }
+}
+
+pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
+    let mut fields = Fields::default();
+    if let Some((version, line)) = fields.text(root, VERSION_KEY)
+        && version != VERSION
+    {
+        let message = format!("version `{}` is not known", shown(version));
+        let hint = format!("this fabkit reads version {VERSION}");
+        return Err(Fault::new(line, VERSION_KEY, message).hint(hint).into());
+    }
+    let known = [VERSION_KEY, "width_px", "height_px", "lens", "interface", "covariance"];
+    fields.only(root, &known);
+    let size = ["width_px", "height_px"]
+        .map(|key| fields.child(root, key).map_or(0, |node| fields.pixels(node, key)));
+    let lens = fields.child(root, "lens").and_then(|node| read_lens(&mut fields, node));
+    let interface = root.get("interface").map(|node| read_interface(&mut fields, node));
+    let interface = interface.unwrap_or(Interface::None);
+    let names: Vec<&str> = match &lens {
+        Some(Ok(lens)) => {
+            let of_lens = lens.parameters().map(|(name, _)| name);
+            let (of_interface, count) = interface.parameters();
+            of_lens.chain(of_interface.into_iter().take(count).map(|(name, _)| name)).collect()
+        }
+        // The names cannot be known; the lens is reported.
+        _ => return Err(fields.faults_of(size.into(), lens, interface)),
+    };
+    let covariance = root.get("covariance");
+    let covariance = covariance.and_then(|node| read_covariance(&mut fields, node, &names));
+    fields.finish(size.into(), lens, interface, covariance)
+}
+
+fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
+    let (model, line) = fields.text(map, "model")?;
+    let coefficients: &[&'static str] = match model {
+        "opencv" if map.get("k4").is_some() => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"],
+        "opencv" => &["k1", "k2", "p1", "p2", "k3"],
+        "kannala-brandt" => &["k1", "k2", "k3", "k4"],
+        "double-sphere" => &["xi", "alpha"],
+        "eucm" => &["alpha", "beta"],
+        other => {
+            let message = format!("`{}` is not a lens model", shown(other));
+            let hint = "known: opencv, kannala-brandt, double-sphere, eucm";
+            fields.fault(Fault::new(line, "model", message).hint(hint));
+            return None;
+        }
+    };
+    fields.only(map, &[&["model"], &INTRINSICS[..], coefficients].concat());
+    let [fx_px, fy_px, cx_px, cy_px] = INTRINSICS.map(|name| fields.number(map, name));
+    let intrinsics = Intrinsics { fx_px, fy_px, cx_px, cy_px };
+    let k: Vec<f64> = coefficients.iter().map(|name| fields.number(map, name)).collect();
+    Some(match (model, &k[..]) {
+        ("double-sphere", &[xi, alpha]) => {
+            DoubleSphere::new(intrinsics, xi, alpha).map(Lens::DoubleSphere)
+        }
+        ("eucm", &[alpha, beta]) => Eucm::new(intrinsics, alpha, beta).map(Lens::Eucm),
+        ("kannala-brandt", &[k1, k2, k3, k4]) => {
+            KannalaBrandt::new(intrinsics, [k1, k2, k3, k4]).map(Lens::KannalaBrandt)
+        }
+        _ => OpenCv::new(intrinsics, &k).map(Lens::OpenCv),
+    })
+}
+
+fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
+    let Some((kind, line)) = fields.text(map, "kind") else { return Interface::None };
+    match kind {
+        "none" => {
+            fields.only(map, &["kind"]);
+            Interface::None
+        }
+        "flat" => {
+            fields.only(map, &[&["kind"], &FLAT[..]].concat());
+            let [
+                distance_mm,
+                tilt_x_rad,
+                tilt_y_rad,
+                index_inside,
+                index_outside,
+                glass_thickness_mm,
+                index_glass,
+            ] = FLAT.map(|name| fields.number(map, name));
+            Interface::Flat(Flat {
+                distance_mm,
+                tilt_x_rad,
+                tilt_y_rad,
+                index_inside,
+                index_outside,
+                glass_thickness_mm,
+                index_glass,
+            })
+        }
+        "sphere" => {
+            fields.only(map, &[&["kind"], &SPHERE[..]].concat());
+            let [x_mm, y_mm, z_mm, radius_mm, index_inside, index_outside] =
+                SPHERE.map(|name| fields.number(map, name));
+            let centre_in_camera = Point3::new(x_mm, y_mm, z_mm);
+            Interface::Sphere(Sphere { centre_in_camera, radius_mm, index_inside, index_outside })
+        }
+        other => {
+            let message = format!("`{}` is not a kind of interface", shown(other));
+            fields.fault(Fault::new(line, "kind", message).hint("known: none, flat, sphere"));
+            Interface::None
+        }
+    }
+}
+
+/// N x N, if names and sizes fit the camera's `names`.
+fn read_covariance(fields: &mut Fields, map: &Node, names: &[&str]) -> Option<DMatrix<f64>> {
+    fields.only(map, &["names", "matrix"]);
+    let n = names.len();
+    let written = fields.child(map, "names")?;
+    let agree = match &written.content {
+        Content::List(items) => items
+            .iter()
+            .map(|item| match &item.content {
+                Content::Scalar(name) => name.as_str(),
+                _ => "",
+            })
+            .eq(names.iter().copied()),
+        _ => false,
+    };
+    if !agree {
+        let hint = format!("this camera has {}", names.join(", "));
+        let fault = Fault::new(written.line, "names", "are not the parameters of this camera");
+        fields.fault(fault.hint(hint));
+        return None;
+    }
+    let matrix = fields.child(map, "matrix")?;
+    let rows = match &matrix.content {
+        Content::List(rows) if rows.len() == n => rows,
+        _ => {
+            fields.fault(Fault::new(matrix.line, "matrix", format!("must have {n} rows")));
+            return None;
+        }
+    };
+    let mut values = Vec::with_capacity(n * n);
+    for row in rows {
+        let numbers = fields.numbers(row, "matrix");
+        if numbers.len() != n {
+            let message = format!("a row has {} numbers; {n} are needed", numbers.len());
+            fields.fault(Fault::new(row.line, "matrix", message));
+            return None;
+        }
+        values.extend(numbers);
+    }
+    Some(DMatrix::from_row_slice(n, n, &values))
+}

@@ -1,0 +1,181 @@
+//! Typed values out of a tree, with every fault collected.
+
+use nalgebra::DMatrix;
+
+use super::tree::{Content, Node};
+use super::{Fault, InvalidCameraFile};
+use crate::camera::{Camera, check_around};
+use crate::error::{InvalidCamera, Violation, readable};
+use crate::estimate::CameraEstimate;
+use crate::interface::Interface;
+use crate::lens::Lens;
+
+/// Reads values and remembers what was wrong and where parameters came from.
+///
+/// What cannot be read becomes NaN or nothing, so that reading goes on; [`Fields::finish`] never
+/// makes a camera of it.
+#[derive(Default)]
+pub(super) struct Fields {
+    faults: Vec<Fault>,
+    /// Parameter names with the line they were read from.
+    lines: Vec<(&'static str, usize)>,
+}
+
+impl Fields {
+    pub(super) fn fault(&mut self, fault: Fault) {
+        self.faults.push(fault);
+    }
+
+    /// Remembers that a camera's parameter stands on a line.
+    pub(super) fn stands_on(&mut self, names: &[&'static str], line: usize) {
+        self.lines.extend(names.iter().map(|name| (*name, line)));
+    }
+
+    pub(super) fn child<'a>(&mut self, map: &'a Node, key: &str) -> Option<&'a Node> {
+        let child = map.get(key);
+        if child.is_none() {
+            self.fault(Fault::new(map.line, key, "is missing"));
+        }
+        child
+    }
+
+    /// A required number; NaN if it is missing or none.
+    pub(super) fn number(&mut self, map: &Node, key: &'static str) -> f64 {
+        let Some(node) = self.child(map, key) else { return f64::NAN };
+        self.stands_on(&[key], node.line);
+        self.parse_number(node, key)
+    }
+
+    pub(super) fn parse_number(&mut self, node: &Node, field: &str) -> f64 {
+        let text = match &node.content {
+            Content::Scalar(text) => text.as_str(),
+            _ => "a list or mapping",
+        };
+        let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+        number.unwrap_or_else(|| {
+            let message = format!("`{}` is not a finite number", shown(text));
+            self.fault(Fault::new(node.line, field, message));
+            f64::NAN
+        })
+    }
+
+    /// A required list of numbers, of which those that are none are NaN.
+    pub(super) fn numbers(&mut self, node: &Node, field: &str) -> Vec<f64> {
+        match &node.content {
+            Content::List(items) => items.iter().map(|i| self.parse_number(i, field)).collect(),
+            _ => {
+                self.fault(Fault::new(node.line, field, "must be a list of numbers"));
+                Vec::new()
+            }
+        }
+    }
+
+    pub(super) fn exactly<const N: usize>(&mut self, node: &Node, field: &str) -> [f64; N] {
+        let before = self.faults.len();
+        let numbers = self.numbers(node, field);
+        if numbers.len() != N && self.faults.len() == before {
+            let message = format!("has {} numbers; {N} are needed", numbers.len());
+            self.fault(Fault::new(node.line, field, message));
+        }
+        std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
+    }
+
+    /// A whole number of pixels; 0 if it is none.
+    pub(super) fn pixels(&mut self, node: &Node, field: &'static str) -> u32 {
+        let number = self.parse_number(node, field);
+        if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) {
+            self.stands_on(&[field], node.line);
+            return number as u32;
+        }
+        if number.is_finite() {
+            let message = format!("{number} is not a whole number of pixels");
+            self.fault(Fault::new(node.line, field, message));
+        }
+        0
+    }
+
+    pub(super) fn text<'a>(&mut self, map: &'a Node, key: &str) -> Option<(&'a str, usize)> {
+        let node = self.child(map, key)?;
+        match &node.content {
+            Content::Scalar(text) => Some((text, node.line)),
+            _ => {
+                self.fault(Fault::new(node.line, key, "must be a single word"));
+                None
+            }
+        }
+    }
+
+    /// Every key must be one of these.
+    pub(super) fn only(&mut self, map: &Node, known: &[&str]) {
+        for entry in map.entries() {
+            if !known.contains(&entry.key.as_str()) {
+                let hint = format!("known here: {}", known.join(", "));
+                let fault = Fault::new(entry.line, &shown(&entry.key), "is not a known key");
+                self.fault(fault.hint(hint));
+            }
+        }
+    }
+
+    /// A camera of what was read, or everything that is wrong. Without a lens a fault stands
+    /// already.
+    pub(super) fn finish(
+        mut self,
+        (width_px, height_px): (u32, u32),
+        lens: Option<Result<Lens, InvalidCamera>>,
+        interface: Interface,
+        covariance: Option<DMatrix<f64>>,
+    ) -> Result<CameraEstimate, InvalidCameraFile> {
+        let camera = match lens {
+            Some(Ok(lens)) if self.faults.is_empty() => {
+                match Camera::new(width_px, height_px, lens, interface) {
+                    Ok(camera) => camera,
+                    Err(invalid) => return Err(self.with_violations(invalid.violations)),
+                }
+            }
+            lens => return Err(self.faults_of((width_px, height_px), lens, interface)),
+        };
+        CameraEstimate::new(camera, covariance).map_err(|error| {
+            self.fault(Fault::new(None, "covariance", error.to_string()));
+            self.with_violations(Vec::new())
+        })
+    }
+
+    /// Everything that is wrong, where no camera can be made.
+    pub(super) fn faults_of(
+        self,
+        (width_px, height_px): (u32, u32),
+        lens: Option<Result<Lens, InvalidCamera>>,
+        interface: Interface,
+    ) -> InvalidCameraFile {
+        let of_lens = lens.and_then(Result::err).map_or_else(Vec::new, |e| e.violations);
+        let around = check_around(width_px, height_px, &interface).finish().err();
+        let around = around.map_or_else(Vec::new, |e| e.violations);
+        self.with_violations([of_lens, around].concat())
+    }
+
+    fn with_violations(mut self, violations: Vec<Violation>) -> InvalidCameraFile {
+        violations.into_iter().for_each(|violation| self.violation(violation));
+        self.faults.sort_by_key(|fault| fault.line.unwrap_or(0));
+        InvalidCameraFile { faults: self.faults }
+    }
+
+    /// A rule that a value breaks, unless it could not even be read and is reported for that.
+    fn violation(&mut self, violation: Violation) {
+        let Violation { field, value, limit } = violation;
+        let line = self.lines.iter().find(|(name, _)| *name == field).map(|(_, line)| *line);
+        let unread = value.is_nan() || (value == 0.0 && line.is_none());
+        if !unread || self.faults.is_empty() {
+            self.fault(Fault::new(line, field, format!("is {}, but {limit}", readable(value))));
+        }
+    }
+}
+
+/// Foreign text, shortened for a message.
+pub(super) fn shown(text: &str) -> String {
+    const MOST: usize = 40;
+    let mut short: String = text.chars().take(MOST).flat_map(char::escape_debug).collect();
+    if text.chars().nth(MOST).is_some() {
+        short.push_str("...");
+    }
+    short
+}

@@ -1,0 +1,149 @@
+//! Kalibr's camera chains, with one camera.
+
+use super::fields::{Fields, shown};
+use super::tree::{Content, Node};
+use super::{Fault, InvalidCameraFile, list};
+use crate::camera::Camera;
+use crate::error::InvalidCamera;
+use crate::estimate::CameraEstimate;
+use crate::interface::Interface;
+use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
+
+pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
+    let mut fields = Fields::default();
+    for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
+        let fault = Fault::new(entry.line, &shown(&entry.key), "is a second camera");
+        fields.fault(fault.hint("keep one camera in the file, as `cam0`"));
+    }
+    let Some(camera) = fields.child(root, "cam0") else {
+        return Err(fields.faults_of((0, 0), None, Interface::None));
+    };
+    let size = fields.child(camera, "resolution").map(|node| match &node.content {
+        Content::List(items) if items.len() == 2 => {
+            (fields.pixels(&items[0], "width_px"), fields.pixels(&items[1], "height_px"))
+        }
+        _ => {
+            fields.fault(Fault::new(node.line, "resolution", "must be [width, height]"));
+            (0, 0)
+        }
+    });
+    let lens = read_lens(&mut fields, camera);
+    match size {
+        Some(size) => fields.finish(size, lens, Interface::None, None),
+        None => Err(fields.faults_of((0, 0), lens, Interface::None)),
+    }
+}
+
+fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
+    let (model, line) = fields.text(map, "camera_model")?;
+    let node = fields.child(map, "intrinsics");
+    if let Some(node) = node {
+        fields.stands_on(&INTRINSICS, node.line);
+        fields.stands_on(&["xi", "alpha", "beta"], node.line);
+    }
+    let node = node?;
+    let intrinsics =
+        |[fx_px, fy_px, cx_px, cy_px]: [f64; 4]| Intrinsics { fx_px, fy_px, cx_px, cy_px };
+    match model {
+        "pinhole" => {
+            let intrinsics = intrinsics(fields.exactly(node, "intrinsics"));
+            read_distorted(fields, map, intrinsics)
+        }
+        "ds" => {
+            no_distortion(fields, map, model);
+            let [xi, alpha, rest @ ..] = fields.exactly::<6>(node, "intrinsics");
+            Some(DoubleSphere::new(intrinsics(rest), xi, alpha).map(Lens::DoubleSphere))
+        }
+        "eucm" => {
+            no_distortion(fields, map, model);
+            let [alpha, beta, rest @ ..] = fields.exactly::<6>(node, "intrinsics");
+            Some(Eucm::new(intrinsics(rest), alpha, beta).map(Lens::Eucm))
+        }
+        "omni" => {
+            // Mei's `x / (z + xi d)` is the unified model `x / (alpha d + (1 - alpha) z)` with
+            // `alpha = xi / (1 + xi)`, scaled by `1 + xi`.
+            no_distortion(fields, map, model);
+            let [xi, fx, fy, cx, cy] = fields.exactly(node, "intrinsics");
+            let scaled = intrinsics([fx / (1.0 + xi), fy / (1.0 + xi), cx, cy]);
+            Some(Eucm::new(scaled, xi / (1.0 + xi), 1.0).map(Lens::Eucm))
+        }
+        other => {
+            let message = format!("`{}` is not known", shown(other));
+            let hint = "known: pinhole, omni, ds, eucm";
+            fields.fault(Fault::new(line, "camera_model", message).hint(hint));
+            None
+        }
+    }
+}
+
+/// A pinhole with one of Kalibr's distortions.
+fn read_distorted(
+    fields: &mut Fields,
+    map: &Node,
+    intrinsics: Intrinsics,
+) -> Option<Result<Lens, InvalidCamera>> {
+    let (distortion, line) = fields.text(map, "distortion_model")?;
+    if distortion == "none" {
+        return Some(OpenCv::new(intrinsics, &[]).map(Lens::OpenCv));
+    }
+    let node = fields.child(map, "distortion_coeffs")?;
+    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], node.line);
+    match distortion {
+        "radtan" => {
+            let k = fields.exactly::<4>(node, "distortion_coeffs");
+            Some(OpenCv::new(intrinsics, &k).map(Lens::OpenCv))
+        }
+        "equidistant" | "equi" => {
+            let k = fields.exactly::<4>(node, "distortion_coeffs");
+            Some(KannalaBrandt::new(intrinsics, k).map(Lens::KannalaBrandt))
+        }
+        other => {
+            let message = format!("`{}` is not known", shown(other));
+            let hint = "known: none, radtan, equidistant";
+            fields.fault(Fault::new(line, "distortion_model", message).hint(hint));
+            None
+        }
+    }
+}
+
+/// The sphere models stand for the whole lens here; distortion on top of them is refused.
+fn no_distortion(fields: &mut Fields, map: &Node, model: &str) {
+    let Some(node) = map.get("distortion_coeffs") else { return };
+    let coefficients = fields.numbers(node, "distortion_coeffs");
+    if coefficients.iter().any(|k| *k != 0.0 && k.is_finite()) {
+        let message = format!("`{model}` with further distortion has no counterpart here");
+        let hint = "calibrate with `pinhole-equi`, `ds-none` or `eucm-none`";
+        fields.fault(Fault::new(node.line, "distortion_coeffs", message).hint(hint));
+    }
+}
+
+/// The file's text, or what it has no place for.
+pub(super) fn write(camera: &Camera) -> Result<String, String> {
+    let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
+    let pinhole = [fx_px, fy_px, cx_px, cy_px];
+    let k = camera.lens().coefficients();
+    let (model, intrinsics, distortion, coefficients) = match camera.lens() {
+        Lens::OpenCv(_) if k.iter().all(|k| *k == 0.0) => {
+            ("pinhole", pinhole.into(), "none", &k[..0])
+        }
+        Lens::OpenCv(_) if k[4..].iter().all(|k| *k == 0.0) => {
+            ("pinhole", pinhole.into(), "radtan", &k[..4])
+        }
+        Lens::OpenCv(_) => {
+            let names = camera.lens().coefficient_names().iter().zip(k).skip(4);
+            let lost: Vec<_> = names.filter(|(_, k)| **k != 0.0).map(|(name, _)| *name).collect();
+            return Err(format!("the distortion beyond k1 k2 p1 p2 ({})", lost.join(" ")));
+        }
+        Lens::KannalaBrandt(_) => ("pinhole", pinhole.into(), "equidistant", k),
+        Lens::DoubleSphere(_) => ("ds", [k, &pinhole].concat(), "none", &k[..0]),
+        Lens::Eucm(_) => ("eucm", [k, &pinhole].concat(), "none", &k[..0]),
+    };
+    Ok(format!(
+        "cam0:\n  camera_model: {model}\n  intrinsics: {}\n  distortion_model: {distortion}\n  \
+         distortion_coeffs: {}\n  resolution: [{}, {}]\n",
+        list(intrinsics),
+        list(coefficients.iter().copied()),
+        camera.width_px(),
+        camera.height_px(),
+    ))
+}

@@ -1,0 +1,230 @@
+//! Camera matrix and distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
+
+use super::fields::{Fields, shown};
+use super::tree::{Content, Node};
+use super::{Fault, InvalidCameraFile, list};
+use crate::camera::Camera;
+use crate::estimate::CameraEstimate;
+use crate::interface::Interface;
+use crate::lens::{INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
+
+/// Spellings of each key: OpenCV's and ROS's calibration tools, messages, and common scripts.
+const MATRIX: [&str; 6] =
+    ["camera_matrix", "K", "k", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix"];
+const DISTORTION: [&str; 6] =
+    ["distortion_coefficients", "D", "d", "distCoeffs", "Distortion_Coefficients", "dist_coeffs"];
+const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];
+const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
+
+/// What the distortion vector means.
+#[derive(Clone, Copy, PartialEq)]
+enum Model {
+    OpenCv,
+    Fisheye,
+}
+
+fn first<'a>(root: &'a Node, spellings: &[&str]) -> Option<&'a Node> {
+    spellings.iter().find_map(|key| root.get(key))
+}
+
+pub(super) fn is_recognised(root: &Node) -> bool {
+    first(root, &MATRIX).is_some()
+}
+
+pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
+    let mut fields = Fields::default();
+    let mut size = |spellings: &[&'static str], field: &'static str| {
+        let Some(node) = first(root, spellings) else {
+            let message = "is missing; without the image's size a camera is not complete";
+            fields.fault(Fault::new(None, spellings[0], message));
+            return 0;
+        };
+        fields.pixels(node, field)
+    };
+    let size = (size(&WIDTH, "width_px"), size(&HEIGHT, "height_px"));
+
+    let intrinsics = first(root, &MATRIX).map(|node| read_intrinsics(&mut fields, node));
+    let distortion = first(root, &DISTORTION);
+    let Some(distortion) = distortion else {
+        fields.fault(Fault::new(None, DISTORTION[0], "is missing"));
+        return Err(fields.faults_of(size, None, Interface::None));
+    };
+    let coefficients = matrix_data(&mut fields, distortion, DISTORTION[0]);
+    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.line);
+    let model = read_model(&mut fields, root, distortion.line, coefficients.len());
+    let (Some(intrinsics), Some(model)) = (intrinsics, model) else {
+        return Err(fields.faults_of(size, None, Interface::None));
+    };
+    let lens = match model {
+        Model::Fisheye => {
+            let k = count_is(&mut fields, distortion, &coefficients, &[4]);
+            k.map(|k| KannalaBrandt::new(intrinsics, std::array::from_fn(|i| k[i])))
+                .map(|lens| lens.map(Lens::KannalaBrandt))
+        }
+        Model::OpenCv => {
+            let used = without_prism_and_tilt(&mut fields, distortion, &coefficients);
+            let k = count_is(&mut fields, distortion, used, &[0, 4, 5, 8]);
+            k.map(|k| OpenCv::new(intrinsics, k).map(Lens::OpenCv))
+        }
+    };
+    fields.finish(size, lens, Interface::None, None)
+}
+
+/// The numbers of a matrix, row by row, or of a plain list.
+fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
+    match &node.content {
+        Content::Map(_) => {
+            fields.child(node, "data").map_or_else(Vec::new, |data| fields.numbers(data, field))
+        }
+        _ => fields.numbers(node, field),
+    }
+}
+
+fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
+    fields.stands_on(&INTRINSICS, node.line);
+    let k = matrix_data(fields, node, MATRIX[0]);
+    let [fx_px, skew, cx_px, below, fy_px, cy_px, rest @ ..] = match <[f64; 9]>::try_from(&k[..]) {
+        Ok(k) => k,
+        Err(_) => {
+            let message = format!("has {} numbers; 9 are needed", k.len());
+            fields.fault(Fault::new(node.line, MATRIX[0], message));
+            [f64::NAN; 9]
+        }
+    };
+    if skew != 0.0 && skew.is_finite() {
+        let fault = Fault::new(node.line, MATRIX[0], format!("has a skew of {skew} px"));
+        fields.fault(fault.hint("no lens model here has one; calibrate without it"));
+    }
+    if below.is_finite() && (below != 0.0 || rest != [0.0, 0.0, 1.0]) {
+        let message = "is not of the form [fx, 0, cx; 0, fy, cy; 0, 0, 1]";
+        fields.fault(Fault::new(node.line, MATRIX[0], message));
+    }
+    Intrinsics { fx_px, fy_px, cx_px, cy_px }
+}
+
+/// What the file says the coefficients mean.
+///
+/// OpenCV's own files do not always tell its two models apart, and both can have four
+/// coefficients. Where nothing but four numbers is given, the file is refused.
+fn read_model(fields: &mut Fields, root: &Node, line: usize, count: usize) -> Option<Model> {
+    if root.get("distortion_model").is_some() {
+        let (name, line) = fields.text(root, "distortion_model")?;
+        return match name {
+            "plumb_bob" | "rational_polynomial" => Some(Model::OpenCv),
+            "equidistant" | "fisheye" => Some(Model::Fisheye),
+            other => {
+                let message = format!("`{}` is not known", shown(other));
+                let hint = "known: plumb_bob, rational_polynomial, equidistant";
+                fields.fault(Fault::new(line, "distortion_model", message).hint(hint));
+                None
+            }
+        };
+    }
+    if root.get("fisheye_model").is_some() {
+        let (flag, line) = fields.text(root, "fisheye_model")?;
+        return match flag {
+            "0" | "false" => Some(Model::OpenCv),
+            "1" | "true" => Some(Model::Fisheye),
+            other => {
+                let message = format!("is `{}`, but must be 0 or 1", shown(other));
+                fields.fault(Fault::new(line, "fisheye_model", message));
+                None
+            }
+        };
+    }
+    if count == 4 {
+        let message = "four coefficients are either k1 k2 p1 p2 or the k1 k2 k3 k4 of a fisheye, \
+                       and the file does not say which";
+        let hint = "add the line `fisheye_model: 0` or `fisheye_model: 1`";
+        fields.fault(Fault::new(line, DISTORTION[0], message).hint(hint));
+        return None;
+    }
+    Some(Model::OpenCv)
+}
+
+/// OpenCV's 12 and 14 coefficients, if those beyond the eighth are zero.
+fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) -> &'a [f64] {
+    if !matches!(k.len(), 12 | 14) {
+        return k;
+    }
+    let (used, beyond) = k.split_at(8);
+    if beyond.iter().any(|value| *value != 0.0) {
+        let message = "has thin prism or tilted sensor terms that are not zero";
+        let hint = "no lens model here has them; calibrate with 5 or 8 coefficients";
+        fields.fault(Fault::new(node.line, DISTORTION[0], message).hint(hint));
+    }
+    used
+}
+
+fn count_is<'a>(
+    fields: &mut Fields,
+    node: &Node,
+    k: &'a [f64],
+    allowed: &[usize],
+) -> Option<&'a [f64]> {
+    if allowed.contains(&k.len()) {
+        return Some(k);
+    }
+    let counts: Vec<String> = allowed.iter().map(usize::to_string).collect();
+    let message = format!("has {} numbers; this model has {}", k.len(), counts.join(", "));
+    fields.fault(Fault::new(node.line, DISTORTION[0], message));
+    None
+}
+
+/// Camera matrix and coefficients of a lens that both formats have, or what would be lost.
+fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], Model), String> {
+    let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
+    let matrix = [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0];
+    let coefficients = camera.lens().coefficients();
+    match camera.lens() {
+        Lens::OpenCv(_) => Ok((matrix, coefficients, Model::OpenCv)),
+        Lens::KannalaBrandt(_) => Ok((matrix, coefficients, Model::Fisheye)),
+        other => Err(format!("the lens model ({})", other.model_name())),
+    }
+}
+
+pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
+    let (matrix, k, model) = parts(camera)?;
+    let as_matrix = |name: &str, rows: usize, columns: usize, data: &[f64]| {
+        let data = list(data.iter().copied());
+        format!(
+            "{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {columns}\n   dt: d\n   data: {data}\n"
+        )
+    };
+    Ok(format!(
+        "%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\nfisheye_model: {}\n{}{}",
+        camera.width_px(),
+        camera.height_px(),
+        u8::from(model == Model::Fisheye),
+        as_matrix("camera_matrix", 3, 3, &matrix),
+        as_matrix("distortion_coefficients", k.len(), 1, k),
+    ))
+}
+
+pub(super) fn write_ros(camera: &Camera) -> Result<String, String> {
+    let (matrix, k, model) = parts(camera)?;
+    let [fx, _, cx, _, fy, cy, ..] = matrix;
+    let name = match (model, k.len()) {
+        (Model::Fisheye, _) => "equidistant",
+        (Model::OpenCv, 8) => "rational_polynomial",
+        _ => "plumb_bob",
+    };
+    let as_matrix = |name: &str, rows: usize, columns: usize, data: &[f64]| {
+        let data = list(data.iter().copied());
+        format!("{name}:\n  rows: {rows}\n  cols: {columns}\n  data: {data}\n")
+    };
+    Ok(format!(
+        "image_width: {}\nimage_height: {}\ncamera_name: camera\n{}distortion_model: {name}\n{}{}{}",
+        camera.width_px(),
+        camera.height_px(),
+        as_matrix("camera_matrix", 3, 3, &matrix),
+        as_matrix("distortion_coefficients", 1, k.len(), k),
+        as_matrix("rectification_matrix", 3, 3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+        as_matrix(
+            "projection_matrix",
+            3,
+            4,
+            &[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        ),
+    ))
+}

@@ -31,6 +31,7 @@ pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
 
 pub mod bodies;
+pub mod dataset;
 pub mod exporting;
 pub mod identity;
 pub mod pictures;

@@ -1,0 +1,126 @@
+//! Casting every half press once.
+
+use fabkit_depth::truth::{DepthMap, Side};
+use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::store::{DatasetError, Store};
+use super::{Job, Pattern};
+
+/// Half presses in one file.
+const HALVES_PER_SHARD: u64 = 16;
+
+/// What is kept of a half press.
+pub(super) struct Half {
+    pub(super) indentation_mm: Vec<f32>,
+    pub(super) label: Vec<u16>,
+}
+
+/// `halves/indentation_mm` and `halves/label`.
+pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
+    let array = |element, attributes| ZarrArray {
+        element,
+        samples: 2 * job.patterns.len() as u64,
+        sample_shape: vec![height.into(), width.into()],
+        samples_per_shard: HALVES_PER_SHARD,
+        dimensions: ["half", "row", "column"].map(String::from).to_vec(),
+        attributes,
+    };
+    vec![
+        array(
+            Element::F32,
+            json!({ "unit": "mm", "is": "range without contact minus range with it" }),
+        ),
+        array(
+            Element::U16,
+            json!({ "is": "0: no surface, 1: surface, from 2: bodies of the pattern" }),
+        ),
+    ]
+}
+
+/// Names of [`arrays`], in order.
+const NAMES: [&str; 2] = ["halves/indentation_mm", "halves/label"];
+
+/// Casts and writes. The halves are handed back if samples will be stitched from them.
+pub(super) fn write(
+    store: &Store,
+    job: &Job,
+    arrays: &[ZarrArray],
+) -> Result<Vec<Half>, DatasetError> {
+    for (name, array) in NAMES.iter().zip(arrays) {
+        store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
+    }
+    let [indentations, labels] = arrays else { return Ok(Vec::new()) };
+    let shards = 0..indentations.shards();
+    let cast: Vec<Vec<Half>> = shards
+        .into_par_iter()
+        .map(|shard| {
+            let files = [indentations, labels].map(|array| array.shard_path(shard));
+            let files: Vec<String> =
+                NAMES.iter().zip(files).map(|(name, path)| format!("{name}/{path}")).collect();
+            let is_there = files.iter().all(|file| store.has(file));
+            let halves: Vec<Half> = if is_there && !job.materialise {
+                Vec::new()
+            } else {
+                indentations.samples_of(shard).map(|half| cast_half(job, half as usize)).collect()
+            };
+            store.put(&files[0], || {
+                let packed =
+                    halves.iter().map(|half| zarr_pack(&bytes_of_f32(&half.indentation_mm)));
+                Ok(indentations.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+            })?;
+            store.put(&files[1], || {
+                let packed = halves.iter().map(|half| zarr_pack(&bytes_of_u16(&half.label)));
+                Ok(labels.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+            })?;
+            Ok(if job.materialise { halves } else { Vec::new() })
+        })
+        .collect::<Result<_, DatasetError>>()?;
+    Ok(cast.into_iter().flatten().collect())
+}
+
+fn cast_half(job: &Job, half: usize) -> Half {
+    let count = job.patterns.len();
+    let Pattern { left, right, .. } = &job.patterns[half % count];
+    let map = job.surface.pressed(if half < count { left } else { right });
+    let map = map.with_membrane(job.membrane_mm);
+    Half { indentation_mm: indentation_f32(&map), label: map.label().to_vec() }
+}
+
+/// Where no surface is seen there is no indentation either.
+fn indentation_f32(map: &DepthMap) -> Vec<f32> {
+    map.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
+}
+
+pub(super) fn bytes_of_f32(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+pub(super) fn bytes_of_u16(values: &[u16]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+/// The bytes of `reference.npz`.
+pub(super) fn reference(job: &Job) -> Result<Vec<u8>, DatasetError> {
+    let map = job.surface.untouched();
+    let shape = vec![map.height_px() as usize, map.width_px() as usize];
+    let array = |name: &str, values| Array { name: name.into(), shape: shape.clone(), values };
+    let vectors = |name: &str, values: Vec<f64>| Array {
+        name: name.into(),
+        shape: vec![shape[0], shape[1], 3],
+        values: Values::F64(values),
+    };
+    let points = map.point_in_sensor().flat_map(|point| [point.x, point.y, point.z]).collect();
+    let normals = map.normal_in_sensor().iter().flat_map(|n| [n.x, n.y, n.z]).collect();
+    let on = |side: Side| Values::Bool(job.seam.sides().iter().map(|s| *s == side).collect());
+    Ok(npz(&[
+        array("range_mm", Values::F64(map.range_mm().to_vec())),
+        array("z_mm", Values::F64(map.z_mm().collect())),
+        vectors("point_in_sensor", points),
+        vectors("normal_in_sensor", normals),
+        array("incidence_rad", Values::F64(map.incidence_rad().collect())),
+        array("is_left", on(Side::Left)),
+        array("is_right", on(Side::Right)),
+    ])?)
+}

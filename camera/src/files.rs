@@ -10,6 +10,8 @@
 //! | [`Format::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
 //! | [`Format::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
 //!
+//! Kalibr's `omni` without distortion is read as the EUCM that it is.
+//!
 //! All four put pixel centres at integers, so intrinsics pass unchanged. OpenCV's and Kalibr's
 //! own code stops at 90 degrees; the same coefficients describe the same lens here beyond that.
 //!
@@ -188,8 +190,37 @@ pub fn write(estimate: &CameraEstimate, format: Format) -> Result<String, LossyC
     }
 }
 
-/// Numbers in a YAML list, each in the shortest form that reads back as the same number.
+/// Numbers in a YAML list.
 fn list(values: impl IntoIterator<Item = f64>) -> String {
-    let numbers: Vec<String> = values.into_iter().map(|v| format!("{v:?}")).collect();
+    let numbers: Vec<String> = values.into_iter().map(number).collect();
     format!("[{}]", numbers.join(", "))
+}
+
+/// The shortest form that reads back as the same number, here and in Python.
+///
+/// YAML 1.1, which PyYAML follows, takes `1e-17` for a word: a number with an exponent needs a
+/// point and the exponent a sign.
+fn number(value: f64) -> String {
+    let shortest = format!("{value:?}");
+    let Some((mantissa, exponent)) = shortest.split_once('e') else { return shortest };
+    let point = if mantissa.contains('.') { "" } else { ".0" };
+    let sign = if exponent.starts_with('-') { "" } else { "+" };
+    format!("{mantissa}{point}e{sign}{exponent}")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn numbers_are_numbers_in_every_yaml() {
+        for (value, expected) in [
+            (-1e-17, "-1.0e-17"),
+            (1.5e300, "1.5e+300"),
+            (1e16, "1.0e+16"),
+            (-0.25971254, "-0.25971254"),
+            (640.0, "640.0"),
+        ] {
+            assert_eq!(super::number(value), expected);
+            assert_eq!(expected.parse(), Ok(value));
+        }
+    }
 }

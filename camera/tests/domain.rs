@@ -38,64 +38,63 @@ fn first_fold(radius: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
+/// Compares a lens with the radius that its model states, in units of the focal length.
+fn check_radial(lens: Lens, radius: impl Fn(f64) -> f64) {
+    let camera = bare(lens);
+    let limit_rad = camera.angle_limit_rad();
+    // The third pass of `first_fold` steps by 1e-9; at a maximum, radii differ by squares.
+    let expected = first_fold(&radius);
+    assert!((limit_rad - expected).abs() < 2e-6, "{lens:?}: {limit_rad} {expected}");
+    for i in 1..=19 {
+        let theta = limit_rad * 0.05 * f64::from(i);
+        let pixel = camera.project(&towards(theta, 0.0)).unwrap();
+        let expected_px = INTRINSICS.fx_px * radius(theta) + INTRINSICS.cx_px;
+        let error_px = (pixel.x - expected_px).abs().max((pixel.y - INTRINSICS.cy_px).abs());
+        assert!(error_px < 1e-12 * expected_px.max(1e3), "{lens:?} at {theta}: {error_px:e}");
+    }
+}
+
 #[test]
-fn radial_limits_are_where_the_radius_ceases_to_grow() {
-    let kannala_brandt = |k: [f64; 4]| {
-        let radius = move |t: f64| {
+fn lenses_follow_their_models_up_to_where_the_radius_ceases_to_grow() {
+    for k in
+        [[0.0; 4], [-0.1, 0.0, 0.0, 0.0], [0.02, -0.013, 0.004, -0.0007], [0.3, -0.3, 0.05, 0.0]]
+    {
+        let lens = KannalaBrandt::new(INTRINSICS, k).unwrap();
+        check_radial(Lens::KannalaBrandt(lens), |t| {
             t + k[0] * t.powi(3) + k[1] * t.powi(5) + k[2] * t.powi(7) + k[3] * t.powi(9)
-        };
-        let lens = Lens::KannalaBrandt(KannalaBrandt::new(INTRINSICS, k).unwrap());
-        (lens.angle_limit_rad(), first_fold(radius))
-    };
-    let double_sphere = |xi: f64, alpha: f64| {
-        let radius = move |t: f64| {
+        });
+    }
+    for (xi, alpha) in [(-0.18, 0.61), (0.4, 0.8), (-0.5, 0.3), (0.0, 0.5)] {
+        let lens = DoubleSphere::new(INTRINSICS, xi, alpha).unwrap();
+        check_radial(Lens::DoubleSphere(lens), |t| {
             let z1 = t.cos() + xi;
             t.sin() / (alpha * t.sin().hypot(z1) + (1.0 - alpha) * z1)
-        };
-        let lens = Lens::DoubleSphere(DoubleSphere::new(INTRINSICS, xi, alpha).unwrap());
-        (lens.angle_limit_rad(), first_fold(radius))
-    };
-    let eucm = |alpha: f64, beta: f64| {
-        let radius = move |t: f64| {
+        });
+    }
+    for (alpha, beta) in [(0.63, 1.07), (0.4, 2.0), (1.0, 0.7)] {
+        let lens = Eucm::new(INTRINSICS, alpha, beta).unwrap();
+        check_radial(Lens::Eucm(lens), |t| {
             let d = (beta * t.sin().powi(2) + t.cos().powi(2)).sqrt();
             t.sin() / (alpha * d + (1.0 - alpha) * t.cos())
-        };
-        let lens = Lens::Eucm(Eucm::new(INTRINSICS, alpha, beta).unwrap());
-        (lens.angle_limit_rad(), first_fold(radius))
-    };
-    let opencv = |k: &[f64]| {
-        let [k1, k2, _, _, k3, k4, k5, k6] =
-            std::array::from_fn(|i| k.get(i).copied().unwrap_or(0.0));
-        let radius = move |t: f64| {
-            let (r, u) = (t.tan(), t.tan().powi(2));
-            r * (1.0 + u * (k1 + u * (k2 + u * k3))) / (1.0 + u * (k4 + u * (k5 + u * k6)))
-        };
-        let lens = Lens::OpenCv(OpenCv::new(INTRINSICS, k).unwrap());
-        (lens.angle_limit_rad(), first_fold(radius))
-    };
-    for (limit, expected) in [
-        kannala_brandt([0.0; 4]),
-        kannala_brandt([-0.1, 0.0, 0.0, 0.0]),
-        kannala_brandt([0.02, -0.013, 0.004, -0.0007]),
-        kannala_brandt([0.3, -0.3, 0.05, 0.0]),
-        double_sphere(-0.18, 0.61),
-        double_sphere(0.4, 0.8),
-        double_sphere(-0.5, 0.3),
-        double_sphere(0.0, 0.5),
-        eucm(0.63, 1.07),
-        eucm(0.4, 2.0),
-        eucm(1.0, 0.7),
-        opencv(&[-0.25971254, 0.08700416, 0.0, 0.0, -0.01535192]),
-        opencv(&[-0.3, 0.0, 0.0, 0.0, 0.0]),
-        opencv(&[0.21, -0.13, 0.0, 0.0, 0.011, 0.45, -0.06, 0.02]),
+        });
+    }
+    for k in [
+        [-0.25971254, 0.08700416, 0.0, 0.0, -0.01535192, 0.0, 0.0, 0.0],
+        [-0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.21, -0.13, 0.0, 0.0, 0.011, 0.45, -0.06, 0.02],
         // A pole of the rational function comes first.
-        opencv(&[0.0, 0.0, 0.0, 0.0, 0.0, -0.5, 0.0, 0.0]),
+        [0.0, 0.0, 0.0, 0.0, 0.0, -0.5, 0.0, 0.0],
     ] {
-        // The third pass of `first_fold` steps by 1e-9; at a maximum, radii differ by squares.
-        assert!((limit - expected).abs() < 2e-6, "{limit} {expected}");
+        let lens = OpenCv::new(INTRINSICS, &k).unwrap();
+        check_radial(Lens::OpenCv(lens), |t| {
+            let (r, u) = (t.tan(), t.tan().powi(2));
+            r * (1.0 + u * (k[0] + u * (k[1] + u * k[4])))
+                / (1.0 + u * (k[5] + u * (k[6] + u * k[7])))
+        });
     }
     // In closed form: 1 - 0.3 theta^2 = 0.
-    assert!((kannala_brandt([-0.1, 0.0, 0.0, 0.0]).0 - (1.0f64 / 0.3).sqrt()).abs() < 1e-15);
+    let lens = Lens::KannalaBrandt(KannalaBrandt::new(INTRINSICS, [-0.1, 0.0, 0.0, 0.0]).unwrap());
+    assert!((lens.angle_limit_rad() - (1.0f64 / 0.3).sqrt()).abs() < 1e-15);
 }
 
 #[test]

@@ -216,7 +216,7 @@ pub struct NominalCamera {
     pub width_px: u32,
     /// Image height, px.
     pub height_px: u32,
-    /// Full angle of view of the lens across its image circle.
+    /// Full angle of view over the image's diagonal, as makers of small cameras state it.
     pub field_of_view: Angle,
 }
 

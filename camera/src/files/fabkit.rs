@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Point3};
 
 use super::fields::{Fields, shown};
 use super::tree::{Content, Node};
-use super::{Fault, InvalidCameraFile, list};
+use super::{Fault, InvalidCameraFile, list, number};
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
 use crate::interface::{Flat, Interface, Sphere};
@@ -65,7 +65,7 @@ pub(super) fn write(estimate: &CameraEstimate) -> String {
 
 fn write_pairs(text: &mut String, pairs: impl Iterator<Item = (&'static str, f64)>) {
     for (name, value) in pairs {
-        let _ = writeln!(text, "  {name}: {value:?}");
+        let _ = writeln!(text, "  {name}: {}", number(value));
     }
 }
 

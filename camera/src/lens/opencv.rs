@@ -115,6 +115,11 @@ impl OpenCv {
             (r * s - radius, s + 2.0 * r * r * s_by_u)
         };
         let within = radius <= self.limit_radius;
+        // Tangential terms shift a point at radius r by at most 3 P r^2.
+        let margin = 3.0 * self.tangential().norm() * self.limit_tangent * self.limit_tangent;
+        if radius > self.limit_radius + margin {
+            return None;
+        }
         // The limit itself may be a pole: start anywhere but there.
         let start = if radius < self.limit_tangent { radius } else { 0.5 * self.limit_tangent };
         let r = match within {
@@ -122,8 +127,8 @@ impl OpenCv {
             false => self.limit_tangent,
         };
         let point = target * (r / radius);
-        if self.tangential() == Vector2::zeros() {
-            return within.then_some(point);
+        if margin == 0.0 {
+            return Some(point);
         }
         self.descend(point, target)
     }

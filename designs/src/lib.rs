@@ -12,6 +12,8 @@ mod molds;
 pub mod parameters;
 mod registry;
 
+pub use fits::{Fit, gap_mm};
+pub use hardware::{Head, Screw};
 pub use kerf::kerf_mm;
 pub use registry::{Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry};
 

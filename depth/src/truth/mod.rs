@@ -26,6 +26,7 @@ mod map;
 mod membrane;
 mod picture;
 mod rays;
+mod sigma;
 mod stitch;
 mod tiles;
 
@@ -33,4 +34,5 @@ pub use cast::{Presser, Surface};
 pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 pub use picture::{false_color, scale_color};
 pub use rays::PixelRays;
+pub use sigma::Uncertainty;
 pub use stitch::{Seam, Side};

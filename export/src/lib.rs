@@ -23,6 +23,7 @@ mod ply;
 mod stl;
 mod svg;
 mod three_mf;
+mod tiff;
 mod tree;
 mod zarr;
 
@@ -37,6 +38,7 @@ pub use ply::{CloudPoint, ply};
 pub use stl::stl;
 pub use svg::svg;
 pub use three_mf::{Document, Object, three_mf, three_mf_of_one_piece};
+pub use tiff::float_tiff;
 pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
 pub use zarr::{Element, ZarrArray, zarr_group, zarr_pack};
 

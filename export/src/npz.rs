@@ -13,6 +13,8 @@ pub enum Values {
     U16(Vec<u16>),
     /// `bool`.
     Bool(Vec<bool>),
+    /// Strings of any length.
+    Text(Vec<String>),
 }
 
 /// A named array.
@@ -28,12 +30,13 @@ pub struct Array {
 
 impl Values {
     /// The type as NumPy writes it.
-    fn descriptor(&self) -> &'static str {
+    fn descriptor(&self) -> String {
         match self {
-            Self::F64(_) => "<f8",
-            Self::F32(_) => "<f4",
-            Self::U16(_) => "<u2",
-            Self::Bool(_) => "|b1",
+            Self::F64(_) => "<f8".into(),
+            Self::F32(_) => "<f4".into(),
+            Self::U16(_) => "<u2".into(),
+            Self::Bool(_) => "|b1".into(),
+            Self::Text(values) => format!("<U{}", longest(values)),
         }
     }
 
@@ -43,6 +46,7 @@ impl Values {
             Self::F32(values) => values.len(),
             Self::U16(values) => values.len(),
             Self::Bool(values) => values.len(),
+            Self::Text(values) => values.len(),
         }
     }
 
@@ -52,8 +56,23 @@ impl Values {
             Self::F32(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
             Self::U16(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
             Self::Bool(values) => bytes.extend(values.iter().map(|&v| u8::from(v))),
+            Self::Text(values) => {
+                // UTF-32, all as long as the longest.
+                let width = longest(values);
+                let padded = values.iter().flat_map(|v| v.chars().chain(padding(v, width)));
+                bytes.extend(padded.flat_map(|c| u32::from(c).to_le_bytes()));
+            }
         }
     }
+}
+
+/// In characters; NumPy knows no strings of length 0.
+fn longest(values: &[String]) -> usize {
+    values.iter().map(|value| value.chars().count()).max().unwrap_or(0).max(1)
+}
+
+fn padding(value: &str, width: usize) -> impl Iterator<Item = char> + use<> {
+    std::iter::repeat_n('\0', width - value.chars().count())
 }
 
 /// The bytes of one array as an NPY file.
@@ -119,6 +138,11 @@ mod tests {
             assert_eq!(bytes.len(), 10 + length + 24);
             assert_eq!(bytes[10 + length + 20..], 5f32.to_le_bytes());
         }
+        let names = Values::Text(vec!["none".into(), "µ".into()]);
+        let names = npy(&Array { name: "n".into(), shape: vec![2], values: names }).unwrap();
+        assert!(String::from_utf8_lossy(&names).contains("'descr': '<U4'"));
+        let last: Vec<u8> = [0xb5u32, 0, 0, 0].iter().flat_map(|c| c.to_le_bytes()).collect();
+        assert_eq!(names[names.len() - 16..], last);
         let one = Array { name: "a".into(), shape: vec![2], values: Values::Bool(vec![true; 2]) };
         assert!(String::from_utf8_lossy(&npy(&one).unwrap()).contains("'shape': (2,)"));
     }

@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use fabkit_camera as camera;
 pub use fabkit_checks as checks;
 pub use fabkit_depth as depth;
 pub use fabkit_designs as designs;
@@ -33,6 +34,7 @@ pub use fabkit_mesh as mesh;
 pub mod bodies;
 pub mod dataset;
 pub mod exporting;
+pub mod ground_truth;
 pub mod identity;
 pub mod pictures;
 pub mod staging;

@@ -150,6 +150,14 @@ fn builtin(name: &str) -> Option<SourceText> {
 
 /// Refuses what is too large or no file before reading it: a pipe may never end.
 fn read_yaml(path: &Path) -> Result<String, Failure> {
+    read_text(path, "a sensor's file", "`fabkit show rtac0` shows what one holds")
+}
+
+/// Reads a text file of at most [`MAX_YAML_BYTES`]; `what` it should be, and a hint at it.
+///
+/// # Errors
+/// What is unreadable, too large, no file, or not UTF-8.
+pub fn read_text(path: &Path, what: &str, hint: &str) -> Result<String, Failure> {
     let shown = path.display();
     let unreadable = |error: io::Error| {
         let exit = match error.kind() {
@@ -161,8 +169,8 @@ fn read_yaml(path: &Path) -> Result<String, Failure> {
     let too_large = |found: &str| {
         Failure::new(
             Exit::Limit,
-            format!("{shown} has {found} bytes; a sensor's file has at most {MAX_YAML_BYTES}"),
-            "is it the right file? `fabkit show rtac0` shows what one holds",
+            format!("{shown} has {found} bytes; {what} has at most {MAX_YAML_BYTES}"),
+            format!("is it the right file? {hint}"),
         )
     };
     let found = fs::metadata(path).map_err(unreadable)?;

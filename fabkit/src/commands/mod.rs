@@ -3,12 +3,16 @@
 
 mod check;
 mod completions;
+mod dataset;
+mod depth;
 mod export;
 mod list;
 mod man;
+mod progress;
 mod render;
 mod schema;
 mod show;
+mod view;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -83,6 +87,8 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args, &cli.global),
         Command::Render(args) => render::run(args),
+        Command::Depth(args) => depth::run(args),
+        Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Schema => schema::run(),
         Command::Completions { shell } => completions::run(*shell),
         Command::Man { output } => man::run(output.as_deref()),
@@ -94,6 +100,8 @@ fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,
         Command::Check(_)
+            | Command::Dataset(_)
+            | Command::Depth(_)
             | Command::Export(_)
             | Command::Render(_)
             | Command::Man { output: Some(_) }

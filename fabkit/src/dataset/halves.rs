@@ -1,12 +1,12 @@
 //! Casting every half press once.
 
-use fabkit_depth::truth::{DepthMap, Side};
+use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Side};
 use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
 use rayon::prelude::*;
 use serde_json::json;
 
+use super::Job;
 use super::store::{DatasetError, Store};
-use super::{Job, Pattern};
 
 /// Half presses in one file.
 const HALVES_PER_SHARD: u64 = 16;
@@ -42,50 +42,64 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
 /// Names of [`arrays`], in order.
 const NAMES: [&str; 2] = ["halves/indentation_mm", "halves/label"];
 
-/// Casts and writes. The halves are handed back if samples will be stitched from them.
-pub(super) fn write(
-    store: &Store,
-    job: &Job,
-    arrays: &[ZarrArray],
-) -> Result<Vec<Half>, DatasetError> {
+/// What a shard's work leaves: its halves if they are needed again, and which of them touch nothing.
+type Cast = (Vec<Half>, Vec<usize>);
+
+/// Casts and writes. The halves are handed back if samples will be stitched from them, and with
+/// them the places of those that touch nothing.
+pub(super) fn write(store: &Store, job: &Job, arrays: &[ZarrArray]) -> Result<Cast, DatasetError> {
     for (name, array) in NAMES.iter().zip(arrays) {
         store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
     }
-    let [indentations, labels] = arrays else { return Ok(Vec::new()) };
-    let shards = 0..indentations.shards();
-    let cast: Vec<Vec<Half>> = shards
-        .into_par_iter()
-        .map(|shard| {
-            let files = [indentations, labels].map(|array| array.shard_path(shard));
-            let files: Vec<String> =
-                NAMES.iter().zip(files).map(|(name, path)| format!("{name}/{path}")).collect();
-            let is_there = files.iter().all(|file| store.has(file));
-            let halves: Vec<Half> = if is_there && !job.materialise {
-                Vec::new()
-            } else {
-                indentations.samples_of(shard).map(|half| cast_half(job, half as usize)).collect()
-            };
-            store.put(&files[0], || {
-                let packed =
-                    halves.iter().map(|half| zarr_pack(&bytes_of_f32(&half.indentation_mm)));
-                Ok(indentations.shard(&packed.collect::<Result<Vec<_>, _>>()?))
-            })?;
-            store.put(&files[1], || {
-                let packed = halves.iter().map(|half| zarr_pack(&bytes_of_u16(&half.label)));
-                Ok(labels.shard(&packed.collect::<Result<Vec<_>, _>>()?))
-            })?;
-            Ok(if job.materialise { halves } else { Vec::new() })
-        })
-        .collect::<Result<_, DatasetError>>()?;
-    Ok(cast.into_iter().flatten().collect())
+    let [indentations, labels] = arrays else { return Ok(Cast::default()) };
+    let shard = |shard: u64| -> Result<Cast, DatasetError> {
+        let name = |i: usize| format!("{}/{}", NAMES[i], arrays[i].shard_path(shard));
+        let names = [name(0), name(1)];
+        let places = indentations.samples_of(shard).map(|half| half as usize);
+        let is_there = names.iter().all(|name| store.has(name));
+        let halves: Vec<Half> = match is_there && !job.materialise {
+            true => Vec::new(),
+            false => places.clone().map(|half| cast_half(job, half)).collect(),
+        };
+        store.put(&names[0], || {
+            let packed = halves.iter().map(|half| zarr_pack(&bytes_of_f32(&half.indentation_mm)));
+            Ok(indentations.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+        })?;
+        store.put(&names[1], || {
+            let packed = halves.iter().map(|half| zarr_pack(&bytes_of_u16(&half.label)));
+            Ok(labels.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+        })?;
+        let of_shard = places.zip(&halves);
+        let untouched =
+            of_shard.filter(|(place, half)| !touches(job, *place, half)).map(|(place, _)| place);
+        let untouched = untouched.collect();
+        Ok((if job.materialise { halves } else { Vec::new() }, untouched))
+    };
+    let cast: Vec<Cast> =
+        (0..indentations.shards()).into_par_iter().map(shard).collect::<Result<_, _>>()?;
+    let mut all = Cast::default();
+    for (halves, untouched) in cast {
+        all.0.extend(halves);
+        all.1.extend(untouched);
+    }
+    Ok(all)
 }
 
-fn cast_half(job: &Job, half: usize) -> Half {
-    let count = job.patterns.len();
-    let Pattern { left, right, .. } = &job.patterns[half % count];
-    let map = job.surface.pressed(if half < count { left } else { right });
-    let map = map.with_membrane(job.membrane_mm);
+/// Casts one half: the left ones in order, then the right ones.
+pub(super) fn cast_half(job: &Job, half: usize) -> Half {
+    let pressers = match job.half(half) {
+        (pattern, Side::Left) => &pattern.left,
+        (pattern, _) => &pattern.right,
+    };
+    let map = job.surface.pressed(pressers).with_membrane(job.membrane_mm);
     Half { indentation_mm: indentation_f32(&map), label: map.label().to_vec() }
+}
+
+/// Whether any pixel on its own side sees what presses.
+fn touches(job: &Job, place: usize, half: &Half) -> bool {
+    let (_, own) = job.half(place);
+    let mut labels = half.label.iter().zip(job.seam.sides());
+    labels.any(|(label, side)| *label > SURFACE_LABEL && *side == own)
 }
 
 /// Where no surface is seen there is no indentation either.

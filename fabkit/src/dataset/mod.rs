@@ -20,14 +20,19 @@
 
 mod card;
 mod halves;
+mod patterns;
 mod plan;
 mod samples;
 mod store;
 
 use std::path::Path;
 
-use fabkit_depth::truth::{Presser, Seam, Surface};
+use fabkit_depth::truth::{Presser, Seam, Side, Surface};
 
+pub use patterns::{
+    MAX_PATTERNS, NamedPresses, NoPatterns, PatternFault, hash as presses_hash,
+    read as read_patterns, semi_domes,
+};
 pub use plan::{Plan, Split};
 pub use store::DatasetError;
 
@@ -61,11 +66,25 @@ pub struct Job<'a> {
     pub resume: bool,
 }
 
-/// How far a run is: files done, files in all.
-pub type OnProgress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+impl Job<'_> {
+    /// The pattern of a half, and on which side of the seam it presses.
+    fn half(&self, half: usize) -> (&Pattern, Side) {
+        let count = self.patterns.len();
+        let side = if half < count { Side::Left } else { Side::Right };
+        (&self.patterns[half % count], side)
+    }
+
+    fn half_name(&self, half: usize) -> String {
+        let (pattern, side) = self.half(half);
+        format!("{} {}", pattern.name, if side == Side::Left { "left" } else { "right" })
+    }
+}
+
+/// How far a run is: files done, how many of these were there before, files in all.
+pub type OnProgress<'a> = &'a (dyn Fn(usize, usize, usize) + Sync);
 
 /// What a run did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
     /// Half presses.
     pub halves: usize,
@@ -75,6 +94,9 @@ pub struct Written {
     pub found: usize,
     /// Files written now.
     pub made: usize,
+    /// Halves, of those cast now, that press nothing that the camera sees on their side of the
+    /// seam.
+    pub untouched: Vec<String>,
 }
 
 /// Writes a data set.
@@ -92,6 +114,7 @@ pub fn write(
     let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
     let halves = halves::arrays(job, [height, width]);
     let samples = if job.materialise { samples::arrays(job, [height, width]) } else { Vec::new() };
+    // Group, reference, list, card, plan.
     let files = 5 + halves.iter().chain(&samples).map(|a| 1 + a.shards() as usize).sum::<usize>();
 
     let store = store::Store::open(folder, job, files, progress, cancelled)?;
@@ -99,9 +122,10 @@ pub fn write(
     store.put("reference.npz", || halves::reference(job))?;
     store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
     store.put("README.md", || Ok(card::text(job).into_bytes()))?;
-    let cast = halves::write(&store, job, &halves)?;
+    let (cast, untouched) = halves::write(&store, job, &halves)?;
     samples::write(&store, job, &samples, &cast)?;
     let (found, made) = store.finish()?;
     let halves = 2 * job.patterns.len();
-    Ok(Written { halves, samples: job.patterns.len().pow(2), found, made })
+    let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();
+    Ok(Written { halves, samples: job.patterns.len().pow(2), found, made, untouched })
 }

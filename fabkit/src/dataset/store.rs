@@ -1,11 +1,13 @@
 //! The folder of a data set: files that appear whole, and a plan that says whose they are.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_export::ExportError;
+use serde_json::{Map, Value};
 
 use super::{Job, OnProgress};
 
@@ -25,8 +27,9 @@ pub enum DatasetError {
     },
     /// A data set is there, but another one.
     #[error(
-        "{} holds another data set: its plan has the hash {found}, this one {wanted}",
-        .folder.display()
+        "{} holds another data set, whose plan has the hash {found}; this one has {wanted}{}",
+        .folder.display(),
+        differences.iter().map(|line| format!("\n  {line}")).collect::<String>()
     )]
     OtherPlan {
         /// Where.
@@ -35,6 +38,8 @@ pub enum DatasetError {
         found: String,
         /// BLAKE3 of the plan asked for, shortened.
         wanted: String,
+        /// The first few values that differ: path, what is there, what was asked for.
+        differences: Vec<String>,
     },
     /// The operating system said no.
     #[error("cannot {action} {}: {source}", .path.display())]
@@ -92,6 +97,7 @@ impl<'a> Store<'a> {
                     folder: folder.into(),
                     found: short_hash(&found),
                     wanted: short_hash(&store.plan),
+                    differences: differences(&found, &store.plan),
                 });
             }
             Some(_) => return Err(DatasetError::NotEmpty { folder: folder.into() }),
@@ -145,14 +151,16 @@ impl<'a> Store<'a> {
             self.replace(name, &bytes()?)?;
             self.made.fetch_add(1, Ordering::Relaxed);
         }
-        let done = self.found.load(Ordering::Relaxed) + self.made.load(Ordering::Relaxed);
-        (self.progress)(done, self.files);
+        let found = self.found.load(Ordering::Relaxed);
+        (self.progress)(found + self.made.load(Ordering::Relaxed), found, self.files);
         Ok(())
     }
 
     /// Marks the data set as whole; the numbers of files found and made.
     pub(super) fn finish(&self) -> Result<(usize, usize), DatasetError> {
-        if !self.has(FINISHED) {
+        if self.has(FINISHED) {
+            self.found.fetch_add(1, Ordering::Relaxed);
+        } else {
             self.replace(FINISHED, &self.plan)?;
             self.made.fetch_add(1, Ordering::Relaxed);
         }
@@ -163,8 +171,9 @@ impl<'a> Store<'a> {
             }
             _ => {}
         }
-        (self.progress)(self.files, self.files);
-        Ok((self.found.load(Ordering::Relaxed), self.made.load(Ordering::Relaxed)))
+        let found = self.found.load(Ordering::Relaxed);
+        (self.progress)(self.files, found, self.files);
+        Ok((found, self.made.load(Ordering::Relaxed)))
     }
 
     /// Writes beside the place, syncs, and renames. A leftover of a killed run is overwritten:
@@ -198,4 +207,37 @@ fn failed(action: &'static str, path: &Path, source: io::Error) -> DatasetError 
 
 fn short_hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
+}
+
+/// The first values in which two plans differ.
+fn differences(found: &[u8], wanted: &[u8]) -> Vec<String> {
+    const MOST: usize = 5;
+    let read = |bytes| serde_json::from_slice::<Value>(bytes).unwrap_or_default();
+    let mut lines = Vec::new();
+    differ("", &read(found), &read(wanted), &mut lines);
+    lines.truncate(MOST);
+    lines
+}
+
+fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
+    match (found, wanted) {
+        (Value::Object(a), Value::Object(b)) => {
+            let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+            for key in keys {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                let of = |map: &Map<String, Value>| map.get(key).cloned().unwrap_or_default();
+                differ(&path, &of(a), &of(b), lines);
+            }
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() != b.len() => {
+            lines.push(format!("{path}: {} there, {} asked for", a.len(), b.len()));
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            for (i, (a, b)) in a.iter().zip(b).enumerate() {
+                differ(&format!("{path}[{i}]"), a, b, lines);
+            }
+        }
+        (a, b) if a == b => {}
+        (a, b) => lines.push(format!("{path}: {a} there, {b} asked for")),
+    }
 }

@@ -2,12 +2,17 @@
 
 mod probes;
 
+use std::path::Path;
 use std::time::Instant;
 
-use fabkit::dataset::{self, DatasetError, Job, NamedPresses, NoPatterns, Plan, Written};
+use fabkit::dataset::{
+    self, Captures, DatasetError, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, Written,
+};
 use fabkit::depth::truth::{Seam, Surface};
+use fabkit::export::png;
 use fabkit::fixtures::SEAM_NORMAL;
 use fabkit::identity::design_hash;
+use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
 use super::Report;
@@ -18,6 +23,9 @@ use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::source::read_text;
 use crate::table::grouped;
+
+/// Faults of captures that are listed one by one.
+const MOST_FAULTS: usize = 50;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
@@ -31,18 +39,22 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let rays = scene.viewpoint.rays(1);
     let surface = Surface::cast(scene.touch()?, &rays).map_err(Failure::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, args.seam_margin);
-    let names = named.iter().map(|pattern| pattern.name.clone()).collect();
-    let plan = Plan::new(names, args.seed, about(args, &scene, &named));
+    let captures = captures(args, &named, [rays.width_px(), rays.height_px()])?;
+    let plan = Plan::new(&patterns, args.seed, about(args, &scene, &named, captures.as_ref()));
     let job = Job {
         surface: &surface,
         seam: &seam,
         patterns: &patterns,
         membrane_mm: args.view.membrane,
         plan: &plan,
+        captures: captures.as_ref(),
         materialise: args.materialise,
         resume: args.resume,
     };
 
+    if let Some(path) = &args.contact_sheet {
+        write_sheet(path, &job, args.seed)?;
+    }
     interrupt::begin_writing()?;
     let progress = Progress::new(global);
     let show = |done, found, all| progress.show(done, found, all);
@@ -50,6 +62,19 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     progress.clear();
     let written = written.map_err(failure)?;
     Ok(report(args, &scene, &plan, &written, start))
+}
+
+fn write_sheet(path: &Path, job: &Job, seed: u64) -> Result<(), Failure> {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".png")) else {
+        let message = format!("{} does not name a .png file", path.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    let sheet = dataset::sheet(job, seed).map_err(|error| Failure::plain(Exit::Limit, error))?;
+    let bytes = png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let file = OutputFile { name: name.into(), bytes };
+    Ok(write_all(folder.unwrap_or(Path::new(".")), &[file], &|| false)?)
 }
 
 fn patterns(args: &Dataset, scene: &Scene) -> Result<Vec<NamedPresses>, Failure> {
@@ -76,14 +101,40 @@ fn patterns(args: &Dataset, scene: &Scene) -> Result<Vec<NamedPresses>, Failure>
     })
 }
 
+fn captures(
+    args: &Dataset,
+    named: &[NamedPresses],
+    size_px: [u32; 2],
+) -> Result<Option<Captures>, Failure> {
+    let Some(place) = &args.captures else { return Ok(None) };
+    let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
+    let captures = Captures::read(place, &names, size_px).map_err(|InvalidCaptures(faults)| {
+        let (count, shown) = (faults.len(), faults.len().min(MOST_FAULTS));
+        let mut message = faults[..shown].join("\nerror: ");
+        if count > shown {
+            message += &format!("\nerror: and {} more", count - shown);
+        }
+        let hint = "a folder holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern; \
+                    a CSV file has the columns pattern, side, file";
+        Failure::new(Exit::BadInput, message, hint)
+    })?;
+    Ok(Some(captures))
+}
+
 /// What the folder says about itself besides its patterns.
-fn about(args: &Dataset, scene: &Scene, named: &[NamedPresses]) -> serde_json::Value {
+fn about(
+    args: &Dataset,
+    scene: &Scene,
+    named: &[NamedPresses],
+    captures: Option<&Captures>,
+) -> serde_json::Value {
     let design = &scene.project.design;
     json!({
         "fabkit": fabkit::export::VERSION,
         "sensor": design.sensor.name,
         "design_hash": design_hash(design),
         "presses_hash": dataset::presses_hash(named),
+        "captures_hash": captures.map(Captures::hash),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": scene.coverage_json(),
         "seed": args.seed,

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::Job;
+use super::samples::Part;
 use super::store::{DatasetError, Store};
 
 /// Half presses in one file.
@@ -14,7 +15,7 @@ const HALVES_PER_SHARD: u64 = 16;
 /// What is kept of a half press.
 pub(super) struct Half {
     pub(super) indentation_mm: Vec<f32>,
-    pub(super) label: Vec<u16>,
+    pub(super) label: Vec<u8>,
 }
 
 /// `halves/indentation_mm` and `halves/label`.
@@ -33,7 +34,7 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
             json!({ "unit": "mm", "is": "range without contact minus range with it" }),
         ),
         array(
-            Element::U16,
+            Element::U8,
             json!({ "is": "0: no surface, 1: surface, from 2: bodies of the pattern" }),
         ),
     ]
@@ -42,11 +43,12 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
 /// Names of [`arrays`], in order.
 const NAMES: [&str; 2] = ["halves/indentation_mm", "halves/label"];
 
-/// What a shard's work leaves: its halves if they are needed again, and which of them touch nothing.
-type Cast = (Vec<Half>, Vec<usize>);
+/// What a shard's work leaves: what its halves contribute to samples, if these are written, and
+/// which halves touch nothing.
+type Cast = (Vec<Part>, Vec<usize>);
 
-/// Casts and writes. The halves are handed back if samples will be stitched from them, and with
-/// them the places of those that touch nothing.
+/// Casts and writes. What samples will be stitched from is handed back, and with it the places of
+/// halves that touch nothing.
 pub(super) fn write(store: &Store, job: &Job, arrays: &[ZarrArray]) -> Result<Cast, DatasetError> {
     for (name, array) in NAMES.iter().zip(arrays) {
         store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
@@ -66,20 +68,21 @@ pub(super) fn write(store: &Store, job: &Job, arrays: &[ZarrArray]) -> Result<Ca
             Ok(indentations.shard(&packed.collect::<Result<Vec<_>, _>>()?))
         })?;
         store.put(&names[1], || {
-            let packed = halves.iter().map(|half| zarr_pack(&bytes_of_u16(&half.label)));
+            let packed = halves.iter().map(|half| zarr_pack(&half.label));
             Ok(labels.shard(&packed.collect::<Result<Vec<_>, _>>()?))
         })?;
-        let of_shard = places.zip(&halves);
+        let of_shard = || places.clone().zip(&halves);
         let untouched =
-            of_shard.filter(|(place, half)| !touches(job, *place, half)).map(|(place, _)| place);
-        let untouched = untouched.collect();
-        Ok((if job.materialise { halves } else { Vec::new() }, untouched))
+            of_shard().filter(|(place, half)| !touches(job, *place, half)).map(|(place, _)| place);
+        let parts = of_shard().filter(|_| job.materialise);
+        let parts = parts.map(|(place, half)| Part::new(job, half, job.half(place).1));
+        Ok((parts.collect(), untouched.collect()))
     };
     let cast: Vec<Cast> =
         (0..indentations.shards()).into_par_iter().map(shard).collect::<Result<_, _>>()?;
     let mut all = Cast::default();
-    for (halves, untouched) in cast {
-        all.0.extend(halves);
+    for (parts, untouched) in cast {
+        all.0.extend(parts);
         all.1.extend(untouched);
     }
     Ok(all)
@@ -92,14 +95,14 @@ pub(super) fn cast_half(job: &Job, half: usize) -> Half {
         (pattern, _) => &pattern.right,
     };
     let map = job.surface.pressed(pressers).with_membrane(job.membrane_mm);
-    Half { indentation_mm: indentation_f32(&map), label: map.label().to_vec() }
+    Half { indentation_mm: indentation_f32(&map), label: labels_u8(&map) }
 }
 
 /// Whether any pixel on its own side sees what presses.
 fn touches(job: &Job, place: usize, half: &Half) -> bool {
     let (_, own) = job.half(place);
     let mut labels = half.label.iter().zip(job.seam.sides());
-    labels.any(|(label, side)| *label > SURFACE_LABEL && *side == own)
+    labels.any(|(label, side)| u16::from(*label) > SURFACE_LABEL && *side == own)
 }
 
 /// Where no surface is seen there is no indentation either.
@@ -107,11 +110,12 @@ fn indentation_f32(map: &DepthMap) -> Vec<f32> {
     map.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
 }
 
-pub(super) fn bytes_of_f32(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+/// A pattern has at most [`MAX_BODIES`](super::MAX_BODIES).
+fn labels_u8(map: &DepthMap) -> Vec<u8> {
+    map.label().iter().map(|&label| u8::try_from(label).unwrap_or(u8::MAX)).collect()
 }
 
-pub(super) fn bytes_of_u16(values: &[u16]) -> Vec<u8> {
+fn bytes_of_f32(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 

@@ -10,6 +10,7 @@
 //! | `reference.npz` | range, points, normals without contact; the side of the seam of each pixel |
 //! | `samples.csv` | which two halves each sample consists of, and its split |
 //! | `samples/indentation_mm`, `samples/label` | the same, stitched, if materialised |
+//! | `halves/image`, `samples/image` | captures of the halves, and stitched, if there are any |
 //! | `dataset.json`, `README.md` | what everything means, for programs and for people |
 //!
 //! A sample's range is the reference's minus its indentation. Splits are by *pattern*: a sample is
@@ -18,22 +19,27 @@
 //! Every file appears whole or not at all, under its final name; what belongs together carries the
 //! hash of one plan. Killed and resumed, a run ends with the same bytes as an undisturbed one.
 
+mod captures;
 mod card;
 mod halves;
 mod patterns;
 mod plan;
 mod samples;
+mod sheet;
 mod store;
 
 use std::path::Path;
 
 use fabkit_depth::truth::{Presser, Seam, Side, Surface};
+use serde_json::json;
 
+pub use captures::{Captures, InvalidCaptures};
 pub use patterns::{
-    MAX_PATTERNS, NamedPresses, NoPatterns, PatternFault, hash as presses_hash,
+    MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, PatternFault, hash as presses_hash,
     read as read_patterns, semi_domes,
 };
 pub use plan::{Plan, Split};
+pub use sheet::sheet;
 pub use store::DatasetError;
 
 /// What is pressed: the same shape on either side of the seam.
@@ -60,6 +66,8 @@ pub struct Job<'a> {
     pub membrane_mm: f64,
     /// What the folder will say about itself.
     pub plan: &'a Plan,
+    /// Pictures of all halves.
+    pub captures: Option<&'a Captures>,
     /// Write the stitched samples too, instead of their list alone.
     pub materialise: bool,
     /// Go on where an earlier run was stopped.
@@ -115,15 +123,25 @@ pub fn write(
     let halves = halves::arrays(job, [height, width]);
     let samples = if job.materialise { samples::arrays(job, [height, width]) } else { Vec::new() };
     // Group, reference, list, card, plan.
-    let files = 5 + halves.iter().chain(&samples).map(|a| 1 + a.shards() as usize).sum::<usize>();
+    let images = job.captures.map(|captures| captures.arrays(job, [height, width]));
+    let images = images.unwrap_or_default();
+    let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
+    let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
+    let files = 5 + groups.len() + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
 
     let store = store::Store::open(folder, job, files, progress, cancelled)?;
     store.put("zarr.json", || Ok(fabkit_export::zarr_group(&job.plan.attributes())?))?;
+    for group in groups {
+        store.put(&format!("{group}/zarr.json"), || Ok(fabkit_export::zarr_group(&json!({}))?))?;
+    }
     store.put("reference.npz", || halves::reference(job))?;
     store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
     store.put("README.md", || Ok(card::text(job).into_bytes()))?;
     let (cast, untouched) = halves::write(&store, job, &halves)?;
     samples::write(&store, job, &samples, &cast)?;
+    if let Some(captures) = job.captures {
+        captures.write(&store, job, &images)?;
+    }
     let (found, made) = store.finish()?;
     let halves = 2 * job.patterns.len();
     let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();

@@ -8,6 +8,8 @@ use crate::ground_truth::pressers;
 
 /// Each half is cast, each pair stitched: beyond this, a million samples.
 pub const MAX_PATTERNS: usize = 1000;
+/// Labels are bytes, of which 0 and 1 are taken.
+pub const MAX_BODIES: usize = 254;
 const MAX_NAME: usize = 64;
 
 /// What is wrong with one line of a patterns file, or with all of it.
@@ -124,7 +126,12 @@ fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPr
             (error.to_string(), hint)
         })
     };
-    let presses = ids.split('+').map(|id| press(id.trim())).collect::<Result<_, _>>()?;
+    let presses: Vec<Press> =
+        ids.split('+').map(|id| press(id.trim())).collect::<Result<_, _>>()?;
+    let bodies: usize = presses.iter().map(|press| press.bodies.len()).sum();
+    if bodies > MAX_BODIES {
+        return Err((format!("`{name}` has {bodies} bodies; {MAX_BODIES} are possible"), None));
+    }
     Ok(NamedPresses { name: name.into(), presses })
 }
 

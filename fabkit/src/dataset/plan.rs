@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use fabkit_export::ExportError;
 use serde_json::{Value, json};
 
+use super::Pattern;
+
 /// What a pattern, and a sample, is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
@@ -39,6 +41,8 @@ const TEST_OF_TEN: usize = 1;
 pub struct Plan {
     /// Names of the patterns, in order.
     pub patterns: Vec<String>,
+    /// Names of the bodies of each pattern: the first has the label 2.
+    pub bodies: Vec<Vec<String>>,
     /// What each pattern is for.
     pub splits: Vec<Split>,
     /// Sensor, design hash, camera, frames, units, seed: the caller's part of the document.
@@ -50,7 +54,10 @@ impl Plan {
     ///
     /// With fewer than ten patterns there is one for the test and, from three on, one for
     /// validation.
-    pub fn new(patterns: Vec<String>, seed: u64, about: Value) -> Self {
+    pub fn new(patterns: &[Pattern], seed: u64, about: Value) -> Self {
+        let names = |pattern: &Pattern| pattern.left.iter().map(|body| body.name.clone()).collect();
+        let bodies = patterns.iter().map(names).collect();
+        let patterns: Vec<String> = patterns.iter().map(|pattern| pattern.name.clone()).collect();
         let count = patterns.len();
         let share = |of_ten: usize, at_least: usize| {
             (count * of_ten / 10).max(usize::from(count >= at_least))
@@ -64,7 +71,7 @@ impl Plan {
                 splits[pattern] = Split::Validation;
             }
         }
-        Self { patterns, splits, about }
+        Self { patterns, bodies, splits, about }
     }
 
     /// What the sample of two patterns is for.
@@ -101,15 +108,16 @@ impl Plan {
 
     /// The bytes of `dataset.json`.
     pub(super) fn document(&self, materialise: bool) -> Result<Vec<u8>, ExportError> {
-        let pattern =
-            |(name, split): (&String, &Split)| json!({ "name": name, "split": split.word() });
+        let pattern = |((name, bodies), split): ((&String, &Vec<String>), &Split)| json!({ "name": name, "bodies": bodies, "split": split.word() });
+        let patterns = self.patterns.iter().zip(&self.bodies).zip(&self.splits).map(pattern);
         let document = json!({
             "format": "fabkit-dataset",
             "version": 1,
             "materialised": materialise,
             "halves": 2 * self.patterns.len(),
             "samples": self.patterns.len().pow(2),
-            "patterns": self.patterns.iter().zip(&self.splits).map(pattern).collect::<Vec<_>>(),
+            "patterns": patterns.collect::<Vec<_>>(),
+            "label": "0: no surface or seam, 1: surface, 2 and up: the pattern's bodies in order",
             "splits": "by pattern; a sample whose two patterns are for different things is mixed",
             "sample": "left_half * patterns + (right_half - patterns)",
             "range_mm": "reference range minus indentation; NaN in the reference where no surface \
@@ -124,7 +132,7 @@ impl Plan {
 
 /// The numbers below `count` in an order given by the seed (Fisher and Yates; the generator is
 /// SplitMix64, Steele et al., OOPSLA 2014).
-fn shuffled(count: usize, seed: u64) -> Vec<usize> {
+pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
     let mut state = seed;
     let mut next = || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -146,7 +154,8 @@ mod tests {
     use super::*;
 
     fn plan(count: usize, seed: u64) -> Plan {
-        Plan::new((0..count).map(|i| format!("p{i}")).collect(), seed, Value::Null)
+        let named = |i| Pattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
+        Plan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
     }
 
     #[test]

@@ -1,14 +1,137 @@
 //! Where the camera is, from pins at known places.
+//!
+//! [`calibrate`] does all of it: it estimates how well pins repeat, fits every explanation of the
+//! pixels that the landmarks allow, judges each on captures it has not seen, and says what it chose
+//! and what the pins cannot tell. [`solve_pose`] is the bare solver.
 
+mod candidates;
 mod linear;
 mod refine;
+mod scatter;
+mod selection;
 
 use fabkit_camera::Camera;
 use fabkit_geometry::Pose;
+use nalgebra::DMatrix;
 
+pub use candidates::{Candidate, Optics};
 pub use refine::{Fit, Loss, SolveError, refine};
+pub use scatter::{PinScatter, pin_scatter};
+pub use selection::{Selection, Trial};
 
 use crate::model::{Model, Observation, Parameter};
+
+/// Residuals beyond this many standard deviations count by their length: one in ninety if all are
+/// normal.
+const HUBER: f64 = 3.0;
+/// Refractive index of silicone gels.
+pub const SILICONE_INDEX: f64 = 1.41;
+/// The scatter is believed from this many degrees of freedom on.
+const MIN_SCATTER_FREEDOM: usize = 5;
+/// Contacts within this part of their extent from a common plane lie in it.
+const PLANE: f64 = 0.02;
+
+/// How to calibrate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CalibrationOptions {
+    /// Refractive index of the gel behind an interface that is tried.
+    pub gel_index: f64,
+    /// How residuals count.
+    pub loss: Loss,
+}
+
+impl Default for CalibrationOptions {
+    fn default() -> Self {
+        Self { gel_index: SILICONE_INDEX, loss: Loss::Huber(HUBER) }
+    }
+}
+
+/// The result, with all that is needed to judge it.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// The observations, with standard deviations that include the play of the pins.
+    pub observations: Vec<Observation>,
+    /// How well pins repeat, if any hole has pins in several captures.
+    pub scatter: Option<PinScatter>,
+    /// What was tried and chosen.
+    pub selection: Selection,
+    /// Covariance of the chosen fit's parameters, enlarged where residuals are larger than the
+    /// observations' standard deviations explain.
+    pub covariance: DMatrix<f64>,
+    /// Residuals over what they should be; 1 if the model and the standard deviations are right.
+    pub misfit: f64,
+}
+
+impl Calibration {
+    /// What was chosen.
+    pub fn chosen(&self) -> &Trial {
+        &self.selection.trials[self.selection.chosen]
+    }
+
+    /// The pose alone, with the camera as given.
+    pub fn plain(&self) -> &Trial {
+        &self.selection.trials[0]
+    }
+
+    /// The chosen model.
+    pub fn model(&self) -> &Model {
+        &self.chosen().fit.model
+    }
+}
+
+/// Why nothing was calibrated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// All contacts lie in a plane, as those of one ring do.
+    #[error(
+        "all {pins} pins touch in one plane, as the holes of one ring do: distance and tilt would be guesses"
+    )]
+    OnePlane {
+        /// How many there are.
+        pins: usize,
+    },
+    /// No pose fits.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+}
+
+/// Calibrates from assigned pins.
+///
+/// `start` is a pose near enough to see all pins, for example [`crate::assignment::Assignment`]'s.
+/// Where `nominal` is given, the distance from it takes part as what is known beforehand.
+///
+/// # Errors
+/// [`CalibrationError`]: pins in one plane, too few pins, pins that cannot be seen.
+pub fn calibrate(
+    camera: &Camera,
+    observations: &[Observation],
+    start: &Pose,
+    nominal: Option<&Pose>,
+    options: &CalibrationOptions,
+) -> Result<Calibration, CalibrationError> {
+    if in_one_plane(observations) {
+        return Err(CalibrationError::OnePlane { pins: observations.len() });
+    }
+    let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
+    let scatter = pin_scatter(observations);
+    let believed = scatter.filter(|s| s.degrees_of_freedom >= MIN_SCATTER_FREEDOM);
+    // The pictures' noise is within the scatter; a pin seen worse than it repeats keeps its own.
+    let floor_px = believed.map_or(0.0, |scatter| scatter.rms_px / std::f64::consts::SQRT_2);
+    let observations: Vec<Observation> = observations
+        .iter()
+        .map(|o| Observation { sigma_px: o.sigma_px.max(floor_px), ..o.clone() })
+        .collect();
+    let mut model = Model::new(*camera, *start);
+    model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
+    let selection =
+        selection::select(&model, &observations, captures, options.gel_index, options.loss)?;
+    let fit = &selection.trials[selection.chosen].fit;
+    let coordinates = 2 * observations.len();
+    let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
+    let misfit = (fit.cost / freedom as f64).sqrt();
+    let covariance = &fit.covariance * misfit.max(1.0).powi(2);
+    Ok(Calibration { observations, scatter, selection, covariance, misfit })
+}
 
 /// The pose that rays through the observed pixels give without a starting value; `None` for fewer
 /// than six pins, or pins whose contacts lie in a plane.
@@ -36,16 +159,25 @@ pub fn solve_pose(
     loss: Loss,
 ) -> Result<Fit, SolveError> {
     let linear = pose_without_start(camera, observations);
-    let starts = [linear, nominal.copied()];
-    let mut best: Option<Result<Fit, SolveError>> = None;
-    for start in starts.into_iter().flatten() {
-        let fit = refine(&Model::new(*camera, start), &Parameter::POSE, observations, loss);
-        if fit.is_ok() {
-            return fit;
+    let mut first_error = None;
+    for start in [linear, nominal.copied()].into_iter().flatten() {
+        match refine(&Model::new(*camera, start), &Parameter::POSE, observations, loss) {
+            Ok(fit) => return Ok(fit),
+            Err(error) => {
+                first_error.get_or_insert(error);
+            }
         }
-        best.get_or_insert(fit);
     }
-    best.unwrap_or_else(|| {
-        Err(SolveError::TooFew { unknowns: 6, coordinates: 2 * observations.len() })
-    })
+    let coordinates = 2 * observations.len();
+    Err(first_error.unwrap_or(SolveError::TooFew { unknowns: 6, coordinates }))
+}
+
+fn in_one_plane(observations: &[Observation]) -> bool {
+    let points = observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords);
+    let count = observations.len().max(1) as f64;
+    let mean = points.clone().sum::<nalgebra::Vector3<f64>>() / count;
+    let spread: nalgebra::Matrix3<f64> =
+        points.map(|p| (p - mean) * (p - mean).transpose()).sum::<nalgebra::Matrix3<f64>>() / count;
+    let eigenvalues = spread.symmetric_eigenvalues();
+    eigenvalues.min().max(0.0).sqrt() <= PLANE * eigenvalues.max().sqrt()
 }

@@ -10,9 +10,16 @@
 
 #![forbid(unsafe_code)]
 
+pub mod assignment;
+pub mod board;
+pub mod captures;
 pub mod extrinsics;
 pub mod image;
+pub mod intrinsics;
 pub mod landmarks;
 pub mod model;
 pub mod observability;
 pub mod pins;
+pub mod report;
+pub mod synthetic;
+pub mod uncertainty;

@@ -35,6 +35,12 @@ impl Axis {
     fn index(self) -> usize {
         self as usize
     }
+
+    pub(crate) fn unit(self) -> Vector3<f64> {
+        let mut vector = Vector3::zeros();
+        vector[self.index()] = 1.0;
+        vector
+    }
 }
 
 /// How a dome sits in one capture, against where it should.
@@ -99,11 +105,23 @@ impl Parameter {
             Self::Reseating(..) => RESEATING_SHIFT_MM,
         }
     }
+}
 
-    /// Whether [`Parameter::prior_sigma`] takes part in a fit. Only a dome's seat has more unknowns
-    /// than its few pins could fix alone.
-    pub(crate) fn is_held_by_prior(self) -> bool {
-        matches!(self, Self::Reseating(..))
+impl Parameter {
+    /// What it is, for people: `the camera's distance (translation_z_mm)`.
+    pub fn in_words(self) -> String {
+        let what = match self {
+            Self::Rotation(_) => "the camera's orientation",
+            Self::Translation(Axis::Z) => "the camera's distance",
+            Self::Translation(_) => "the camera's place across",
+            Self::SeatingOffset => "how far pins go in",
+            Self::Lean => "how far pins lean",
+            Self::FocalScale => "the lens's focal length",
+            Self::Camera("interface_distance_mm") => "the gel's distance from the lens",
+            Self::Camera(_) => "a parameter of the camera",
+            Self::Reseating(..) => "how the dome sits",
+        };
+        format!("{what} ({self})")
     }
 }
 
@@ -159,6 +177,9 @@ pub struct Model {
     pub seating_offset_mm: f64,
     /// See [`Parameter::Lean`].
     pub lean_mm: f64,
+    /// The translation that the design gives the pose, if it takes part in a fit as what is known
+    /// beforehand; see [`Parameter::prior_sigma`].
+    pub expected_translation_mm: Option<Vector3<f64>>,
     /// Shift in x and y, mm, and turn, rad, for each capture; captures beyond the end sit as they
     /// should.
     pub reseatings: Vec<[f64; 3]>,
@@ -167,8 +188,14 @@ pub struct Model {
 impl Model {
     /// A camera at a pose, and pins where they should be.
     pub fn new(camera: Camera, camera_from_sensor: Pose) -> Self {
-        let reseatings = Vec::new();
-        Self { camera, camera_from_sensor, seating_offset_mm: 0.0, lean_mm: 0.0, reseatings }
+        Self {
+            camera,
+            camera_from_sensor,
+            seating_offset_mm: 0.0,
+            lean_mm: 0.0,
+            expected_translation_mm: None,
+            reseatings: Vec::new(),
+        }
     }
 
     /// Where a contact is seen, px.
@@ -200,7 +227,7 @@ impl Model {
         for (column, parameter) in columns.iter_mut().zip(parameters) {
             *column = match parameter {
                 Parameter::Rotation(axis) => {
-                    projection.by_point * unit(*axis).cross(&turned.coords)
+                    projection.by_point * axis.unit().cross(&turned.coords)
                 }
                 Parameter::Translation(axis) => projection.by_point.column(axis.index()).into(),
                 Parameter::SeatingOffset => {
@@ -266,6 +293,28 @@ impl Model {
         Some(next)
     }
 
+    /// What a parameter's value is now, in its unit: rotations as the components of the rotation
+    /// vector of the whole pose. A focal scale is a step from the camera's own focal length: 0.
+    /// `None` for the name of a parameter that the camera does not have.
+    pub fn value(&self, parameter: Parameter) -> Option<f64> {
+        Some(match parameter {
+            Parameter::Rotation(axis) => {
+                let rotation = *self.camera_from_sensor.rotation();
+                Rotation3::from_matrix_unchecked(rotation).scaled_axis()[axis.index()]
+            }
+            Parameter::Translation(axis) => self.camera_from_sensor.translation_mm()[axis.index()],
+            Parameter::SeatingOffset => self.seating_offset_mm,
+            Parameter::Lean => self.lean_mm,
+            Parameter::FocalScale => 0.0,
+            Parameter::Camera(name) => {
+                self.camera.parameters().into_iter().find(|(found, _)| *found == name)?.1
+            }
+            Parameter::Reseating(capture, seat) => {
+                self.reseatings.get(capture).map_or(0.0, |seated| seated[seat as usize])
+            }
+        })
+    }
+
     /// Where the contact is in the sensor frame with everything that displaces it, mm.
     pub fn seated(&self, contact: &Contact) -> Point3<f64> {
         let displaced = self.displaced(contact);
@@ -273,6 +322,23 @@ impl Model {
             return displaced;
         };
         displaced + Vector3::new(*x, *y, 0.0) + *turn * Vector3::z().cross(&displaced.coords)
+    }
+
+    /// How far a parameter is from what is known of it beforehand, and how well that is known, if
+    /// that takes part in a fit. A dome's seat has more unknowns than its few pins could fix, and
+    /// the camera stands where the design puts it but for its assembly.
+    pub(crate) fn prior(&self, parameter: Parameter) -> Option<(f64, f64)> {
+        let away = match parameter {
+            Parameter::Reseating(capture, seat) => {
+                self.reseatings.get(capture).map_or(0.0, |seated| seated[seat as usize])
+            }
+            Parameter::Translation(axis) => {
+                let expected = self.expected_translation_mm?;
+                (self.camera_from_sensor.translation_mm() - expected)[axis.index()]
+            }
+            _ => return None,
+        };
+        Some((away, parameter.prior_sigma()))
     }
 
     fn displaced(&self, contact: &Contact) -> Point3<f64> {
@@ -293,10 +359,4 @@ fn way_round(point: Point3<f64>) -> Vector3<f64> {
         return Vector3::zeros();
     }
     Vector3::new(-point.y, point.x, 0.0) / radius_mm
-}
-
-fn unit(axis: Axis) -> Vector3<f64> {
-    let mut vector = Vector3::zeros();
-    vector[axis.index()] = 1.0;
-    vector
 }

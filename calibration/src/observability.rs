@@ -20,7 +20,7 @@ use fabkit_geometry::Pose;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
 
 use crate::landmarks::PinLandmark;
-use crate::model::{Axis, Contact, Model, Parameter};
+use crate::model::{Contact, Model, Observation, Parameter};
 
 /// A direction is observable if the pictures bring its uncertainty below this part of the prior.
 const OBSERVABLE: f64 = 1.0 / 3.0;
@@ -151,12 +151,25 @@ pub fn predict(
     }
 }
 
+/// The combinations of parameters that pixels leave unknown, as observed. What a fit knows
+/// beforehand does not count.
+pub fn unobservable_from(
+    model: &Model,
+    parameters: &[Parameter],
+    observations: &[Observation],
+) -> Vec<Unobservable> {
+    let mut information = DMatrix::zeros(parameters.len(), parameters.len());
+    let mut columns = vec![Vector2::zeros(); parameters.len()];
+    for observation in observations {
+        if model.differentiate(&observation.contact, parameters, &mut columns).is_ok() {
+            add_information(&mut information, &columns, observation.sigma_px.powi(-2));
+        }
+    }
+    unobservable(&information, parameters)
+}
+
 /// Adds `weight J^T J` of one pixel.
-pub(crate) fn add_information(
-    information: &mut DMatrix<f64>,
-    columns: &[Vector2<f64>],
-    weight: f64,
-) {
+fn add_information(information: &mut DMatrix<f64>, columns: &[Vector2<f64>], weight: f64) {
     for (i, a) in columns.iter().enumerate() {
         for (j, b) in columns[..=i].iter().enumerate() {
             let value = weight * a.dot(b);
@@ -226,14 +239,9 @@ pub(crate) fn position_covariance(
     let t = camera_from_sensor.translation_mm();
     let mut jacobian = DMatrix::zeros(3, parameters.len());
     for (i, parameter) in parameters.iter().enumerate() {
-        let unit = |axis: &Axis| {
-            let mut unit = nalgebra::Vector3::zeros();
-            unit[*axis as usize] = 1.0;
-            unit
-        };
         let moved = match parameter {
-            Parameter::Translation(axis) => unit(axis),
-            Parameter::Rotation(axis) => t.cross(&unit(axis)),
+            Parameter::Translation(axis) => axis.unit(),
+            Parameter::Rotation(axis) => t.cross(&axis.unit()),
             _ => continue,
         };
         let column = -(camera_from_sensor.rotation().transpose() * moved);

@@ -38,7 +38,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-pub use self::pose::{PoseFile, read_pose, write_pose};
+pub use self::pose::{PoseFile, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 

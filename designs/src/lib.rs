@@ -5,11 +5,12 @@ use fabkit_geometry::Sensor;
 mod assembling;
 mod families;
 mod fits;
-mod hardware;
+pub mod hardware;
 mod kerf;
 mod materials;
 mod molds;
 pub mod parameters;
+pub mod profile;
 mod registry;
 
 pub use fits::{Fit, gap_mm};

@@ -11,6 +11,7 @@
 //! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
 //! - Archives carry the earliest time stamp their format knows, never the clock's.
 
+mod artwork;
 mod drawing;
 mod dxf;
 mod error;
@@ -28,10 +29,13 @@ mod tiff;
 mod tree;
 mod zarr;
 
+pub use artwork::Artwork;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
-pub use manifest::{Compensation, FileEntry, Manifest, PartEntry, SettingEntry, SheetFigures};
+pub use manifest::{
+    Compensation, FileEntry, Manifest, PartEntry, PrintCompensation, SettingEntry, SheetFigures,
+};
 pub use npz::{Array, Values, npy, npz};
 pub use picture::{Pixels, grey16_png, png, read_png};
 pub use plate::{Bed, Spot, pack};

@@ -6,6 +6,7 @@ mod ground_truth;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use fabkit::calibration::intrinsics::LensModel;
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
 
@@ -63,12 +64,20 @@ pub enum Command {
     Check(Design),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
+    /// Turn a measured coupon into a profile of the printer, for `export --process`
+    Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
     /// Compute exactly what the camera sees of the surface, pressed or not
     Depth(Depth),
     /// Compute training targets for all combinations of two half presses, or a probe set
     Dataset(Dataset),
+    /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
+    Calibrate {
+        /// What to calibrate.
+        #[command(subcommand)]
+        what: Calibrate,
+    },
     /// Print the JSON Schema of sensor files, for editors
     Schema,
     /// Print the completions for a shell
@@ -114,7 +123,10 @@ pub struct Export {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
-    /// Where to write [default: out/SENSOR]
+    /// Its fixtures too, each into a folder of its own
+    #[arg(long, conflicts_with = "parts")]
+    pub fixtures: bool,
+    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
@@ -141,9 +153,24 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Write the geometry as designed, without making up for the laser's cut and for shrinkage
-    #[arg(long, conflicts_with = "kerf")]
+    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    #[arg(long, value_name = "FILE.yaml")]
+    pub process: Option<PathBuf>,
+    /// Write the geometry as designed, without making up for the laser's cut, the printer and
+    /// shrinkage
+    #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
+}
+
+/// `fabkit profile`.
+#[derive(Debug, Args)]
+pub struct Profile {
+    /// The coupon's file with what you measured; `export SENSOR/coupon` writes the empty one
+    #[arg(value_name = "COUPON.yaml")]
+    pub coupon: PathBuf,
+    /// The profile to write; its name becomes the printer's
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
 }
 
 /// `fabkit render`.
@@ -170,6 +197,94 @@ pub struct Render {
     /// Which assembly to draw, for example one of the molds [default: sensor]
     #[arg(long, value_name = "NAME")]
     pub assembly: Option<String>,
+}
+
+/// `fabkit calibrate`.
+#[derive(Debug, Subcommand)]
+pub enum Calibrate {
+    /// Solve for the lens of the camera from pictures of a board, in air
+    Intrinsics(CalibrateIntrinsics),
+    /// Find the marks of pins in pictures, each with its standard deviation
+    Pins(CalibratePins),
+    /// Solve for the pose of the camera from pictures of pins in a calibration dome
+    Extrinsics(CalibrateExtrinsics),
+}
+
+/// `fabkit calibrate intrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateIntrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Pictures of the board, PNG
+    #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Change a parameter, for example `camera.field_of_view=150deg`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The board's file, as exported with it
+    #[arg(long, value_name = "FILE.json")]
+    pub board: PathBuf,
+    /// A list of corners instead of pictures: view,corner,x_px,y_px[,sigma_px]
+    #[arg(long, value_name = "FILE.csv")]
+    pub corners: Option<PathBuf>,
+    /// Only this lens model; may be repeated [default: all, chosen by evidence]
+    #[arg(long = "model", value_parser = lens_model, value_name = "NAME")]
+    pub models: Vec<LensModel>,
+    /// The camera's file to write
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// `fabkit calibrate pins`.
+#[derive(Debug, Args)]
+pub struct CalibratePins {
+    /// Pictures with contact, PNG
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// The picture without contact, from the same camera
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: PathBuf,
+    /// Contacts are brighter than the surface around them, not darker
+    #[arg(long)]
+    pub brighter: bool,
+}
+
+/// `fabkit calibrate extrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateExtrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Change a parameter, for example `camera.depth=8mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    #[arg(long, value_name = "FILE.yaml")]
+    pub camera: PathBuf,
+    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
+    /// captures.csv: file,hole[,kind][,x_px,y_px[,sigma_px]]
+    #[arg(long, value_name = "DIR")]
+    pub captures: PathBuf,
+    /// The picture without contact [default: ref.png or reference.png in the folder]
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: Option<PathBuf>,
+    /// Where pins touch: the dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    #[arg(long, value_name = "FILE.json")]
+    pub landmarks: PathBuf,
+    /// Which kind of pin was used, where the dome has several
+    #[arg(long, value_name = "KIND")]
+    pub pin: Option<String>,
+    /// Refractive index of the gel that is tried before the lens, 1 to 2
+    #[arg(long, value_parser = refractive_index, default_value = "1.41", value_name = "N")]
+    pub gel_index: f64,
+    /// The pose's file to write; the camera that belongs to it is written beside it
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// A kind of file.
@@ -200,6 +315,22 @@ impl From<FormatArg> for Format {
             FormatArg::Png => Self::Png,
             FormatArg::Tree => Self::Tree,
         }
+    }
+}
+
+fn lens_model(name: &str) -> Result<LensModel, String> {
+    LensModel::named(name).ok_or_else(|| {
+        let names = LensModel::ALL.map(|model| model.name()).join(", ");
+        format!("there is no lens model `{name}`; there are {names}")
+    })
+}
+
+fn refractive_index(text: &str) -> Result<f64, String> {
+    let index: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (1.0..=2.0).contains(&index) {
+        Ok(index)
+    } else {
+        Err(format!("{index} is not between 1 (air) and 2"))
     }
 }
 

@@ -76,6 +76,18 @@ impl Failure {
         Self::new(Exit::Bug, message, REPORT)
     }
 
+    /// Several failures of one kind as one, each with its own message; `None` for none.
+    pub fn all(failures: Vec<Self>) -> Option<Self> {
+        let mut failures = failures.into_iter();
+        let first = failures.next()?;
+        Some(failures.fold(first, |all, next| match (all, next) {
+            (Self::Other { exit, message, hint }, Self::Other { message: next, .. }) => {
+                Self::Other { exit, message: format!("{message}\nerror: {next}"), hint }
+            }
+            (all, _) => all,
+        }))
+    }
+
     /// The code to leave with.
     pub fn exit(&self) -> Exit {
         match self {
@@ -164,6 +176,11 @@ impl From<ExportFailure> for Failure {
                 Exit::BadInput,
                 &failure,
                 "name your laser's width with --kerf, or leave it out with --nominal",
+            ),
+            ExportFailure::HolesBreakOut { .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "export this part without --process, and let the slicer make up for the printer",
             ),
             ExportFailure::NoOutlines { .. } => {
                 Self::new(Exit::BadInput, &failure, "printed parts have --format stl,3mf")

@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use fabkit_calibration as calibration;
 pub use fabkit_camera as camera;
 pub use fabkit_checks as checks;
 pub use fabkit_depth as depth;

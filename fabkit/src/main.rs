@@ -5,6 +5,7 @@ mod commands;
 mod diagnostics;
 mod failure;
 mod interrupt;
+mod reading;
 mod source;
 mod table;
 

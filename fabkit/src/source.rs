@@ -1,7 +1,5 @@
 //! `SENSOR[/FIXTURE][/PART]`: where a design's text comes from.
 
-use std::fs::{self, File};
-use std::io::{self, Read};
 use std::path::Path;
 
 use fabkit::bodies::UnknownName;
@@ -12,6 +10,7 @@ use fabkit::fixtures::{self, FixtureError, Project};
 
 use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
+use crate::reading::{self, Expected};
 
 /// Longest sensor file.
 pub const MAX_YAML_BYTES: u64 = 1 << 20;
@@ -58,6 +57,25 @@ impl<'a> Target<'a> {
             None => Ok(project.design),
             Some(name) => project.fixture(name).map_err(|error| source.failure(error)),
         }
+    }
+
+    /// Reads and builds the sensor and all its fixtures, by name.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn design_with_fixtures(
+        &self,
+        overrides: &[String],
+    ) -> Result<(Design, Vec<(&'static str, Design)>), Failure> {
+        let source = Source::find(self.sensor)?;
+        let project = source.load(overrides)?;
+        let fixture = |name| match project.fixture(name) {
+            Ok(design) => Ok((name, design)),
+            Err(error) => Err(source.failure(error)),
+        };
+        let fixtures =
+            project.fixture_names().into_iter().map(fixture).collect::<Result<_, _>>()?;
+        Ok((project.design, fixtures))
     }
 
     /// Applies all rules to it. The inner error is a solid that is none.
@@ -148,52 +166,9 @@ fn builtin(name: &str) -> Option<SourceText> {
     Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
 }
 
-/// Refuses what is too large or no file before reading it: a pipe may never end.
 fn read_yaml(path: &Path) -> Result<String, Failure> {
-    read_text(path, "a sensor's file", "`fabkit show rtac0` shows what one holds")
-}
-
-/// Reads a text file of at most [`MAX_YAML_BYTES`]; `what` it should be, and a hint at it.
-///
-/// # Errors
-/// What is unreadable, too large, no file, or not UTF-8.
-pub fn read_text(path: &Path, what: &str, hint: &str) -> Result<String, Failure> {
-    let shown = path.display();
-    let unreadable = |error: io::Error| {
-        let exit = match error.kind() {
-            io::ErrorKind::NotFound => Exit::BadInput,
-            _ => Exit::Io,
-        };
-        Failure::plain(exit, format!("cannot read {shown}: {error}"))
-    };
-    let too_large = |found: &str| {
-        Failure::new(
-            Exit::Limit,
-            format!("{shown} has {found} bytes; {what} has at most {MAX_YAML_BYTES}"),
-            format!("is it the right file? {hint}"),
-        )
-    };
-    let found = fs::metadata(path).map_err(unreadable)?;
-    if !found.is_file() {
-        let what = if found.is_dir() { "a folder" } else { "a device or a pipe" };
-        return Err(Failure::plain(Exit::BadInput, format!("{shown} is {what}, not a file")));
-    }
-    if found.len() > MAX_YAML_BYTES {
-        return Err(too_large(&found.len().to_string()));
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(unreadable)?;
-    // It may have grown since.
-    file.take(MAX_YAML_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_YAML_BYTES {
-        return Err(too_large("too many"));
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..valid].iter().filter(|b| **b == b'\n').count();
-        let message = format!("{shown}:{line}: not UTF-8 text (byte {})", valid + 1);
-        Failure::new(Exit::BadInput, message, "save the file as UTF-8")
-    })
+    let hint = "is it the right file? `fabkit show rtac0` shows what one holds";
+    reading::text(path, Expected { what: "a sensor's file", max_bytes: MAX_YAML_BYTES, hint })
 }
 
 #[cfg(test)]

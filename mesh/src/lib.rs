@@ -150,6 +150,15 @@ impl TriMesh {
         Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 
+    /// The same mesh, stretched along x, y and z about the origin by factors above 0; its distance
+    /// from the surface grows by at most the largest.
+    #[must_use]
+    pub fn stretched(&self, factors: [f64; 3]) -> Self {
+        let stretch = |v: &[f64; 3]| std::array::from_fn(|i| v[i] * factors[i]);
+        let vertices = self.vertices.iter().map(stretch).collect();
+        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
+    }
+
     /// Rounds to `f32`, welds, removes what became degenerate, and proves the result closed,
     /// oriented and free of degenerate triangles.
     ///

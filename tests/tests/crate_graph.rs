@@ -12,7 +12,18 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
     ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),
-    ("fabkit-fixtures", &["fabkit-geometry", "fabkit-checks", "fabkit-designs", "fabkit-mesh"]),
+    (
+        "fabkit-fixtures",
+        &[
+            "fabkit-geometry",
+            "fabkit-camera",
+            "fabkit-calibration",
+            "fabkit-checks",
+            "fabkit-designs",
+            "fabkit-mesh",
+            "fabkit-export",
+        ],
+    ),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
         "fabkit",

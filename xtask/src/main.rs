@@ -1,8 +1,10 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`.
+//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`,
+//! `cargo xtask real-captures`.
 
 mod bench;
 mod lint;
 mod python;
+mod real_captures;
 mod run;
 mod test;
 
@@ -16,6 +18,7 @@ Tasks:
   test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
   lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
   bench  Time fabkit beside its peers and print the ratios
+  real-captures DIR  Calibrate the published captures of a real R-Tac0 and hold the result to its limits
 ";
 
 fn main() -> ExitCode {
@@ -24,6 +27,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "lint" => lint::run(),
         "bench" => bench::run(),
+        "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "" | "-h" | "--help" | "help" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -7,13 +7,15 @@
 use fabkit_camera::OutsideDomain;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector2};
 
-use crate::model::{Model, Observation, Parameter, Seat};
+use crate::model::{Model, Observation, Parameter};
 use crate::observability::{Unobservable, unobservable};
 
 const MAX_ITERATIONS: usize = 100;
-/// The last step changes the parameters by less than this part of their standard deviation. The
-/// one before shrank to it by orders of magnitude, and so will what is left.
-const STEP_TOLERANCE: f64 = 1e-4;
+/// After a step that is shorter than this part of a standard deviation nothing is left to do: the
+/// next would be shorter by orders of magnitude.
+const LAST_STEP: f64 = 0.01;
+/// A step shorter than this need not be taken.
+const NO_STEP: f64 = 1e-6;
 const START_DAMPING: f64 = 1e-5;
 const MAX_DAMPING: f64 = 1e12;
 /// Correlation matrices with smaller eigenvalues are singular to working precision.
@@ -123,7 +125,7 @@ pub fn refine(
     loss: Loss,
 ) -> Result<Fit, SolveError> {
     let count = parameters.len();
-    let held = parameters.iter().filter(|p| p.is_held_by_prior()).count();
+    let held = parameters.iter().filter(|p| start.prior(**p).is_some()).count();
     if 2 * observations.len() < count - held {
         let coordinates = 2 * observations.len();
         return Err(SolveError::TooFew { unknowns: count - held, coordinates });
@@ -149,12 +151,18 @@ pub fn refine(
             continue;
         };
         let tried = model.stepped(parameters, step.as_slice());
-        if let Some(tried) = &tried
-            && normal.length(&step) < STEP_TOLERANCE
-        {
-            // So short that cost and derivatives are the same to rounding.
-            model = tried.clone();
-            break;
+        let length = normal.length(&step);
+        if length < LAST_STEP {
+            // Nothing can be worse after it, unless it leads out of sight.
+            if let Some(tried) = tried.filter(|tried| sees_all(tried, observations)) {
+                model = tried;
+                break;
+            }
+            if length < NO_STEP {
+                break;
+            }
+            damping *= 10.0;
+            continue;
         }
         let lower = tried.and_then(|tried| {
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
@@ -178,6 +186,10 @@ pub fn refine(
     };
     let covariance = normal.unscaled_inverse(&factor);
     Ok(Fit { model, parameters: parameters.to_vec(), covariance, cost, iterations })
+}
+
+fn sees_all(model: &Model, observations: &[Observation]) -> bool {
+    observations.iter().all(|o| model.project(&o.contact).is_ok())
 }
 
 /// The normal equations and room for them.
@@ -225,11 +237,11 @@ impl Normal {
                 }
             }
         }
-        for i in 0..parameters.len() {
+        for (i, parameter) in parameters.iter().enumerate() {
             for j in 0..i {
                 self.information[(j, i)] = self.information[(i, j)];
             }
-            if let Some((value, sigma)) = prior(model, parameters[i]) {
+            if let Some((value, sigma)) = model.prior(*parameter) {
                 self.information[(i, i)] += sigma.powi(-2);
                 self.gradient[i] -= value * sigma.powi(-2);
                 cost += (value / sigma).powi(2);
@@ -274,15 +286,4 @@ impl Normal {
         }
         inverse
     }
-}
-
-/// Value and standard deviation of a parameter that a prior holds near zero.
-fn prior(model: &Model, parameter: Parameter) -> Option<(f64, f64)> {
-    let Parameter::Reseating(capture, seat) = parameter else { return None };
-    let value = model.reseatings.get(capture).map_or(0.0, |seated| match seat {
-        Seat::ShiftX => seated[0],
-        Seat::ShiftY => seated[1],
-        Seat::Turn => seated[2],
-    });
-    Some((value, parameter.prior_sigma()))
 }

@@ -18,7 +18,8 @@ const MAX_PROBES: i64 = 10_000_000;
 /// Where the camera is, and how truth is computed.
 #[derive(Debug, Args)]
 pub struct View {
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the sensor's nominal lens]
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
+    /// the sensor's nominal lens]
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
     /// Pose file with `camera_from_sensor` [default: where the design puts the camera]

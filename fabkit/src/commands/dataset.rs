@@ -21,7 +21,8 @@ use super::view::{Scene, press_failure};
 use crate::cli::{Dataset, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::source::read_text;
+use crate::reading::{self, Expected};
+use crate::source::MAX_YAML_BYTES;
 use crate::table::grouped;
 
 /// Faults of captures that are listed one by one.
@@ -87,7 +88,9 @@ fn patterns(args: &Dataset, scene: &Scene) -> Result<Vec<NamedPresses>, Failure>
             }
         });
     };
-    let text = read_text(path, "a list of presses", "it has one pattern on a line")?;
+    let hint = "is it the right file? It has one pattern on a line";
+    let expected = Expected { what: "a list of presses", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::text(path, expected)?;
     dataset::read_patterns(&text, &scene.project).map_err(|error| match error {
         NoPatterns::File(faults) => {
             let message: Vec<String> =

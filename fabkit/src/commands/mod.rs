@@ -1,6 +1,7 @@
 //! One file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
+mod calibrate;
 mod check;
 mod completions;
 mod dataset;
@@ -8,6 +9,7 @@ mod depth;
 mod export;
 mod list;
 mod man;
+mod profile;
 mod progress;
 mod render;
 mod schema;
@@ -20,7 +22,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use serde_json::Value;
 
-use crate::cli::{Cli, Command, Global};
+use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 
@@ -86,9 +88,11 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::Show(args) => show::run(args),
         Command::Check(args) => check::run(args),
         Command::Export(args) => export::run(args, &cli.global),
+        Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args),
         Command::Depth(args) => depth::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
+        Command::Calibrate { what } => calibrate::run(what),
         Command::Schema => schema::run(),
         Command::Completions { shell } => completions::run(*shell),
         Command::Man { output } => man::run(output.as_deref()),
@@ -99,7 +103,8 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
 fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,
-        Command::Check(_)
+        Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
+            | Command::Check(_)
             | Command::Dataset(_)
             | Command::Depth(_)
             | Command::Export(_)

@@ -1,15 +1,18 @@
 //! What `depth` and `dataset` share: the sensor's surface and the camera that looks at it.
 
-use std::path::{Path, PathBuf};
+use std::fmt::Display;
+use std::path::Path;
 
+use fabkit::camera::files::read_pose;
 use fabkit::fixtures::{PressError, Project};
 use fabkit::geometry::TouchSurface;
-use fabkit::ground_truth::{Coverage, InvalidViewpoint, Viewpoint, coverage};
+use fabkit::ground_truth::{Coverage, Viewpoint, coverage};
 use serde_json::{Value, json};
 
 use crate::cli::{Design, View};
 use crate::failure::{Exit, Failure};
-use crate::source::{Source, Target, read_text};
+use crate::reading::{self, Expected};
+use crate::source::{MAX_YAML_BYTES, Source, Target};
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
@@ -72,21 +75,33 @@ fn touch(project: &Project) -> Result<&TouchSurface, Failure> {
 }
 
 fn viewpoint(project: &Project, view: &View) -> Result<Viewpoint, Failure> {
-    let read = |path: &Option<PathBuf>, what, hint| -> Result<Option<String>, Failure> {
-        path.as_deref().map(|path| read_text(path, what, hint)).transpose()
-    };
-    let camera = read(&view.camera, "a camera file", "it holds a lens and an image size")?;
-    let pose = read(&view.pose, "a pose file", "it holds the matrix `camera_from_sensor`")?;
-    let nominal = &project.design.sensor.camera;
-    let failed = |path: Option<&Path>, error: InvalidViewpoint| {
+    let pose_hint = "is it the right file? It holds the matrix `camera_from_sensor`";
+    let pose = read(view.pose.as_deref(), "a pose file", pose_hint)?;
+    let fault = |path: Option<&Path>, error: &dyn Display| {
         let name = path.map_or_else(String::new, |path| format!("{}: ", path.display()));
         Failure::plain(Exit::BadInput, format!("{name}{error}"))
     };
+    let of_pose = |error: &dyn Display| fault(view.pose.as_deref(), error);
+    let pose = pose.map(|text| read_pose(&text)).transpose().map_err(|error| of_pose(&error))?;
+    // A pose is only good with the camera it was solved with: unless told otherwise, that one.
+    let beside = view.pose.as_deref().zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
+    let beside = beside.map(|(path, camera)| path.with_file_name(camera));
+    let camera_path = view.camera.as_deref().or(beside.as_deref());
+    let camera_hint = "is it the right file? It holds a lens and an image size";
+    let camera = read(camera_path, "a camera file", camera_hint)?;
+    let nominal = &project.design.sensor.camera;
     // One after the other, so that each fault is told with its file.
-    Viewpoint::new(nominal, camera.as_deref(), None)
-        .map_err(|error| failed(view.camera.as_deref(), error))?;
-    Viewpoint::new(nominal, camera.as_deref(), pose.as_deref())
-        .map_err(|error| failed(view.pose.as_deref(), error))
+    Viewpoint::new(nominal, camera.as_deref(), None).map_err(|error| fault(camera_path, &error))?;
+    Viewpoint::new(nominal, camera.as_deref(), pose.as_ref()).map_err(|error| of_pose(&error))
+}
+
+fn read(
+    path: Option<&Path>,
+    what: &'static str,
+    hint: &'static str,
+) -> Result<Option<String>, Failure> {
+    let expected = Expected { what, max_bytes: MAX_YAML_BYTES, hint };
+    path.map(|path| reading::text(path, expected)).transpose()
 }
 
 fn unseen(coverage: &Coverage) -> Failure {

@@ -18,7 +18,7 @@ use fabkit_geometry::Pose;
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
-use self::compensation::compensation;
+use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 use self::sheets::CutSheet;
@@ -142,6 +142,8 @@ fn companion(companion: &Companion) -> Made {
         Some((_, "csv")) => "csv",
         Some((_, "svg")) => "svg",
         Some((_, "dxf")) => "dxf",
+        Some((_, "pdf")) => "pdf",
+        Some((_, "yaml")) => "yaml",
         _ => "other",
     };
     Made { file: OutputFile { name, bytes }, format, parts: Vec::new() }
@@ -161,17 +163,24 @@ fn turned<'a>(
     options: &ExportOptions,
 ) -> Result<Turned<'a>, ExportFailure> {
     let is_drawn = options.formats.iter().any(|format| format.is_drawing());
-    let compensation = compensation(&body, options, is_drawn);
+    let mut compensation = compensation(&body, options, is_drawn);
     let sheet = if is_drawn { sheets::cut_sheet(&body, &compensation)? } else { None };
 
+    let fitted = fitted(&body, bed_from_part, options, &mut compensation);
+    let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
     // Finer by as much as scaling coarsens it.
-    let tolerance_mm = options.tolerance_mm / compensation.scale;
-    let mut mesh = fabkit_mesh::mesh(body.solid, tolerance_mm)
-        .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
+    let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
+    let mut mesh =
+        fabkit_mesh::mesh(fitted.as_ref().unwrap_or(body.solid), options.tolerance_mm / coarser)
+            .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
     if compensation.scale != 1.0 {
         mesh = mesh.scaled(compensation.scale);
     }
-    Ok(Turned { body, mesh: mesh.placed(bed_from_part), compensation, sheet })
+    let mut mesh = mesh.placed(bed_from_part);
+    if compensation.print.is_some() {
+        mesh = mesh.stretched(stretch);
+    }
+    Ok(Turned { body, mesh, compensation, sheet })
 }
 
 /// A body whose mesh lies as it should, rounded to its files' precision, proven and measured.
@@ -187,30 +196,54 @@ fn measured<'a>(
     let print = lying.to_print().map_err(failed)?;
     let genus = print.genus();
     if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
+        if let Some(print) = &compensation.print {
+            let (part, profile) = (body.name.into(), print.profile.clone());
+            return Err(ExportFailure::HolesBreakOut { part, profile });
+        }
         return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
     }
-    let figures = MeshFigures {
-        chord_tolerance_mm: tolerance_mm,
-        triangles: print.triangles().len(),
-        volume_mm3: print.volume_mm3(),
-        area_mm2: print.area_mm2(),
-        genus,
-    };
+    let figures = figures(&print, tolerance_mm);
     limit_triangles(figures.triangles)?;
-    let file_from_part = shift.then_in(*bed_from_part);
+    let file_from_part = shift.then_in(match &compensation.print {
+        None => *bed_from_part,
+        // Only where the part's origin lies is stretched along with the rest.
+        Some(print) => {
+            let [x, y, z] = [0, 1, 2].map(|i| {
+                let at_mm = bed_from_part.translation_mm()[i];
+                (print.scale[i] - 1.0) * at_mm
+            });
+            Pose::translation(x, y, z).then_in(*bed_from_part)
+        }
+    });
     Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
 }
 
 impl Meshed<'_> {
-    /// Figures of the mesh before scaling, for those who rebuild the nominal solid.
-    fn nominal_figures(&self) -> MeshFigures {
+    /// Figures of the nominal solid's mesh, for those who rebuild it.
+    fn nominal_figures(&self) -> Result<MeshFigures, ExportFailure> {
         let scale = self.compensation.scale;
-        MeshFigures {
+        if self.compensation.print.is_some() {
+            let tolerance_mm = self.figures.chord_tolerance_mm / scale;
+            let failed = |source| ExportFailure::Mesh { part: self.body.name.into(), source };
+            let mesh = fabkit_mesh::mesh(self.body.solid, tolerance_mm).map_err(failed)?;
+            return Ok(figures(&mesh.to_print().map_err(failed)?, tolerance_mm));
+        }
+        Ok(MeshFigures {
             chord_tolerance_mm: self.figures.chord_tolerance_mm / scale,
             volume_mm3: self.figures.volume_mm3 / scale.powi(3),
             area_mm2: self.figures.area_mm2 / scale.powi(2),
             ..self.figures
-        }
+        })
+    }
+}
+
+fn figures(print: &PrintMesh, chord_tolerance_mm: f64) -> MeshFigures {
+    MeshFigures {
+        chord_tolerance_mm,
+        triangles: print.triangles().len(),
+        volume_mm3: print.volume_mm3(),
+        area_mm2: print.area_mm2(),
+        genus: print.genus(),
     }
 }
 
@@ -256,7 +289,7 @@ fn part_files<'a>(
                     solid: body.solid,
                     landmarks: body.landmarks,
                     placements: body.placements,
-                    mesh: meshed.nominal_figures(),
+                    mesh: meshed.nominal_figures()?,
                 };
                 fabkit_export::tree(&document).map_err(failed)?
             }

@@ -1,5 +1,6 @@
 //! What to export.
 
+use fabkit_designs::profile::ProcessProfile;
 use fabkit_export::Bed;
 
 /// A kind of file.
@@ -60,7 +61,10 @@ pub struct ExportOptions {
     pub stock: Bed,
     /// Width of the laser's cut, mm; by material where nothing is said.
     pub kerf_mm: Option<f64>,
-    /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf.
+    /// What the printer does to sizes; files of parts made by its process make up for it.
+    pub profile: Option<ProcessProfile>,
+    /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf, and no
+    /// profile.
     pub nominal: bool,
 }
 
@@ -76,6 +80,7 @@ impl Default for ExportOptions {
             bed: Bed::default(),
             stock: DEFAULT_STOCK,
             kerf_mm: None,
+            profile: None,
             nominal: false,
         }
     }

@@ -45,15 +45,15 @@ pub enum InvalidViewpoint {
 }
 
 impl Viewpoint {
-    /// The camera of a design at its place, changed by what calibration files say: each text is a
-    /// camera file and a pose file.
+    /// The camera of a design at its place, or what calibration files say instead: the text of a
+    /// camera file, and a pose.
     ///
     /// # Errors
     /// [`InvalidViewpoint`].
     pub fn new(
         nominal: &NominalCamera,
         camera_file: Option<&str>,
-        pose_file: Option<&str>,
+        pose_file: Option<&PoseFile>,
     ) -> Result<Self, InvalidViewpoint> {
         let estimate = match camera_file {
             Some(text) => files::read(text)?,
@@ -64,12 +64,11 @@ impl Viewpoint {
             }
         };
         let (sensor_from_camera, pose_covariance) = match pose_file {
-            Some(text) => {
-                let PoseFile { camera_from_sensor, covariance } = files::read_pose(text)?;
-                if let Some(covariance) = &covariance {
+            Some(PoseFile { camera_from_sensor, covariance, .. }) => {
+                if let Some(covariance) = covariance {
                     check_covariance(covariance)?;
                 }
-                (rigid(&camera_from_sensor)?.inverse(), covariance)
+                (rigid(camera_from_sensor)?.inverse(), *covariance)
             }
             None => (nominal.sensor_from_camera, None),
         };

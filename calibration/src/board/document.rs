@@ -1,0 +1,353 @@
+//! The board's file: the link between the printed sheet and the detector.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// What `format` says in a board's file.
+pub const FORMAT: &str = "fabkit-board";
+/// The version this crate reads and writes.
+pub const VERSION: u32 = 1;
+/// Longest file, bytes.
+pub const MAX_BYTES: usize = 4 << 20;
+/// Fewest squares along a side: below, a grid of corners cannot be told from clutter.
+pub const MIN_SQUARES: u32 = 4;
+/// Most squares along a side.
+pub const MAX_SQUARES: u32 = 100;
+
+const SQUARE_LIMITS_MM: [f64; 2] = [0.1, 500.0];
+/// Bits along the side of a marker.
+const MARKER_BITS: [usize; 2] = [3, 8];
+/// How far a corner may lie from where the squares put it, in squares. A measured board differs
+/// from the drawing by its printer's scale; more than this is another board.
+const CORNER_TOLERANCE_SQUARES: f64 = 0.25;
+
+/// What kind of board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoardKind {
+    /// Dark and light squares alone. All of it must be in sight.
+    Checkerboard,
+    /// A checkerboard with a marker in each light square. Any part of it may be in sight.
+    Charuco,
+}
+
+/// Where four squares meet inside the board.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoardCorner {
+    /// Row by row from the upper left: `row * (columns - 1) + column`, both from 0, as in OpenCV.
+    pub id: u32,
+    /// x and y in the board frame, mm; z is 0.
+    pub in_board_mm: [f64; 2],
+}
+
+/// A marker in a light square.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoardMarker {
+    /// Its number in the dictionary.
+    pub id: u32,
+    /// Column and row of its square, from 0. Their sum is odd.
+    pub square: [u32; 2],
+    /// Its rows from the top as printed, without the dark border: `1` is light, `0` dark.
+    pub bits: Vec<String>,
+}
+
+/// A printed board. The square in column `c` and row `r` is dark where `c + r` is even.
+///
+/// A checkerboard whose two numbers of squares are both even or both odd looks the same upside
+/// down; then a picture does not tell which corner is which, and calibration does not need it.
+///
+/// ```
+/// use fabkit_calibration::board::Board;
+/// let board = Board::checkerboard("a5", [9, 6], 2.5).unwrap();
+/// assert_eq!(board.corners.len(), 8 * 5);
+/// assert_eq!(board.corners[9].in_board_mm, [5.0, 5.0]);
+/// assert_eq!(Board::from_json(&board.to_json()).unwrap(), board);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Board {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// Name of the board.
+    pub name: String,
+    /// Kind of board.
+    pub kind: BoardKind,
+    /// Columns and rows of squares.
+    pub squares: [u32; 2],
+    /// Side of a square, mm.
+    pub square_mm: f64,
+    /// Side of a marker with its dark border, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marker_mm: Option<f64>,
+    /// Where the markers' bits are from, for example `DICT_4X4_50`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dictionary: Option<String>,
+    /// All inner corners, by id.
+    pub corners: Vec<BoardCorner>,
+    /// The markers, by id; none on a checkerboard.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<BoardMarker>,
+}
+
+/// Why a file holds no board: everything that is wrong with it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("not a calibration board: {}", .problems.join("; "))]
+pub struct InvalidBoard {
+    /// At least one; each names the field, its value and the limit.
+    pub problems: Vec<String>,
+}
+
+impl InvalidBoard {
+    fn one(problem: impl Into<String>) -> Self {
+        Self { problems: vec![problem.into()] }
+    }
+}
+
+impl Board {
+    /// A checkerboard of columns x rows squares with sides of `square_mm`.
+    ///
+    /// # Errors
+    /// Too few or too many squares, or a side outside 0.1 mm to 500 mm.
+    pub fn checkerboard(
+        name: &str,
+        squares: [u32; 2],
+        square_mm: f64,
+    ) -> Result<Self, InvalidBoard> {
+        let board = Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            name: name.into(),
+            kind: BoardKind::Checkerboard,
+            squares,
+            square_mm,
+            marker_mm: None,
+            dictionary: None,
+            corners: Self::regular_corners(squares, square_mm)?,
+            markers: Vec::new(),
+        };
+        board.check()?;
+        Ok(board)
+    }
+
+    /// A ChArUco board laid out as OpenCV's (since 4.6): markers 0, 1, 2, ... of the dictionary in
+    /// the light squares, row by row.
+    ///
+    /// `bits` holds for each marker its rows, `1` for light; those beyond the last light square
+    /// are left out.
+    ///
+    /// # Errors
+    /// As [`Board::checkerboard`]; too few markers, markers that look alike in some rotation, a
+    /// marker that does not fit its square.
+    pub fn charuco(
+        name: &str,
+        squares: [u32; 2],
+        square_mm: f64,
+        marker_mm: f64,
+        dictionary: &str,
+        bits: &[Vec<String>],
+    ) -> Result<Self, InvalidBoard> {
+        let corners = Self::regular_corners(squares, square_mm)?;
+        let light = Self::light_squares(squares);
+        if bits.len() < light.len() {
+            return Err(InvalidBoard::one(format!(
+                "{} markers for {} light squares",
+                bits.len(),
+                light.len()
+            )));
+        }
+        let markers = (0..).zip(light).zip(bits);
+        let board = Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            name: name.into(),
+            kind: BoardKind::Charuco,
+            squares,
+            square_mm,
+            marker_mm: Some(marker_mm),
+            dictionary: Some(dictionary.into()),
+            corners,
+            markers: markers
+                .map(|((id, square), bits)| BoardMarker { id, square, bits: bits.clone() })
+                .collect(),
+        };
+        board.check()?;
+        Ok(board)
+    }
+
+    /// Reads a board's file.
+    ///
+    /// # Errors
+    /// Text that is no such document, with line and column; other formats and versions; everything
+    /// that contradicts itself.
+    pub fn from_json(text: &str) -> Result<Self, InvalidBoard> {
+        if text.len() > MAX_BYTES {
+            let bytes = text.len();
+            return Err(InvalidBoard::one(format!("{bytes} bytes; at most {MAX_BYTES} are read")));
+        }
+        let value: serde_json::Value =
+            serde_json::from_str(text).map_err(|e| InvalidBoard::one(e.to_string()))?;
+        let of = |key| value.get(key).unwrap_or(&serde_json::Value::Null);
+        if of("format") != FORMAT || of("version") != VERSION {
+            return Err(InvalidBoard::one(format!(
+                "format {} version {}; this fabkit reads \"{FORMAT}\" version {VERSION}",
+                of("format"),
+                of("version")
+            )));
+        }
+        // From the text again: only then do messages name a line.
+        let board: Self =
+            serde_json::from_str(text).map_err(|e| InvalidBoard::one(e.to_string()))?;
+        board.check()?;
+        Ok(board)
+    }
+
+    /// As indented JSON with a final newline.
+    pub fn to_json(&self) -> String {
+        let text = serde_json::to_string_pretty(self);
+        text.expect("strings and finite numbers can be written") + "\n"
+    }
+
+    /// Columns and rows of inner corners.
+    pub fn inner_corners(&self) -> [usize; 2] {
+        self.squares.map(|n| n as usize - 1)
+    }
+
+    /// Column and row of every light square, row by row.
+    pub fn light_squares(squares: [u32; 2]) -> Vec<[u32; 2]> {
+        let [columns, rows] = squares;
+        let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
+        all.filter(|[column, row]| (column + row) % 2 == 1).collect()
+    }
+
+    fn regular_corners(
+        squares: [u32; 2],
+        square_mm: f64,
+    ) -> Result<Vec<BoardCorner>, InvalidBoard> {
+        check_squares(squares)?;
+        let [columns, rows] = squares.map(|n| n - 1);
+        let corner = |id: u32| {
+            let place = [id % columns, id / columns];
+            BoardCorner { id, in_board_mm: place.map(|i| f64::from(i + 1) * square_mm) }
+        };
+        Ok((0..columns * rows).map(corner).collect())
+    }
+
+    fn check(&self) -> Result<(), InvalidBoard> {
+        let nominal = Self::regular_corners(self.squares, self.square_mm)?;
+        let mut problems = Vec::new();
+        let [min, max] = SQUARE_LIMITS_MM;
+        if !(min..=max).contains(&self.square_mm) {
+            let side = self.square_mm;
+            problems.push(format!("square_mm is {side}; the limits are {min} and {max}"));
+        }
+        if self.corners.len() != nominal.len() {
+            let (found, expected) = (self.corners.len(), nominal.len());
+            problems.push(format!("{found} corners; these squares have {expected}"));
+        }
+        let tolerance = CORNER_TOLERANCE_SQUARES * self.square_mm;
+        for (index, (corner, expected)) in self.corners.iter().zip(&nominal).enumerate() {
+            if corner.id != expected.id {
+                let id = corner.id;
+                problems.push(format!("corners[{index}] has id {id}; corners are listed by id"));
+            }
+            let ([x, y], [u, v]) = (corner.in_board_mm, expected.in_board_mm);
+            let near = (x - u).abs() <= tolerance && (y - v).abs() <= tolerance;
+            if !near {
+                problems.push(format!(
+                    "corners[{index}] is at ({x}, {y}) mm; squares and square_mm put it at ({u}, {v}) mm"
+                ));
+            }
+        }
+        match self.kind {
+            BoardKind::Checkerboard => {
+                if !self.markers.is_empty() || self.marker_mm.is_some() {
+                    problems.push("a checkerboard has no markers".into());
+                }
+            }
+            BoardKind::Charuco => self.check_markers(&mut problems),
+        }
+        if problems.is_empty() { Ok(()) } else { Err(InvalidBoard { problems }) }
+    }
+
+    fn check_markers(&self, problems: &mut Vec<String>) {
+        match self.marker_mm {
+            Some(side) if side > 0.3 * self.square_mm && side < self.square_mm => {}
+            Some(side) => problems.push(format!(
+                "marker_mm is {side}; it must be between 0.3 and 1 times square_mm, {}",
+                self.square_mm
+            )),
+            None => problems.push("a charuco board needs marker_mm".into()),
+        }
+        let mut squares: Vec<[u32; 2]> =
+            self.markers.iter().map(|m| [m.square[1], m.square[0]]).collect();
+        squares.sort_unstable();
+        let light = Self::light_squares(self.squares);
+        if !squares.iter().copied().eq(light.iter().map(|[c, r]| [*r, *c])) {
+            problems.push("markers: each light square (column + row odd) needs one".into());
+        }
+        let side = self.markers.first().map_or(0, |m| m.bits.len());
+        let [min, max] = MARKER_BITS;
+        for marker in &self.markers {
+            let square = marker.bits.len() == side
+                && (min..=max).contains(&side)
+                && marker
+                    .bits
+                    .iter()
+                    .all(|r| r.len() == side && r.bytes().all(|b| b == b'0' || b == b'1'));
+            if !square {
+                let id = marker.id;
+                problems.push(format!(
+                    "marker {id}: bits must be {min} to {max} rows of as many 0 and 1, the same for all"
+                ));
+                return;
+            }
+        }
+        let mut seen = BTreeMap::new();
+        for marker in &self.markers {
+            let words = [0, 1, 2, 3].map(|turns| marker.word(turns));
+            let id = marker.id;
+            if words[1..].contains(&words[0]) {
+                problems.push(format!("marker {id} looks the same in two rotations"));
+            }
+            let canonical = words.into_iter().min();
+            if let Some(other) = seen.insert(canonical, id) {
+                problems.push(format!("markers {other} and {id} look alike in some rotation"));
+            }
+        }
+    }
+}
+
+impl BoardMarker {
+    /// The bits as a word, row by row from the most significant, after so many quarter turns of
+    /// the printed marker, clockwise.
+    pub(super) fn word(&self, turns: usize) -> u64 {
+        let side = self.bits.len();
+        let mut word = 0;
+        for row in 0..side {
+            for column in 0..side {
+                let (mut r, mut c) = (row, column);
+                for _ in 0..turns {
+                    // What stands at (row, column) of the turned marker stood one turn back here.
+                    (r, c) = (side - 1 - c, r);
+                }
+                word = word << 1 | u64::from(self.bits[r].as_bytes()[c] == b'1');
+            }
+        }
+        word
+    }
+}
+
+fn check_squares(squares: [u32; 2]) -> Result<(), InvalidBoard> {
+    if squares.iter().all(|n| (MIN_SQUARES..=MAX_SQUARES).contains(n)) {
+        return Ok(());
+    }
+    let [columns, rows] = squares;
+    Err(InvalidBoard::one(format!(
+        "squares are [{columns}, {rows}]; both are {MIN_SQUARES} to {MAX_SQUARES}"
+    )))
+}

@@ -1,0 +1,150 @@
+//! What could be between pins and pixels: the explanations that are tried.
+
+use std::fmt;
+
+use fabkit_camera::{Camera, Flat, Interface};
+use fabkit_geometry::Pose;
+
+use super::refine::{Fit, Loss, SolveError, refine};
+use crate::model::{Model, Observation, Parameter, Seat};
+
+/// Distances of the interface from which a fit is started, or at which it is held, mm.
+const INTERFACE_STARTS_MM: [f64; 14] =
+    [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 15.0, 16.0, 17.0, 20.0];
+/// Pins press on gel: at least this much of it is between the interface and the nearest one, mm.
+const MIN_GEL_MM: f64 = 1.0;
+const INTERFACE_DISTANCE: Parameter = Parameter::Camera("interface_distance_mm");
+
+/// What light does on its way, beyond what the camera file says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optics {
+    /// The lens stands in air before a flat surface of gel of this refractive index, at a distance
+    /// that is solved for.
+    pub gel_index: Option<f64>,
+    /// This many of the lens's radial terms are solved for anew: the first scales both focal
+    /// lengths, the others are its leading distortion coefficients. They stand for all that bends
+    /// light and is not known in detail.
+    pub radial_terms: usize,
+}
+
+impl Optics {
+    /// As the camera file says.
+    pub const GIVEN: Self = Self { gel_index: None, radial_terms: 0 };
+}
+
+/// One explanation of the pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// What light does.
+    pub optics: Optics,
+    /// Whether all pins lean the same way round: see [`Parameter::Lean`].
+    pub lean: bool,
+    /// Whether all pins sit deeper or less deep: see [`Parameter::SeatingOffset`].
+    pub seating: bool,
+    /// Whether the dome sits anew in every capture.
+    pub reseating: bool,
+}
+
+impl Candidate {
+    /// The pose alone.
+    pub const PLAIN: Self =
+        Self { optics: Optics::GIVEN, lean: false, seating: false, reseating: false };
+
+    /// What it solves for, pose first.
+    pub fn parameters(&self, camera: &Camera, captures: usize) -> Vec<Parameter> {
+        let mut parameters = Parameter::POSE.to_vec();
+        if self.optics.gel_index.is_some() {
+            parameters.push(INTERFACE_DISTANCE);
+        }
+        if self.optics.radial_terms > 0 {
+            parameters.push(Parameter::FocalScale);
+            // OpenCV's tangential terms are no radial ones.
+            let names = camera.lens().coefficient_names().iter();
+            let radial = names.filter(|name| !name.starts_with('p'));
+            let further = radial.take(self.optics.radial_terms - 1);
+            parameters.extend(further.map(|name| Parameter::Camera(name)));
+        }
+        parameters.extend(self.lean.then_some(Parameter::Lean));
+        parameters.extend(self.seating.then_some(Parameter::SeatingOffset));
+        if self.reseating {
+            for capture in 0..captures {
+                let seats = [Seat::ShiftX, Seat::ShiftY, Seat::Turn];
+                parameters.extend(seats.map(|seat| Parameter::Reseating(capture, seat)));
+            }
+        }
+        parameters
+    }
+
+    /// Fits it, from the pose that a plainer explanation gave.
+    ///
+    /// Where the best gel surface would reach the pins that are nearest to the camera, the distance
+    /// is held at the best value tried before that.
+    pub(super) fn fit(
+        &self,
+        start: &Model,
+        observations: &[Observation],
+        captures: usize,
+        loss: Loss,
+    ) -> Result<Fit, SolveError> {
+        let parameters = self.parameters(&start.camera, captures);
+        let Some(index) = self.optics.gel_index else {
+            return refine(start, &parameters, observations, loss);
+        };
+        let held: Vec<Parameter> =
+            parameters.iter().copied().filter(|p| *p != INTERFACE_DISTANCE).collect();
+        let mut best: Result<Fit, SolveError> = Err(SolveError::NoConvergence { iterations: 0 });
+        for distance_mm in INTERFACE_STARTS_MM {
+            let Some(model) = behind_gel(start, distance_mm, index) else { continue };
+            let Ok(fixed) = refine(&model, &held, observations, loss) else { continue };
+            let free = refine(&fixed.model, &parameters, observations, loss);
+            for fit in [Ok(fixed), free].into_iter().flatten() {
+                let better = best.as_ref().map_or(true, |best| fit.cost < best.cost);
+                if better && gel_before_pins_mm(&fit.model, observations) > MIN_GEL_MM {
+                    best = Ok(fit);
+                }
+            }
+        }
+        best
+    }
+}
+
+/// The model with the lens in air before a flat surface of gel, at the distance of the design: in
+/// this start refraction and distance cannot have been traded against each other.
+fn behind_gel(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
+    let mut model = start.clone();
+    let interface = Interface::Flat(Flat::in_air(distance_mm, index));
+    let (width_px, height_px) = (start.camera.width_px(), start.camera.height_px());
+    model.camera = Camera::new(width_px, height_px, *start.camera.lens(), interface).ok()?;
+    if let Some(expected) = start.expected_translation_mm {
+        model.camera_from_sensor = Pose::new(*start.camera_from_sensor.rotation(), expected)?;
+    }
+    Some(model)
+}
+
+/// Gel between the flat surface and the pin nearest to it, mm.
+fn gel_before_pins_mm(model: &Model, observations: &[Observation]) -> f64 {
+    let Interface::Flat(flat) = model.camera.interface() else { return f64::INFINITY };
+    let depth = |o: &Observation| {
+        model.camera_from_sensor.point(model.seated(&o.contact)).z - flat.distance_mm
+    };
+    observations.iter().map(depth).fold(f64::INFINITY, f64::min)
+}
+
+impl fmt::Display for Candidate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.optics.gel_index, self.optics.radial_terms) {
+            (None, 0) => f.write_str("plain")?,
+            (Some(_), 0) => f.write_str("gel")?,
+            (None, terms) => write!(f, "radial-{terms}")?,
+            (Some(_), terms) => write!(f, "gel+radial-{terms}")?,
+        }
+        for (name, on) in
+            [("lean", self.lean), ("seating", self.seating), ("reseating", self.reseating)]
+        {
+            if on {
+                write!(f, "+{name}")?;
+            }
+        }
+        Ok(())
+    }
+}

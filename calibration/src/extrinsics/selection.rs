@@ -1,0 +1,223 @@
+//! Choosing by evidence: every explanation is fitted, and judged on captures it has not seen.
+
+use fabkit_camera::Interface;
+use nalgebra::Vector2;
+
+use super::candidates::{Candidate, Optics};
+use super::refine::{Fit, Loss, SolveError, refine};
+use crate::model::{Model, Observation, Parameter};
+use crate::observability::{Unobservable, unobservable_from};
+
+/// An explanation with more parameters must lower the held-out error by this part.
+const WORTH_A_PARAMETER: f64 = 0.01;
+/// An explanation that puts the camera where it cannot be must be better by this part.
+const WORTH_AN_IMPLAUSIBLE_POSE: f64 = 0.15;
+/// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
+const WORTH_A_SEAT: f64 = 10.0;
+/// Farther than this from where the design puts it the camera cannot be: three standard deviations
+/// of [`Parameter::prior_sigma`], mm.
+pub(super) const PLAUSIBLE_MM: f64 = 15.0;
+/// Most radial terms tried.
+const MAX_TERMS: usize = 3;
+
+/// One explanation, fitted and judged.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// Which.
+    pub candidate: Candidate,
+    /// What fits best.
+    pub fit: Fit,
+    /// Root mean square residual of the pins it was fitted to, px, both coordinates together.
+    pub rms_px: f64,
+    /// The same for each capture predicted from the others; infinite where that fails.
+    pub held_out_rms_px: f64,
+    /// Residual of each observation when its capture was left out; `None` where that fails.
+    pub held_out_px: Vec<Option<Vector2<f64>>>,
+    /// Akaike's information criterion, corrected for few observations (Hurvich & Tsai 1989), for
+    /// the standard deviations the observations state. The smallest is best.
+    pub aicc: f64,
+    /// What the pixels leave unknown.
+    pub unobservable: Vec<Unobservable>,
+    /// How far the sensor's origin is from where the design puts it, camera frame, mm.
+    pub from_design_mm: Option<f64>,
+}
+
+impl Trial {
+    /// Whether the camera is where it can be.
+    pub fn is_plausible(&self) -> bool {
+        self.from_design_mm.is_none_or(|distance| distance < PLAUSIBLE_MM)
+    }
+}
+
+/// What was tried and which of it was chosen.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// The pose alone first.
+    pub trials: Vec<Trial>,
+    /// Index into `trials`.
+    pub chosen: usize,
+    /// Whether the pixels tell a seating offset at all. If not, it was not tried.
+    pub seating_shows: bool,
+    /// Explanations that could not be fitted, and why.
+    pub failed: Vec<(Candidate, SolveError)>,
+}
+
+/// Fits all explanations that the landmarks allow and chooses one.
+///
+/// First the optics, each with and without leaning pins and, if the pixels show it at all, a
+/// seating offset. The best of them is then offered a reseated dome.
+pub(super) fn select(
+    start: &Model,
+    observations: &[Observation],
+    captures: usize,
+    gel_index: f64,
+    loss: Loss,
+) -> Result<Selection, SolveError> {
+    let judge = |candidate| judge(candidate, start, observations, captures, loss);
+    let mut trials = vec![judge(Candidate::PLAIN)?];
+    let mut failed = Vec::new();
+    let mut attempt = |candidate, trials: &mut Vec<Trial>| match judge(candidate) {
+        Ok(trial) => trials.push(trial),
+        Err(error) => failed.push((candidate, error)),
+    };
+    let seating_shows = shows_seating(&trials[0], observations);
+    let seats: &[bool] = if seating_shows { &[false, true] } else { &[false] };
+    // A camera file that has an interface already is believed.
+    let has_interface = start.camera.interface() != &Interface::None;
+    let gels = [None, Some(gel_index)].into_iter().take(if has_interface { 1 } else { 2 });
+    for gel_index in gels {
+        for radial_terms in 0..=MAX_TERMS {
+            for lean in [false, true] {
+                for &seating in seats {
+                    let optics = Optics { gel_index, radial_terms };
+                    let candidate = Candidate { optics, lean, seating, reseating: false };
+                    if candidate != Candidate::PLAIN {
+                        attempt(candidate, &mut trials);
+                    }
+                }
+            }
+        }
+    }
+    let eligible = (0..trials.len())
+        .filter(|i| !trials[*i].candidate.seating || !trials[*i].names(Parameter::SeatingOffset));
+    let mut chosen = best(&trials, eligible);
+    if captures > 2 {
+        attempt(Candidate { reseating: true, ..trials[chosen].candidate }, &mut trials);
+        // Nobody can know the seat of a capture that was left out: held-out errors say whether the
+        // rest suffers, the information criterion whether it is real.
+        let reseated = &trials[trials.len() - 1];
+        let real = reseated.aicc < trials[chosen].aicc - WORTH_A_SEAT;
+        let harmless = reseated.held_out_rms_px < 1.05 * trials[chosen].held_out_rms_px;
+        if reseated.candidate.reseating && real && harmless {
+            chosen = trials.len() - 1;
+        }
+    }
+    Ok(Selection { trials, chosen, seating_shows, failed })
+}
+
+/// Whether the pixels tell a seating offset, if all else is as the camera file says.
+fn shows_seating(plain: &Trial, observations: &[Observation]) -> bool {
+    if observations.iter().any(|o| o.contact.axis_in_sensor.is_none()) {
+        return false;
+    }
+    let parameters = [&Parameter::POSE[..], &[Parameter::SeatingOffset]].concat();
+    let unknown = unobservable_from(&plain.fit.model, &parameters, observations);
+    let named = |u: &Unobservable| u.terms.iter().any(|(p, _)| *p == Parameter::SeatingOffset);
+    !unknown.iter().any(named)
+}
+
+impl Trial {
+    /// Whether a parameter has a part in something that the pixels leave unknown.
+    pub fn names(&self, parameter: Parameter) -> bool {
+        self.unobservable.iter().any(|u| u.terms.iter().any(|(found, _)| *found == parameter))
+    }
+
+    /// Held-out error with what its complications must earn.
+    fn price(&self) -> f64 {
+        let extra = self.fit.parameters.len().saturating_sub(6).min(12) as f64;
+        let implausible = if self.is_plausible() { 0.0 } else { WORTH_AN_IMPLAUSIBLE_POSE };
+        self.held_out_rms_px * (1.0 + WORTH_A_PARAMETER * extra + implausible)
+    }
+}
+
+fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>) -> usize {
+    let cheapest = among
+        .into_iter()
+        .min_by(|a, b| trials[*a].price().total_cmp(&trials[*b].price()).then(a.cmp(b)));
+    cheapest.unwrap_or(0)
+}
+
+fn judge(
+    candidate: Candidate,
+    start: &Model,
+    observations: &[Observation],
+    captures: usize,
+    loss: Loss,
+) -> Result<Trial, SolveError> {
+    let fit = candidate.fit(start, observations, captures, loss)?;
+    let held_out_px = held_out(&fit, observations, captures, loss);
+    let parameters = &fit.parameters;
+    // What a prior holds counts as far as the pixels moved it: little, for a dome's seat.
+    let (n, k) = (2.0 * observations.len() as f64, effective_parameters(&fit));
+    let correction = if n > k + 1.0 { 2.0 * k * (k + 1.0) / (n - k - 1.0) } else { f64::INFINITY };
+    let unobservable = unobservable_from(&fit.model, parameters, observations);
+    let expected = fit.model.expected_translation_mm;
+    let shift = |expected: fabkit_geometry::Vector3<f64>| {
+        (fit.model.camera_from_sensor.translation_mm() - expected).norm()
+    };
+    Ok(Trial {
+        candidate,
+        rms_px: rms(&fit.residuals_px(observations)),
+        held_out_rms_px: rms(&held_out_px),
+        held_out_px,
+        aicc: fit.cost + 2.0 * k + correction,
+        unobservable,
+        from_design_mm: expected.map(shift),
+        fit,
+    })
+}
+
+/// Parameters, less what their priors already fixed: `sum 1 - posterior / prior variance`.
+fn effective_parameters(fit: &Fit) -> f64 {
+    let parts = fit.parameters.iter().enumerate().map(|(i, parameter)| {
+        let prior = fit.model.prior(*parameter).map(|(_, sigma)| sigma * sigma);
+        prior.map_or(1.0, |variance| (1.0 - fit.covariance[(i, i)] / variance).max(0.0))
+    });
+    parts.sum()
+}
+
+/// Residuals of each capture under a fit of the others. Its dome sits where it should, as far as
+/// anybody could know.
+fn held_out(
+    fit: &Fit,
+    observations: &[Observation],
+    captures: usize,
+    loss: Loss,
+) -> Vec<Option<Vector2<f64>>> {
+    let mut residuals = vec![None; observations.len()];
+    for capture in 0..captures {
+        let others: Vec<Observation> =
+            observations.iter().filter(|o| o.contact.capture != capture).cloned().collect();
+        if others.len() == observations.len() {
+            continue;
+        }
+        let mut start = fit.model.clone();
+        if let Some(seat) = start.reseatings.get_mut(capture) {
+            *seat = [0.0; 3];
+        }
+        let Ok(refitted) = refine(&start, &fit.parameters, &others, loss) else { continue };
+        for (residual, observation) in residuals.iter_mut().zip(observations) {
+            if observation.contact.capture == capture {
+                let projected = refitted.model.project(&observation.contact).ok();
+                *residual = projected.map(|pixel| observation.pixel - pixel);
+            }
+        }
+    }
+    residuals
+}
+
+/// Root mean square length, px; infinite if a residual is missing.
+pub(super) fn rms(residuals: &[Option<Vector2<f64>>]) -> f64 {
+    let squared = |r: &Option<Vector2<f64>>| r.map_or(f64::INFINITY, |r| r.norm_squared());
+    (residuals.iter().map(squared).sum::<f64>() / residuals.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,367 @@
+//! A camera's intrinsics from pictures of a board.
+//!
+//! The start is the nominal lens of the sensor's design; the poses follow from rays (`planar`,
+//! `start`); camera and poses are then refined together (`bundle`) under each lens model
+//! (`models`), and the pictures choose among them by the Bayesian information criterion. The
+//! covariance is that of the residuals actually found, and what the pictures do not tell is said
+//! in words (`advice`).
+//!
+//! The board's scale is not among the unknowns: a board printed at 101 % moves all poses by 1 %
+//! and leaves the camera as it is.
+
+mod advice;
+mod bundle;
+mod models;
+mod planar;
+mod start;
+
+use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, Point2, Point3, Vector2};
+use fabkit_geometry::Pose;
+use nalgebra::DMatrix;
+
+pub use advice::{Advice, COVERAGE, Coverage, Worth};
+use bundle::{Fit, Scaled, State};
+pub use models::LensModel;
+
+/// Fewer views cannot tell the camera from the poses.
+pub const MIN_VIEWS: usize = 3;
+/// Most views that are solved together.
+pub const MAX_VIEWS: usize = 1000;
+/// Fewest corners that make a view.
+pub const MIN_CORNERS: usize = planar::MIN_CORNERS;
+/// Another model than the first is taken if the information criterion is lower by more than this:
+/// "very strong" evidence (R. Kass and A. Raftery, "Bayes Factors", JASA 1995).
+pub const STRONG_EVIDENCE: f64 = 10.0;
+
+/// A corner of the board seen in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// Which corner.
+    pub id: u32,
+    /// Where it is on the board: x and y, mm.
+    pub in_board_mm: Point2<f64>,
+    /// Where it is seen: column and row.
+    pub pixel: Point2<f64>,
+    /// Standard deviation in each direction, px. Only ratios matter: the scale follows from the
+    /// residuals.
+    pub sigma_px: f64,
+}
+
+/// One picture of the board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// What messages call it, for example its file.
+    pub name: String,
+    /// What is seen of the board.
+    pub corners: Vec<Observation>,
+}
+
+/// A view after calibration.
+#[derive(Clone, Debug)]
+pub struct SolvedView {
+    /// As in [`View`].
+    pub name: String,
+    /// Board frame to camera frame.
+    pub camera_from_board: Pose,
+    /// What was used.
+    pub corners: Vec<Observation>,
+    /// Observed minus projected, px, for each corner.
+    pub residuals_px: Vec<Vector2<f64>>,
+    /// Root mean square length of the residuals, px.
+    pub rms_px: f64,
+}
+
+/// How well a lens model explains the pictures.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Which.
+    pub model: LensModel,
+    /// Its parameters.
+    pub parameters: usize,
+    /// Root mean square length of the residuals, px, and the Bayesian information criterion;
+    /// nothing if the model cannot see what the pictures show.
+    pub fit: Option<CandidateFit>,
+}
+
+/// See [`Candidate`].
+#[derive(Clone, Copy, Debug)]
+pub struct CandidateFit {
+    /// Root mean square length of the residuals, px.
+    pub rms_px: f64,
+    /// `n ln(cost / n) + p ln n` for `n` coordinates and `p` parameters of the lens; only
+    /// differences mean something.
+    pub criterion: f64,
+}
+
+/// A calibrated camera and what is to be said about it.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// The camera with the covariance of its parameters.
+    pub estimate: CameraEstimate,
+    /// The model chosen.
+    pub model: LensModel,
+    /// All models tried, in the order of preference.
+    pub candidates: Vec<Candidate>,
+    /// The views used.
+    pub views: Vec<SolvedView>,
+    /// Root mean square length of all residuals, px.
+    pub rms_px: f64,
+    /// Standard deviation of the residuals in those that the views state: 1 if corners are as good
+    /// as the detector says and lens and board are as modelled.
+    pub residual_scale: f64,
+    /// Scale of the image near the axis, px per radian, with its standard deviation: what models
+    /// with different parameters have in common. From columns.
+    pub focal_px: [f64; 2],
+    /// What the pictures do not tell.
+    pub advice: Advice,
+}
+
+/// Why there is no calibration.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrateError {
+    /// Too few pictures show the board.
+    #[error(
+        "{usable} views show at least {MIN_CORNERS} corners of the board; {MIN_VIEWS} are needed"
+    )]
+    TooFewViews {
+        /// How many do.
+        usable: usize,
+    },
+    /// Too many.
+    #[error("{views} views; at most {MAX_VIEWS} are solved together")]
+    TooManyViews {
+        /// How many.
+        views: usize,
+    },
+    /// A coordinate is not a number, or a standard deviation is not above 0.
+    #[error("{view}: corner {id} has impossible coordinates or an impossible sigma")]
+    Impossible {
+        /// Which view.
+        view: String,
+        /// Which corner.
+        id: u32,
+    },
+    /// In no way does the board look flat.
+    #[error(
+        "no pose of the board explains what is seen, with the nominal focal length of {focal_px:.0} px \
+         per radian or half or twice that"
+    )]
+    NoStart {
+        /// Of the nominal camera.
+        focal_px: f64,
+    },
+    /// No lens model fits.
+    #[error("none of the lens models ({}) fits these views", .tried.join(", "))]
+    NoModel {
+        /// What was tried.
+        tried: Vec<&'static str>,
+    },
+    /// Some combination of the camera's parameters can change without a trace in these views.
+    #[error("these views do not determine the camera: {reason}")]
+    NotObservable {
+        /// Why, as far as it can be told.
+        reason: String,
+    },
+    /// Numbers beyond what can be computed with.
+    #[error("the covariance cannot be computed: {0}")]
+    Covariance(#[from] InvalidCovariance),
+}
+
+/// Calibrates a camera, beginning at the nominal one of the sensor's design.
+///
+/// `models` are tried in this order; the first is taken unless another has strong evidence on its
+/// side ([`STRONG_EVIDENCE`]). Views with fewer than [`MIN_CORNERS`] corners are left out.
+///
+/// # Errors
+/// [`CalibrateError`].
+///
+/// # Example
+/// ```
+/// use fabkit_calibration::intrinsics::{LensModel, Observation, View, calibrate};
+/// use fabkit_camera::{Camera, Point2, Point3};
+/// use fabkit_geometry::{Angle, Pose};
+///
+/// // The data sheet says 150 degrees; the lens has 160.
+/// let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
+/// let nominal = Camera::equidistant(640, 480, 150f64.to_radians())?;
+/// let views: Vec<View> = [[30.0, 0.0], [-30.0, 10.0], [5.0, 40.0], [-10.0, -35.0]]
+///     .into_iter()
+///     .map(|[a, b]| {
+///         let turn = |deg: f64| Angle::from_deg(deg).unwrap();
+///         let pose = Pose::translation(-12.0, -10.0, 20.0)
+///             .then_in(Pose::rotation_x(turn(a)))
+///             .then_in(Pose::rotation_y(turn(b)));
+///         let corners = (0..48).map(|id| {
+///             let (x, y) = (f64::from(id % 8) * 3.0, f64::from(id / 8) * 3.0);
+///             let pixel = camera.project(&pose.point(Point3::new(x, y, 0.0))).unwrap();
+///             Observation { id, in_board_mm: Point2::new(x, y), pixel, sigma_px: 0.1 }
+///         });
+///         View { name: format!("tilted by {a} and {b}"), corners: corners.collect() }
+///     })
+///     .collect();
+/// let found = calibrate(&views, &nominal, &LensModel::ALL)?;
+/// let focal_px = found.estimate.camera().lens().intrinsics().fx_px;
+/// assert!((focal_px / camera.lens().intrinsics().fx_px - 1.0).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn calibrate(
+    views: &[View],
+    nominal: &Camera,
+    models: &[LensModel],
+) -> Result<Calibration, CalibrateError> {
+    if views.len() > MAX_VIEWS {
+        return Err(CalibrateError::TooManyViews { views: views.len() });
+    }
+    check(views)?;
+    let views: Vec<View> =
+        views.iter().filter(|view| view.corners.len() >= MIN_CORNERS).cloned().collect();
+    if views.len() < MIN_VIEWS {
+        return Err(CalibrateError::TooFewViews { usable: views.len() });
+    }
+    let no_start = || CalibrateError::NoStart { focal_px: nominal.lens().intrinsics().fx_px };
+    let rough = start::state(&views, nominal).ok_or_else(no_start)?;
+    let angle_rad = largest_angle(&views, &rough);
+    let mut fits = Vec::new();
+    for &model in models {
+        let fit = model.like(&rough.camera, angle_rad).and_then(|camera| {
+            let free = vec![true; camera.parameter_count()];
+            bundle::fit(&views, State { camera, ..rough.clone() }, &free)
+        });
+        fits.push((model, fit));
+    }
+    let candidates: Vec<Candidate> =
+        fits.iter().map(|(model, fit)| candidate(&views, *model, fit.as_ref())).collect();
+    let chosen = choose(&candidates).ok_or_else(|| CalibrateError::NoModel {
+        tried: models.iter().map(|model| model.name()).collect(),
+    })?;
+    let (model, fit) = fits.swap_remove(chosen);
+    let fit = fit.expect("a chosen model has a fit");
+    finish(&views, model, candidates, fit)
+}
+
+fn check(views: &[View]) -> Result<(), CalibrateError> {
+    for view in views {
+        for corner in &view.corners {
+            let finite =
+                [corner.in_board_mm, corner.pixel].iter().all(|p| p.iter().all(|v| v.abs() < 1e6));
+            if !finite || !(1e-6..1e6).contains(&corner.sigma_px) {
+                return Err(CalibrateError::Impossible { view: view.name.clone(), id: corner.id });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn points<'a>(
+    views: &'a [View],
+    state: &'a State,
+) -> impl Iterator<Item = (&'a Observation, Point3<f64>)> {
+    views.iter().zip(&state.cameras_from_board).flat_map(|(view, pose)| {
+        view.corners.iter().map(move |corner| {
+            (corner, pose.point(Point3::new(corner.in_board_mm.x, corner.in_board_mm.y, 0.0)))
+        })
+    })
+}
+
+/// Between the optical axis and any corner.
+fn largest_angle(views: &[View], state: &State) -> f64 {
+    let angle = |point: Point3<f64>| point.x.hypot(point.y).atan2(point.z);
+    points(views, state).map(|(_, point)| angle(point)).fold(0.0, f64::max)
+}
+
+fn rms_px(views: &[View], state: &State) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (corner, point) in points(views, state) {
+        if let Ok(pixel) = state.camera.project(&point) {
+            sum += (corner.pixel - pixel).norm_squared();
+            count += 1.0;
+        }
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+fn candidate(views: &[View], model: LensModel, fit: Option<&Fit>) -> Candidate {
+    let coordinates: usize = views.iter().map(|view| 2 * view.corners.len()).sum();
+    let n = coordinates as f64;
+    let parameters = model.parameter_count();
+    let fit = fit.map(|fit| CandidateFit {
+        rms_px: rms_px(views, &fit.state),
+        // Perfect data have a cost of rounding alone, whose logarithm says nothing.
+        criterion: n * (fit.cost / n).max(1e-12).ln() + parameters as f64 * n.ln(),
+    });
+    Candidate { model, parameters, fit }
+}
+
+/// The first candidate that fits, unless a later one is better by strong evidence.
+fn choose(candidates: &[Candidate]) -> Option<usize> {
+    let mut chosen: Option<(usize, f64)> = None;
+    for (index, candidate) in candidates.iter().enumerate() {
+        let Some(fit) = candidate.fit else { continue };
+        if chosen.is_none_or(|(_, least)| fit.criterion < least - STRONG_EVIDENCE) {
+            chosen = Some((index, fit.criterion));
+        }
+    }
+    chosen.map(|(index, _)| index)
+}
+
+fn finish(
+    views: &[View],
+    model: LensModel,
+    candidates: Vec<Candidate>,
+    fit: Fit,
+) -> Result<Calibration, CalibrateError> {
+    let total: DMatrix<f64> = fit.informations.iter().sum();
+    let Some(factor) = Scaled::new(&total) else {
+        let reason = advice::why_not_observable(&fit.state);
+        return Err(CalibrateError::NotObservable { reason });
+    };
+    let covariance = factor.inverse() * fit.scale.powi(2);
+    let focal_px = focal(&fit.state.camera, &covariance);
+    let advice = advice::advise(views, &fit, &covariance, focal_px);
+    let rms_px = rms_px(views, &fit.state);
+    let solved = views.iter().zip(&fit.state.cameras_from_board).map(|(view, pose)| {
+        let residuals_px: Vec<Vector2<f64>> = view
+            .corners
+            .iter()
+            .filter_map(|c| bundle::residual(&fit.state.camera, pose, &c.in_board_mm, &c.pixel))
+            .collect();
+        let sum: f64 = residuals_px.iter().map(|r| r.norm_squared()).sum();
+        SolvedView {
+            name: view.name.clone(),
+            camera_from_board: *pose,
+            corners: view.corners.clone(),
+            rms_px: (sum / residuals_px.len() as f64).sqrt(),
+            residuals_px,
+        }
+    });
+    Ok(Calibration {
+        views: solved.collect(),
+        estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?,
+        model,
+        candidates,
+        rms_px,
+        residual_scale: fit.scale,
+        focal_px,
+        advice,
+    })
+}
+
+/// Columns per radian on the axis, and the standard deviation.
+fn focal(camera: &Camera, covariance: &DMatrix<f64>) -> [f64; 2] {
+    let on_axis = |camera: &Camera| {
+        let projected = camera.project_with_jacobians(&Point3::new(0.0, 0.0, 1.0));
+        projected.map_or(f64::NAN, |p| p.by_point[(0, 0)])
+    };
+    let values: Vec<f64> = camera.parameters().iter().map(|(_, value)| *value).collect();
+    let by = |i: usize| {
+        // A thousandth of the standard deviation: what matters is linear over that.
+        let step = 1e-3 * covariance[(i, i)].sqrt();
+        let mut moved = values.clone();
+        moved[i] += step;
+        let there = camera.with_parameters(&moved).map_or(f64::NAN, |moved| on_axis(&moved));
+        if step > 0.0 { (there - on_axis(camera)) / step } else { 0.0 }
+    };
+    let gradient = nalgebra::DVector::from_fn(values.len(), |i, _| by(i));
+    let variance = gradient.dot(&(covariance * &gradient));
+    [on_axis(camera), variance.max(0.0).sqrt()]
+}

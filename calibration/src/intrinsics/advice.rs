@@ -1,0 +1,258 @@
+//! What the pictures do not tell, in numbers and in words.
+
+use fabkit_camera::{Camera, Point2, Vector3};
+use nalgebra::DMatrix;
+
+use super::bundle::{Fit, Scaled, State};
+use super::{View, largest_angle};
+
+/// Columns and rows of the coverage map.
+pub const COVERAGE: [usize; 2] = [8, 6];
+/// A focal length known worse than this is called uncertain.
+const FOCAL_LIMIT: f64 = 0.005;
+/// A centre known worse than this is called uncertain, px.
+const CENTRE_LIMIT_PX: f64 = 2.0;
+/// Boards that are all tilted by less against the image plane are called frontal, degrees.
+const FRONTAL_DEG: f64 = 15.0;
+/// A view adds nothing if it sharpens no parameter by more than this part of a fair share.
+const FAIR_PART: f64 = 0.2;
+/// A view whose residuals are so many times the typical ones does not belong.
+const BAD_VIEW: f64 = 3.0;
+/// Residuals so many times what the detector says are remarked on.
+const BAD_SCALE: f64 = 3.0;
+/// The share of the image's cells that may lack corners.
+const COVERED: f64 = 0.6;
+
+/// Where in the image corners were seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coverage {
+    /// Number of corners in each cell of the image, [`COVERAGE`] columns and rows, row by row.
+    pub corners: Vec<usize>,
+    /// The share of cells with at least one corner, 0 to 1.
+    pub share: f64,
+    /// Largest angle between a corner and the optical axis, degrees.
+    pub seen_deg: f64,
+    /// The same for the image's farthest corner, as far as the lens model goes, degrees.
+    pub image_deg: f64,
+}
+
+/// What one view contributes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Worth {
+    /// By how much the standard deviation of some parameter would grow without this view, at most:
+    /// 0.05 for 5 %; infinite if the others do not determine the camera.
+    pub growth: f64,
+    /// Angle between the board and the image plane, degrees.
+    pub tilt_deg: f64,
+    /// Whether the view could as well be left out.
+    pub adds_nothing: bool,
+}
+
+/// What the pictures do not tell, and what would help.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// Where corners were seen.
+    pub coverage: Coverage,
+    /// For each view.
+    pub worth: Vec<Worth>,
+    /// In plain words, the most important first; empty if all is well.
+    pub warnings: Vec<String>,
+}
+
+pub(super) fn advise(
+    views: &[View],
+    fit: &Fit,
+    covariance: &DMatrix<f64>,
+    [focal_px, focal_sigma_px]: [f64; 2],
+) -> Advice {
+    let coverage = coverage(views, &fit.state);
+    let worth = worth(fit);
+    let sigma = |i: usize| covariance[(i, i)].sqrt();
+    let mut warnings = Vec::new();
+    let relative = focal_sigma_px / focal_px;
+    if relative > FOCAL_LIMIT {
+        let known = format!("the focal length is known to {:.1} % only", 100.0 * relative);
+        warnings.push(if are_frontal(&fit.state) {
+            format!("{known}: {FRONTAL}")
+        } else {
+            format!(
+                "{known}: add views with the board tilted by 30 to 45 degrees, and near the border"
+            )
+        });
+    }
+    let centre_sigma_px = sigma(2).max(sigma(3));
+    if centre_sigma_px > CENTRE_LIMIT_PX {
+        warnings.push(format!(
+            "the optical axis is known to {centre_sigma_px:.1} px only: add views with the board turned \
+             by 90 and 180 degrees and at opposite borders"
+        ));
+    }
+    warnings.extend(misfits(views, fit));
+    if coverage.share < COVERED {
+        warnings.push(format!(
+            "corners cover {:.0} % of the image; none {}",
+            100.0 * coverage.share,
+            empty_parts(&coverage.corners)
+        ));
+    }
+    if coverage.seen_deg < 0.8 * coverage.image_deg {
+        warnings.push(format!(
+            "corners reach {:.0} degrees off the axis and the image {:.0}: beyond, the lens model \
+             extrapolates",
+            coverage.seen_deg, coverage.image_deg
+        ));
+    }
+    let idle: Vec<&str> = (views.iter().zip(&worth))
+        .filter(|(_, worth)| worth.adds_nothing)
+        .map(|(view, _)| view.name.as_str())
+        .collect();
+    if !idle.is_empty() {
+        warnings.push(format!("nothing would be lost without {}", idle.join(", ")));
+    }
+    Advice { coverage, worth, warnings }
+}
+
+const FRONTAL: &str = "the board is nearly parallel to the image in all views, so that a longer \
+                       focal length looks like a shorter distance; tilt the board by 30 to 45 \
+                       degrees, to all sides";
+
+/// Why an information matrix is singular, as far as the poses tell.
+pub(super) fn why_not_observable(state: &State) -> String {
+    if are_frontal(state) {
+        FRONTAL.into()
+    } else {
+        "show the board tilted to all sides, near and far, in the middle and at the borders".into()
+    }
+}
+
+fn tilt_deg(normal_in_camera: Vector3<f64>) -> f64 {
+    normal_in_camera.z.abs().min(1.0).acos().to_degrees()
+}
+
+fn are_frontal(state: &State) -> bool {
+    let normals = state.cameras_from_board.iter().map(|pose| pose.vector(Vector3::z()));
+    normals.map(tilt_deg).all(|tilt| tilt < FRONTAL_DEG)
+}
+
+fn worth(fit: &Fit) -> Vec<Worth> {
+    let count = fit.informations.len();
+    let total: DMatrix<f64> = fit.informations.iter().sum();
+    let with = Scaled::new(&total).map(|factor| factor.inverse());
+    // If all views said the same, each would sharpen everything by this.
+    let fair = (count as f64 / (count as f64 - 1.0)).sqrt() - 1.0;
+    let one = |(without, pose): (&DMatrix<f64>, &fabkit_geometry::Pose)| {
+        let others = Scaled::new(&(&total - without)).map(|factor| factor.inverse());
+        let growth = match (&with, others) {
+            (Some(with), Some(others)) => {
+                let ratios =
+                    (0..with.nrows()).map(|i| (others[(i, i)] / with[(i, i)]).sqrt() - 1.0);
+                ratios.fold(0.0, f64::max)
+            }
+            _ => f64::INFINITY,
+        };
+        Worth {
+            growth,
+            tilt_deg: tilt_deg(pose.vector(Vector3::z())),
+            adds_nothing: growth < FAIR_PART * fair,
+        }
+    };
+    fit.informations.iter().zip(&fit.state.cameras_from_board).map(one).collect()
+}
+
+fn coverage(views: &[View], state: &State) -> Coverage {
+    let camera = &state.camera;
+    let [columns, rows] = COVERAGE;
+    let mut corners = vec![0; columns * rows];
+    let cell = |at: f64, size_px: u32, cells: usize| {
+        let part = (at + 0.5) / f64::from(size_px) * cells as f64;
+        (0.0..cells as f64).contains(&part).then_some(part as usize)
+    };
+    for corner in views.iter().flat_map(|view| &view.corners) {
+        let column = cell(corner.pixel.x, camera.width_px(), columns);
+        let row = cell(corner.pixel.y, camera.height_px(), rows);
+        if let Some((column, row)) = column.zip(row) {
+            corners[row * columns + column] += 1;
+        }
+    }
+    let covered = corners.iter().filter(|n| **n > 0).count();
+    Coverage {
+        share: covered as f64 / corners.len() as f64,
+        corners,
+        seen_deg: largest_angle(views, state).to_degrees(),
+        image_deg: image_angle_deg(camera),
+    }
+}
+
+/// Between the optical axis and the farthest pixel that the lens maps.
+fn image_angle_deg(camera: &Camera) -> f64 {
+    let [right, bottom] = [camera.width_px(), camera.height_px()].map(|n| f64::from(n) - 1.0);
+    let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
+    let angles = corners.map(|(x, y)| match camera.unproject(&Point2::new(x, y)) {
+        Ok(ray) => ray.direction.z.clamp(-1.0, 1.0).acos(),
+        Err(_) => camera.angle_limit_rad(),
+    });
+    angles.into_iter().fold(0.0, f64::max).to_degrees()
+}
+
+/// Views whose residuals stand out, and residuals that are large as a whole.
+fn misfits(views: &[View], fit: &Fit) -> Vec<String> {
+    let scales: Vec<f64> = (views.iter().zip(&fit.state.cameras_from_board))
+        .map(|(view, pose)| {
+            let sum: f64 = view
+                .corners
+                .iter()
+                .filter_map(|c| {
+                    let r =
+                        super::bundle::residual(&fit.state.camera, pose, &c.in_board_mm, &c.pixel)?;
+                    Some((r.norm() / c.sigma_px).powi(2))
+                })
+                .sum();
+            (0.5 * sum / view.corners.len() as f64).sqrt()
+        })
+        .collect();
+    let mut sorted = scales.clone();
+    sorted.sort_by(f64::total_cmp);
+    let typical = sorted[sorted.len() / 2];
+    let mut warnings = Vec::new();
+    for (view, scale) in views.iter().zip(&scales) {
+        if *scale > BAD_VIEW * typical {
+            warnings.push(format!(
+                "{}: residuals are {:.1} times those of the other views; is it blurred, or the board \
+                 bent or partly hidden?",
+                view.name,
+                scale / typical
+            ));
+        }
+    }
+    if fit.scale > BAD_SCALE {
+        warnings.push(format!(
+            "residuals are {:.1} times what the detector's noise explains: is the board flat, is it \
+             this board, is the lens behind a window or gel?",
+            fit.scale
+        ));
+    }
+    warnings
+}
+
+/// For example `in the upper left and at the right`.
+fn empty_parts(corners: &[usize]) -> String {
+    let [columns, rows] = COVERAGE;
+    let thirds = |i: usize, n: usize| 3 * i / n;
+    let mut empty = Vec::new();
+    for (v, vertical) in ["upper", "middle", "lower"].into_iter().enumerate() {
+        for (h, horizontal) in ["left", "middle", "right"].into_iter().enumerate() {
+            let cells = (0..columns * rows)
+                .filter(|i| thirds(i / columns, rows) == v && thirds(i % columns, columns) == h);
+            if cells.clone().all(|i| corners[i] == 0) {
+                empty.push(match (vertical, horizontal) {
+                    ("middle", "middle") => "in the middle".to_owned(),
+                    (vertical, horizontal) => format!("{vertical} {horizontal}"),
+                });
+            }
+        }
+    }
+    match empty.is_empty() {
+        true => "in scattered places".into(),
+        false => empty.join(", "),
+    }
+}

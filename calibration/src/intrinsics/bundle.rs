@@ -1,0 +1,298 @@
+//! Levenberg-Marquardt over one camera and the poses of all views.
+//!
+//! The poses are eliminated from each step (the Schur complement): what is solved has the size of
+//! the camera's parameters, whatever the number of views, and is at the end the information that
+//! all views together hold about the camera.
+
+use fabkit_camera::{Camera, Point2, Point3};
+use fabkit_geometry::Pose;
+use nalgebra::{
+    Cholesky, DMatrix, DVector, Dyn, Matrix2x3, Matrix6, Rotation3, SMatrix, Vector2, Vector3,
+    Vector6,
+};
+
+use super::View;
+
+const MAX_ITERATIONS: usize = 200;
+/// Times that the scale of the residuals is judged anew.
+const MAX_ROUNDS: usize = 6;
+/// A step is not worth taking if it changes the cost by less than this part.
+const COST_TOLERANCE: f64 = 1e-12;
+const START_DAMPING: f64 = 1e-4;
+const MAX_DAMPING: f64 = 1e10;
+/// Residuals count by their length, no longer by its square, beyond so many standard deviations
+/// (Huber 1964).
+const HUBER: f64 = 3.0;
+/// The median length of a normal residual of two coordinates, in standard deviations of one.
+const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
+/// Squared sines below this are rounding: a parameter that close to a combination of others is not
+/// determined.
+const SINGULAR: f64 = 1e-12;
+
+/// A camera and where it stands before the board in each view.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    pub camera: Camera,
+    pub cameras_from_board: Vec<Pose>,
+}
+
+/// What fits best.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub state: State,
+    /// Standard deviation of the residuals, in those that the views state.
+    pub scale: f64,
+    /// Robust sum of squares, in the standard deviations that the views state.
+    pub cost: f64,
+    /// What each view says about the free parameters, its own pose unknown; for `scale` 1.
+    pub informations: Vec<DMatrix<f64>>,
+}
+
+/// Observed minus projected, px; `None` if the lens does not see that far.
+pub(super) fn residual(
+    camera: &Camera,
+    pose: &Pose,
+    in_board_mm: &Point2<f64>,
+    pixel: &Point2<f64>,
+) -> Option<Vector2<f64>> {
+    let point = pose.point(Point3::new(in_board_mm.x, in_board_mm.y, 0.0));
+    Some(pixel - camera.project(&point).ok()?)
+}
+
+/// Fits the camera's parameters marked as `free`, and all poses. `None` if the start is not within
+/// the lens's domain, or nothing more can be done before it is good.
+pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
+    let mut state = start;
+    let mut scale = typical(views, &state)?;
+    for _ in 0..MAX_ROUNDS {
+        state = descend(views, state, free, scale)?;
+        let next = typical(views, &state)?;
+        let settled = (next - scale).abs() <= 1e-3 * scale;
+        scale = next;
+        if settled {
+            break;
+        }
+    }
+    let normal = Normal::build(views, &state, free, scale)?;
+    let observations: usize = views.iter().map(|view| view.corners.len()).sum();
+    let unknowns = free.iter().filter(|f| **f).count() + 6 * views.len();
+    let freedom = (2 * observations).checked_sub(unknowns).filter(|n| *n > 0)? as f64;
+    let informations = normal.views.iter().map(|view| view.about_camera()).collect();
+    let scale = (normal.cost / freedom).sqrt();
+    Some(Fit { state, scale, cost: normal.cost, informations })
+}
+
+/// Standard deviation of most residuals, those of outliers aside, in the stated ones.
+fn typical(views: &[View], state: &State) -> Option<f64> {
+    let mut lengths = Vec::new();
+    for (view, pose) in views.iter().zip(&state.cameras_from_board) {
+        for corner in &view.corners {
+            let residual = residual(&state.camera, pose, &corner.in_board_mm, &corner.pixel)?;
+            lengths.push(residual.norm() / corner.sigma_px);
+        }
+    }
+    let middle = lengths.len() / 2;
+    let (_, median, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);
+    // Perfect data have residuals of rounding alone.
+    Some((*median / MEDIAN_LENGTH).max(1e-9))
+}
+
+fn descend(views: &[View], start: State, free: &[bool], scale: f64) -> Option<State> {
+    let mut state = start;
+    let mut normal = Normal::build(views, &state, free, scale)?;
+    let mut damping = START_DAMPING;
+    for _ in 0..MAX_ITERATIONS {
+        let tried = normal.step(damping).and_then(|step| step.apply(&state, free));
+        let next = tried.and_then(|tried| {
+            let next = Normal::build(views, &tried, free, scale)?;
+            (next.cost <= normal.cost).then_some((tried, next))
+        });
+        match next {
+            Some((tried, next)) => {
+                let gain = normal.cost - next.cost;
+                let done = gain <= COST_TOLERANCE * normal.cost;
+                (state, normal) = (tried, next);
+                damping = (damping * 0.1).max(1e-12);
+                if done {
+                    break;
+                }
+            }
+            // No shorter step helps either: this is as low as rounding lets it be.
+            None if damping > MAX_DAMPING => break,
+            None => damping *= 10.0,
+        }
+    }
+    Some(state)
+}
+
+/// A view's part of the normal equations.
+struct ViewNormal {
+    /// Camera by camera.
+    camera: DMatrix<f64>,
+    /// Camera by pose.
+    mixed: DMatrix<f64>,
+    pose: Matrix6<f64>,
+    camera_gradient: DVector<f64>,
+    pose_gradient: Vector6<f64>,
+}
+
+impl ViewNormal {
+    /// The information about the camera if the pose is unknown.
+    fn about_camera(&self) -> DMatrix<f64> {
+        match Cholesky::new(self.pose) {
+            Some(pose) => &self.camera - &self.mixed * pose.solve(&self.mixed.transpose()),
+            None => DMatrix::zeros(self.camera.nrows(), self.camera.nrows()),
+        }
+    }
+}
+
+struct Normal {
+    views: Vec<ViewNormal>,
+    cost: f64,
+}
+
+/// Changes of the camera's free parameters and of each pose: a turn and a shift, camera frame.
+struct Step {
+    camera: DVector<f64>,
+    poses: Vec<Vector6<f64>>,
+}
+
+impl Normal {
+    fn build(views: &[View], state: &State, free: &[bool], scale: f64) -> Option<Self> {
+        let columns: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
+        let count = columns.len();
+        let mut cost = 0.0;
+        let mut normals = Vec::with_capacity(views.len());
+        for (view, pose) in views.iter().zip(&state.cameras_from_board) {
+            let mut normal = ViewNormal {
+                camera: DMatrix::zeros(count, count),
+                mixed: DMatrix::zeros(count, 6),
+                pose: Matrix6::zeros(),
+                camera_gradient: DVector::zeros(count),
+                pose_gradient: Vector6::zeros(),
+            };
+            for corner in &view.corners {
+                let [x, y] = [corner.in_board_mm.x, corner.in_board_mm.y];
+                let turned = pose.vector(Vector3::new(x, y, 0.0));
+                let point = Point3::from(turned + pose.translation_mm());
+                let projected = state.camera.project_with_jacobians(&point).ok()?;
+                let residual = corner.pixel - projected.pixel;
+                let length = residual.norm() / (corner.sigma_px * scale);
+                let weight = (HUBER / length).min(1.0);
+                let precision = corner.sigma_px.powi(-2);
+                cost += precision
+                    * if weight < 1.0 {
+                        // The parabola's tangent beyond the limit.
+                        residual.norm_squared() * weight * (2.0 - weight)
+                    } else {
+                        residual.norm_squared()
+                    };
+                let weight = weight * precision;
+                let by_pose = by_pose(&projected.by_point, &turned);
+                for (i, &column) in columns.iter().enumerate() {
+                    let by_i = projected.by_parameters[column] * weight;
+                    normal.camera_gradient[i] += by_i.dot(&residual);
+                    for (j, &other) in columns[..=i].iter().enumerate() {
+                        normal.camera[(i, j)] += by_i.dot(&projected.by_parameters[other]);
+                    }
+                    let mixed = by_i.transpose() * by_pose;
+                    for j in 0..6 {
+                        normal.mixed[(i, j)] += mixed[j];
+                    }
+                }
+                normal.pose += by_pose.transpose() * by_pose * weight;
+                normal.pose_gradient += by_pose.transpose() * residual * weight;
+            }
+            normal.camera.fill_upper_triangle_with_lower_triangle();
+            normals.push(normal);
+        }
+        Some(Self { views: normals, cost })
+    }
+
+    fn step(&self, damping: f64) -> Option<Step> {
+        let count = self.views.first()?.camera_gradient.len();
+        let mut camera = DMatrix::zeros(count, count);
+        let mut gradient = DVector::zeros(count);
+        let mut poses = Vec::with_capacity(self.views.len());
+        for view in &self.views {
+            let mut pose = view.pose;
+            for i in 0..6 {
+                pose[(i, i)] *= 1.0 + damping;
+            }
+            let pose = Cholesky::new(pose)?;
+            camera += &view.camera;
+            for i in 0..count {
+                camera[(i, i)] += damping * view.camera[(i, i)];
+            }
+            camera -= &view.mixed * pose.solve(&view.mixed.transpose());
+            gradient += &view.camera_gradient - &view.mixed * pose.solve(&view.pose_gradient);
+            poses.push(pose);
+        }
+        let step = if count > 0 { Scaled::new(&camera)?.solve(&gradient) } else { gradient };
+        let of_pose = |(view, pose): (&ViewNormal, &Cholesky<f64, nalgebra::Const<6>>)| {
+            pose.solve(&(view.pose_gradient - view.mixed.transpose() * &step))
+        };
+        let poses = self.views.iter().zip(&poses).map(of_pose).collect();
+        Some(Step { camera: step, poses })
+    }
+}
+
+/// How the pixel moves when the pose turns about the camera's axes and shifts along them.
+fn by_pose(by_point: &Matrix2x3<f64>, turned: &Vector3<f64>) -> SMatrix<f64, 2, 6> {
+    let by_turn = -by_point * turned.cross_matrix();
+    let mut both = SMatrix::<f64, 2, 6>::zeros();
+    both.fixed_columns_mut::<3>(0).copy_from(&by_turn);
+    both.fixed_columns_mut::<3>(3).copy_from(by_point);
+    both
+}
+
+impl Step {
+    /// `None` where there is no such camera.
+    fn apply(&self, state: &State, free: &[bool]) -> Option<State> {
+        let mut values: Vec<f64> = state.camera.parameters().iter().map(|(_, v)| *v).collect();
+        let mut steps = self.camera.iter();
+        for (value, _) in values.iter_mut().zip(free).filter(|(_, free)| **free) {
+            *value += steps.next()?;
+        }
+        let camera = state.camera.with_parameters(&values).ok()?;
+        let moved = |(pose, step): (&Pose, &Vector6<f64>)| {
+            let turn = Rotation3::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
+            let shift = pose.translation_mm() + step.fixed_rows::<3>(3);
+            Pose::new(turn.matrix() * pose.rotation(), shift)
+        };
+        let poses = state.cameras_from_board.iter().zip(&self.poses).map(moved);
+        Some(State { camera, cameras_from_board: poses.collect::<Option<_>>()? })
+    }
+}
+
+/// The Cholesky factor of an information matrix in units of its own diagonal: parameters differ in
+/// scale by many orders.
+pub(super) struct Scaled {
+    scale: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Scaled {
+    /// `None` where a combination of parameters is not determined.
+    pub(super) fn new(information: &DMatrix<f64>) -> Option<Self> {
+        let scale = information.diagonal().map(|v| v.max(1e-300).sqrt());
+        let n = scale.len();
+        let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] / (scale[i] * scale[j]));
+        let factor = Cholesky::new(scaled)?;
+        let determined = factor.l_dirty().diagonal().iter().all(|p| p * p > SINGULAR);
+        determined.then_some(Self { scale, factor })
+    }
+
+    fn solve(&self, gradient: &DVector<f64>) -> DVector<f64> {
+        self.factor.solve(&gradient.component_div(&self.scale)).component_div(&self.scale)
+    }
+
+    /// The covariance.
+    pub(super) fn inverse(&self) -> DMatrix<f64> {
+        let inverse = self.factor.inverse();
+        let n = self.scale.len();
+        let entry = |i, j| inverse[(i, j)] / (self.scale[i] * self.scale[j]);
+        // Exactly symmetric, as the entry above the diagonal is the one below.
+        DMatrix::from_fn(n, n, |i, j| if i >= j { entry(i, j) } else { entry(j, i) })
+    }
+}

@@ -1,0 +1,77 @@
+//! What was calibrated, for scripts and for people.
+//!
+//! [`ExtrinsicsReport::to_json`] is the machine's account; [`ExtrinsicsReport::to_html`] one file
+//! that needs no network and no script, and prints on paper.
+
+mod html;
+mod intrinsics;
+mod json;
+mod maps;
+mod svg;
+mod words;
+
+use nalgebra::Vector2;
+
+pub use intrinsics::{IntrinsicsReport, PictureRecord};
+
+use crate::assignment::Doubt;
+use crate::extrinsics::{Calibration, Trial};
+use crate::landmarks::PinLandmarks;
+use crate::model::Observation;
+
+/// One picture of pins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CaptureRecord {
+    /// Name of its file.
+    pub file: String,
+    /// How many pins its label names; `None` without a label.
+    pub pins_expected: Option<usize>,
+    /// How many marks were found in it.
+    pub pins_found: usize,
+}
+
+/// A calibration with where it comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct ExtrinsicsReport<'a> {
+    /// Name of the sensor.
+    pub sensor: &'a str,
+    /// Name of the camera's file.
+    pub camera_file: &'a str,
+    /// The pins that were to be had.
+    pub landmarks: &'a PinLandmarks,
+    /// In the order of the observations' capture numbers.
+    pub captures: &'a [CaptureRecord],
+    /// What did not fit its label.
+    pub doubts: &'a [Doubt],
+    /// The result.
+    pub calibration: &'a Calibration,
+}
+
+impl ExtrinsicsReport<'_> {
+    /// The observations of a capture with their residuals, observed minus projected, px: of the fit
+    /// and of the fit to the other captures.
+    fn of_capture(
+        &self,
+        capture: usize,
+    ) -> impl Iterator<Item = (&Observation, Option<Vector2<f64>>, Option<Vector2<f64>>)> {
+        let chosen = self.calibration.chosen();
+        let observations = &self.calibration.observations;
+        let residuals = chosen.fit.residuals_px(observations);
+        let all = observations.iter().zip(residuals).zip(&chosen.held_out_px);
+        all.map(|((o, r), held)| (o, r, *held)).filter(move |(o, ..)| o.contact.capture == capture)
+    }
+
+    fn chosen(&self) -> &Trial {
+        self.calibration.chosen()
+    }
+}
+
+/// Root mean square length; `None` for nothing, or where a residual is missing.
+fn rms_px(residuals: impl Iterator<Item = Option<Vector2<f64>>>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0usize);
+    for residual in residuals {
+        sum += residual?.norm_squared();
+        count += 1;
+    }
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}

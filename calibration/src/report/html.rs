@@ -1,0 +1,178 @@
+//! The report as one HTML file.
+
+use std::fmt::Write;
+
+use super::svg::escape;
+use super::{ExtrinsicsReport, rms_px};
+use crate::model::Parameter;
+
+pub(super) const STYLE: &str = "
+body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; border-bottom: 1px solid #ccc; }
+table { border-collapse: collapse; margin: .6rem 0; } th, td { padding: .15rem .7rem; text-align: right; border-bottom: 1px solid #ddd; }
+th:first-child, td:first-child { text-align: left; } tr.chosen { font-weight: 600; background: #eef4fb; }
+.warnings li { margin: .3rem 0; } .warnings { background: #fff6e0; border-left: 4px solid #d89b00; padding: .4rem 1rem; }
+figure { margin: 1rem 0; } figcaption { color: #555; font-size: .9rem; } .pair { display: flex; gap: 1rem; } .pair > * { flex: 1; }
+svg { width: 100%; height: auto; }
+@media print { body { margin: 0; max-width: none; } h2, figure, table { break-inside: avoid; } }
+";
+
+impl ExtrinsicsReport<'_> {
+    /// One file with everything inline.
+    pub fn to_html(&self) -> String {
+        let mut page = String::new();
+        let title = format!("Camera pose of {}", escape(self.sensor));
+        let _ = write!(
+            page,
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <title>{title}</title><style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
+        );
+        page += &self.summary();
+        let warnings = self.warnings();
+        if !warnings.is_empty() {
+            let _ = write!(
+                page,
+                "<h2>Warnings</h2>\n<div class=\"warnings\">{}</div>\n",
+                Self::list(&warnings)
+            );
+        }
+        let _ =
+            write!(page, "<h2>What was fitted and why</h2>\n{}", Self::list(&self.explanation()));
+        page += &self.parameters_table();
+        page += &self.trials_table();
+        let _ = write!(
+            page,
+            "<h2>Residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected.</figcaption>\
+             </figure>\n<figure>{}</figure>\n<figure>{}<figcaption>Dashed: scatter of the same pin \
+             pressed again, below which no model can go.</figcaption></figure>\n",
+            self.residual_vectors(),
+            self.residual_against_radius(),
+            self.residual_against_hole()
+        );
+        page += &self.captures_table();
+        page += &self.repeatability_table();
+        if let Some([pixel, depth]) = self.uncertainty_maps() {
+            let _ = write!(
+                page,
+                "<h2>Uncertainty on the surface</h2>\n<div class=\"pair\"><figure>{pixel}</figure>\
+                 <figure>{depth}</figure></div>\n<p>One standard deviation, on the sphere on which \
+                 the pins touch, as far out as pins were pressed.</p>\n"
+            );
+        }
+        page + "</body></html>\n"
+    }
+
+    fn summary(&self) -> String {
+        let chosen = self.chosen();
+        let plain = self.calibration.plain();
+        let scatter = self.calibration.scatter;
+        let rows = [
+            (
+                "captures, pins",
+                format!("{}, {}", self.captures.len(), self.calibration.observations.len()),
+            ),
+            ("camera", self.camera_file.to_owned()),
+            ("explanation chosen", chosen.candidate.to_string()),
+            ("rms, fitted", px(chosen.rms_px)),
+            ("rms, captures held out", px(chosen.held_out_rms_px)),
+            (
+                "rms, plain model, fitted and held out",
+                format!("{}, {}", px(plain.rms_px), px(plain.held_out_rms_px)),
+            ),
+            ("scatter of the same pin", scatter.map_or("not known".into(), |s| px(s.rms_px))),
+        ];
+        let rows = rows
+            .map(|(name, value)| format!("<tr><td>{name}</td><td>{}</td></tr>\n", escape(&value)));
+        let matrix = self.matrix().map(|row| {
+            let cells = row.map(|value| format!("<td>{value:.5}</td>")).concat();
+            format!("<tr>{cells}</tr>\n")
+        });
+        format!(
+            "<table>{}</table>\n<p><code>camera_from_sensor</code>, mm:</p>\n<table>{}</table>\n",
+            rows.concat(),
+            matrix.concat()
+        )
+    }
+
+    fn parameters_table(&self) -> String {
+        let mut rows = String::new();
+        for parameter in &self.chosen().fit.parameters {
+            // Dozens of seats say little one by one.
+            if matches!(parameter, Parameter::Reseating(..)) {
+                continue;
+            }
+            let (value, sigma) = self.value_and_sigma(*parameter).unwrap_or_default();
+            let _ = writeln!(
+                rows,
+                "<tr><td>{parameter}</td><td>{value:.5}</td><td>{sigma:.5}</td></tr>"
+            );
+        }
+        format!("<table><tr><th>fitted</th><th>value</th><th>sigma</th></tr>\n{rows}</table>\n")
+    }
+
+    fn trials_table(&self) -> String {
+        let selection = &self.calibration.selection;
+        let mut rows = String::new();
+        for (i, trial) in selection.trials.iter().enumerate() {
+            let class = if i == selection.chosen { " class=\"chosen\"" } else { "" };
+            let away = trial.from_design_mm.map_or("".into(), |d| format!("{d:.1}"));
+            let unknown = if trial.unobservable.is_empty() { "" } else { "not all" };
+            let _ = writeln!(
+                rows,
+                "<tr{class}><td>{}</td><td>{}</td><td>{:.2}</td><td>{:.2}</td><td>{:.1}</td><td>{away}</td><td>{unknown}</td></tr>",
+                trial.candidate,
+                trial.fit.parameters.len(),
+                trial.rms_px,
+                trial.held_out_rms_px,
+                trial.aicc
+            );
+        }
+        format!(
+            "<table><tr><th>tried</th><th>parameters</th><th>rms, px</th><th>held out, px</th>\
+             <th>AICc</th><th>from the design, mm</th><th>observable</th></tr>\n{rows}</table>\n"
+        )
+    }
+
+    fn captures_table(&self) -> String {
+        let mut rows = String::new();
+        for (i, record) in self.captures.iter().enumerate() {
+            let used = self.of_capture(i).count();
+            let fitted = rms_px(self.of_capture(i).map(|(_, r, _)| r));
+            let held_out = rms_px(self.of_capture(i).map(|(.., held)| held));
+            let expected = record.pins_expected.map_or("no label".into(), |n| n.to_string());
+            let show = |value: Option<f64>| value.map_or("".into(), |v| format!("{v:.2}"));
+            let _ = writeln!(
+                rows,
+                "<tr><td>{}</td><td>{expected}</td><td>{}</td><td>{used}</td><td>{}</td><td>{}</td></tr>",
+                escape(&record.file),
+                record.pins_found,
+                show(fitted),
+                show(held_out)
+            );
+        }
+        format!(
+            "<h2>Captures</h2>\n<table><tr><th>file</th><th>pins labelled</th><th>marks found</th>\
+             <th>used</th><th>rms, px</th><th>held out, px</th></tr>\n{rows}</table>\n"
+        )
+    }
+
+    fn repeatability_table(&self) -> String {
+        let mut rows = String::new();
+        for (hole, pins, residual, scatter) in self.repeatability() {
+            let scatter = scatter.map_or("".into(), |s| format!("{s:.2}"));
+            let _ = writeln!(
+                rows,
+                "<tr><td>{hole}</td><td>{pins}</td><td>{:+.2}, {:+.2}</td><td>{scatter}</td></tr>",
+                residual.x, residual.y
+            );
+        }
+        format!(
+            "<h2>Holes</h2>\n<table><tr><th>hole</th><th>pins</th><th>mean residual, px</th>\
+             <th>scatter, px</th></tr>\n{rows}</table>\n"
+        )
+    }
+}
+
+fn px(value: f64) -> String {
+    format!("{value:.2} px")
+}

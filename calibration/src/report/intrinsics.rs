@@ -1,0 +1,122 @@
+//! What was calibrated from a board: the account for scripts. [`html`] is the one for people.
+
+mod html;
+
+use serde_json::{Map, Value, json};
+
+use crate::intrinsics::{COVERAGE, Calibration, Candidate, SolvedView};
+
+/// One picture of the board, or one view of a list of corners.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureRecord {
+    /// Name of its file, or what the list calls the view.
+    pub file: String,
+    /// How many corners were found in it.
+    pub corners_found: usize,
+    /// Why it was not used.
+    pub unused: Option<String>,
+}
+
+/// An intrinsic calibration with where it comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct IntrinsicsReport<'a> {
+    /// Name of the sensor.
+    pub sensor: &'a str,
+    /// Name of the board.
+    pub board: &'a str,
+    /// All pictures, also those not used.
+    pub pictures: &'a [PictureRecord],
+    /// The result.
+    pub calibration: &'a Calibration,
+}
+
+impl IntrinsicsReport<'_> {
+    /// `fabkit-intrinsics`, version 1. Lengths in mm, angles in degrees where the name says so,
+    /// pixels in px; a root mean square counts both coordinates of a corner together.
+    pub fn to_json(&self) -> Value {
+        let calibration = self.calibration;
+        let camera = calibration.estimate.camera();
+        let parameters: Map<String, Value> = camera
+            .parameters()
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), json!(value)))
+            .collect();
+        let covariance = calibration.estimate.covariance().map(|matrix| {
+            let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
+            rows.collect::<Vec<_>>()
+        });
+        let coverage = &calibration.advice.coverage;
+        json!({
+            "format": "fabkit-intrinsics",
+            "version": 1,
+            "sensor": self.sensor,
+            "board": self.board,
+            "image_px": [camera.width_px(), camera.height_px()],
+            "model": calibration.model.name(),
+            "parameters": parameters,
+            "sigmas": calibration.estimate.sigmas(),
+            "covariance": covariance,
+            "covariance_of": calibration.estimate.names(),
+            "focal_px_per_rad": calibration.focal_px[0],
+            "focal_sigma_px_per_rad": calibration.focal_px[1],
+            "reprojection_rms_px": calibration.rms_px,
+            "residual_scale": calibration.residual_scale,
+            "corners": calibration.views.iter().map(|view| view.corners.len()).sum::<usize>(),
+            "pictures": self.pictures.iter().map(picture_json).collect::<Vec<_>>(),
+            "views": self.views().map(|(view, growth, tilt_deg, adds_nothing)| json!({
+                "file": view.name,
+                "corners": view.corners.len(),
+                "rms_px": view.rms_px,
+                "tilt_deg": tilt_deg,
+                // JSON has no infinity: null says that the others alone are not enough.
+                "sigma_growth_without": growth.is_finite().then_some(growth),
+                "adds_nothing": adds_nothing,
+            })).collect::<Vec<_>>(),
+            "coverage": {
+                "columns": COVERAGE[0],
+                "rows": COVERAGE[1],
+                "corners": coverage.corners,
+                "share": coverage.share,
+                "seen_deg": coverage.seen_deg,
+                "image_deg": coverage.image_deg,
+            },
+            "tried": calibration.candidates.iter().map(candidate_json).collect::<Vec<_>>(),
+            "warnings": self.warnings(),
+        })
+    }
+
+    /// In plain words: pictures that could not be used, then what the calibration lacks.
+    pub fn warnings(&self) -> Vec<String> {
+        let unused = self.pictures.iter().filter_map(|picture| {
+            let reason = picture.unused.as_ref()?;
+            Some(format!("{} was not used: {reason}", picture.file))
+        });
+        unused.chain(self.calibration.advice.warnings.iter().cloned()).collect()
+    }
+
+    /// Each view with the growth of some sigma without it, its tilt in degrees, and whether it adds
+    /// nothing.
+    fn views(&self) -> impl Iterator<Item = (&SolvedView, f64, f64, bool)> {
+        let calibration = self.calibration;
+        let pairs = calibration.views.iter().zip(&calibration.advice.worth);
+        pairs.map(|(view, worth)| (view, worth.growth, worth.tilt_deg, worth.adds_nothing))
+    }
+}
+
+fn picture_json(picture: &PictureRecord) -> Value {
+    json!({
+        "file": picture.file,
+        "corners_found": picture.corners_found,
+        "used": picture.unused.is_none(),
+        "reason": picture.unused,
+    })
+}
+
+fn candidate_json(candidate: &Candidate) -> Value {
+    json!({
+        "model": candidate.model.name(),
+        "parameters": candidate.parameters,
+        "reprojection_rms_px": candidate.fit.map(|fit| fit.rms_px),
+        "bayesian_information_criterion": candidate.fit.map(|fit| fit.criterion),
+    })
+}

@@ -1,0 +1,195 @@
+//! The report on intrinsics as one HTML file that needs no network and prints on paper.
+
+use std::fmt::Write;
+
+use nalgebra::Vector2;
+
+use super::super::html::STYLE;
+use super::super::svg::{Plot, Svg, escape, step};
+use super::IntrinsicsReport;
+use crate::intrinsics::{COVERAGE, Observation};
+
+/// Residuals are drawn this part of the image's width long at most.
+const LONGEST: f64 = 0.03;
+/// More dots make a plot slow and say no more.
+const MAX_DOTS: usize = 4000;
+
+impl IntrinsicsReport<'_> {
+    /// One file with everything inline.
+    pub fn to_html(&self) -> String {
+        let title = format!("Camera of {}", escape(self.sensor));
+        let mut page = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <title>{title}</title><style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
+        );
+        page += &self.summary();
+        let warnings = self.warnings();
+        if !warnings.is_empty() {
+            let items = warnings.iter().map(|w| format!("<li>{}</li>\n", escape(w)));
+            let items: String = items.collect();
+            let _ = write!(
+                page,
+                "<h2>Warnings</h2>\n<div class=\"warnings\"><ul>\n{items}</ul></div>\n"
+            );
+        }
+        page += &self.parameters_table();
+        page += &self.models_table();
+        let _ = write!(
+            page,
+            "<h2>Coverage and residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected. \
+             Orange cells hold no corner.</figcaption></figure>\n<figure>{}</figure>\n",
+            self.image_map(),
+            self.residual_against_angle()
+        );
+        page += &self.views_table();
+        page + "</body></html>\n"
+    }
+
+    fn summary(&self) -> String {
+        let calibration = self.calibration;
+        let corners: usize = calibration.views.iter().map(|view| view.corners.len()).sum();
+        let [focal_px, sigma_px] = calibration.focal_px;
+        let coverage = &calibration.advice.coverage;
+        let rows = [
+            ("board", self.board.to_owned()),
+            (
+                "pictures, used, corners",
+                format!("{}, {}, {corners}", self.pictures.len(), calibration.views.len()),
+            ),
+            ("lens model chosen", calibration.model.name().to_owned()),
+            ("rms", format!("{:.3} px", calibration.rms_px)),
+            (
+                "residuals, in those the detector expects",
+                format!("{:.2}", calibration.residual_scale),
+            ),
+            ("focal length on the axis", format!("{focal_px:.3} ± {sigma_px:.3} px per radian")),
+            (
+                "farthest corner off the axis, of the image",
+                format!("{:.1}° of {:.1}°", coverage.seen_deg, coverage.image_deg),
+            ),
+        ];
+        let rows = rows
+            .map(|(name, value)| format!("<tr><td>{name}</td><td>{}</td></tr>\n", escape(&value)));
+        format!("<table>{}</table>\n", rows.concat())
+    }
+
+    fn parameters_table(&self) -> String {
+        let estimate = &self.calibration.estimate;
+        let sigmas = estimate.sigmas().unwrap_or_default();
+        let rows = estimate.camera().parameters().into_iter().zip(sigmas);
+        let rows: String = rows
+            .map(|((name, value), sigma)| {
+                format!("<tr><td>{name}</td><td>{value:.6}</td><td>{sigma:.6}</td></tr>\n")
+            })
+            .collect();
+        format!(
+            "<h2>Parameters</h2>\n<table><tr><th>parameter</th><th>value</th><th>sigma</th></tr>\n\
+             {rows}</table>\n"
+        )
+    }
+
+    fn models_table(&self) -> String {
+        let mut rows = String::new();
+        for candidate in &self.calibration.candidates {
+            let chosen = candidate.model == self.calibration.model;
+            let class = if chosen { " class=\"chosen\"" } else { "" };
+            let figures = candidate.fit.map_or(
+                "<td colspan=\"2\">cannot see that far off its axis</td>".to_owned(),
+                |fit| format!("<td>{:.4}</td><td>{:.1}</td>", fit.rms_px, fit.criterion),
+            );
+            let _ = writeln!(
+                rows,
+                "<tr{class}><td>{}</td><td>{}</td>{figures}</tr>",
+                candidate.model.name(),
+                candidate.parameters
+            );
+        }
+        format!(
+            "<h2>Lens models</h2>\n<table><tr><th>tried</th><th>parameters</th><th>rms, px</th>\
+             <th>BIC</th></tr>\n{rows}</table>\n<p>The first is taken unless the Bayesian \
+             information criterion of another is lower by more than 10.</p>\n"
+        )
+    }
+
+    fn residuals(&self) -> Vec<(&str, &Observation, Vector2<f64>)> {
+        let all = self.calibration.views.iter().flat_map(|view| {
+            let pairs = view.corners.iter().zip(&view.residuals_px);
+            pairs.map(|(corner, residual)| (view.name.as_str(), corner, *residual))
+        });
+        let all: Vec<_> = all.collect();
+        let every = all.len().div_ceil(MAX_DOTS).max(1);
+        all.into_iter().step_by(every).collect()
+    }
+
+    fn image_map(&self) -> String {
+        let camera = self.calibration.estimate.camera();
+        let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
+        let mut svg = Svg::new(width, height);
+        svg.rect([0.0, 0.0], [width, height], "frame");
+        let [columns, rows] = COVERAGE;
+        let size = [width / columns as f64, height / rows as f64];
+        for (i, corners) in self.calibration.advice.coverage.corners.iter().enumerate() {
+            if *corners == 0 {
+                let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
+                svg.rect(corner, size, "empty");
+            }
+        }
+        let residuals = self.residuals();
+        let longest = residuals.iter().map(|(.., r)| r.norm()).fold(1e-9, f64::max);
+        // A round number, so that lengths can be judged.
+        let magnified = step(LONGEST * width / longest, 1.0);
+        for (view, corner, residual) in &residuals {
+            // Pixel centres are integers; the drawing begins at the first pixel's outer corner.
+            let at = corner.pixel + Vector2::new(0.5, 0.5);
+            let end = at + residual * magnified;
+            svg.line([at.x, at.y], [end.x, end.y], "vector");
+            let title = format!("{view}, corner {}: {:.3} px", corner.id, residual.norm());
+            svg.dot([at.x, at.y], 1.6, "#1f4e79", &title);
+        }
+        let caption = format!("residuals, {magnified} times their length");
+        svg.text([8.0, height - 8.0], "start", &caption);
+        svg.finish("corners and residual vectors on the image")
+    }
+
+    fn residual_against_angle(&self) -> String {
+        let camera = self.calibration.estimate.camera();
+        let residuals = self.residuals();
+        let angle_deg = |corner: &Observation| {
+            let ray = camera.unproject(&corner.pixel).ok()?;
+            Some(ray.direction.z.clamp(-1.0, 1.0).acos().to_degrees())
+        };
+        let tallest = residuals.iter().map(|(.., r)| r.norm()).fold(1e-3, f64::max);
+        let limits = [1.05 * self.calibration.advice.coverage.seen_deg.max(1.0), 1.1 * tallest];
+        let ticks = limits.map(|limit| step(limit, 8.0));
+        let mut plot = Plot::new(limits, ticks, ["angle off the axis, degrees", "residual, px"]);
+        for (view, corner, residual) in &residuals {
+            if let Some(angle_deg) = angle_deg(corner) {
+                let title = format!("{view}, corner {}", corner.id);
+                plot.dot([angle_deg, residual.norm()], "#1f4e79", &title);
+            }
+        }
+        plot.finish("residual against the angle off the axis")
+    }
+
+    fn views_table(&self) -> String {
+        let mut rows = String::new();
+        for (view, growth, tilt_deg, adds_nothing) in self.views() {
+            let growth = match growth.is_finite() {
+                true => format!("{:.1} %", 100.0 * growth),
+                false => "indispensable".into(),
+            };
+            let remark = if adds_nothing { "adds nothing" } else { "" };
+            let _ = writeln!(
+                rows,
+                "<tr><td>{}</td><td>{}</td><td>{:.3}</td><td>{tilt_deg:.0}°</td><td>{growth}</td><td>{remark}</td></tr>",
+                escape(&view.name),
+                view.corners.len(),
+                view.rms_px
+            );
+        }
+        format!(
+            "<h2>Views</h2>\n<table><tr><th>file</th><th>corners</th><th>rms, px</th><th>tilt</th>\
+             <th>sigma grows without it</th><th></th></tr>\n{rows}</table>\n"
+        )
+    }
+}

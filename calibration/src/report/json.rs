@@ -1,0 +1,130 @@
+//! `fabkit-extrinsics`, version 1.
+
+use serde_json::{Value, json};
+
+use super::{ExtrinsicsReport, rms_px};
+use crate::extrinsics::Trial;
+use crate::model::Parameter;
+use crate::observability::Unobservable;
+
+impl ExtrinsicsReport<'_> {
+    /// The whole account. Lengths in mm, angles in rad, pixels in px; a root mean square counts
+    /// both coordinates of a pin together.
+    pub fn to_json(&self) -> Value {
+        let calibration = self.calibration;
+        let chosen = self.chosen();
+        let model = calibration.model();
+        let captures: Vec<Value> =
+            (0..self.captures.len()).map(|capture| self.capture_json(capture)).collect();
+        let parameters = chosen.fit.parameters.iter().map(|parameter| {
+            let (value, sigma) = self.value_and_sigma(*parameter).unwrap_or_default();
+            json!({ "name": parameter.to_string(), "value": value, "sigma": sigma })
+        });
+        let camera = model.camera.parameters().into_iter();
+        let trials = calibration.selection.trials.iter().map(trial_json);
+        json!({
+            "format": "fabkit-extrinsics",
+            "version": 1,
+            "sensor": self.sensor,
+            "camera_file": self.camera_file,
+            "fixture": self.landmarks.fixture,
+            "captures": captures,
+            "pins": calibration.observations.len(),
+            "reprojection_rms_px": number(chosen.rms_px),
+            "held_out_rms_px": number(chosen.held_out_rms_px),
+            "pin_scatter_rms_px": calibration.scatter.map(|s| s.rms_px),
+            "pin_scatter_degrees_of_freedom": calibration.scatter.map(|s| s.degrees_of_freedom),
+            "plain": {
+                "reprojection_rms_px": number(calibration.plain().rms_px),
+                "held_out_rms_px": number(calibration.plain().held_out_rms_px),
+            },
+            "misfit": number(calibration.misfit),
+            "model": {
+                "name": chosen.candidate.to_string(),
+                "parameters": parameters.collect::<Vec<_>>(),
+                "camera": camera.map(|(name, value)| (name.to_owned(), json!(value))).collect::<serde_json::Map<_, _>>(),
+                "interface": model.camera.interface().kind_name(),
+                "unobservable": chosen.unobservable.iter().map(unknown_json).collect::<Vec<_>>(),
+            },
+            "seating_offset_observable": calibration.selection.seating_shows,
+            "camera_from_sensor": self.matrix(),
+            "covariance": self.pose_covariance(),
+            "covariance_of": Parameter::POSE.map(|p| p.to_string()),
+            "tried": trials.collect::<Vec<_>>(),
+            "not_fitted": calibration.selection.failed.iter().map(|(candidate, error)| {
+                json!({ "name": candidate.to_string(), "reason": error.to_string() })
+            }).collect::<Vec<_>>(),
+            "explanation": self.explanation(),
+            "warnings": self.warnings(),
+        })
+    }
+
+    /// Sensor frame to camera frame as a 4 x 4 matrix, row by row, mm.
+    pub fn matrix(&self) -> [[f64; 4]; 4] {
+        let pose = &self.calibration.model().camera_from_sensor;
+        std::array::from_fn(|r| {
+            std::array::from_fn(|c| match (r, c) {
+                (3, 3) => 1.0,
+                (3, _) => 0.0,
+                (_, 3) => pose.translation_mm()[r],
+                _ => pose.rotation()[(r, c)],
+            })
+        })
+    }
+
+    /// Covariance of the pose: rotation vector in the camera frame, rad, then translation, mm.
+    pub fn pose_covariance(&self) -> [[f64; 6]; 6] {
+        // Every candidate solves for the pose first.
+        std::array::from_fn(|r| std::array::from_fn(|c| self.calibration.covariance[(r, c)]))
+    }
+
+    fn capture_json(&self, capture: usize) -> Value {
+        let record = &self.captures[capture];
+        let pins: Vec<Value> = self
+            .of_capture(capture)
+            .map(|(o, residual, held_out)| {
+                json!({
+                    "hole": o.contact.hole,
+                    "pixel": [o.pixel.x, o.pixel.y],
+                    "sigma_px": o.sigma_px,
+                    "residual_px": residual.map(|r| [r.x, r.y]),
+                    "held_out_px": held_out.map(|r| [r.x, r.y]),
+                })
+            })
+            .collect();
+        json!({
+            "file": record.file,
+            "pins_found": record.pins_found,
+            "pins_expected": record.pins_expected,
+            "pins_used": pins.len(),
+            "rms_px": rms_px(self.of_capture(capture).map(|(_, r, _)| r)),
+            "held_out_rms_px": rms_px(self.of_capture(capture).map(|(.., held)| held)),
+            "pins": pins,
+        })
+    }
+}
+
+fn trial_json(trial: &Trial) -> Value {
+    json!({
+        "name": trial.candidate.to_string(),
+        "parameters": trial.fit.parameters.len(),
+        "reprojection_rms_px": number(trial.rms_px),
+        "held_out_rms_px": number(trial.held_out_rms_px),
+        "aicc": number(trial.aicc),
+        "from_design_mm": trial.from_design_mm,
+        "plausible": trial.is_plausible(),
+        "unobservable": trial.unobservable.iter().map(unknown_json).collect::<Vec<_>>(),
+    })
+}
+
+fn unknown_json(unknown: &Unobservable) -> Value {
+    let terms = unknown.terms.iter();
+    let terms =
+        terms.map(|(parameter, part)| json!({ "name": parameter.to_string(), "part": part }));
+    json!({ "remaining": unknown.remaining, "terms": terms.collect::<Vec<_>>() })
+}
+
+/// JSON has no infinity.
+fn number(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}

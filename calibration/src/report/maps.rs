@@ -1,0 +1,191 @@
+//! The report's drawings.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Matrix3, Point3, Vector3};
+use nalgebra::Vector2;
+
+use super::ExtrinsicsReport;
+use super::svg::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
+use crate::model::Observation;
+use crate::uncertainty::{SurfaceSigma, surface_sigma};
+
+/// Residual vectors are drawn this many times their length.
+const MAGNIFIED: f64 = 10.0;
+/// Rings and places on a ring of the uncertainty maps.
+const RINGS: usize = 14;
+const PLACES: usize = 48;
+
+impl ExtrinsicsReport<'_> {
+    fn residuals(&self) -> Vec<(&Observation, Vector2<f64>)> {
+        let observations = &self.calibration.observations;
+        let residuals = self.chosen().fit.residuals_px(observations);
+        observations.iter().zip(residuals).filter_map(|(o, r)| Some((o, r?))).collect()
+    }
+
+    fn tooltip(&self, o: &Observation, residual: Vector2<f64>) -> String {
+        let record = self.captures.get(o.contact.capture);
+        let file = record.map_or("?", |record| record.file.as_str());
+        format!("hole {}, {file}: {:.2} px", o.contact.hole, residual.norm())
+    }
+
+    /// Where pins are seen, and how far from where the model puts them.
+    pub(super) fn residual_vectors(&self) -> String {
+        let camera = &self.calibration.model().camera;
+        let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
+        let mut svg = Svg::new(width, height);
+        svg.rect([0.0, 0.0], [width, height], FRAME);
+        for (o, residual) in self.residuals() {
+            let at = [o.pixel.x, o.pixel.y];
+            let end = o.pixel + residual * MAGNIFIED;
+            svg.line(at, [end.x, end.y], VECTOR);
+            svg.dot(at, 2.5, "#1f4e79", &self.tooltip(o, residual));
+        }
+        let caption = format!("residuals, {MAGNIFIED:.0} times their length");
+        svg.text([8.0, height - 8.0], "start", &caption);
+        svg.finish("residual vectors on the image")
+    }
+
+    /// Residuals against the distance from the projection of the sensor's axis.
+    pub(super) fn residual_against_radius(&self) -> String {
+        let model = self.calibration.model();
+        let intrinsics = model.camera.lens().intrinsics();
+        let centre = Vector2::new(intrinsics.cx_px, intrinsics.cy_px);
+        let residuals = self.residuals();
+        let radius = |o: &Observation| (o.pixel.coords - centre).norm();
+        let far = residuals.iter().map(|(o, _)| radius(o)).fold(1.0, f64::max);
+        let limits = [far * 1.05, self.tallest_px(&residuals)];
+        let ticks = [step(limits[0], 8.0), step(limits[1], 5.0)];
+        let mut plot =
+            Plot::new(limits, ticks, ["distance from the principal point, px", "residual, px"]);
+        for (o, residual) in &residuals {
+            let title = self.tooltip(o, *residual);
+            plot.dot([radius(o), residual.norm()], "#1f4e79", &title);
+        }
+        self.scatter_level(&mut plot);
+        plot.finish("residual against radius")
+    }
+
+    /// Residuals against the hole's number.
+    pub(super) fn residual_against_hole(&self) -> String {
+        let residuals = self.residuals();
+        let last = residuals.iter().map(|(o, _)| o.contact.hole).max().unwrap_or(1);
+        let limits = [f64::from(last) + 1.0, self.tallest_px(&residuals)];
+        let ticks = [step(limits[0], 15.0).max(1.0), step(limits[1], 5.0)];
+        let mut plot = Plot::new(limits, ticks, ["hole", "residual, px"]);
+        for (o, residual) in &residuals {
+            let title = self.tooltip(o, *residual);
+            plot.dot([f64::from(o.contact.hole), residual.norm()], "#1f4e79", &title);
+        }
+        self.scatter_level(&mut plot);
+        plot.finish("residual against hole")
+    }
+
+    fn tallest_px(&self, residuals: &[(&Observation, Vector2<f64>)]) -> f64 {
+        1.1 * residuals.iter().map(|(_, r)| r.norm()).fold(0.1, f64::max)
+    }
+
+    fn scatter_level(&self, plot: &mut Plot) {
+        if let Some(scatter) = self.calibration.scatter {
+            plot.level(scatter.rms_px, FLOOR);
+        }
+    }
+
+    /// Rows of hole, pins, mean residual and scatter about the mean, px.
+    pub(super) fn repeatability(&self) -> Vec<(u32, usize, Vector2<f64>, Option<f64>)> {
+        let mut by_hole: BTreeMap<u32, Vec<(Vector2<f64>, Vector2<f64>)>> = BTreeMap::new();
+        for (o, residual) in self.residuals() {
+            by_hole.entry(o.contact.hole).or_default().push((o.pixel.coords, residual));
+        }
+        let row = |(hole, pins): (u32, Vec<(Vector2<f64>, Vector2<f64>)>)| {
+            let count = pins.len() as f64;
+            let mean = pins.iter().map(|(pixel, _)| pixel).sum::<Vector2<f64>>() / count;
+            let residual = pins.iter().map(|(_, r)| r).sum::<Vector2<f64>>() / count;
+            let squares: f64 = pins.iter().map(|(pixel, _)| (pixel - mean).norm_squared()).sum();
+            let scatter = (pins.len() > 1).then(|| (squares / (count - 1.0)).sqrt());
+            (hole, pins.len(), residual, scatter)
+        };
+        by_hole.into_iter().map(row).collect()
+    }
+
+    /// Two drawings: standard deviation of where the surface is seen, and of its depth.
+    ///
+    /// The surface is the sphere on which the pins of this calibration touch; nothing is said
+    /// where none did.
+    pub(super) fn uncertainty_maps(&self) -> Option<[String; 2]> {
+        let places = self.places_on_dome()?;
+        let draw = |name: &str, unit: &str, value: &dyn Fn(&SurfaceSigma) -> f64| {
+            let camera = &self.calibration.model().camera;
+            let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
+            let values = || places.iter().map(|(_, sigma)| value(sigma));
+            let largest = values().fold(0.0, f64::max);
+            let smallest = values().fold(f64::INFINITY, f64::min);
+            let mut svg = Svg::new(width, height);
+            svg.rect([0.0, 0.0], [width, height], FRAME);
+            for (pixel, sigma) in &places {
+                let part = (value(sigma) - smallest) / (largest - smallest).max(1e-12);
+                let title = format!("{:.3} {unit}", value(sigma));
+                svg.dot(*pixel, 7.0, &shade(part), &title);
+            }
+            let caption = format!("{name}: {smallest:.3} (pale) to {largest:.3} {unit} (dark)");
+            svg.text([8.0, height - 8.0], "start", &caption);
+            svg.finish(name)
+        };
+        Some([
+            draw("sigma of the pixel", "px", &|sigma| sigma.pixel_px),
+            draw("sigma of the depth along z", "mm", &|sigma| sigma.depth_z_mm),
+        ])
+    }
+
+    fn places_on_dome(&self) -> Option<Vec<([f64; 2], SurfaceSigma)>> {
+        let calibration = self.calibration;
+        let contacts: Vec<(Point3<f64>, Vector3<f64>)> = calibration
+            .observations
+            .iter()
+            .map(|o| Some((o.contact.contact_in_sensor_mm, o.contact.axis_in_sensor?)))
+            .collect::<Option<_>>()?;
+        let centre = nearest_to_lines(&contacts)?;
+        let count = contacts.len() as f64;
+        let radius_mm = contacts.iter().map(|(p, _)| (p - centre).norm()).sum::<f64>() / count;
+        let polar = |p: &Point3<f64>| (p - centre).angle(&Vector3::z());
+        let rim = contacts.iter().map(|(p, _)| polar(p)).fold(0.0, f64::max);
+        let mut places = Vec::new();
+        for ring in 0..RINGS {
+            let (s, c) = (rim * ring as f64 / (RINGS - 1) as f64).sin_cos();
+            for place in 0..if ring == 0 { 1 } else { PLACES } {
+                let (sa, ca) = (TAU * place as f64 / PLACES as f64).sin_cos();
+                let outward = Vector3::new(s * ca, s * sa, c);
+                let model = calibration.model();
+                let point = centre + outward * radius_mm;
+                let parameters = &calibration.chosen().fit.parameters;
+                let covariance = &calibration.covariance;
+                let sigma = surface_sigma(model, parameters, covariance, point, outward);
+                let pixel = model.camera.project(&model.camera_from_sensor.point(point)).ok();
+                if let (Some(sigma), Some(pixel)) = (sigma, pixel) {
+                    places.push(([pixel.x, pixel.y], sigma));
+                }
+            }
+        }
+        (!places.is_empty()).then_some(places)
+    }
+
+    /// A list item for each text.
+    pub(super) fn list(items: &[String]) -> String {
+        let items: String = items.iter().map(|i| format!("<li>{}</li>\n", escape(i))).collect();
+        format!("<ul>\n{items}</ul>\n")
+    }
+}
+
+/// The point with the smallest sum of squared distances from the lines; `None` if they are
+/// parallel.
+fn nearest_to_lines(lines: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f64>> {
+    let (mut system, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (point, axis) in lines {
+        let across = Matrix3::identity() - axis * axis.transpose();
+        system += across;
+        right += across * point.coords;
+    }
+    let parallel = system.symmetric_eigenvalues().min() < 1e-6 * lines.len() as f64;
+    system.try_inverse().filter(|_| !parallel).map(|inverse| Point3::from(inverse * right))
+}

@@ -1,0 +1,220 @@
+//! The findings in plain words.
+
+use fabkit_camera::Interface;
+
+use super::ExtrinsicsReport;
+use crate::assignment::Doubt;
+use crate::extrinsics::{Candidate, Trial};
+use crate::model::Parameter;
+
+/// Residuals this much above what pins and pictures explain mean that the model is incomplete.
+const MISFIT: f64 = 1.3;
+/// Fewer pins than this make any statement about explanations weak.
+const FEW_PINS: usize = 25;
+/// Akaike's criterion lower by this is strong evidence.
+const STRONG: f64 = 10.0;
+
+impl ExtrinsicsReport<'_> {
+    /// What did not fit its label, one sentence each.
+    pub fn doubt_sentences(&self) -> Vec<String> {
+        self.doubts.iter().map(|doubt| self.doubt(doubt)).collect()
+    }
+
+    /// What the person who took the pictures should know before using the result.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.doubt_sentences();
+        let calibration = self.calibration;
+        let chosen = self.chosen();
+        if !calibration.selection.seating_shows {
+            warnings.push(
+                "A seating offset (all pins going in farther or less far than designed) is not \
+                 observable with these pins: with pins of one length, all pointing at one centre, \
+                 it looks exactly like a camera at another distance. The camera's distance from \
+                 the dome's centre is therefore known only as well as the pins' lengths. Pins of a \
+                 second length would show it."
+                    .into(),
+            );
+        }
+        for unknown in chosen.unobservable.iter().filter(|u| {
+            // That the seats of all captures together are the pose is no news.
+            !u.terms.iter().all(|(p, _)| matches!(p, Parameter::Reseating(..)))
+        }) {
+            let names: Vec<String> = unknown.terms.iter().map(|(p, _)| p.in_words()).collect();
+            warnings.push(format!(
+                "The pins hardly tell {} apart: what was assumed beforehand counts for {:.0} % of \
+                 the uncertainty that is left.",
+                names.join(" and "),
+                100.0 * unknown.remaining
+            ));
+        }
+        if let Some(distance_mm) = chosen.from_design_mm.filter(|_| !chosen.is_plausible()) {
+            warnings.push(format!(
+                "The camera comes out {distance_mm:.1} mm from where the design puts it, which \
+                 assembly does not explain: the explanation stands for something else."
+            ));
+        }
+        if calibration.misfit > MISFIT {
+            warnings.push(format!(
+                "Residuals are {:.1} times what the pins' play and the pictures' noise explain: \
+                 something is missing from the model. The covariance is enlarged accordingly.",
+                calibration.misfit
+            ));
+        }
+        let pins = calibration.observations.len();
+        if pins < FEW_PINS {
+            warnings.push(format!(
+                "Only {pins} pins: press more holes, and some of them again, before believing the \
+                 choice of model."
+            ));
+        }
+        if calibration.scatter.is_none() {
+            warnings.push(
+                "No hole has a pin in two captures: how well pins repeat is not known, and the \
+                 standard deviations rest on the pictures' noise and on the residuals alone."
+                    .into(),
+            );
+        }
+        if self.captures.len() < 3 {
+            warnings.push("With fewer than three captures, held-out errors mean little.".into());
+        }
+        warnings
+    }
+
+    /// Why the chosen explanation was chosen, and what the others say about causes.
+    pub fn explanation(&self) -> Vec<String> {
+        let (plain, chosen) = (self.calibration.plain(), self.chosen());
+        let mut text = vec![format!(
+            "Chosen: {}, with {:.2} px rms on captures that were left out ({:.2} px on its own). \
+             The plain model, pose alone with the camera as calibrated in air, has {:.2} px \
+             ({:.2} px).",
+            chosen.candidate,
+            chosen.held_out_rms_px,
+            chosen.rms_px,
+            plain.held_out_rms_px,
+            plain.rms_px
+        )];
+        if let Some(scatter) = self.calibration.scatter {
+            text.push(format!(
+                "The same pin pressed again is seen {:.2} px rms from its own mean ({} degrees of \
+                 freedom). No model can do better on new captures; the chosen one is at {:.2} \
+                 times that.",
+                scatter.rms_px,
+                scatter.degrees_of_freedom,
+                chosen.held_out_rms_px / scatter.rms_px
+            ));
+        }
+        text.extend(self.about_optics());
+        if let Some(lean) = self.value_and_sigma(Parameter::Lean) {
+            text.push(format!(
+                "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the \
+                 tip. No lens does that. It is what happens when the dome is turned a little while \
+                 its pins stick to the surface, and pins have play in their holes.",
+                lean.0, lean.1
+            ));
+        }
+        if let Some(offset) = self.value_and_sigma(Parameter::SeatingOffset) {
+            text.push(format!(
+                "All pins go in {:.2} ± {:.2} mm farther than designed.",
+                offset.0, offset.1
+            ));
+        }
+        text
+    }
+
+    /// What the explanations with and without refraction and radial terms say about the cause.
+    fn about_optics(&self) -> Vec<String> {
+        let trials = &self.calibration.selection.trials;
+        let chosen = self.chosen().candidate;
+        let like = |gel: bool, terms: usize| {
+            trials.iter().find(|t| {
+                let other = Candidate { optics: t.candidate.optics, ..chosen };
+                t.candidate == other
+                    && t.candidate.optics.gel_index.is_some() == gel
+                    && t.candidate.optics.radial_terms == terms
+            })
+        };
+        let mut text = Vec::new();
+        if let (Some(given), Some(gel)) = (like(false, 0), like(true, 0)) {
+            let distance = gel_distance(gel);
+            let verdict = if gel.aicc < given.aicc - STRONG { "support" } else { "do not need" };
+            text.push(format!(
+                "The data {verdict} refraction: a flat surface of gel {distance} before the \
+                 lens, as the only change to the optics, takes the held-out error from {:.2} px to \
+                 {:.2} px and puts the camera {} from the design.",
+                given.held_out_rms_px,
+                gel.held_out_rms_px,
+                away(gel)
+            ));
+        }
+        let radial = (1..=3).filter_map(|terms| like(false, terms));
+        if let Some(radial) = radial.min_by(|a, b| a.aicc.total_cmp(&b.aicc)) {
+            text.push(format!(
+                "Radial terms of the lens alone ({}) reach {:.2} px, with the camera {} from the \
+                 design.",
+                radial.candidate,
+                radial.held_out_rms_px,
+                away(radial)
+            ));
+            let both = (1..=3).filter_map(|terms| like(true, terms));
+            if let Some(both) = both.min_by(|a, b| a.aicc.total_cmp(&b.aicc)) {
+                let gain = radial.aicc - both.aicc;
+                let verdict = if gain > STRONG { "strong" } else { "no strong" };
+                text.push(format!(
+                    "Gel and radial terms together ({}) reach {:.2} px: {verdict} evidence for \
+                     refraction beside them (Akaike's criterion differs by {gain:.0}).",
+                    both.candidate, both.held_out_rms_px
+                ));
+            }
+        }
+        text
+    }
+
+    /// A parameter of the chosen fit with its standard deviation.
+    pub(super) fn value_and_sigma(&self, parameter: Parameter) -> Option<(f64, f64)> {
+        let fit = &self.chosen().fit;
+        let at = fit.parameters.iter().position(|found| *found == parameter)?;
+        let sigma = self.calibration.covariance[(at, at)].max(0.0).sqrt();
+        if parameter == Parameter::FocalScale {
+            // Against the camera as given, which the plain model left alone.
+            let fx_px = |trial: &Trial| trial.fit.model.camera.lens().intrinsics().fx_px;
+            let ratio = fx_px(self.chosen()) / fx_px(self.calibration.plain());
+            return Some((ratio - 1.0, ratio * sigma));
+        }
+        Some((fit.model.value(parameter)?, sigma))
+    }
+
+    /// One doubt as a sentence.
+    fn doubt(&self, doubt: &Doubt) -> String {
+        let file =
+            |capture: usize| self.captures.get(capture).map_or("?", |record| record.file.as_str());
+        match doubt {
+            Doubt::Missing { capture, hole } => {
+                format!("{}: no mark of the pin in hole {hole}.", file(*capture))
+            }
+            Doubt::Spurious { capture, pixel } => format!(
+                "{}: the mark at ({:.0}, {:.0}) px belongs to no hole of the label and was left out.",
+                file(*capture),
+                pixel.x,
+                pixel.y
+            ),
+            Doubt::Mislabelled { capture, labelled, found } => format!(
+                "{}: the label says hole {labelled}, but the mark is at hole {found}; it was left \
+                 out.",
+                file(*capture)
+            ),
+        }
+    }
+}
+
+fn gel_distance(trial: &Trial) -> String {
+    let Interface::Flat(flat) = trial.fit.model.camera.interface() else { return String::new() };
+    let distance = format!("{:.1} mm", flat.distance_mm);
+    if trial.fit.parameters.contains(&Parameter::Camera("interface_distance_mm")) {
+        return distance;
+    }
+    format!("{distance} (held there: farther would be better still, but the pins are in the way)")
+}
+
+fn away(trial: &Trial) -> String {
+    trial.from_design_mm.map_or("an unknown way".into(), |distance| format!("{distance:.1} mm"))
+}

@@ -1,0 +1,201 @@
+//! Captures whose truth is known: for tests, and to try a fixture before it is printed.
+//!
+//! Pictures come from the model itself: each pixel's ray is compared with the contacts, so that a
+//! mark is as large and as oblique as the camera and its interface make it.
+
+use std::f64::consts::TAU;
+
+use fabkit_camera::{OutsideDomain, Ray};
+use nalgebra::{Point2, Vector2, Vector3};
+
+use crate::image::{GreyImage, ImageError};
+use crate::landmarks::PinLandmark;
+use crate::model::{Contact, Model, Observation};
+
+/// Numbers that look random and are the same on every machine (splitmix64: Steele, Lea & Flood,
+/// "Fast splittable pseudorandom number generators", OOPSLA 2014).
+#[derive(Clone, Debug)]
+pub struct Noise(u64);
+
+impl Noise {
+    /// A sequence of its own for each seed.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// At least 0 and below 1.
+    pub fn uniform(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Mean 0, standard deviation 1 (Box and Muller's method).
+    pub fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (TAU * self.uniform()).cos()
+    }
+
+    /// A choice below `count`, which must not be 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.uniform() * count as f64) as usize
+    }
+}
+
+/// A sensor with a known camera, and how its captures come about.
+#[derive(Clone, Debug)]
+pub struct Bench {
+    /// The truth.
+    pub model: Model,
+    /// How far a tip is from where it should be, mm: standard deviation in each direction.
+    pub play_mm: f64,
+    /// Radius at which a mark has faded to 1/e, mm.
+    pub mark_radius_mm: f64,
+    /// Part of the light that a mark takes away at its centre.
+    pub contrast: f64,
+    /// Standard deviation of a pixel's brightness, of 1 for white.
+    pub brightness_noise: f64,
+    /// Where the random numbers come from.
+    pub noise: Noise,
+}
+
+/// A picture of pins with what is true about it.
+#[derive(Clone, Debug)]
+pub struct SyntheticCapture {
+    /// The picture.
+    pub image: GreyImage,
+    /// Hole and pixel of each pin, play included.
+    pub pins: Vec<(u32, Point2<f64>)>,
+}
+
+impl Bench {
+    /// A quiet bench: 8-bit noise, marks of 0.8 mm, no play.
+    pub fn new(model: Model, seed: u64) -> Self {
+        Self {
+            model,
+            play_mm: 0.0,
+            mark_radius_mm: 0.8,
+            contrast: 0.4,
+            brightness_noise: 0.004,
+            noise: Noise::new(seed),
+        }
+    }
+
+    /// Where pins are seen, without pictures: each pin's play, and normal noise of `sigma_px`.
+    ///
+    /// # Errors
+    /// A pin that the camera cannot see.
+    pub fn observe(
+        &mut self,
+        captures: &[Vec<&PinLandmark>],
+        sigma_px: f64,
+    ) -> Result<Vec<Observation>, OutsideDomain> {
+        let mut observations = Vec::new();
+        for (capture, pins) in captures.iter().enumerate() {
+            for pin in pins {
+                let mut contact = contact(pin, capture);
+                let nominal = contact.contact_in_sensor_mm;
+                contact.contact_in_sensor_mm += self.play();
+                let pixel = self.model.project(&contact)?;
+                contact.contact_in_sensor_mm = nominal;
+                let noise = Vector2::new(self.noise.normal(), self.noise.normal());
+                observations.push(Observation {
+                    contact,
+                    pixel: pixel + sigma_px * noise,
+                    sigma_px,
+                });
+            }
+        }
+        Ok(observations)
+    }
+
+    /// The picture without contact, in light of the given strength: 1 is usual.
+    ///
+    /// # Errors
+    /// The camera's image is too small or too large for a picture.
+    pub fn reference(&mut self, light: f64) -> Result<GreyImage, ImageError> {
+        self.picture(light, &[])
+    }
+
+    /// A picture of pins.
+    ///
+    /// # Errors
+    /// As [`Bench::reference`]. Pins that cannot be seen leave no mark.
+    pub fn capture(
+        &mut self,
+        capture: usize,
+        pins: &[&PinLandmark],
+        light: f64,
+    ) -> Result<SyntheticCapture, ImageError> {
+        let mut tips = Vec::new();
+        let mut truth = Vec::new();
+        for pin in pins {
+            let mut contact = contact(pin, capture);
+            contact.contact_in_sensor_mm += self.play();
+            let tip = self.model.camera_from_sensor.point(self.model.seated(&contact));
+            if let Ok(pixel) = self.model.camera.project(&tip) {
+                truth.push((pin.hole, pixel));
+            }
+            tips.push(tip);
+        }
+        Ok(SyntheticCapture { image: self.picture(light, &tips)?, pins: truth })
+    }
+
+    fn play(&mut self) -> Vector3<f64> {
+        self.play_mm * Vector3::from_fn(|_, _| self.noise.normal())
+    }
+
+    fn picture(
+        &mut self,
+        light: f64,
+        tips_in_camera: &[nalgebra::Point3<f64>],
+    ) -> Result<GreyImage, ImageError> {
+        let camera = self.model.camera;
+        let (width, height) = (camera.width_px(), camera.height_px());
+        let mut values = Vec::with_capacity(width as usize * height as usize);
+        let half = Vector2::new(f64::from(width), f64::from(height)) / 2.0;
+        for y in 0..height {
+            for x in 0..width {
+                let pixel = Point2::new(f64::from(x), f64::from(y));
+                let from_centre = (pixel.coords - half).norm() / half.min();
+                let noise = self.brightness_noise * self.noise.normal();
+                let Some(ray) = camera.unproject(&pixel).ok().filter(|_| from_centre < 0.95) else {
+                    values.push((0.05 + noise).clamp(0.0, 1.0) as f32);
+                    continue;
+                };
+                // Brighter on one side, darker toward the edge, specks that every picture shows.
+                let slope = 1.0 + 0.15 * (pixel.x - half.x) / half.x;
+                let speck = if (x / 3 * 7 + y / 3 * 13) % 97 == 0 { 0.93 } else { 1.0 };
+                let surface = 0.62 * light * slope * (1.0 - 0.3 * from_centre.powi(2)) * speck;
+                let dark: f64 = tips_in_camera.iter().map(|tip| self.mark(&ray, tip)).sum();
+                values.push((surface * (1.0 - dark.min(0.95)) + noise).clamp(0.0, 1.0) as f32);
+            }
+        }
+        GreyImage::new(width, height, values)
+    }
+
+    /// How much of the light a tip takes away along a ray.
+    fn mark(&self, ray: &Ray, tip: &nalgebra::Point3<f64>) -> f64 {
+        let to_tip = tip - ray.origin_in_camera;
+        let miss_mm = ray.direction.cross(&to_tip).norm();
+        if ray.direction.dot(&to_tip) < 0.0 || miss_mm > 4.0 * self.mark_radius_mm {
+            return 0.0;
+        }
+        self.contrast * (-(miss_mm / self.mark_radius_mm).powi(2)).exp()
+    }
+}
+
+fn contact(pin: &PinLandmark, capture: usize) -> Contact {
+    Contact {
+        capture,
+        hole: pin.hole,
+        contact_in_sensor_mm: pin.contact_in_sensor_mm,
+        axis_in_sensor: pin.axis_in_sensor,
+    }
+}

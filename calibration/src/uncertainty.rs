@@ -1,0 +1,86 @@
+//! How sure ground truth is: from the covariance of a fit to pixels and to depth.
+
+use fabkit_geometry::{Point3, Vector3};
+use nalgebra::{DMatrix, Matrix3, RowDVector};
+
+use crate::model::{Contact, Model, Parameter};
+
+/// What the uncertainty of a calibration does to one place of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSigma {
+    /// Standard deviation of where the place is seen, px, root of the sum of squares over both
+    /// coordinates.
+    pub pixel_px: f64,
+    /// Standard deviation of the depth that the surface has at the place's pixel, along the
+    /// camera's z, mm.
+    pub depth_z_mm: f64,
+    /// The same along the line from the camera's centre, mm.
+    pub depth_range_mm: f64,
+}
+
+/// Propagates the covariance of `parameters` to one place of a surface.
+///
+/// Depth belongs to a pixel, not to a place. If the parameters move by `dp`, the surface moves
+/// with the pose, and another of its places comes to lie on the pixel: the point that the pixel
+/// shows moves by the `dX` for which the pixel stays, `P_X dX + P_p dp = 0`, and that stays in the
+/// moved tangent plane, `n . (dX - X_p dp) = 0`. Here `P_X` and `P_p` are the derivatives of the
+/// projection by the point and by the camera's parameters alone, and `X_p dp` is what the pose does
+/// to the place. Depth is that of the undisplaced surface: seating, lean and the dome's seat belong
+/// to pins, not to it.
+///
+/// The place and its unit normal are in the sensor frame. `None` where the place cannot be seen, or
+/// is seen edge on, so that its pixel has no depth of first order.
+pub fn surface_sigma(
+    model: &Model,
+    parameters: &[Parameter],
+    covariance: &DMatrix<f64>,
+    place_in_sensor: Point3<f64>,
+    normal_in_sensor: Vector3<f64>,
+) -> Option<SurfaceSigma> {
+    let contact = Contact {
+        // A capture of its own, in which no dome is seated.
+        capture: usize::MAX,
+        hole: 0,
+        contact_in_sensor_mm: place_in_sensor,
+        axis_in_sensor: None,
+    };
+    let bare = Model { seating_offset_mm: 0.0, lean_mm: 0.0, ..model.clone() };
+    let mut columns = vec![nalgebra::Vector2::zeros(); parameters.len()];
+    bare.differentiate(&contact, parameters, &mut columns).ok()?;
+    let place = bare.camera_from_sensor.point(place_in_sensor);
+    let normal = bare.camera_from_sensor.vector(normal_in_sensor);
+    let by_point = bare.camera.project_with_jacobians(&place).ok()?.by_point;
+    let system = Matrix3::from_rows(&[
+        by_point.row(0).into_owned(),
+        by_point.row(1).into_owned(),
+        normal.transpose(),
+    ]);
+    let inverse = system.try_inverse()?;
+    let turned = place - bare.camera_from_sensor.translation_mm();
+    let count = parameters.len();
+    let mut by_z = RowDVector::zeros(count);
+    let mut by_range = RowDVector::zeros(count);
+    let mut by_pixel = DMatrix::zeros(2, count);
+    let along = place.coords.normalize();
+    for (i, parameter) in parameters.iter().enumerate() {
+        let (of_camera, of_pose) = match parameter {
+            Parameter::Rotation(axis) => {
+                (nalgebra::Vector2::zeros(), axis.unit().cross(&turned.coords))
+            }
+            Parameter::Translation(axis) => (nalgebra::Vector2::zeros(), axis.unit()),
+            Parameter::FocalScale | Parameter::Camera(_) => (columns[i], Vector3::zeros()),
+            Parameter::SeatingOffset | Parameter::Lean | Parameter::Reseating(..) => continue,
+        };
+        let moved = inverse * Vector3::new(-of_camera.x, -of_camera.y, normal.dot(&of_pose));
+        by_z[i] = moved.z;
+        by_range[i] = moved.dot(&along);
+        by_pixel.set_column(i, &columns[i]);
+    }
+    let variance = |row: &RowDVector<f64>| (row * covariance * row.transpose())[0].max(0.0);
+    let pixel = (&by_pixel * covariance * by_pixel.transpose()).trace();
+    Some(SurfaceSigma {
+        pixel_px: pixel.max(0.0).sqrt(),
+        depth_z_mm: variance(&by_z).sqrt(),
+        depth_range_mm: variance(&by_range).sqrt(),
+    })
+}

@@ -1,0 +1,133 @@
+//! Views of a board: from pictures, or from a list of corners.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use fabkit::calibration::board::{self, Board, FoundCorner, find_corners};
+use fabkit::calibration::image::GreyImage;
+use fabkit::calibration::intrinsics::{MIN_CORNERS, Observation, View};
+use fabkit::calibration::report::PictureRecord;
+use fabkit::geometry::NominalCamera;
+use rayon::prelude::*;
+
+use super::pictures;
+use crate::failure::{Exit, Failure};
+use crate::reading::{self, Expected};
+
+/// What was looked at, and what can be used of it.
+pub(super) struct Views {
+    /// Everything that was given.
+    pub records: Vec<PictureRecord>,
+    /// With at least [`MIN_CORNERS`] corners.
+    pub usable: Vec<View>,
+}
+
+/// Reads a board's file.
+pub(super) fn read_board(path: &Path) -> Result<Board, Failure> {
+    let hint = "`fabkit export SENSOR/boards` writes one beside each board";
+    let max_bytes = board::MAX_BYTES as u64;
+    let text = reading::text(path, Expected { what: "a board's file", max_bytes, hint })?;
+    Board::from_json(&text).map_err(|invalid| {
+        let problems: Vec<String> =
+            invalid.problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
+        Failure::new(Exit::BadInput, problems.join("\nerror: "), hint)
+    })
+}
+
+/// Finds the board in every picture. Pictures without it are recorded; those that cannot be
+/// pictures of this camera are refused, all at once.
+pub(super) fn from_pictures(
+    paths: &[PathBuf],
+    board: &Board,
+    camera: &NominalCamera,
+) -> Result<Views, Failure> {
+    let one = |path: &PathBuf| -> Result<_, Failure> {
+        let image = pictures::read(path)?;
+        check_size(path, &image, camera)?;
+        let digest = digest(&image);
+        Ok((digest, find_corners(&image, board)))
+    };
+    let results: Vec<Result<_, Failure>> = paths.par_iter().map(one).collect();
+    let mut wrong = Vec::new();
+    let mut seen: BTreeMap<[u8; 32], &Path> = BTreeMap::new();
+    let mut views = Views { records: Vec::new(), usable: Vec::new() };
+    for (path, result) in paths.iter().zip(results) {
+        match result {
+            Err(failure) => wrong.push(failure),
+            Ok((digest, found)) => {
+                if let Some(other) = seen.insert(digest, path) {
+                    let (here, there) = (path.display(), other.display());
+                    let message = format!("{here} and {there} are the same picture");
+                    let hint = "give each picture once; the same one again is no new evidence";
+                    wrong.push(Failure::new(Exit::BadInput, message, hint));
+                }
+                views.add(path.display().to_string(), found.map_err(|e| e.to_string()), board);
+            }
+        }
+    }
+    Failure::all(wrong).map_or(Ok(views), Err)
+}
+
+/// Reads a list of corners.
+pub(super) fn from_list(path: &Path, board: &Board) -> Result<Views, Failure> {
+    let hint = "the columns are view,corner,x_px,y_px and, if known, sigma_px";
+    let max_bytes = board::MAX_LIST_BYTES as u64;
+    let text = reading::text(path, Expected { what: "a list of corners", max_bytes, hint })?;
+    let list = board::read_corners(&text, board).map_err(|invalid| {
+        let problems: Vec<String> =
+            invalid.problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
+        Failure::new(Exit::BadInput, problems.join("\nerror: "), hint)
+    })?;
+    let mut views = Views { records: Vec::new(), usable: Vec::new() };
+    for (name, corners) in list {
+        views.add(name, Ok(corners), board);
+    }
+    Ok(views)
+}
+
+impl Views {
+    fn add(&mut self, file: String, found: Result<Vec<FoundCorner>, String>, board: &Board) {
+        let corners_found = found.as_ref().map_or(0, Vec::len);
+        let enough = found.and_then(|corners| match corners.len() {
+            n if n < MIN_CORNERS => Err(format!("{n} corners; at least {MIN_CORNERS} are needed")),
+            _ => Ok(corners),
+        });
+        let unused = enough.as_ref().err().cloned();
+        self.records.push(PictureRecord { file: file.clone(), corners_found, unused });
+        if let Ok(corners) = enough {
+            let observation = |found: FoundCorner| Observation {
+                id: found.id,
+                in_board_mm: board.corners[found.id as usize].in_board_mm.into(),
+                pixel: found.pixel,
+                sigma_px: found.sigma_px,
+            };
+            let corners = corners.into_iter().map(observation).collect();
+            self.usable.push(View { name: file, corners });
+        }
+    }
+}
+
+fn check_size(path: &Path, image: &GreyImage, camera: &NominalCamera) -> Result<(), Failure> {
+    let (width, height) = (camera.width_px as usize, camera.height_px as usize);
+    if (image.width_px(), image.height_px()) == (width, height) {
+        return Ok(());
+    }
+    let message = format!(
+        "{}: {} x {} px; the sensor's camera has {width} x {height} px",
+        path.display(),
+        image.width_px(),
+        image.height_px()
+    );
+    let hint = "take all pictures with the sensor's camera at its own size, or change the sensor's \
+                with --set camera.width_px=... --set camera.height_px=...";
+    Err(Failure::new(Exit::BadInput, message, hint))
+}
+
+/// Of what is seen, whatever the file says besides.
+fn digest(image: &GreyImage) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    for value in image.values() {
+        hasher.update(&value.to_le_bytes());
+    }
+    hasher.finalize().into()
+}

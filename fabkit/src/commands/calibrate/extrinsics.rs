@@ -1,0 +1,143 @@
+//! `fabkit calibrate extrinsics SENSOR --camera camera.yaml --captures DIR -o pose.yaml`
+
+use std::fmt::Write;
+use std::path::Path;
+
+use fabkit::calibration::assignment::{Doubt, assign};
+use fabkit::calibration::extrinsics::{CalibrationError, CalibrationOptions, calibrate};
+use fabkit::calibration::landmarks::{self, PinLandmarks};
+use fabkit::calibration::report::ExtrinsicsReport;
+use fabkit::camera::Camera;
+use fabkit::camera::files::{self, InvalidCameraFile};
+use fabkit::staging::{OutputFile, write_all};
+
+use super::{Report, captures, pose_file};
+use crate::cli::CalibrateExtrinsics;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::reading::{self, Expected};
+use crate::source::Target;
+
+/// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
+const MAX_DOUBTFUL: f64 = 0.2;
+
+pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
+    let design = Target::new(&args.sensor).design(&args.set)?;
+    let camera = read_camera(&args.camera)?;
+    let landmarks = read_landmarks(&args.landmarks)?;
+    let kind = args.pin.as_deref();
+    let captures = captures::read(&args.captures, args.reference.as_deref(), &landmarks, kind)?;
+    let nominal = design.sensor.camera.sensor_from_camera.inverse();
+    let Some(assignment) = assign(&camera, &nominal, &captures.marked, &landmarks.pins) else {
+        return Err(Failure::new(
+            Exit::BadInput,
+            "the marks in the pictures are not where the holes would be seen from any side",
+            "is the camera's file the one of this camera, and are the landmarks this dome's?",
+        ));
+    };
+    let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
+    let mislabelled = |doubt: &&Doubt| !matches!(doubt, Doubt::Missing { .. });
+    let doubtful = assignment.doubts.iter().filter(mislabelled).count();
+    let options = CalibrationOptions { gel_index: args.gel_index, ..CalibrationOptions::default() };
+    let start = &assignment.model.camera_from_sensor;
+    let calibration = calibrate(&camera, &assignment.observations, start, Some(&nominal), &options)
+        .map_err(cannot_calibrate)?;
+    let report = ExtrinsicsReport {
+        sensor: &design.sensor.name,
+        camera_file: &args.camera.display().to_string(),
+        landmarks: &landmarks,
+        captures: &captures.records,
+        doubts: &assignment.doubts,
+        calibration: &calibration,
+    };
+    if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
+        let named: Vec<String> = report.doubt_sentences();
+        let message = format!(
+            "{doubtful} of {marks} marks are at no labelled hole:\n  {}",
+            named.join("\n  ")
+        );
+        return Err(Failure::new(Exit::BadInput, message, "check the labels and the landmarks"));
+    }
+    write(args, &report)?;
+    Ok(Report { text: summary(args, &report), json: report.to_json(), failed: false })
+}
+
+fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<(), Failure> {
+    let html = args.report.as_ref().map(|path| (path, report.to_html().into_bytes()));
+    let pose = pose_file::files(&args.output, report)?;
+    let folder_of = |path: &Path| match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => Path::new(".").to_owned(),
+    };
+    interrupt::begin_writing()?;
+    // The report first: a pose that is there has its report.
+    if let Some((path, bytes)) = html {
+        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+            let message = format!("{} does not name a file", path.display());
+            return Err(Failure::plain(Exit::BadInput, message));
+        };
+        let file = OutputFile { name: name.into(), bytes };
+        write_all(&folder_of(path), &[file], &interrupt::requested)?;
+    }
+    write_all(&folder_of(&args.output), &pose, &interrupt::requested)?;
+    Ok(())
+}
+
+fn read_camera(path: &Path) -> Result<Camera, Failure> {
+    let hint = "fabkit reads its own camera files and those of OpenCV, ROS and Kalibr";
+    let text = reading::text(path, Expected { what: "a camera's file", max_bytes: 1 << 20, hint })?;
+    let wrong = |error: InvalidCameraFile| {
+        let faults: Vec<String> =
+            error.faults.iter().map(|fault| format!("{}: {fault}", path.display())).collect();
+        Failure::plain(Exit::BadInput, faults.join("\n"))
+    };
+    Ok(*files::read(&text).map_err(wrong)?.camera())
+}
+
+fn read_landmarks(path: &Path) -> Result<PinLandmarks, Failure> {
+    let expected = Expected {
+        what: "a list of landmarks",
+        max_bytes: landmarks::MAX_BYTES as u64,
+        hint: "it names each hole of the dome once for each kind of pin",
+    };
+    let text = reading::text(path, expected)?;
+    PinLandmarks::from_json(&text)
+        .map_err(|error| Failure::plain(Exit::BadInput, format!("{}: {error}", path.display())))
+}
+
+fn cannot_calibrate(error: CalibrationError) -> Failure {
+    let hint = match &error {
+        CalibrationError::OnePlane { .. } => "press pins in holes of at least two rings",
+        CalibrationError::Solve(_) => {
+            "is the camera's file the one of this camera, and are the landmarks this dome's?"
+        }
+    };
+    Failure::new(Exit::BadInput, error, hint)
+}
+
+fn summary(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> String {
+    let chosen = report.calibration.chosen();
+    let plain = report.calibration.plain();
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{}: {} captures, {} pins",
+        report.sensor,
+        report.captures.len(),
+        report.calibration.observations.len()
+    );
+    let _ = writeln!(text, "  model                    {}", chosen.candidate);
+    let _ = writeln!(text, "  held-out rms             {:.2} px", chosen.held_out_rms_px);
+    let _ = writeln!(text, "  plain model, held out    {:.2} px", plain.held_out_rms_px);
+    if let Some(scatter) = report.calibration.scatter {
+        let _ = writeln!(text, "  same pin pressed again   {:.2} px", scatter.rms_px);
+    }
+    for sentence in report.explanation() {
+        let _ = writeln!(text, "note: {sentence}");
+    }
+    for sentence in report.warnings() {
+        let _ = writeln!(text, "warning: {sentence}");
+    }
+    let _ = writeln!(text, "{}", args.output.display());
+    text
+}

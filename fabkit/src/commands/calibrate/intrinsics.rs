@@ -1,0 +1,115 @@
+//! `fabkit calibrate intrinsics SENSOR --board board.json IMAGE... -o camera.yaml`
+
+use std::fmt::Write;
+use std::path::Path;
+
+use fabkit::calibration::intrinsics::{CalibrateError, LensModel, calibrate};
+use fabkit::calibration::report::IntrinsicsReport;
+use fabkit::camera::Camera;
+use fabkit::camera::files::{self, Format};
+use fabkit::geometry::NominalCamera;
+use fabkit::staging::{OutputFile, write_all};
+
+use super::Report;
+use super::boards::{self, Views};
+use crate::cli::CalibrateIntrinsics;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::source::Target;
+
+pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
+    let design = Target::new(&args.sensor).design(&args.set)?;
+    let camera = &design.sensor.camera;
+    let board = boards::read_board(&args.board)?;
+    let views = match &args.corners {
+        Some(list) => boards::from_list(list, &board)?,
+        None => boards::from_pictures(&args.images, &board, camera)?,
+    };
+    let NominalCamera { width_px, height_px, field_of_view, .. } = camera;
+    let nominal =
+        Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Failure::bug)?;
+    let models = if args.models.is_empty() { &LensModel::ALL[..] } else { &args.models };
+    let calibration = calibrate(&views.usable, &nominal, models)
+        .map_err(|error| cannot_calibrate(error, &views))?;
+    let report = IntrinsicsReport {
+        sensor: &design.sensor.name,
+        board: &board.name,
+        pictures: &views.records,
+        calibration: &calibration,
+    };
+    write(args, &report)?;
+    Ok(Report { text: summary(args, &report), json: report.to_json(), failed: false })
+}
+
+/// The error with every picture that could not be used, since that is most often why.
+fn cannot_calibrate(error: CalibrateError, views: &Views) -> Failure {
+    let mut message = error.to_string();
+    for record in &views.records {
+        if let Some(reason) = &record.unused {
+            let _ = write!(message, "\n  {}: {reason}", record.file);
+        }
+    }
+    let hint = match error {
+        CalibrateError::TooFewViews { .. } => {
+            "10 to 20 pictures of the board, tilted to all sides and out to the image's border, \
+             are usual"
+        }
+        CalibrateError::TooManyViews { .. } => "choose those that differ most",
+        CalibrateError::NoStart { .. } => {
+            "is this the board, and are the sensor's camera.field_of_view and the size of the \
+             pictures right?"
+        }
+        CalibrateError::NoModel { .. } => "try all lens models, without --model",
+        CalibrateError::NotObservable { .. } => "add pictures of the board in other poses",
+        CalibrateError::Impossible { .. } => "look at the list of corners",
+        CalibrateError::Covariance(_) => return Failure::bug(message),
+    };
+    Failure::new(Exit::BadInput, message, hint)
+}
+
+fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<(), Failure> {
+    let camera =
+        files::write(&report.calibration.estimate, Format::Fabkit).map_err(Failure::bug)?;
+    // The report first: a camera that is there has its report.
+    let html = args.report.as_deref().map(|path| (path, report.to_html()));
+    let outputs = html.into_iter().chain([(args.output.as_path(), camera)]);
+    let outputs = outputs.map(|(path, text)| staged(path, text)).collect::<Result<Vec<_>, _>>()?;
+    interrupt::begin_writing()?;
+    for (folder, file) in outputs {
+        write_all(folder, &[file], &interrupt::requested)?;
+    }
+    Ok(())
+}
+
+/// A file's folder, and the file as it is to be there.
+fn staged(path: &Path, text: String) -> Result<(&Path, OutputFile), Failure> {
+    let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+        let message = format!("{} does not name a file", path.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let file = OutputFile { name: name.into(), bytes: text.into_bytes() };
+    Ok((folder.unwrap_or(Path::new(".")), file))
+}
+
+fn summary(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> String {
+    let calibration = report.calibration;
+    let corners: usize = calibration.views.iter().map(|view| view.corners.len()).sum();
+    let mut text = format!(
+        "{}: {} of {} views, {corners} corners\n",
+        report.sensor,
+        calibration.views.len(),
+        report.pictures.len()
+    );
+    let _ = writeln!(text, "  lens model   {}", calibration.model.name());
+    let _ = writeln!(text, "  rms          {:.3} px", calibration.rms_px);
+    let sigmas = calibration.estimate.sigmas().unwrap_or_default();
+    for ((name, value), sigma) in calibration.estimate.camera().parameters().iter().zip(sigmas) {
+        let _ = writeln!(text, "  {name:<12} {value:.5} +- {sigma:.5}");
+    }
+    for sentence in report.warnings() {
+        let _ = writeln!(text, "warning: {sentence}");
+    }
+    let _ = writeln!(text, "{}", args.output.display());
+    text
+}

@@ -1,0 +1,21 @@
+//! `fabkit calibrate ...`: from pictures to cameras and poses.
+
+mod boards;
+mod captures;
+mod extrinsics;
+mod intrinsics;
+mod pictures;
+mod pins;
+mod pose_file;
+
+use super::Report;
+use crate::cli::Calibrate;
+use crate::failure::Failure;
+
+pub(super) fn run(what: &Calibrate) -> Result<Report, Failure> {
+    match what {
+        Calibrate::Intrinsics(args) => intrinsics::run(args),
+        Calibrate::Pins(args) => pins::run(args),
+        Calibrate::Extrinsics(args) => extrinsics::run(args),
+    }
+}

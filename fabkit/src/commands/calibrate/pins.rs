@@ -1,0 +1,64 @@
+//! `fabkit calibrate pins --reference ref.png IMAGE...`
+
+use std::fmt::Write;
+
+use fabkit::calibration::pins::{Detection, DetectionOptions, Polarity, Rejection};
+use serde_json::{Value, json};
+
+use super::{Report, pictures};
+use crate::cli::CalibratePins;
+use crate::failure::Failure;
+
+pub(super) fn run(args: &CalibratePins) -> Result<Report, Failure> {
+    let polarity = if args.brighter { Polarity::Brighter } else { Polarity::Darker };
+    let options = DetectionOptions { polarity, ..DetectionOptions::default() };
+    let detections = pictures::detect_all(&args.reference, &args.images, &options)?;
+    let files = args.images.iter().map(|path| path.display().to_string());
+    let mut text = String::new();
+    let mut images = Vec::new();
+    for (file, detection) in files.zip(&detections) {
+        let _ = writeln!(text, "{file}: {} pins", detection.marks.len());
+        for mark in &detection.marks {
+            let _ = writeln!(
+                text,
+                "  ({:8.2}, {:8.2}) px, sigma {:.2} px, contrast {:.2}",
+                mark.pixel.x, mark.pixel.y, mark.sigma_px, mark.contrast
+            );
+        }
+        images.push(image_json(&file, detection));
+    }
+    let json = json!({
+        "format": "fabkit-pins",
+        "version": 1,
+        "reference": args.reference.display().to_string(),
+        "images": images,
+    });
+    Ok(Report { text, json, failed: false })
+}
+
+fn image_json(file: &str, detection: &Detection) -> Value {
+    let marks = detection.marks.iter().map(|mark| {
+        json!({
+            "pixel": [mark.pixel.x, mark.pixel.y],
+            "sigma_px": mark.sigma_px,
+            "contrast": mark.contrast,
+            "diameter_px": mark.diameter_px,
+            "hidden_outline": mark.hidden_outline,
+        })
+    });
+    let rejected = detection.rejected.iter().map(|(pixel, reason)| {
+        let reason = match reason {
+            Rejection::TooSmall => "too small",
+            Rejection::TooLarge => "too large",
+            Rejection::Elongated => "elongated",
+            Rejection::Hidden => "hidden",
+        };
+        json!({ "pixel": [pixel.x, pixel.y], "reason": reason })
+    });
+    json!({
+        "file": file,
+        "pins": marks.collect::<Vec<_>>(),
+        "rejected": rejected.collect::<Vec<_>>(),
+        "noise": detection.noise,
+    })
+}

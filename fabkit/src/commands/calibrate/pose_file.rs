@@ -1,0 +1,76 @@
+//! The files that a calibrated pose is kept in.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use fabkit::calibration::model::Parameter;
+use fabkit::calibration::report::ExtrinsicsReport;
+use fabkit::camera::CameraEstimate;
+use fabkit::camera::files::{self, Format};
+use fabkit::staging::OutputFile;
+
+use crate::failure::{Exit, Failure};
+
+/// `pose.yaml` and the camera that belongs to it.
+///
+/// A pose is only good with the camera it was solved with, and that may have got an interface or
+/// other radial terms on the way: it is written beside the pose, which names it.
+pub(super) fn files(
+    output: &Path,
+    report: &ExtrinsicsReport<'_>,
+) -> Result<Vec<OutputFile>, Failure> {
+    let name = output.file_name().and_then(|name| name.to_str());
+    let stem = output.file_stem().and_then(|stem| stem.to_str());
+    let (Some(name), Some(stem)) = (name, stem) else {
+        let message = format!("{} does not name a file", output.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    let camera_name = format!("{stem}.camera.yaml");
+    let camera = report.calibration.model().camera;
+    let estimate = CameraEstimate::new(camera, None).map_err(Failure::bug)?;
+    let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
+    let text = pose_yaml(report, &camera_name);
+    Ok(vec![
+        OutputFile { name: camera_name, bytes: camera_text.into_bytes() },
+        OutputFile { name: name.into(), bytes: text.into_bytes() },
+    ])
+}
+
+fn pose_yaml(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
+    let chosen = report.calibration.chosen();
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let mut text = String::new();
+    let _ = write!(
+        text,
+        "# Written by `fabkit calibrate extrinsics`.\n\
+         fabkit_pose: 1\n\
+         sensor: {}\n\
+         # The camera it was solved with; the pose means nothing with another.\n\
+         camera: {}\n\
+         model: {}\n\
+         held_out_rms_px: {:.4}\n\
+         # Sensor frame to camera frame, mm.\n\
+         camera_from_sensor:\n",
+        quoted(report.sensor),
+        quoted(camera_name),
+        quoted(&chosen.candidate.to_string()),
+        chosen.held_out_rms_px
+    );
+    for row in report.matrix() {
+        let _ = writeln!(text, "  - {}", list(&row));
+    }
+    let names = Parameter::POSE.map(|p| p.to_string()).join(", ");
+    let _ = writeln!(text, "# Of {names}; rotations turn about the camera's axes.");
+    text += "covariance:\n";
+    for row in report.pose_covariance() {
+        let _ = writeln!(text, "  - {}", list(&row));
+    }
+    text
+}
+
+/// In the shortest form that reads back as the same number; always with a point, as YAML 1.1 wants
+/// it.
+fn list(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+    format!("[{}]", numbers.join(", "))
+}

@@ -2,6 +2,7 @@
 //! `cargo xtask real-captures`.
 
 mod bench;
+mod bench_depth;
 mod lint;
 mod python;
 mod real_captures;
@@ -18,6 +19,7 @@ Tasks:
   test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
   lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
   bench  Time fabkit beside its peers and print the ratios
+  bench-depth  Cast ground truth beside Embree and Open3D; rates and errors
   real-captures DIR  Calibrate the published captures of a real R-Tac0 and hold the result to its limits
 ";
 
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "lint" => lint::run(),
         "bench" => bench::run(),
+        "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "" | "-h" | "--help" | "help" => {
             print!("{HELP}");

@@ -19,7 +19,8 @@ pub(super) fn text(job: &Job) -> String {
     let samples = match job.materialise {
         true => "`samples/indentation_mm` and `samples/label` hold them stitched.",
         false => {
-            "They are not stored: stitch two halves by `is_left` and `is_right` of `reference.npz`."
+            "They are not stored: stitch two halves by `is_left` and `is_right` of `reference.npz`, \
+             0 where neither holds."
         }
     };
     format!(
@@ -36,7 +37,17 @@ pub(super) fn text(job: &Job) -> String {
          Range: `reference.npz`'s `range_mm` minus the indentation. NaN there: no surface.\n\
          - Frames: sensor frame with the origin at the centre of the surface's base circle and +z \
          toward the tip; camera frame as in OpenCV. Pixel centres at integers.\n\
+         - Label: 0 no surface or seam, 1 surface, from 2 on the bodies of the pattern in the order \
+         of `dataset.json`.\n\
          - Contact: {contact}. Shapes are nominal, not as printed.\n\n\
+         ```python\n\
+         import numpy, zarr\n\
+         halves, reference = zarr.open(\"halves\", mode=\"r\"), numpy.load(\"reference.npz\")\n\
+         left, right = halves[\"indentation_mm\"][0], halves[\"indentation_mm\"][{count}]\n\
+         stitched = numpy.where(reference[\"is_left\"], left, 0) + \
+         numpy.where(reference[\"is_right\"], right, 0)\n\
+         range_mm = reference[\"range_mm\"] - stitched\n\
+         ```\n\n\
          Made from:\n\n```json\n{about}\n```\n",
         halves = 2 * count,
         all = count * count,

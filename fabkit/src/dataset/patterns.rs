@@ -55,9 +55,18 @@ pub struct NamedPresses {
 /// # Errors
 /// [`NoPatterns`].
 pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
-    let mut presses = project.presses().map_err(PressError::from)?;
-    presses.retain(|press| press.is_left_half);
+    let (mut presses, mut failed) = (Vec::new(), None);
+    for of_fixture in project.presses() {
+        match of_fixture {
+            Ok(of_fixture) => presses.extend(of_fixture.into_iter().filter(|p| p.is_left_half)),
+            Err(error) => failed = failed.or(Some(error)),
+        }
+    }
     if presses.is_empty() {
+        // It may be the semi-domes that cannot be made.
+        if let Some(error) = failed {
+            return Err(PressError::from(error).into());
+        }
         return Err(NoPatterns::NoSemiDomes { sensor: project.design.sensor.name.clone() });
     }
     let named = |press: Press| NamedPresses { name: press.id.clone(), presses: vec![press] };
@@ -72,7 +81,8 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, NoPatter
     let mut faults = Vec::new();
     let mut patterns: Vec<NamedPresses> = Vec::new();
     // Listing semi-domes designs them all: once is enough.
-    let listed = project.presses().map_err(PressError::from)?;
+    let listed: Vec<Press> =
+        project.presses().into_iter().filter_map(Result::ok).flatten().collect();
     for (line, content) in (1..).zip(text.lines()) {
         let content = content.split('#').next().unwrap_or_default().trim();
         if content.is_empty() {

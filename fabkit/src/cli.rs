@@ -1,12 +1,16 @@
 //! What the command line may say. Values that have a unit or a limit are checked here, as they are
 //! read; what needs the sensor to be checked is checked by the command.
 
+mod ground_truth;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit::calibration::intrinsics::LensModel;
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
+
+pub use ground_truth::{Dataset, Depth, View};
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
 /// hole is a triangle.
@@ -66,6 +70,10 @@ pub enum Command {
     Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
+    /// Compute exactly what the camera sees of the surface, pressed or not
+    Depth(Depth),
+    /// Compute training targets for all combinations of two half presses, or a probe set
+    Dataset(Dataset),
     /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
     Calibrate {
         /// What to calibrate.

@@ -33,7 +33,9 @@ pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
 
 pub mod bodies;
+pub mod dataset;
 pub mod exporting;
+pub mod ground_truth;
 pub mod identity;
 pub mod pictures;
 pub mod staging;

@@ -48,24 +48,29 @@ impl StagingError {
     /// What to do about it, where that is known.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
-            Self::Io { source, .. } => match source.kind() {
-                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    Some("the disk is full: free some space, or choose another folder with -o")
-                }
-                io::ErrorKind::FileTooLarge => {
-                    Some("the file is larger than the system allows here: see `ulimit -f`")
-                }
-                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                    Some("choose a folder that you may write to with -o")
-                }
-                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-                    Some("part of the path is a file, not a folder: choose another with -o")
-                }
-                _ => None,
-            },
+            Self::Io { source, .. } => io_hint(source),
             Self::Occupied { .. } => Some("move it away, or choose another place with -o"),
             Self::Cancelled => None,
         }
+    }
+}
+
+/// What to do about an error of the operating system, where that is known.
+pub fn io_hint(error: &io::Error) -> Option<&'static str> {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            Some("the disk is full: free some space, or choose another folder with -o")
+        }
+        io::ErrorKind::FileTooLarge => {
+            Some("the file is larger than the system allows here: see `ulimit -f`")
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            Some("choose a folder that you may write to with -o")
+        }
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+            Some("part of the path is a file, not a folder: choose another with -o")
+        }
+        _ => None,
     }
 }
 

@@ -8,7 +8,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-geometry", &[]),
     ("fabkit-mesh", &["fabkit-geometry"]),
     ("fabkit-camera", &[]),
-    ("fabkit-depth", &["fabkit-geometry"]),
+    ("fabkit-depth", &["fabkit-geometry", "fabkit-camera"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
     ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),

@@ -1,5 +1,6 @@
 //! Development tasks: `cargo xtask help` lists them.
 
+mod bench_depth;
 mod bench_peers;
 mod lint;
 mod python;
@@ -18,6 +19,7 @@ Tasks:
   verify-env         Make the Python environment of the verifier and of the outside oracles
   lint               Formatting, clippy and documentation without warnings, licences and sources
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
+  bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "verify-env" => python::run(),
         "lint" => lint::run(),
+        "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),
         "" | "-h" | "--help" | "help" => {

@@ -129,8 +129,7 @@ impl ExtrinsicsReport<'_> {
                 svg.dot(*pixel, 7.0, &shade(part), &title);
             }
             let caption = format!("{name}: {smallest:.3} (pale) to {largest:.3} {unit} (dark)");
-            svg.text([8.0, height - 8.0], "start", &caption);
-            svg.finish(name)
+            format!("{}<figcaption>{}</figcaption>", svg.finish(name), escape(&caption))
         };
         Some([
             draw("sigma of the pixel", "px", &|sigma| sigma.pixel_px),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::maps::HoleRow;
 use super::svg::escape;
 use super::{ExtrinsicsReport, rms_px};
 use crate::model::Parameter;
@@ -158,7 +159,8 @@ impl ExtrinsicsReport<'_> {
 
     fn repeatability_table(&self) -> String {
         let mut rows = String::new();
-        for (hole, pins, residual, scatter) in self.repeatability() {
+        for row in self.repeatability() {
+            let HoleRow { hole, pins, mean_residual_px: residual, scatter_px: scatter } = row;
             let scatter = scatter.map_or("".into(), |s| format!("{s:.2}"));
             let _ = writeln!(
                 rows,

@@ -17,6 +17,32 @@ const MAGNIFIED: f64 = 10.0;
 const RINGS: usize = 14;
 const PLACES: usize = 48;
 
+/// A pin: where it is seen and how far from where the model puts it, px.
+struct Seen {
+    pixel: Vector2<f64>,
+    residual: Vector2<f64>,
+}
+
+/// What the pins in one hole have in common.
+pub(super) struct HoleRow {
+    pub hole: u32,
+    pub pins: usize,
+    pub mean_residual_px: Vector2<f64>,
+    /// About their own mean; `None` for a single pin.
+    pub scatter_px: Option<f64>,
+}
+
+impl HoleRow {
+    fn new(hole: u32, pins: &[Seen]) -> Self {
+        let count = pins.len() as f64;
+        let mean = pins.iter().map(|seen| seen.pixel).sum::<Vector2<f64>>() / count;
+        let mean_residual_px = pins.iter().map(|seen| seen.residual).sum::<Vector2<f64>>() / count;
+        let squares: f64 = pins.iter().map(|seen| (seen.pixel - mean).norm_squared()).sum();
+        let scatter_px = (pins.len() > 1).then(|| (squares / (count - 1.0)).sqrt());
+        Self { hole, pins: pins.len(), mean_residual_px, scatter_px }
+    }
+}
+
 impl ExtrinsicsReport<'_> {
     fn residuals(&self) -> Vec<(&Observation, Vector2<f64>)> {
         let observations = &self.calibration.observations;
@@ -92,21 +118,14 @@ impl ExtrinsicsReport<'_> {
         }
     }
 
-    /// Rows of hole, pins, mean residual and scatter about the mean, px.
-    pub(super) fn repeatability(&self) -> Vec<(u32, usize, Vector2<f64>, Option<f64>)> {
-        let mut by_hole: BTreeMap<u32, Vec<(Vector2<f64>, Vector2<f64>)>> = BTreeMap::new();
+    /// Each hole with how often it was pressed and how well that repeats.
+    pub(super) fn repeatability(&self) -> Vec<HoleRow> {
+        let mut by_hole: BTreeMap<u32, Vec<Seen>> = BTreeMap::new();
         for (o, residual) in self.residuals() {
-            by_hole.entry(o.contact.hole).or_default().push((o.pixel.coords, residual));
+            let seen = Seen { pixel: o.pixel.coords, residual };
+            by_hole.entry(o.contact.hole).or_default().push(seen);
         }
-        let row = |(hole, pins): (u32, Vec<(Vector2<f64>, Vector2<f64>)>)| {
-            let count = pins.len() as f64;
-            let mean = pins.iter().map(|(pixel, _)| pixel).sum::<Vector2<f64>>() / count;
-            let residual = pins.iter().map(|(_, r)| r).sum::<Vector2<f64>>() / count;
-            let squares: f64 = pins.iter().map(|(pixel, _)| (pixel - mean).norm_squared()).sum();
-            let scatter = (pins.len() > 1).then(|| (squares / (count - 1.0)).sqrt());
-            (hole, pins.len(), residual, scatter)
-        };
-        by_hole.into_iter().map(row).collect()
+        by_hole.into_iter().map(|(hole, pins)| HoleRow::new(hole, &pins)).collect()
     }
 
     /// Two drawings: standard deviation of where the surface is seen, and of its depth.
@@ -129,8 +148,7 @@ impl ExtrinsicsReport<'_> {
                 svg.dot(*pixel, 7.0, &shade(part), &title);
             }
             let caption = format!("{name}: {smallest:.3} (pale) to {largest:.3} {unit} (dark)");
-            svg.text([8.0, height - 8.0], "start", &caption);
-            svg.finish(name)
+            format!("{}<figcaption>{}</figcaption>", svg.finish(name), escape(&caption))
         };
         Some([
             draw("sigma of the pixel", "px", &|sigma| sigma.pixel_px),

@@ -57,6 +57,10 @@ pub(super) fn read<'a>(
         None => REFERENCES.iter().map(|name| folder.join(name)).find(|path| path.is_file()),
     };
     let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
+    if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 {
+        let kinds = landmarks.kinds().join(", ");
+        return Err(several_kinds(format!("the landmarks have several kinds of pin: {kinds}")));
+    }
     let mut planned = Vec::new();
     let mut wrong = Vec::new();
     let mut plan = |result: Result<Planned<'a>, Failure>| match result {
@@ -129,11 +133,9 @@ impl<'a> Choose<'a, '_> {
                     format!("{file}: hole {hole} has no pin of kind `{kind}`"),
                     format!("its kinds are: {kinds}"),
                 ),
-                (None, true) => Failure::new(
-                    Exit::BadInput,
-                    format!("{file}: there are several kinds of pin for hole {hole}: {kinds}"),
-                    format!("say which with --pin, or in the column `kind` of {LIST}"),
-                ),
+                (None, true) => several_kinds(format!(
+                    "{file}: there are several kinds of pin for hole {hole}: {kinds}"
+                )),
             }
         })
     }
@@ -169,6 +171,11 @@ impl<'a> Choose<'a, '_> {
         let marks = (!measured.is_empty()).then_some(measured);
         Ok(Planned { file: file.into(), pins, labelled: true, marks })
     }
+}
+
+fn several_kinds(message: String) -> Failure {
+    let hint = format!("say which was used with --pin, or in the column `kind` of {LIST}");
+    Failure::new(Exit::BadInput, message, hint)
 }
 
 fn pictures_in(folder: &Path) -> Result<Vec<String>, Failure> {

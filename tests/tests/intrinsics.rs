@@ -118,7 +118,7 @@ fn lists_of_corners_do_as_well() {
     fs::write(out.path().join("corners.csv"), wrong).unwrap();
     let run = fabkit(out.path(), &arguments);
     assert_eq!(run.code, Some(2), "{run:?}");
-    for text in ["corners.csv: line 2: 5 cells", "NaN px; the limits are"] {
+    for text in ["corners.csv: line 2: 6 cells", "NaN px; the limits are"] {
         assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
     }
 }

@@ -92,6 +92,20 @@ impl GreyImage {
         Self::new(width_px, height_px, values)
     }
 
+    /// As a grey PNG of 8 bits.
+    pub fn to_png(&self) -> Vec<u8> {
+        let bytes: Vec<u8> =
+            self.values.iter().map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8).collect();
+        let mut file = Vec::new();
+        // Sides were checked when the picture was made.
+        let mut encoder = png::Encoder::new(&mut file, self.width_px as u32, self.height_px as u32);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Eight);
+        let written = encoder.write_header().and_then(|mut png| png.write_image_data(&bytes));
+        written.expect("a header and rows of the promised size, written to memory");
+        file
+    }
+
     /// Width, px.
     pub fn width_px(&self) -> usize {
         self.width_px

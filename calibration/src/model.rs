@@ -107,6 +107,24 @@ impl Parameter {
     }
 }
 
+impl Parameter {
+    /// What it is, for people: `the camera's distance (translation_z_mm)`.
+    pub fn in_words(self) -> String {
+        let what = match self {
+            Self::Rotation(_) => "the camera's orientation",
+            Self::Translation(Axis::Z) => "the camera's distance",
+            Self::Translation(_) => "the camera's place across",
+            Self::SeatingOffset => "how far pins go in",
+            Self::Lean => "how far pins lean",
+            Self::FocalScale => "the lens's focal length",
+            Self::Camera("interface_distance_mm") => "the gel's distance from the lens",
+            Self::Camera(_) => "a parameter of the camera",
+            Self::Reseating(..) => "how the dome sits",
+        };
+        format!("{what} ({self})")
+    }
+}
+
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let letter = |axis: &Axis| ["x", "y", "z"][axis.index()];

@@ -92,6 +92,13 @@ impl CameraEstimate {
     }
 }
 
+impl From<Camera> for CameraEstimate {
+    /// Nothing is known about its uncertainty.
+    fn from(camera: Camera) -> Self {
+        Self { camera, covariance: None }
+    }
+}
+
 fn check(camera: &Camera, covariance: &DMatrix<f64>) -> Result<(), InvalidCovariance> {
     let parameters = camera.parameters();
     let n = parameters.len();

@@ -31,12 +31,14 @@ mod fabkit;
 mod fields;
 mod kalibr;
 mod matrices;
+mod pose;
 mod tree;
 
 use std::fmt;
 
 use thiserror::Error;
 
+pub use self::pose::{PoseFile, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 

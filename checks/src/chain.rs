@@ -304,6 +304,10 @@ impl<'a> Examiner<'a> {
                 );
             }
         }
+        // A kit of loose parts has no steps that could need them.
+        if sensor.chain.is_empty() {
+            return;
+        }
         let layers = &self.layers;
         let unused = solids(sensor)
             .map(|(name, _, _)| name)

@@ -17,12 +17,38 @@ pub enum Rule {
     TrappedAir,
     /// Tools come off what was cast.
     Demolding,
+    /// What goes into each other by hand does so, and no two of them meet.
+    Fit,
+    /// Pins and mates come to rest where they are said to.
+    Seating,
+    /// A pattern of features cannot be taken for another one.
+    Pattern,
+    /// The printer can make it.
+    Printability,
+    /// What is measured tells what it is measured for.
+    Observability,
+    /// What presses does so to the depth that is stated.
+    Pressing,
+    /// Samples cover what is to be learned.
+    Coverage,
 }
 
 impl Rule {
-    /// Every rule, in the order of reports.
+    /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
+    /// of reports.
     pub const ALL: [Self; 5] =
         [Self::Chain, Self::Interference, Self::Casting, Self::TrappedAir, Self::Demolding];
+
+    /// The rules that calibration hardware applies besides, each as far as it makes sense.
+    pub const HARDWARE: [Self; 7] = [
+        Self::Fit,
+        Self::Seating,
+        Self::Pattern,
+        Self::Printability,
+        Self::Observability,
+        Self::Pressing,
+        Self::Coverage,
+    ];
 
     /// The word used on the command line and in documents.
     pub fn word(self) -> &'static str {
@@ -32,6 +58,13 @@ impl Rule {
             Self::Casting => "casting",
             Self::TrappedAir => "trapped-air",
             Self::Demolding => "demolding",
+            Self::Fit => "fit",
+            Self::Seating => "seating",
+            Self::Pattern => "pattern",
+            Self::Printability => "printability",
+            Self::Observability => "observability",
+            Self::Pressing => "pressing",
+            Self::Coverage => "coverage",
         }
     }
 }

@@ -171,8 +171,8 @@ fn deepest(a: &Body, b: &Body) -> Option<(f64, Point3<f64>)> {
 
 /// Thickness of what two bodies have in common at a point within it: the shortest way through.
 ///
-/// The shortest of a fan of lines ends near the faces that bound it; lines along the normals of
-/// those faces are shorter still.
+/// Lines of a fan end near the faces that bound it; lines along the normals of those faces are
+/// shorter, and the shortest of all is followed further.
 fn thickness_mm(
     a: &Body,
     b: &Body,
@@ -192,7 +192,11 @@ fn thickness_mm(
         shortest
     };
     for index in 0..FAN {
-        keep_shorter(through(fan_direction(index), casters));
+        let Some(stretch) = through(fan_direction(index), casters) else { continue };
+        keep_shorter(Some(stretch));
+        for normal in [stretch.enter.normal, stretch.exit.normal] {
+            keep_shorter(through(normal, casters));
+        }
     }
     for _ in 0..REFINEMENTS {
         let Some(stretch) = keep_shorter(None) else { break };

@@ -32,6 +32,7 @@ mod interference;
 mod lines;
 mod masses;
 mod opening;
+mod printability;
 mod scene;
 
 use fabkit_geometry::Sensor;
@@ -39,6 +40,7 @@ use rayon::prelude::*;
 
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
+pub use printability::{PrintLimits, print_limits, printability};
 pub use scene::InvalidBody;
 
 use scene::Scene;
@@ -64,7 +66,7 @@ pub struct Examined {
 pub struct CheckReport {
     /// In the order of [`Rule::ALL`], then of the sensor's lists and its chain.
     pub findings: Vec<Finding>,
-    /// One entry for each of [`Rule::ALL`].
+    /// One entry for each of [`Rule::ALL`]; hardware adds its own.
     pub examined: Vec<Examined>,
     /// What to mix.
     pub batches: Vec<Batch>,

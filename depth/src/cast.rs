@@ -207,7 +207,7 @@ pub(crate) fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
     })
 }
 
-fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
+pub(crate) fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
     if bounds.is_empty() {
         return Aabb::nothing();
     }

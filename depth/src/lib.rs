@@ -27,6 +27,7 @@
 
 mod cast;
 mod picture;
+pub mod truth;
 
 pub use cast::{Hit, Scene, Scratch};
 pub use picture::{

@@ -21,6 +21,7 @@ pub(crate) const FAMILIES: &[FamilyEntry] = &[
 pub(crate) const SENSORS: &[(&str, &str)] = &[
     ("fluidic", include_str!("../sensors/fluidic.yaml")),
     ("rtac0", include_str!("../sensors/rtac0.yaml")),
+    ("rtac0-published-2025", include_str!("../sensors/rtac0-published-2025.yaml")),
     ("shadowtac", include_str!("../sensors/shadowtac.yaml")),
     ("shadowtac-published-cad", include_str!("../sensors/shadowtac-published-cad.yaml")),
     ("tactip", include_str!("../sensors/tactip.yaml")),

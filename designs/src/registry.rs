@@ -398,7 +398,7 @@ fn bug(file: &str, message: String) -> InvalidDesign {
 }
 
 /// Reads a text whose top level is keys and values; `None` after reporting why it is not.
-fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
+pub(crate) fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
     match parse_tree(yaml) {
         Ok((node, duplicates)) => {
             found.extend(duplicates.into_iter().map(|fault| Found::fault(fault, place)));
@@ -422,7 +422,7 @@ fn mapping(node: Node, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entr
     None
 }
 
-fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>) {
+pub(crate) fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>) {
     let hint = format!("begin the file with `format: {FORMAT}`");
     let before = found.len();
     match take_word(entries, "format", place, found) {
@@ -438,7 +438,7 @@ fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>)
 }
 
 /// Takes a key with a plain word out of the entries.
-fn take_word(
+pub(crate) fn take_word(
     entries: &mut Vec<Entry>,
     key: &str,
     place: &Place,

@@ -55,6 +55,16 @@ pub enum ExportError {
     /// An outline that is not made of lines and circular arcs.
     #[error("an arc of an ellipse cannot be drawn; outlines are lines and circular arcs")]
     NotCuttable,
+    /// An array whose shape does not hold its values.
+    #[error("array {name}: shape {shape:?} does not hold {values} values")]
+    Shape {
+        /// Which array.
+        name: String,
+        /// As given.
+        shape: Vec<usize>,
+        /// How many there are.
+        values: usize,
+    },
     /// Pixels and picture size disagree.
     #[error("{width_px} x {height_px} pixels need {needed} bytes of RGB, there are {found}")]
     PictureSize {
@@ -70,9 +80,23 @@ pub enum ExportError {
     /// The PNG encoder refused.
     #[error("PNG: {0}")]
     Png(#[from] png::EncodingError),
+    /// Bytes that are no picture.
+    #[error("not a readable PNG: {0}")]
+    NotPng(#[from] png::DecodingError),
+    /// A picture of more than 8 bits, which training sets are not made of.
+    #[error("a picture of 16 bits a sample; 8 bits are read")]
+    TooDeep,
     /// The deflate encoder refused.
     #[error("deflate: {0}")]
     Deflate(#[from] std::io::Error),
+    /// A solid that cannot be sampled.
+    #[error("{name} cannot be sampled: {reason}")]
+    Samples {
+        /// Which body.
+        name: String,
+        /// Why.
+        reason: String,
+    },
     /// The JSON encoder refused.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),

@@ -11,28 +11,44 @@
 //! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
 //! - Archives carry the earliest time stamp their format knows, never the clock's.
 
+mod artwork;
 mod drawing;
 mod dxf;
 mod error;
 mod manifest;
+mod npz;
 mod opc;
 mod picture;
 mod plate;
+mod ply;
+mod runs;
 mod stl;
 mod svg;
 mod three_mf;
+mod tiff;
 mod tree;
+mod zarr;
 
+pub use artwork::Artwork;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
-pub use manifest::{Compensation, FileEntry, Manifest, PartEntry, SettingEntry, SheetFigures};
-pub use picture::png;
+pub use manifest::{
+    Compensation, FileEntry, Manifest, PartEntry, PrintCompensation, SettingEntry, SheetFigures,
+};
+pub use npz::{Array, Values, npy, npz};
+pub use picture::{Pixels, grey16_png, png, read_png};
 pub use plate::{Bed, Spot, pack};
+pub use ply::{CloudPoint, ply};
+pub use runs::{Run, RunContent, zstd_of_runs};
 pub use stl::stl;
 pub use svg::svg;
 pub use three_mf::{Document, Object, three_mf, three_mf_of_one_piece};
-pub use tree::{LeafEntry, MeshFigures, TreeDocument, tree};
+pub use tiff::float_tiff;
+pub use tree::{
+    ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, samples, tree,
+};
+pub use zarr::{Element, ZarrArray, zarr_group, zarr_pack};
 
 /// The version that files name as their maker.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

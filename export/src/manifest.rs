@@ -51,7 +51,8 @@ pub struct PartEntry {
     /// What its STL, 3MF, DXF and SVG files differ in from the nominal geometry.
     pub compensation: Compensation,
     /// Maps the part's own frame, after scaling about its origin, to that of its STL and 3MF
-    /// files, mm.
+    /// files, mm. Where `compensation.print` stretches the files, everything moves away from the
+    /// place of the part's origin, along the files' axes.
     pub file_from_part: Pose,
     /// Bounds in the files, mm.
     #[serde(serialize_with = "corners")]
@@ -72,8 +73,31 @@ pub struct Compensation {
     pub scale: f64,
     /// Width of the cut that the outlines in DXF and SVG files make room for, mm; 0 for none.
     pub kerf_mm: f64,
+    /// What the copy makes up for of the printer's own deviations, where there is a profile of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub print: Option<PrintCompensation>,
     /// For people; `none` for nominal geometry.
     pub note: String,
+}
+
+/// What STL and 3MF files make up for of one printer's deviations.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PrintCompensation {
+    /// Name of the printer's profile.
+    pub profile: String,
+    /// Factors along x, y and z of the files.
+    pub scale: [f64; 3],
+    /// The printer makes an upright round hole of diameter d as `hole_gain * d + hole_offset_mm`;
+    /// fitted holes have the diameter that comes out as designed.
+    pub hole_gain: f64,
+    /// See `hole_gain`, mm.
+    pub hole_offset_mm: f64,
+    /// How many holes are fitted.
+    pub holes_fitted: usize,
+    /// How many round holes are not: they are not upright, or far from what was measured.
+    pub holes_left: usize,
+    /// How far the printer's first layer spreads, mm. Files do not make up for it: slicers do.
+    pub elephant_foot_left_mm: f64,
 }
 
 /// What is cut, as written to DXF and SVG files.
@@ -96,7 +120,7 @@ pub struct FileEntry {
     pub name: String,
     /// Which bodies it holds; each as often as it lies in there.
     pub parts: Vec<String>,
-    /// `stl`, `3mf`, `dxf`, `svg`, `png` or `tree`.
+    /// `stl`, `3mf`, `dxf`, `svg`, `png`, `tree`, `samples` or `step`.
     pub format: String,
     /// Size.
     pub bytes: u64,

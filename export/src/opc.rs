@@ -1,5 +1,5 @@
-//! The container of a 3MF file: a ZIP archive as the Open Packaging Conventions (ISO/IEC 29500-2)
-//! want it.
+//! The container of 3MF and NPZ files: a ZIP archive as the Open Packaging Conventions (ISO/IEC
+//! 29500-2) want it.
 //!
 //! Fixed time stamps, fixed order, and one portable deflate implementation: equal parts give equal
 //! archives everywhere.

@@ -31,6 +31,75 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
     Ok(bytes)
 }
 
+/// Writes a 16-bit grey PNG, for values with a stated scale. Row by row from the top.
+///
+/// # Errors
+/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
+    let needed = u64::from(width_px) * u64::from(height_px);
+    if needed == 0 || needed != grey.len() as u64 {
+        return Err(ExportError::PictureSize { width_px, height_px, needed, found: grey.len() });
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_filter(png::Filter::Adaptive);
+    encoder.set_deflate_compression(png::DeflateCompression::Level(6));
+    let mut writer = encoder.write_header()?;
+    // PNG is big-endian.
+    let data: Vec<u8> = grey.iter().flat_map(|value| value.to_be_bytes()).collect();
+    writer.write_image_data(&data)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// What a PNG holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pixels {
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// Values of a pixel: 1 for grey, 3 for colours.
+    pub channels: u32,
+    /// Row by row from the top.
+    pub values: Vec<u8>,
+}
+
+/// Reads a PNG of 8 bits or less a sample; palettes become colours, transparency is dropped.
+///
+/// # Errors
+/// [`ExportError::NotPng`], [`ExportError::TooDeep`], or [`ExportError::TooLarge`] above 64
+/// million pixels, before anything is decoded.
+pub fn read_png(bytes: &[u8]) -> Result<Pixels, ExportError> {
+    const LIMIT: u64 = 64_000_000;
+    let limits = png::Limits { bytes: 512 << 20 };
+    let mut decoder = png::Decoder::new_with_limits(std::io::Cursor::new(bytes), limits);
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let header = decoder.read_header_info()?;
+    let (width_px, height_px) = (header.width, header.height);
+    let needed = u64::from(width_px) * u64::from(height_px);
+    if needed > LIMIT {
+        return Err(ExportError::TooLarge { what: "a picture", needed, limit: LIMIT });
+    }
+    if header.bit_depth == png::BitDepth::Sixteen {
+        return Err(ExportError::TooDeep);
+    }
+    let mut reader = decoder.read_info()?;
+    let too_large = ExportError::TooLarge { what: "a picture", needed, limit: LIMIT };
+    let mut values = vec![0; reader.output_buffer_size().ok_or(too_large)?];
+    let frame = reader.next_frame(&mut values)?;
+    values.truncate(frame.buffer_size());
+    let samples = frame.color_type.samples();
+    let channels = if samples < 3 { 1 } else { 3 };
+    if samples != channels {
+        values =
+            values.chunks_exact(samples).flat_map(|pixel| &pixel[..channels]).copied().collect();
+    }
+    Ok(Pixels { width_px, height_px, channels: channels as u32, values })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,11 +110,28 @@ mod tests {
         let rgb: Vec<u8> = (0..3 * width_px * height_px).map(|i| (i * i / 7) as u8).collect();
         let bytes = png(width_px, height_px, &rgb).unwrap();
         assert_eq!(bytes, png(width_px, height_px, &rgb).unwrap());
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes[..])).read_info().unwrap();
         let mut read = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut read).unwrap();
         assert_eq!((info.width, info.height), (width_px, height_px));
         assert_eq!(read, rgb);
+        let again = png(width_px, height_px, &rgb).unwrap();
+        let pixels = read_png(&again).unwrap();
+        assert_eq!(pixels, Pixels { width_px, height_px, channels: 3, values: rgb });
+        assert!(matches!(read_png(&again[..60]), Err(ExportError::NotPng(_))));
+    }
+
+    #[test]
+    fn sixteen_bits_come_back() {
+        let grey: Vec<u16> = (0..35u16).map(|i| i * 1873).collect();
+        let bytes = grey16_png(7, 5, &grey).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes[..])).read_info().unwrap();
+        let mut read = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut read).unwrap();
+        let pairs = read.chunks_exact(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]]));
+        assert!(pairs.eq(grey));
+        assert!(matches!(read_png(&bytes), Err(ExportError::TooDeep)));
+        assert!(grey16_png(7, 6, &[0; 35]).is_err());
     }
 
     #[test]

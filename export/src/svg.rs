@@ -60,7 +60,7 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
     Ok(xml.into_bytes())
 }
 
-fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {
+pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {
     let mut from = path.start;
     let mut data = format!("M {}", point(from, height_mm));
     for segment in &path.segments {
@@ -83,7 +83,7 @@ fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {
     Ok(data)
 }
 
-fn polyline(points: &[[f64; 2]], height_mm: f64) -> String {
+pub(crate) fn polyline(points: &[[f64; 2]], height_mm: f64) -> String {
     let points: Vec<String> = points.iter().map(|&p| point(p, height_mm)).collect();
     format!("M {}", points.join(" L "))
 }
@@ -92,6 +92,6 @@ fn point([x, y]: [f64; 2], height_mm: f64) -> String {
     format!("{} {}", x + 0.0, height_mm - y)
 }
 
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -1,6 +1,12 @@
 //! The exact geometry as JSON, for whoever wants to rebuild a part without fabkit.
 
-use fabkit_geometry::{Landmark, Placement, Pose, Solid};
+mod figures;
+mod samples;
+
+pub use self::figures::ExactFigures;
+pub use self::samples::{SamplesDocument, samples};
+
+use fabkit_geometry::{Color, Landmark, Placement, Pose, Solid};
 use serde::Serialize;
 
 use crate::{ExportError, VERSION, json_bytes};
@@ -39,6 +45,10 @@ pub struct TreeDocument<'a> {
     pub material: &'a str,
     /// How many a lab needs.
     pub quantity: u32,
+    /// For pictures and STEP.
+    pub color: Color,
+    /// 0 to 1.
+    pub opacity: f64,
     /// The exact shape, mm, in the body's own frame.
     pub solid: &'a Solid,
     /// Points others rely on, in the body's own frame.
@@ -74,6 +84,8 @@ struct Form<'a> {
     process: &'a str,
     material: &'a str,
     quantity: u32,
+    color: Color,
+    opacity: f64,
     mesh: MeshFigures,
     landmarks: Vec<LandmarkForm<'a>>,
     placements: Vec<PlacementForm<'a>>,
@@ -128,6 +140,8 @@ pub fn tree(document: &TreeDocument) -> Result<Vec<u8>, ExportError> {
         process: document.process,
         material: document.material,
         quantity: document.quantity,
+        color: document.color,
+        opacity: document.opacity,
         mesh: document.mesh,
         landmarks: landmarks.collect(),
         placements: placements.collect(),

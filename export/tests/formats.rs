@@ -153,6 +153,8 @@ fn a_tree_reads_back_as_the_same_solid() {
         process: "fdm",
         material: "PLA",
         quantity: 2,
+        color: [1, 2, 3],
+        opacity: 1.0,
         solid: &solid,
         landmarks: &landmarks,
         placements: &placements,

@@ -1,12 +1,16 @@
 //! What the command line may say. Values that have a unit or a limit are checked here, as they are
 //! read; what needs the sensor to be checked is checked by the command.
 
+mod ground_truth;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit::calibration::intrinsics::LensModel;
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
+
+pub use ground_truth::{Dataset, Depth, View};
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
 /// hole is a triangle.
@@ -58,10 +62,18 @@ pub enum Command {
     Show(Show),
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
     Check(Design),
+    /// Rebuild a sensor in kernels that fabkit did not write, and compare
+    Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
+    /// Turn a measured coupon into a profile of the printer, for `export --process`
+    Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
     Render(Render),
+    /// Compute exactly what the camera sees of the surface, pressed or not
+    Depth(Depth),
+    /// Compute training targets for all combinations of two half presses, or a probe set
+    Dataset(Dataset),
     /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
     Calibrate {
         /// What to calibrate.
@@ -91,6 +103,9 @@ pub struct Design {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
 }
 
 /// `fabkit show`.
@@ -113,7 +128,13 @@ pub struct Export {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
-    /// Where to write [default: out/SENSOR]
+    /// Its fixtures too, each into a folder of its own
+    #[arg(long, conflicts_with = "parts")]
+    pub fixtures: bool,
+    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
+    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
@@ -140,9 +161,75 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Write the geometry as designed, without making up for the laser's cut and for shrinkage
-    #[arg(long, conflicts_with = "kerf")]
+    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    #[arg(long, value_name = "FILE.yaml")]
+    pub process: Option<PathBuf>,
+    /// Write the geometry as designed, without making up for the laser's cut, the printer and
+    /// shrinkage
+    #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
+}
+
+/// `fabkit profile`.
+#[derive(Debug, Args)]
+pub struct Profile {
+    /// The coupon's file with what you measured; `export SENSOR/coupon` writes the empty one
+    #[arg(value_name = "COUPON.yaml")]
+    pub coupon: PathBuf,
+    /// The profile to write; its name becomes the printer's
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+}
+
+/// `fabkit verify`.
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    pub sensor: String,
+    /// Change a parameter, for example `surface.radius=14mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Only this part, layer or component; may be repeated
+    #[arg(long = "part", value_name = "NAME")]
+    pub parts: Vec<String>,
+    /// Only this kernel; may be repeated
+    #[arg(long = "kernel", value_enum, value_name = "KERNEL")]
+    pub kernels: Vec<KernelArg>,
+    /// Most that one kernel may take for one part, seconds
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=86_400), default_value = "600",
+          value_name = "SECONDS")]
+    pub limit: u32,
+    /// Write a report with pictures of every disagreement
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// Keep the files that are compared in this folder
+    #[arg(long, value_name = "DIR")]
+    pub keep: Option<PathBuf>,
+}
+
+/// A kernel that fabkit did not write.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum KernelArg {
+    /// OpenCascade through cadquery: exact faces
+    Cadquery,
+    /// OpenCascade through build123d: exact faces
+    Build123d,
+    /// Triangles, rebuilt from the tree
+    Manifold3d,
+    /// The exported STL file
+    Trimesh,
+}
+
+impl KernelArg {
+    /// The word used on the command line and in documents.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Cadquery => "cadquery",
+            Self::Build123d => "build123d",
+            Self::Manifold3d => "manifold3d",
+            Self::Trimesh => "trimesh",
+        }
+    }
 }
 
 /// `fabkit render`.
@@ -154,6 +241,9 @@ pub struct Render {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
     /// The PNG file to write
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,
@@ -242,9 +332,10 @@ pub struct CalibrateExtrinsics {
     /// The picture without contact [default: ref.png or reference.png in the folder]
     #[arg(long, value_name = "FILE.png")]
     pub reference: Option<PathBuf>,
-    /// Where pins touch: the dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's own pin-dome]
     #[arg(long, value_name = "FILE.json")]
-    pub landmarks: PathBuf,
+    pub landmarks: Option<PathBuf>,
     /// Which kind of pin was used, where the dome has several
     #[arg(long, value_name = "KIND")]
     pub pin: Option<String>,
@@ -275,17 +366,24 @@ pub enum FormatArg {
     Png,
     /// The exact geometry as JSON
     Tree,
+    /// B-rep with true faces, through the verifier's OpenCascade; for all parts, the assembly too
+    Step,
+    /// Where lines cross the exact surface, and its volume, area and inertia, as JSON
+    Samples,
 }
 
-impl From<FormatArg> for Format {
-    fn from(arg: FormatArg) -> Self {
-        match arg {
-            FormatArg::Stl => Self::Stl,
-            FormatArg::ThreeMf => Self::ThreeMf,
-            FormatArg::Dxf => Self::Dxf,
-            FormatArg::Svg => Self::Svg,
-            FormatArg::Png => Self::Png,
-            FormatArg::Tree => Self::Tree,
+impl FormatArg {
+    /// The format that fabkit writes itself; nothing for STEP.
+    pub fn own(self) -> Option<Format> {
+        match self {
+            Self::Stl => Some(Format::Stl),
+            Self::ThreeMf => Some(Format::ThreeMf),
+            Self::Dxf => Some(Format::Dxf),
+            Self::Svg => Some(Format::Svg),
+            Self::Png => Some(Format::Png),
+            Self::Tree => Some(Format::Tree),
+            Self::Samples => Some(Format::Samples),
+            Self::Step => None,
         }
     }
 }

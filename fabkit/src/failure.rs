@@ -13,6 +13,7 @@ use fabkit::exporting::ExportFailure;
 use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
 use fabkit::staging::StagingError;
+use fabkit::verifier::VerifierError;
 use serde_json::json;
 
 use crate::diagnostics::{self, SourceText};
@@ -177,10 +178,27 @@ impl From<ExportFailure> for Failure {
                 &failure,
                 "name your laser's width with --kerf, or leave it out with --nominal",
             ),
+            ExportFailure::HolesBreakOut { .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "export this part without --process, and let the slicer make up for the printer",
+            ),
             ExportFailure::NoOutlines { .. } => {
                 Self::new(Exit::BadInput, &failure, "printed parts have --format stl,3mf")
             }
             _ => Self::bug(failure),
+        }
+    }
+}
+
+impl From<VerifierError> for Failure {
+    fn from(error: VerifierError) -> Self {
+        match error {
+            VerifierError::NoEnvironment => Self::plain(Exit::BadInput, error),
+            VerifierError::Export(failure) => failure.into(),
+            VerifierError::Staging(error) => error.into(),
+            VerifierError::Io { .. } => Self::plain(Exit::Io, error),
+            VerifierError::NoAnswer(_) | VerifierError::NoStep(_) => Self::bug(error),
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! The crates below are re-exported; this one adds what ties them together: [`bodies`] (parts,
 //! layers and components as one list), [`identity`] (which design a file belongs to),
-//! [`exporting`] (a design to the bytes of all its files), [`pictures`], and [`staging`], the only
-//! place that writes files. The `fabkit` command is a thin shell around them.
+//! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`verifier`] (the bridge to
+//! other kernels), and [`staging`], the only place that writes files. The `fabkit` command is a thin shell around them.
 //!
 //! ```
 //! use fabkit::exporting::{ExportOptions, Format, export};
@@ -33,7 +33,10 @@ pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
 
 pub mod bodies;
+pub mod dataset;
 pub mod exporting;
+pub mod ground_truth;
 pub mod identity;
 pub mod pictures;
 pub mod staging;
+pub mod verifier;

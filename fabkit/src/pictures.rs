@@ -86,9 +86,15 @@ pub fn picture_of_assembly(
     draw(&actors, shot)
 }
 
-/// The assembly that pictures show unless another is asked for.
-pub fn default_assembly() -> String {
-    Assembly::sensor().0
+/// The assembly that pictures show unless another is asked for: the sensor itself, or the first
+/// one of a fixture.
+pub fn default_assembly(sensor: &Sensor) -> String {
+    let all = bodies(sensor);
+    let mut assemblies = all.iter().flat_map(|body| body.placements).map(|p| &p.assembly);
+    let sensor = Assembly::sensor();
+    let first = assemblies.clone().next();
+    let found = assemblies.find(|assembly| **assembly == sensor).or(first);
+    found.unwrap_or(&sensor).0.clone()
 }
 
 fn prepared(body: &BodyRef) -> Result<Body, PictureError> {

@@ -24,25 +24,39 @@ pub struct Target<'a> {
     pub fixture: Option<&'a str>,
     /// Name of a part, layer or component.
     pub part: Option<&'a str>,
+    /// A built-in variant of the sensor: the rest of its name after `SENSOR-`.
+    pub preset: Option<&'a str>,
 }
 
 impl<'a> Target<'a> {
     /// Splits `SENSOR[/FIXTURE][/PART]`. Paths have slashes too: a name that is a file, or looks
     /// like one, is a path as a whole.
     pub fn new(text: &'a str) -> Self {
+        let plain = Self { sensor: text, fixture: None, part: None, preset: None };
         let (rest, last) = split_last(text);
         let is_fixture = |name: &str| fixtures::fixture_names().any(|fixture| fixture == name);
         match last {
-            Some(last) if is_fixture(last) => {
-                Self { sensor: rest, fixture: Some(last), part: None }
-            }
+            Some(last) if is_fixture(last) => Self { sensor: rest, fixture: Some(last), ..plain },
             Some(last) => match split_last(rest) {
                 (sensor, Some(fixture)) if is_fixture(fixture) => {
-                    Self { sensor, fixture: Some(fixture), part: Some(last) }
+                    Self { sensor, fixture: Some(fixture), part: Some(last), ..plain }
                 }
-                _ => Self { sensor: rest, fixture: None, part: Some(last) },
+                _ => Self { sensor: rest, part: Some(last), ..plain },
             },
-            None => Self { sensor: text, fixture: None, part: None },
+            None => plain,
+        }
+    }
+
+    /// The same of a built-in variant of the sensor.
+    #[must_use]
+    pub fn with_preset(self, preset: Option<&'a str>) -> Self {
+        Self { preset, ..self }
+    }
+
+    fn source(&self) -> Result<Source, Failure> {
+        match self.preset {
+            None => Source::find(self.sensor),
+            Some(preset) => Source::preset(self.sensor, preset),
         }
     }
 
@@ -51,7 +65,7 @@ impl<'a> Target<'a> {
     /// # Errors
     /// Unknown names, unreadable or oversized files, and all problems of the design.
     pub fn design(&self, overrides: &[String]) -> Result<Design, Failure> {
-        let source = Source::find(self.sensor)?;
+        let source = self.source()?;
         let project = source.load(overrides)?;
         match self.fixture {
             None => Ok(project.design),
@@ -59,12 +73,31 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Reads and builds the sensor and all its fixtures, by name.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn design_with_fixtures(
+        &self,
+        overrides: &[String],
+    ) -> Result<(Design, Vec<(&'static str, Design)>), Failure> {
+        let source = Source::find(self.sensor)?;
+        let project = source.load(overrides)?;
+        let fixture = |name| match project.fixture(name) {
+            Ok(design) => Ok((name, design)),
+            Err(error) => Err(source.failure(error)),
+        };
+        let fixtures =
+            project.fixture_names().into_iter().map(fixture).collect::<Result<_, _>>()?;
+        Ok((project.design, fixtures))
+    }
+
     /// Applies all rules to it. The inner error is a solid that is none.
     ///
     /// # Errors
     /// As for [`Target::design`].
     pub fn check(&self, overrides: &[String]) -> Result<Result<CheckReport, InvalidBody>, Failure> {
-        let source = Source::find(self.sensor)?;
+        let source = self.source()?;
         let project = source.load(overrides)?;
         match self.fixture {
             None => Ok(checks::check(&project.design.sensor)),
@@ -118,6 +151,28 @@ impl Source {
         Ok(Self { main, others })
     }
 
+    /// Finds a built-in variant of a built-in sensor: `rtac0` and `published-2025`.
+    ///
+    /// # Errors
+    /// A sensor or a preset that is not built in.
+    pub fn preset(sensor: &str, preset: &str) -> Result<Self, Failure> {
+        let base = Self::find(sensor)?;
+        let Some(main) = builtin(&format!("{sensor}-{preset}")) else {
+            let of_sensor = |name: &'static str| name.strip_prefix(sensor)?.strip_prefix('-');
+            let known: Vec<&str> =
+                designs::builtin_names().into_iter().filter_map(of_sensor).collect();
+            let unknown = UnknownName::new("preset", preset, known.iter().copied());
+            let hint = match known.is_empty() {
+                true => format!("{sensor} has no presets"),
+                false => unknown.hint(),
+            };
+            return Err(Failure::new(Exit::BadInput, unknown, hint));
+        };
+        let mut others: Vec<SourceText> = std::iter::once(base.main).chain(base.others).collect();
+        others.retain(|other| other.file != main.file);
+        Ok(Self { main, others })
+    }
+
     /// Builds the sensor and reads the parameters of its fixtures.
     ///
     /// # Errors
@@ -159,7 +214,7 @@ mod tests {
     #[test]
     fn a_fixture_and_a_part_follow_a_name_or_a_path() {
         let split = |text| {
-            let Target { sensor, fixture, part } = Target::new(text);
+            let Target { sensor, fixture, part, .. } = Target::new(text);
             (sensor, fixture, part)
         };
         assert_eq!(split("rtac0"), ("rtac0", None, None));

@@ -4,6 +4,7 @@
 //! when all of them are there are they renamed, in order. Whatever fails, on the way out the
 //! temporary files are removed and the files that stood there before are as they were.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// A file to be written.
 #[derive(Clone, Debug)]
 pub struct OutputFile {
-    /// Name within the folder.
+    /// Name within the folder; may have subfolders before it, `boards/manifest.json`.
     pub name: String,
     /// Content.
     pub bytes: Vec<u8>,
@@ -47,28 +48,33 @@ impl StagingError {
     /// What to do about it, where that is known.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
-            Self::Io { source, .. } => match source.kind() {
-                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    Some("the disk is full: free some space, or choose another folder with -o")
-                }
-                io::ErrorKind::FileTooLarge => {
-                    Some("the file is larger than the system allows here: see `ulimit -f`")
-                }
-                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                    Some("choose a folder that you may write to with -o")
-                }
-                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-                    Some("part of the path is a file, not a folder: choose another with -o")
-                }
-                _ => None,
-            },
+            Self::Io { source, .. } => io_hint(source),
             Self::Occupied { .. } => Some("move it away, or choose another place with -o"),
             Self::Cancelled => None,
         }
     }
 }
 
-/// Writes all files into the folder, which is made if it is missing, or none.
+/// What to do about an error of the operating system, where that is known.
+pub fn io_hint(error: &io::Error) -> Option<&'static str> {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            Some("the disk is full: free some space, or choose another folder with -o")
+        }
+        io::ErrorKind::FileTooLarge => {
+            Some("the file is larger than the system allows here: see `ulimit -f`")
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            Some("choose a folder that you may write to with -o")
+        }
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+            Some("part of the path is a file, not a folder: choose another with -o")
+        }
+        _ => None,
+    }
+}
+
+/// Writes all files into the folder, which is made if it is missing, with its subfolders, or none.
 ///
 /// They are renamed into place in the order given: put a list of contents last. `cancelled` is
 /// asked before each write; from the first rename on there is no stopping.
@@ -112,22 +118,29 @@ struct Entry {
 
 impl<'a> Stage<'a> {
     fn open(folder: &'a Path) -> Result<Self, StagingError> {
-        let mut made: Vec<PathBuf> = folder
+        let mut stage = Self { folder, made: Vec::new(), entries: Vec::new(), committed: false };
+        stage.make(folder)?;
+        Ok(stage)
+    }
+
+    fn make(&mut self, folder: &Path) -> Result<(), StagingError> {
+        let missing = folder
             .ancestors()
             .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
-            .map(Path::to_path_buf)
-            .collect();
-        made.reverse();
-        let stage = Self { folder, made, entries: Vec::new(), committed: false };
-        fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))?;
-        Ok(stage)
+            .map(Path::to_path_buf);
+        let missing: Vec<PathBuf> = missing.collect();
+        self.made.extend(missing.into_iter().rev());
+        fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))
     }
 
     fn add(&mut self, file: &OutputFile) -> Result<(), StagingError> {
         let place = self.folder.join(&file.name);
         check_replaceable(&place)?;
+        let folder = place.parent().unwrap_or(self.folder).to_path_buf();
+        self.make(&folder)?;
         let process = std::process::id();
-        let hidden = |suffix| self.folder.join(format!(".{}.{process}.{suffix}", file.name));
+        let name = place.file_name().unwrap_or_default().to_string_lossy();
+        let hidden = |suffix| folder.join(format!(".{name}.{process}.{suffix}"));
         let (temporary, previous) = (hidden("new"), hidden("old"));
         let mut handle =
             File::create_new(&temporary).map_err(|e| failed("create", &temporary, e))?;
@@ -153,7 +166,10 @@ impl<'a> Stage<'a> {
         self.committed = true;
         // The names themselves reach the disk with the folder. Not every system can sync one, and
         // the files are complete either way.
-        let _ = File::open(self.folder).and_then(|folder| folder.sync_all());
+        let folders = self.entries.iter().filter_map(|entry| entry.place.parent());
+        for folder in folders.collect::<BTreeSet<&Path>>() {
+            let _ = File::open(folder).and_then(|folder| folder.sync_all());
+        }
         Ok(())
     }
 }
@@ -223,6 +239,22 @@ mod tests {
         write_all(&folder, &[file("b", "3"), file("c", "4")], &|| false).unwrap();
         assert_eq!(names(&folder), ["a", "b", "c"]);
         assert_eq!(fs::read(folder.join("b")).unwrap(), b"3");
+    }
+
+    #[test]
+    fn subfolders_are_made_and_unmade_with_their_files() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("new");
+        let files = [file("a", "1"), file("sub/deep/a", "2"), file("sub/b", "3")];
+        write_all(&folder, &files, &|| false).unwrap();
+        assert_eq!(names(&folder), ["a", "sub"]);
+        assert_eq!(names(&folder.join("sub")), ["b", "deep"]);
+        assert_eq!(fs::read(folder.join("sub/deep/a")).unwrap(), b"2");
+        // A file where a folder should be: nothing of the new files is left.
+        let files = [file("c/x", "1"), file("a/x", "2")];
+        let error = write_all(&folder, &files, &|| false).unwrap_err();
+        assert!(error.to_string().contains("create the folder"), "{error}");
+        assert_eq!(names(&folder), ["a", "sub"]);
     }
 
     #[test]

@@ -47,6 +47,39 @@ impl Segment {
     }
 }
 
+impl Segment {
+    /// Where the piece begins, and the piece itself, after moving it to its right.
+    fn grown(&self, from: [f64; 2], by_mm: f64) -> ([f64; 2], Self) {
+        match *self {
+            Self::Line { to } => {
+                let (x, y) = (to[0] - from[0], to[1] - from[1]);
+                let scale = by_mm / x.hypot(y);
+                let moved = |p: [f64; 2]| [p[0] + scale * y, p[1] - scale * x];
+                (moved(from), Self::Line { to: moved(to) })
+            }
+            Self::Arc { to, centre, ccw } => {
+                let by_mm = if ccw { by_mm } else { -by_mm };
+                let moved = |p: [f64; 2]| {
+                    let (x, y) = (p[0] - centre[0], p[1] - centre[1]);
+                    let scale = 1.0 + by_mm / x.hypot(y);
+                    [centre[0] + scale * x, centre[1] + scale * y]
+                };
+                (moved(from), Self::Arc { to: moved(to), centre, ccw })
+            }
+            Self::EllipticArc { .. } => (from, self.clone()),
+        }
+    }
+
+    fn set_to(&mut self, end: [f64; 2]) {
+        match self {
+            Self::Line { to } | Self::Arc { to, .. } | Self::EllipticArc { to, .. } => *to = end,
+        }
+    }
+}
+
+/// Ends of pieces that are nearer than this part of their distance from a corner are one point.
+const SAME_POINT: f64 = 1e-9;
+
 /// A closed curve: the last segment must end where the first begins.
 ///
 /// Two half arcs make a circle. Built point by point:
@@ -194,6 +227,53 @@ impl Path {
             }
         }
         scaled
+    }
+
+    /// The outline at a distance outside a convex one that runs counter-clockwise: corners become
+    /// arcs, arcs grow. Lines and circular arcs only; arcs of ellipses stay as they are.
+    ///
+    /// ```
+    /// use fabkit_geometry::Path;
+    /// let square = Path::rectangle([0.0, 0.0], [4.0, 4.0], 0.0).grown(1.0);
+    /// let area_mm2 = 16.0 + 4.0 * 4.0 + std::f64::consts::PI; // Steiner's formula
+    /// assert!((square.signed_area_mm2() - area_mm2).abs() < 1e-12);
+    /// ```
+    #[must_use]
+    pub fn grown(&self, by_mm: f64) -> Self {
+        let mut grown: Option<Self> = None;
+        let mut from = self.start;
+        for segment in &self.segments {
+            let to = segment.to();
+            let (start, moved) = segment.grown(from, by_mm);
+            grown = Some(match grown {
+                None => Self::from(start),
+                Some(path) => path.around_corner(from, start),
+            });
+            if let Some(path) = &mut grown {
+                path.segments.push(moved);
+            }
+            from = to;
+        }
+        match grown {
+            None => self.clone(),
+            Some(mut path) => {
+                let start = path.start;
+                path = path.around_corner(from, start);
+                // What ends where it began does so exactly.
+                if let Some(last) = path.segments.last_mut() {
+                    last.set_to(start);
+                }
+                path
+            }
+        }
+    }
+
+    /// Goes on to `to` around a corner that both ends are equally far from.
+    fn around_corner(self, corner: [f64; 2], to: [f64; 2]) -> Self {
+        let end = self.end();
+        let gap_mm = (end[0] - to[0]).hypot(end[1] - to[1]);
+        let far_mm = (to[0] - corner[0]).hypot(to[1] - corner[1]);
+        if gap_mm <= SAME_POINT * far_mm { self } else { self.arc(to, corner, true) }
     }
 
     /// Moves every point; `to_new` must keep angles and must not mirror.

@@ -1,5 +1,7 @@
 //! The curved surface that a sensor touches things with, and what a fixture can hold on to.
 
+use nalgebra::{Point3, Vector3};
+
 use crate::{CUT_OVERLAP_MM, EllipsoidOffset, Landmark, Path, Pose, Solid};
 
 /// The sensing surface: a dome around z above its centre, a straight wall below it.
@@ -48,6 +50,37 @@ impl TouchSurface {
     /// Height of the apex in the sensor frame, mm.
     pub fn apex_z_mm(&self) -> f64 {
         self.centre_z_mm + self.dome.polar_mm + self.dome.offset_mm
+    }
+
+    /// How deep a point lies below the surface, mm (negative outside), and the outward unit normal at
+    /// the surface's nearest point; sensor frame. The foot is left out: below the dome's centre the
+    /// wall goes on for ever.
+    ///
+    /// ```
+    /// use fabkit_geometry::{EllipsoidOffset, Grip, Path, Point3, TouchSurface, Vector3};
+    /// let grip = Grip {
+    ///     outline: Path::circle([0.0, 0.0], 15.0),
+    ///     top_z_mm: 0.0,
+    ///     bottom_z_mm: -20.0,
+    ///     clear_radius_mm: 13.0,
+    ///     key: None,
+    ///     threads: Vec::new(),
+    /// };
+    /// let dome = EllipsoidOffset { equatorial_mm: 15.0, polar_mm: 15.0, offset_mm: 0.0 };
+    /// let touch = TouchSurface { dome, centre_z_mm: 6.0, foot_z_mm: 0.0, soft_mm: 1.5, grip };
+    /// assert_eq!(touch.depth_mm(&Point3::new(0.0, 0.0, 20.0)), (1.0, Vector3::z()));
+    /// assert_eq!(touch.depth_mm(&Point3::new(16.0, 0.0, 3.0)), (-1.0, Vector3::x()));
+    /// ```
+    pub fn depth_mm(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let from_centre = point - Point3::new(0.0, 0.0, self.centre_z_mm);
+        if from_centre.z >= 0.0 {
+            let (distance_mm, normal) = self.dome.distance(&from_centre);
+            return (-distance_mm, normal);
+        }
+        let radius_mm = from_centre.x.hypot(from_centre.y);
+        // On the axis every direction is as near as any other.
+        let out = if radius_mm > 0.0 { from_centre.xy() / radius_mm } else { Vector3::x().xy() };
+        (self.equator_radius_mm() - radius_mm, Vector3::new(out.x, out.y, 0.0))
     }
 
     /// The filled solid inside the surface, grown by `by_mm` along its normals, from the height

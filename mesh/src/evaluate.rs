@@ -4,7 +4,12 @@
 //!
 //! - Tools whose boxes are apart are put side by side into one mesh without a boolean.
 //! - A - (B + C) is A - B - C: tools are never united with each other first.
+//! - Small features go into the base's mesh without a boolean, where they can (`conform`).
 //! - Equal shapes, down to whole subtrees, are made once and placed many times.
+
+mod cull;
+mod features;
+mod lift;
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -12,7 +17,10 @@ use std::rc::Rc;
 
 use fabkit_geometry::{Aabb, Pose, Solid};
 
+use self::cull::culled;
+use self::features::{Exact, Split, diagonal_mm};
 use crate::MeshError;
+use crate::conform::{Effect, Pin};
 use crate::extent::{OrientedBox, disjoint_groups, extent, moved};
 use crate::facets::Facets;
 use crate::kernel::{Operation, Prepared};
@@ -25,15 +33,29 @@ const MOST_CUTS: usize = 4;
 
 /// Meshes a valid tree.
 pub(crate) fn evaluate(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
-    let mut evaluator = Evaluator { tolerance_mm, shapes: BTreeMap::new() };
-    let root = Item::peeled(Pose::identity(), solid, 0);
-    let body = evaluator.body(&root, &Aabb::everything())?;
-    if body.shape.is_empty() {
-        return Err(MeshError::Empty);
+    evaluate_by(solid, tolerance_mm, true)
+}
+
+/// Only by booleans unless `conforming`.
+pub(crate) fn evaluate_by(
+    solid: &Solid,
+    tolerance_mm: f64,
+    conforming: bool,
+) -> Result<Facets, MeshError> {
+    if conforming && let Some(facets) = evaluate_lifted(solid, tolerance_mm)? {
+        return Ok(facets);
     }
-    let mut facets = Facets::default();
-    facets.append(body.shape.facets(), &body.pose, body.first_face);
-    Ok(facets)
+    let root = Item::peeled(Pose::identity(), solid, 0);
+    Evaluator::new(tolerance_mm, conforming).plain(&root)
+}
+
+/// With the features of operands put in last; `None` if that gains nothing or cannot be done.
+pub(crate) fn evaluate_lifted(
+    solid: &Solid,
+    tolerance_mm: f64,
+) -> Result<Option<Facets>, MeshError> {
+    let root = Item::peeled(Pose::identity(), solid, 0);
+    Evaluator::new(tolerance_mm, true).lifted(&root)
 }
 
 /// A subtree without the placements and names around it.
@@ -197,10 +219,27 @@ fn united(mut shapes: Vec<Rc<Shape>>) -> Result<Rc<Shape>, MeshError> {
 
 struct Evaluator {
     tolerance_mm: f64,
+    conforming: bool,
     shapes: BTreeMap<Vec<u64>, Rc<Shape>>,
+    pins: BTreeMap<Vec<u64>, Option<Rc<Pin>>>,
 }
 
 impl Evaluator {
+    fn new(tolerance_mm: f64, conforming: bool) -> Self {
+        Self { tolerance_mm, conforming, shapes: BTreeMap::new(), pins: BTreeMap::new() }
+    }
+
+    /// The whole tree as it is written.
+    fn plain(&mut self, root: &Item) -> Result<Facets, MeshError> {
+        let body = self.body(root, &Aabb::everything())?;
+        if body.shape.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        let mut facets = Facets::default();
+        facets.append(body.shape.facets(), &body.pose, body.first_face);
+        Ok(facets)
+    }
+
     /// Only what lies within `context`, in the frame around the item, needs to be right.
     fn body(&mut self, item: &Item, context: &Aabb) -> Result<Body, MeshError> {
         let shape = if has_half_space(item.core) {
@@ -234,11 +273,7 @@ impl Evaluator {
 
     fn shape(&mut self, core: &Solid, context: &Aabb) -> Result<Rc<Shape>, MeshError> {
         match core {
-            Solid::Union(of) => {
-                let items = flattened(Item::list(Pose::identity(), of, 0));
-                let bodies = self.bodies(&items, context)?;
-                united(grouped(&bodies)?)
-            }
+            Solid::Union(of) => self.union(of, context),
             Solid::Intersection(of) => self.intersection(of, context),
             Solid::Difference { of, minus } => self.difference(of, minus, context),
             Solid::HalfSpace(_) => half_space(context),
@@ -248,6 +283,26 @@ impl Evaluator {
         }
     }
 
+    fn union(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
+        let items = flattened(Item::list(Pose::identity(), of, 0));
+        let sizes = items.iter().map(|item| diagonal_mm(extent(item.core).size_mm()));
+        let largest_mm = sizes.fold(0.0, f64::max);
+        let mut split = self.split(items, largest_mm)?;
+        let exact = Exact::union(&split.others);
+        split.settle(&exact);
+        let Split { features, others } = split;
+        let bodies = self.bodies(&others, context)?;
+        let base = united(grouped(&bodies)?)?;
+        if features.is_empty() {
+            return Ok(base);
+        }
+        let (base, left) = self.conformed(base, &exact, features, &Effect::Add);
+        let bodies = self.bodies(&left, context)?;
+        let mut shapes = grouped(&bodies)?;
+        shapes.insert(0, base);
+        united(shapes)
+    }
+
     fn difference(
         &mut self,
         of: &Solid,
@@ -255,19 +310,39 @@ impl Evaluator {
         context: &Aabb,
     ) -> Result<Rc<Shape>, MeshError> {
         let base = self.body(&Item::peeled(Pose::identity(), of, 0), context)?;
-        let base_box = base.oriented_box();
         let base = base.settled()?;
         if base.is_empty() {
             return Ok(base);
         }
         let items = flattened(Item::list(Pose::identity(), minus, face_count(of)));
-        let mut tools = self.bodies(&items, &base.bounds())?;
+        let mut split = self.split(items, diagonal_mm(base.bounds().size_mm()))?;
+        let exact = Exact::difference(of, &split.others);
+        split.settle(&exact);
+        let Split { features, others } = split;
+        let base = self.cut(base, &others)?;
+        if features.is_empty() || base.is_empty() {
+            return Ok(base);
+        }
+        let (base, left) = self.conformed(base, &exact, features, &Effect::Cut);
+        self.cut(base, &left)
+    }
+
+    /// By the kernel.
+    fn cut(&mut self, base: Rc<Shape>, items: &[Item]) -> Result<Rc<Shape>, MeshError> {
+        let bounds = base.bounds();
+        let base_box = OrientedBox::new(&bounds, &Pose::identity());
+        let mut tools = self.bodies(items, &bounds)?;
         tools.retain(|tool| !tool.oriented_box().is_apart_from(&base_box));
         let mut tools = grouped(&tools)?;
         if tools.len() > MOST_CUTS {
             tools = vec![united(tools)?];
         }
-        tools.iter().try_fold(base, |rest, tool| combine(&rest, tool, Operation::Subtract))
+        // Each cut goes through all of the base: it should grow late.
+        tools.sort_by_key(|tool| tool.facets().triangles.len());
+        tools.into_iter().try_fold(base, |rest, tool| {
+            let needed = culled(tool.facets(), &rest.bounds()).map(Shape::from_facets);
+            combine(&rest, &needed.unwrap_or(tool), Operation::Subtract)
+        })
     }
 
     fn intersection(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {

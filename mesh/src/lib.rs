@@ -19,9 +19,11 @@
 //! # Ok::<(), fabkit_mesh::MeshError>(())
 //! ```
 
+mod conform;
 mod evaluate;
 mod extent;
 mod facets;
+mod halfedges;
 mod kernel;
 mod measure;
 mod print;
@@ -110,7 +112,11 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
         return Err(MeshError::Tolerance { tolerance_mm });
     }
     solid.validate()?;
-    let facets = evaluate::evaluate(solid, tolerance_mm)?;
+    Ok(to_mesh(solid, evaluate::evaluate(solid, tolerance_mm)?))
+}
+
+/// Names the faces by leaf.
+fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
     let ids: Vec<FaceId> = (0..)
         .zip(solid.leaves())
         .flat_map(|(leaf, l)| {
@@ -118,7 +124,7 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
         })
         .collect();
     let faces = facets.faces.iter().map(|&f| ids[f as usize]).collect();
-    Ok(TriMesh { vertices: facets.vertices, triangles: facets.triangles, faces })
+    TriMesh { vertices: facets.vertices, triangles: facets.triangles, faces }
 }
 
 /// Volume that two solids have in common at a chord tolerance, mm^3; 0 if they are apart.
@@ -147,6 +153,15 @@ impl TriMesh {
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let vertices = self.vertices.iter().map(|v| v.map(|x| x * factor)).collect();
+        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
+    }
+
+    /// The same mesh, stretched along x, y and z about the origin by factors above 0; its distance
+    /// from the surface grows by at most the largest.
+    #[must_use]
+    pub fn stretched(&self, factors: [f64; 3]) -> Self {
+        let stretch = |v: &[f64; 3]| std::array::from_fn(|i| v[i] * factors[i]);
+        let vertices = self.vertices.iter().map(stretch).collect();
         Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 

@@ -31,6 +31,20 @@ impl TriMesh {
         bounds_of(&self.vertices)
     }
 
+    /// Smallest distance of a triangle's corner from the longest edge, mm: what shows slivers.
+    pub fn lowest_altitude_mm(&self) -> f64 {
+        let altitude = |t: &[u32; 3]| {
+            let corners = t.map(|v| self.vertices[v as usize]);
+            let edge2 = |i: usize| {
+                let edge = subtract(corners[i], corners[(i + 1) % 3]);
+                dot(edge, edge)
+            };
+            let (normal, longest2) = (double_area(corners), edge2(0).max(edge2(1)).max(edge2(2)));
+            (dot(normal, normal) / longest2).sqrt()
+        };
+        self.triangles.iter().map(altitude).fold(f64::INFINITY, f64::min)
+    }
+
     /// Name of the feature that a triangle of `solid`'s mesh belongs to; empty where there is none.
     pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
         feature_of(self.faces.get(triangle), solid)

@@ -15,7 +15,9 @@ use fabkit_geometry::{Cone, Cuboid, EllipsoidOffset, Solid};
 
 use crate::facets::Facets;
 use arc::Arc;
+pub(crate) use circle::turn;
 use revolved::{Stroke, revolve, strokes};
+pub(crate) use stitch::{Spread, Strip, stitch};
 
 /// How many faces a primitive has; booleans have the sum over their leaves.
 pub(crate) fn face_count(solid: &Solid) -> u32 {

@@ -1,6 +1,6 @@
 //! The two benchmark parts, checked.
 
-#[path = "../benches/scenes/mod.rs"]
+#[path = "../examples/peer/scenes.rs"]
 mod scenes;
 
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};

@@ -1,4 +1,4 @@
-"""Lets lib3mf, manifold3d and ezdxf read everything that `fabkit export` writes.
+"""Lets lib3mf, manifold3d, ezdxf and OpenCV read everything that `fabkit export` writes.
 
     python check_files.py PATH_TO_FABKIT
 
@@ -7,16 +7,20 @@ strict mode and must give no warning, have millimetres as its unit and hold only
 objects; each STL file, its equal vertices merged, must be a manifold to manifold3d, with the
 volume, bounds and genus that the manifest states; each DXF file must pass ezdxf's audit without an
 error or a fix, say millimetres, and enclose the area that the manifest states and, exported without
-compensation, that of the profile in the part's tree. Nothing here uses fabkit's own code.
+compensation, that of the profile in the part's tree. Each calibration board, drawn from its SVG, is
+found by OpenCV with all corners where its document has them, its markers are those of OpenCV's
+dictionary, and its DXF encloses what is dark. Nothing here uses fabkit's own code.
 """
 
 import json
 import math
+import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import cv2
 import ezdxf
 import lib3mf
 import manifold3d
@@ -112,8 +116,9 @@ def check_stl(path: Path, part: dict) -> None:
     assert difference < 1e-6, f"{path.name}: normals differ by {difference}"
 
 
-def area_of_polyline(points: list[tuple[float, float, float]]) -> float:
-    """Area within lines and arcs, each point with the bulge of what leaves it."""
+def signed_area(points: list[tuple[float, float, float]]) -> float:
+    """Area within lines and arcs, each point with the bulge of what leaves it; positive
+    counter-clockwise."""
     area = 0.0
     for (x0, y0, bulge), (x1, y1, _) in zip(points, points[1:] + points[:1]):
         area += (x0 * y1 - x1 * y0) / 2
@@ -121,7 +126,11 @@ def area_of_polyline(points: list[tuple[float, float, float]]) -> float:
             angle = 4 * math.atan(bulge)
             radius = math.hypot(x1 - x0, y1 - y0) / (2 * math.sin(angle / 2))
             area += radius**2 * (angle - math.sin(angle)) / 2
-    return abs(area)
+    return area
+
+
+def area_of_polyline(points: list[tuple[float, float, float]]) -> float:
+    return abs(signed_area(points))
 
 
 def area_of_path(path: dict) -> float:
@@ -180,8 +189,73 @@ def check_dxf(path: Path, area: float) -> None:
     assert abs(enclosed - area) < 1e-6 * area, f"{path.name}: {enclosed} mm2, not {area}"
 
 
+PIXELS_PER_MM = 8
+
+
+def dark_of_svg(path: Path) -> list[numpy.ndarray]:
+    """The polygons of the filled path, mm."""
+    (data,) = re.findall(r'evenodd" d="([^"]*)"', path.read_text())
+    numbers = (re.findall(r"[-+.e0-9]+", part) for part in data.split("M")[1:])
+    return [numpy.array(part, float).reshape(-1, 2)[:-1] for part in numbers]
+
+
+def check_board(folder: Path, kind: str) -> None:
+    board = json.loads((folder / f"{kind}.board.json").read_text())
+    columns, rows = board["squares"]
+    corners = numpy.array([corner["in_board_mm"] for corner in board["corners"]])
+    dark = dark_of_svg(folder / f"{kind}.svg")
+    # fillPoly counts crossings, as the file's fill rule does; fixed point for true edges.
+    size = numpy.ceil(numpy.concatenate(dark).max(axis=0) * PIXELS_PER_MM).astype(int) + 60
+    image = numpy.full((size[1], size[0]), 255, numpy.uint8)
+    # Pixel centres are whole numbers, so an edge at x mm lies at x * scale - 0.5.
+    fixed = [numpy.round((p * PIXELS_PER_MM - 0.5) * 256).astype(numpy.int32) for p in dark]
+    cv2.fillPoly(image, fixed, 0, shift=8)
+    if kind == "charuco":
+        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board["dictionary"]))
+        for marker in board["markers"]:
+            known = dictionary.bytesList[marker["id"] : marker["id"] + 1]
+            bits = cv2.aruco.Dictionary.getBitsFromByteList(known, dictionary.markerSize)
+            assert ["".join(map(str, row)) for row in bits] == marker["bits"], marker
+        layout = cv2.aruco.CharucoBoard(
+            (columns, rows), board["square_mm"], board["marker_mm"], dictionary
+        )
+        assert numpy.abs(layout.getChessboardCorners()[:, :2] - corners).max() < 1e-4
+        found, ids, _, _ = cv2.aruco.CharucoDetector(layout).detectBoard(image)
+        assert sorted(ids.ravel()) == list(range(len(corners))), f"{len(ids)} corners found"
+        found = found.reshape(-1, 2)[numpy.argsort(ids.ravel())]
+    else:
+        is_found, found = cv2.findChessboardCornersSB(image, (columns - 1, rows - 1))
+        assert is_found, f"no {kind} found"
+        found = found.reshape(-1, 2)
+        # A board has no first corner for this detector: it may start at the other end.
+        if found[0].sum() > found[-1].sum():
+            found = found[::-1]
+    off = (found + 0.5) / PIXELS_PER_MM - corners
+    spread = numpy.abs(off - off.mean(axis=0)).max()
+    # Edges are drawn to whole pixels.
+    assert spread < 0.3 / PIXELS_PER_MM, f"{kind}: corners are off by up to {spread} mm"
+
+    document = ezdxf.readfile(folder / f"{kind}.dxf")
+    assert not document.audit().errors and document.units == units.MM
+    outlines = [e for e in document.modelspace() if e.dxf.layer == "ENGRAVE"]
+    # Dark and light run in opposite directions.
+    enclosed = sum(signed_area(list(e.get_points("xyb"))) for e in outlines)
+    area = (columns * rows - columns * rows // 2) * board["square_mm"] ** 2
+    for marker in board.get("markers", []):
+        light = "".join(marker["bits"]).count("1")
+        area += (36 - light) * (board["marker_mm"] / 6) ** 2
+    assert abs(abs(enclosed) - area) < 1e-6 * area, f"{kind}.dxf: {enclosed} mm2, not {area}"
+
+
 def main(binary: str) -> None:
     files = 0
+    for sensor in fabkit(binary, "list")["sensors"]:
+        with tempfile.TemporaryDirectory() as folder:
+            manifest = fabkit(binary, "export", f"{sensor['name']}/boards", "-o", folder)["manifest"]
+            for file in manifest["files"]:
+                if file["name"].endswith(".board.json"):
+                    check_board(Path(folder), file["name"].removesuffix(".board.json"))
+                    files += 4
     for sensor in fabkit(binary, "list")["sensors"]:
         bodies = sensor["parts"] + sensor["layers"]
         with tempfile.TemporaryDirectory() as folder:
@@ -205,7 +279,7 @@ def main(binary: str) -> None:
                         assert abs(exact - stated) < 1e-9 * exact, f"{path.name}: {exact} mm2"
                     files += 1
     assert files > 0, "there was nothing to check"
-    print(f"lib3mf, manifold3d and ezdxf accept all {files} files")
+    print(f"lib3mf, manifold3d, ezdxf and OpenCV accept all {files} files")
 
 
 if __name__ == "__main__":

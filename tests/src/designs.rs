@@ -1,6 +1,7 @@
 //! The built-in sensors as the library builds them.
 
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
+use fabkit_geometry::Solid;
 
 /// Every built-in sensor with its own values.
 ///
@@ -12,4 +13,29 @@ pub fn builtin_designs() -> Vec<Design> {
         load(name, yaml, &[]).unwrap_or_else(|e| panic!("{name}: {:#?}", e.problems))
     };
     builtin_names().into_iter().map(design).collect()
+}
+
+/// Every fixture of every built-in sensor with its own values, once where two sensors share it.
+///
+/// # Panics
+/// If one cannot be built.
+pub fn builtin_fixtures() -> Vec<Design> {
+    let mut fixtures: Vec<Design> = Vec::new();
+    for name in builtin_names() {
+        let yaml = builtin_yaml(name).expect("named by the registry");
+        let project = fabkit_fixtures::load(name, yaml, &[]);
+        let project = project.unwrap_or_else(|e| panic!("{name}: {:#?}", e.problems));
+        for fixture in project.fixture_names() {
+            let design = project.fixture(fixture);
+            let design = design.unwrap_or_else(|e| panic!("{name}/{fixture}: {e:#?}"));
+            let is_new = !fixtures.iter().any(|known| solids(known).eq(solids(&design)));
+            fixtures.extend(is_new.then_some(design));
+        }
+    }
+    fixtures
+}
+
+fn solids(design: &Design) -> impl Iterator<Item = &Solid> {
+    let components = design.sensor.components.iter().map(|component| &component.solid);
+    design.sensor.parts.iter().map(|part| &part.solid).chain(components)
 }

@@ -1,4 +1,4 @@
-//! Every part, layer and component of every built-in sensor: closed, oriented, of the genus its
+//! Every part, layer and component of every built-in sensor and of its fixtures: closed, oriented, of the genus its
 //! author counted, and of the volume that exact lines measure.
 
 use fabkit_designs::Design;
@@ -20,9 +20,18 @@ fn bodies(design: &Design) -> Vec<(String, &Solid, Option<i32>)> {
 
 #[test]
 fn meshes_are_closed_and_have_the_exact_volume() {
-    for design in fabkit_tests::builtin_designs() {
+    meshes_have_the_exact_volume(&fabkit_tests::builtin_designs());
+}
+
+#[test]
+fn so_are_those_of_fixtures() {
+    meshes_have_the_exact_volume(&fabkit_tests::builtin_fixtures());
+}
+
+fn meshes_have_the_exact_volume(designs: &[Design]) {
+    for design in designs {
         println!("{:24} {:>12} {:>12} {:>10}", design.sensor.name, "exact mm3", "mesh mm3", "off");
-        for (name, solid, genus) in bodies(&design) {
+        for (name, solid, genus) in bodies(design) {
             let mesh = mesh(solid, DEFAULT_TOLERANCE_MM).unwrap_or_else(|e| panic!("{name}: {e}"));
             // Closed and oriented after rounding and welding, or an error.
             let print = mesh.to_print().unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -52,6 +52,28 @@ fn every_built_in_sensor_passes() {
 }
 
 #[test]
+fn every_fixture_passes_the_rules_for_any_kit() {
+    for design in fabkit_tests::builtin_fixtures() {
+        let report = report(&design.sensor);
+        assert_eq!(report.errors(), 0, "{}: {:#?}", design.sensor.name, report.findings);
+    }
+}
+
+#[test]
+fn a_preset_is_a_built_in_sensor_of_that_name() {
+    let root = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| fabkit(root.path(), arguments);
+    let long = run(&["check", "rtac0-published-2025/pin-dome", "--json"]);
+    let short = run(&["check", "rtac0/pin-dome", "--preset", "published-2025", "--json"]);
+    assert_eq!((long.code, &long.stdout), (Some(1), &short.stdout));
+    let unknown = run(&["check", "rtac0/pin-dome", "--preset", "published-2052"]);
+    assert_eq!(unknown.code, Some(2));
+    assert!(unknown.stderr.contains("did you mean `published-2025`?"), "{}", unknown.stderr);
+    let none = run(&["show", "tactip", "--preset", "published"]);
+    assert!(none.stderr.contains("tactip has no presets"), "{}", none.stderr);
+}
+
+#[test]
 fn a_mold_that_is_off_by_a_tenth_of_a_millimetre_is_named() {
     let mut sensor = rtac0();
     let mold = part(&mut sensor, "mold-transparent-gel-a");

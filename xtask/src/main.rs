@@ -1,8 +1,10 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask lint`, `cargo xtask bench`.
+//! Development tasks: `cargo xtask help` lists them.
 
-mod bench;
+mod bench_depth;
+mod bench_peers;
 mod lint;
 mod python;
+mod real_captures;
 mod run;
 mod test;
 
@@ -13,17 +15,23 @@ const HELP: &str = "\
 Usage: cargo xtask TASK
 
 Tasks:
-  test   Set up what tests need and run them all: outside oracles, unit, end-to-end and doc tests
-  lint   Formatting, clippy and documentation without warnings, licences and sources of dependencies
-  bench  Time fabkit beside its peers and print the ratios
+  test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
+  verify-env         Make the Python environment of the verifier and of the outside oracles
+  lint               Formatting, clippy and documentation without warnings, licences and sources
+  bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
+  bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
+  real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
 fn main() -> ExitCode {
     let task = env::args().nth(1).unwrap_or_default();
     let result = match task.as_str() {
         "test" => test::run(),
+        "verify-env" => python::run(),
         "lint" => lint::run(),
-        "bench" => bench::run(),
+        "bench-depth" => bench_depth::run(),
+        "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
+        "bench-peers" => bench_peers::run(),
         "" | "-h" | "--help" | "help" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -4,6 +4,7 @@ use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 
 /// The workspace's root.
 pub fn root() -> &'static Path {
@@ -21,7 +22,17 @@ pub fn skip(step: &str, why: &str) -> Result<(), String> {
         return Err(format!("{step} must not be skipped here: {why}"));
     }
     println!("xtask: SKIPPED {step}: {why}");
+    if let Ok(mut steps) = SKIPPED.lock() {
+        steps.push(format!("{step}: {why}"));
+    }
     Ok(())
+}
+
+static SKIPPED: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Everything that was skipped so far, and why.
+pub fn skipped() -> Vec<String> {
+    SKIPPED.lock().map(|steps| steps.clone()).unwrap_or_default()
 }
 
 /// The cargo that runs this task.

@@ -2,7 +2,7 @@
 
 Standard input: one JSON line with `camera_matrix` (3 x 3), `distortion` (4), and `trials`, each with
 `points` (N x 3, mm) and `pixels` (N x 2). Standard output: one JSON line with, for each method, the
-microseconds of one solve and the positions of the camera, null where it found none.
+median microseconds of one solve and the positions of the camera, null where it found none.
 """
 
 import json
@@ -30,19 +30,20 @@ def main():
     ]
     results = {"opencv": cv2.__version__, "methods": {}}
     for name, flag in METHODS.items():
-        positions = []
-        start = time.perf_counter()
+        poses, micros = [], []
         for points, pixels in trials:
+            start = time.perf_counter()
             try:
-                found, rvec, tvec = cv2.fisheye.solvePnP(
-                    points, pixels, matrix, distortion, flags=flag
-                )
-                ok = found and np.isfinite(rvec).all() and np.isfinite(tvec).all()
-                positions.append(position(rvec, tvec) if ok else None)
+                pose = cv2.fisheye.solvePnP(points, pixels, matrix, distortion, flags=flag)
             except cv2.error:
-                positions.append(None)
-        micros = (time.perf_counter() - start) * 1e6 / len(trials)
-        results["methods"][name] = {"micros": micros, "positions": positions}
+                pose = (False, None, None)
+            micros.append((time.perf_counter() - start) * 1e6)
+            poses.append(pose)
+        positions = [
+            position(rvec, tvec) if found and np.isfinite(tvec).all() else None
+            for found, rvec, tvec in poses
+        ]
+        results["methods"][name] = {"micros": float(np.median(micros)), "positions": positions}
     print(json.dumps(results))
 
 

@@ -11,9 +11,11 @@ use crate::model::{Model, Observation, Parameter};
 use crate::observability::{Unobservable, unobservable};
 
 const MAX_ITERATIONS: usize = 100;
-/// A step that changes the parameters by less than this part of their standard deviation is not
-/// taken.
-const STEP_TOLERANCE: f64 = 1e-4;
+/// After a step that is shorter than this part of a standard deviation nothing is left to do: the
+/// next would be shorter by orders of magnitude.
+const LAST_STEP: f64 = 0.01;
+/// A step shorter than this need not be taken.
+const NO_STEP: f64 = 1e-6;
 const START_DAMPING: f64 = 1e-5;
 const MAX_DAMPING: f64 = 1e12;
 /// Correlation matrices with smaller eigenvalues are singular to working precision.
@@ -148,10 +150,20 @@ pub fn refine(
             }
             continue;
         };
-        if normal.length(&step) < STEP_TOLERANCE {
-            break;
-        }
         let tried = model.stepped(parameters, step.as_slice());
+        let length = normal.length(&step);
+        if length < LAST_STEP {
+            // Nothing can be worse after it, unless it leads out of sight.
+            if let Some(tried) = tried.filter(|tried| sees_all(tried, observations)) {
+                model = tried;
+                break;
+            }
+            if length < NO_STEP {
+                break;
+            }
+            damping *= 10.0;
+            continue;
+        }
         let lower = tried.and_then(|tried| {
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
             (next <= cost).then_some((tried, next))
@@ -174,6 +186,10 @@ pub fn refine(
     };
     let covariance = normal.unscaled_inverse(&factor);
     Ok(Fit { model, parameters: parameters.to_vec(), covariance, cost, iterations })
+}
+
+fn sees_all(model: &Model, observations: &[Observation]) -> bool {
+    observations.iter().all(|o| model.project(&o.contact).is_ok())
 }
 
 /// The normal equations and room for them.

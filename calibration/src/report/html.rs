@@ -13,8 +13,7 @@ table { border-collapse: collapse; margin: .6rem 0; } th, td { padding: .15rem .
 th:first-child, td:first-child { text-align: left; } tr.chosen { font-weight: 600; background: #eef4fb; }
 .warnings li { margin: .3rem 0; } .warnings { background: #fff6e0; border-left: 4px solid #d89b00; padding: .4rem 1rem; }
 figure { margin: 1rem 0; } figcaption { color: #555; font-size: .9rem; } .pair { display: flex; gap: 1rem; } .pair > * { flex: 1; }
-svg { width: 100%; height: auto; } svg text { font-size: 12px; fill: #444; }
-.frame { fill: #fafafa; stroke: #999; } .empty { fill: #fbe9d0; } .vector { stroke: #c0392b; stroke-width: 1.4; } .grid { stroke: #e3e3e3; } .floor { stroke: #d89b00; stroke-dasharray: 5 4; }
+svg { width: 100%; height: auto; }
 @media print { body { margin: 0; max-width: none; } h2, figure, table { break-inside: avoid; } }
 ";
 

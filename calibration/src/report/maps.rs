@@ -7,7 +7,7 @@ use fabkit_geometry::{Matrix3, Point3, Vector3};
 use nalgebra::Vector2;
 
 use super::ExtrinsicsReport;
-use super::svg::{Plot, Svg, escape, shade, step};
+use super::svg::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use crate::model::Observation;
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
@@ -35,11 +35,11 @@ impl ExtrinsicsReport<'_> {
         let camera = &self.calibration.model().camera;
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], "frame");
+        svg.rect([0.0, 0.0], [width, height], FRAME);
         for (o, residual) in self.residuals() {
             let at = [o.pixel.x, o.pixel.y];
             let end = o.pixel + residual * MAGNIFIED;
-            svg.line(at, [end.x, end.y], "vector");
+            svg.line(at, [end.x, end.y], VECTOR);
             svg.dot(at, 2.5, "#1f4e79", &self.tooltip(o, residual));
         }
         let caption = format!("residuals, {MAGNIFIED:.0} times their length");
@@ -88,7 +88,7 @@ impl ExtrinsicsReport<'_> {
 
     fn scatter_level(&self, plot: &mut Plot) {
         if let Some(scatter) = self.calibration.scatter {
-            plot.level(scatter.rms_px, "floor");
+            plot.level(scatter.rms_px, FLOOR);
         }
     }
 
@@ -122,7 +122,7 @@ impl ExtrinsicsReport<'_> {
             let largest = values().fold(0.0, f64::max);
             let smallest = values().fold(f64::INFINITY, f64::min);
             let mut svg = Svg::new(width, height);
-            svg.rect([0.0, 0.0], [width, height], "frame");
+            svg.rect([0.0, 0.0], [width, height], FRAME);
             for (pixel, sigma) in &places {
                 let part = (value(sigma) - smallest) / (largest - smallest).max(1e-12);
                 let title = format!("{:.3} {unit}", value(sigma));

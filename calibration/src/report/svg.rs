@@ -2,6 +2,19 @@
 
 use std::fmt::Write;
 
+// Looks are attributes and not style sheets, which not every program that prints HTML applies to
+// drawings.
+
+/// The border of an image.
+pub(super) const FRAME: &str = r##"fill="#fafafa" stroke="#999""##;
+/// A part of an image where nothing was seen.
+pub(super) const EMPTY: &str = r##"fill="#fbe9d0""##;
+/// A residual.
+pub(super) const VECTOR: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
+/// What no model can go below.
+pub(super) const FLOOR: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""##;
+const GRID: &str = r##"stroke="#e3e3e3""##;
+
 /// A drawing that grows.
 pub(super) struct Svg {
     width: f64,
@@ -14,10 +27,10 @@ impl Svg {
         Self { width, height, body: String::new() }
     }
 
-    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], class: &str) {
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], style: &str) {
         let _ = write!(
             self.body,
-            r#"<line class="{class}" x1="{:.1}" y1="{:.1}" x2="{:.1}" y2="{:.1}"/>"#,
+            r#"<line {style} x1="{:.1}" y1="{:.1}" x2="{:.1}" y2="{:.1}"/>"#,
             from[0], from[1], to[0], to[1]
         );
     }
@@ -33,10 +46,10 @@ impl Svg {
         );
     }
 
-    pub fn rect(&mut self, corner: [f64; 2], size: [f64; 2], class: &str) {
+    pub fn rect(&mut self, corner: [f64; 2], size: [f64; 2], style: &str) {
         let _ = write!(
             self.body,
-            r#"<rect class="{class}" x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}"/>"#,
+            r#"<rect {style} x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}"/>"#,
             corner[0], corner[1], size[0], size[1]
         );
     }
@@ -45,7 +58,7 @@ impl Svg {
     pub fn text(&mut self, at: [f64; 2], anchor: &str, text: &str) {
         let _ = write!(
             self.body,
-            r#"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
+            r##"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}" font-size="12" fill="#444">{}</text>"##,
             at[0],
             at[1],
             escape(text)
@@ -82,14 +95,14 @@ impl Plot {
         let mut value = 0.0;
         while value <= limits[0] * 1.001 {
             let x = plot.at([value, 0.0])[0];
-            plot.svg.line([x, MARGIN[1]], [x, bottom], "grid");
+            plot.svg.line([x, MARGIN[1]], [x, bottom], GRID);
             plot.svg.text([x, bottom + 14.0], "middle", &tidy(value));
             value += ticks[0];
         }
         value = 0.0;
         while value <= limits[1] * 1.001 {
             let y = plot.at([0.0, value])[1];
-            plot.svg.line([MARGIN[0], y], [SIZE[0] - MARGIN[2], y], "grid");
+            plot.svg.line([MARGIN[0], y], [SIZE[0] - MARGIN[2], y], GRID);
             plot.svg.text([MARGIN[0] - 5.0, y + 4.0], "end", &tidy(value));
             value += ticks[1];
         }
@@ -112,9 +125,9 @@ impl Plot {
         self.svg.dot(at, 3.0, fill, title);
     }
 
-    pub fn level(&mut self, value: f64, class: &str) {
+    pub fn level(&mut self, value: f64, style: &str) {
         let (left, right) = (self.at([0.0, value]), self.at([self.limits[0], value]));
-        self.svg.line(left, right, class);
+        self.svg.line(left, right, style);
     }
 
     pub fn finish(self, label: &str) -> String {

@@ -39,7 +39,7 @@ impl ExtrinsicsReport<'_> {
             // That the seats of all captures together are the pose is no news.
             !u.terms.iter().all(|(p, _)| matches!(p, Parameter::Reseating(..)))
         }) {
-            let names: Vec<String> = unknown.terms.iter().map(|(p, _)| p.to_string()).collect();
+            let names: Vec<String> = unknown.terms.iter().map(|(p, _)| p.in_words()).collect();
             warnings.push(format!(
                 "The pins hardly tell {} apart: what was assumed beforehand counts for {:.0} % of \
                  the uncertainty that is left.",
@@ -135,13 +135,10 @@ impl ExtrinsicsReport<'_> {
         };
         let mut text = Vec::new();
         if let (Some(given), Some(gel)) = (like(false, 0), like(true, 0)) {
-            let distance = match gel.fit.model.camera.interface() {
-                Interface::Flat(flat) => flat.distance_mm,
-                _ => f64::NAN,
-            };
+            let distance = gel_distance(gel);
             let verdict = if gel.aicc < given.aicc - STRONG { "support" } else { "do not need" };
             text.push(format!(
-                "The data {verdict} refraction: a flat surface of gel {distance:.1} mm before the \
+                "The data {verdict} refraction: a flat surface of gel {distance} before the \
                  lens, as the only change to the optics, takes the held-out error from {:.2} px to \
                  {:.2} px and puts the camera {} from the design.",
                 given.held_out_rms_px,
@@ -177,6 +174,12 @@ impl ExtrinsicsReport<'_> {
         let fit = &self.chosen().fit;
         let at = fit.parameters.iter().position(|found| *found == parameter)?;
         let sigma = self.calibration.covariance[(at, at)].max(0.0).sqrt();
+        if parameter == Parameter::FocalScale {
+            // Against the camera as given, which the plain model left alone.
+            let fx_px = |trial: &Trial| trial.fit.model.camera.lens().intrinsics().fx_px;
+            let ratio = fx_px(self.chosen()) / fx_px(self.calibration.plain());
+            return Some((ratio - 1.0, ratio * sigma));
+        }
         Some((fit.model.value(parameter)?, sigma))
     }
 
@@ -201,6 +204,18 @@ impl ExtrinsicsReport<'_> {
             ),
         }
     }
+}
+
+fn gel_distance(trial: &Trial) -> String {
+    let Interface::Flat(flat) = trial.fit.model.camera.interface() else { return String::new() };
+    let distance = format!("{:.1} mm", flat.distance_mm);
+    if trial.fit.parameters.contains(&Parameter::Camera("interface_distance_mm")) {
+        return distance;
+    }
+    format!(
+        "{distance} (held there: farther would fit better still, but the pins are in the way; what \
+         bends the light is not quite a flat surface)"
+    )
 }
 
 fn away(trial: &Trial) -> String {

@@ -116,6 +116,11 @@ impl Fields {
         }
     }
 
+    /// What was read, unless something is wrong.
+    pub(super) fn into_result<T>(self, value: T) -> Result<T, InvalidCameraFile> {
+        if self.faults.is_empty() { Ok(value) } else { Err(self.with_violations(Vec::new())) }
+    }
+
     /// A camera of what was read, or everything that is wrong. Without a lens a fault stands
     /// already.
     pub(super) fn finish(

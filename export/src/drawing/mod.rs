@@ -3,7 +3,7 @@
 //! Drawings have their origin in the lower left corner, x to the right and y upwards, mm.
 
 mod kerf;
-mod lettering;
+pub(crate) mod lettering;
 mod nest;
 
 pub use kerf::widen_for_kerf;
@@ -18,6 +18,8 @@ use fabkit_geometry::{Path, Profile};
 pub enum Operation {
     /// Names of pieces, drawn beside them on the waste: no optical face is marked.
     Label,
+    /// Boundaries of dark areas, even-odd: what is engraved is between them.
+    Engrave,
     /// Boundaries of holes.
     CutInner,
     /// Outer boundaries.
@@ -26,21 +28,23 @@ pub enum Operation {
 
 impl Operation {
     /// All of them, in order.
-    pub const ALL: [Self; 3] = [Self::Label, Self::CutInner, Self::CutOuter];
+    pub const ALL: [Self; 4] = [Self::Label, Self::Engrave, Self::CutInner, Self::CutOuter];
 
     /// Layer in a DXF file, group in an SVG file.
     pub fn layer(self) -> &'static str {
         match self {
             Self::Label => "LABEL",
+            Self::Engrave => "ENGRAVE",
             Self::CutInner => "CUT_INNER",
             Self::CutOuter => "CUT_OUTER",
         }
     }
 
-    /// AutoCAD colour index: green, blue, red.
+    /// AutoCAD colour index: green, white (black on paper), blue, red.
     pub(crate) fn color_index(self) -> u8 {
         match self {
             Self::Label => 3,
+            Self::Engrave => 7,
             Self::CutInner => 5,
             Self::CutOuter => 1,
         }
@@ -50,6 +54,7 @@ impl Operation {
     pub(crate) fn color_css(self) -> &'static str {
         match self {
             Self::Label => "#00ff00",
+            Self::Engrave => "#000000",
             Self::CutInner => "#0000ff",
             Self::CutOuter => "#ff0000",
         }

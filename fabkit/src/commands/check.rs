@@ -13,7 +13,7 @@ use crate::source::Target;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
-    let target = Target::new(&args.sensor);
+    let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
         let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());

@@ -1,27 +1,41 @@
-//! `fabkit export SENSOR[/PART]`
+//! `fabkit export SENSOR[/FIXTURE][/PART]`
 
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
+use fabkit::designs::Design;
+use fabkit::designs::profile::ProcessProfile;
 use fabkit::export::{Bed, FileEntry, Manifest};
-use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions};
-use fabkit::staging::write_all;
+use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions};
+use fabkit::staging::{OutputFile, write_all};
+use fabkit::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::Report;
 use crate::cli::{Export, Global};
-use crate::failure::Failure;
+use crate::diagnostics::SourceText;
+use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::source::Target;
+use crate::reading::{self, Expected};
+use crate::source::{MAX_YAML_BYTES, Target};
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
-    let target = Target::new(&args.sensor);
-    let design = target.design(&args.set)?;
+    let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
+    if args.fixtures && (target.fixture.is_some() || target.part.is_some()) {
+        let message = format!("--fixtures is for a whole sensor, not for {}", args.sensor);
+        let hint = format!("write `fabkit export {} --fixtures`", target.sensor);
+        return Err(Failure::new(Exit::BadInput, message, hint));
+    }
+    let profile = args.process.as_deref().map(read_profile).transpose()?;
+    let (design, fixtures) = match args.fixtures {
+        true => target.design_with_fixtures(&args.set)?,
+        false => (target.design(&args.set)?, Vec::new()),
+    };
 
     let mut options = ExportOptions {
         parts: target
@@ -30,33 +44,91 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
             .into_iter()
             .chain(args.parts.iter().cloned())
             .collect(),
-        formats: args.format.iter().map(|&format| format.into()).collect(),
+        formats: args.format.iter().filter_map(|format| format.own()).collect(),
         tolerance_mm: args.tolerance,
         bed: Bed { size_mm: args.bed, ..Bed::default() },
         stock: Bed { size_mm: args.stock, ..DEFAULT_STOCK },
         kerf_mm: args.kerf,
+        profile,
         nominal: args.nominal,
     };
     options.formats.sort();
     options.formats.dedup();
 
     let progress = Progress::new(global);
-    let exported = exporting::export(&design, &options, &|part| progress.finished(part));
+    let export =
+        |design: &Design| exporting::export(design, &options, &|part| progress.finished(part));
+    let exported = export(&design).and_then(|exported| {
+        let of_fixtures = fixtures.iter().map(|(name, design)| Ok((*name, export(design)?)));
+        Ok((exported, of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?))
+    });
     progress.clear();
-    let exported = exported?;
+    let (mut exported, mut of_fixtures) = exported?;
+    if args.format.iter().any(|format| format.own().is_none()) {
+        let verifier = Verifier::find()?;
+        exported.add(verifier.step_files(&design, &options.parts)?)?;
+        for ((_, exported), (_, design)) in of_fixtures.iter_mut().zip(&fixtures) {
+            exported.add(verifier.step_files(design, &[])?)?;
+        }
+    }
 
-    let folder =
-        args.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&design.sensor.name));
+    let folder = args.output.clone().unwrap_or_else(|| default_folder(&target, &design));
+    // The sensor's own list of contents comes last.
+    let mut files: Vec<OutputFile> = Vec::new();
+    for (name, exported) in &of_fixtures {
+        files.extend(exported.files.iter().map(|file| OutputFile {
+            name: format!("{name}/{}", file.name),
+            bytes: file.bytes.clone(),
+        }));
+    }
+    files.extend(exported.files);
     interrupt::begin_writing()?;
-    write_all(&folder, &exported.files, &interrupt::requested)?;
-    Ok(Report {
-        text: text(&exported.manifest, &folder, start.elapsed()),
-        json: json(&exported.manifest, &folder),
-        failed: false,
-    })
+    write_all(&folder, &files, &interrupt::requested)?;
+
+    let mut text = String::new();
+    let mut manifests = BTreeMap::new();
+    for (name, exported) in &of_fixtures {
+        text += &format!("{name}\n{}\n", table_of(&exported.manifest));
+        manifests.insert(*name, &exported.manifest);
+    }
+    text += &table_of(&exported.manifest);
+    let bytes = files.iter().map(|file| file.bytes.len() as u64).sum();
+    text += &format!(
+        "{} files, {} in {} ({:.2} s)\n",
+        files.len(),
+        size(bytes),
+        folder.display(),
+        start.elapsed().as_secs_f64(),
+    );
+    let mut json = json(&exported.manifest, &folder);
+    if args.fixtures {
+        json["fixtures"] = json!(manifests);
+    }
+    Ok(Report { text, json, failed: false })
 }
 
-fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
+/// `out/rtac0`, `out/rtac0/pin-dome`.
+fn default_folder(target: &Target, design: &Design) -> PathBuf {
+    let (out, name) = (PathBuf::from("out"), &design.sensor.name);
+    let sensor = target
+        .fixture
+        .and_then(|fixture| Some((name.strip_suffix(fixture)?.strip_suffix('-')?, fixture)));
+    match sensor {
+        Some((sensor, fixture)) => out.join(sensor).join(fixture),
+        None => out.join(name),
+    }
+}
+
+fn read_profile(path: &Path) -> Result<ProcessProfile, Failure> {
+    let hint = "is it the right file? `fabkit profile` writes one";
+    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (path.display().to_string(), reading::text(path, expected)?);
+    ProcessProfile::read(&file, &text)
+        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))
+}
+
+/// Parts with their files, and in what these differ from the design.
+fn table_of(manifest: &Manifest) -> String {
     let mut rows =
         vec![["part", "n", "made", "triangles", "cm3", "files"].map(str::to_owned).to_vec()];
     for part in &manifest.parts {
@@ -77,16 +149,7 @@ fn text(manifest: &Manifest, folder: &Path, elapsed: Duration) -> String {
     for file in manifest.files.iter().filter(is_layout) {
         text += &format!("{}: {} pieces, {}\n", file.name, file.parts.len(), size(file.bytes));
     }
-    text += &compensations(manifest);
-    let bytes = manifest.files.iter().map(|file| file.bytes).sum();
-    text += &format!(
-        "{} files, {} in {} ({:.2} s)\n",
-        manifest.files.len() + 1,
-        size(bytes),
-        folder.display(),
-        elapsed.as_secs_f64(),
-    );
-    text
+    text + &compensations(manifest)
 }
 
 /// Whether a file holds that part and nothing else; a plate may do so too, but has its own name.

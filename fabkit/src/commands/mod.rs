@@ -4,12 +4,18 @@
 mod calibrate;
 mod check;
 mod completions;
+mod dataset;
+mod depth;
 mod export;
 mod list;
 mod man;
+mod profile;
+mod progress;
 mod render;
 mod schema;
 mod show;
+mod verify;
+mod view;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -82,8 +88,12 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::List => list::run(),
         Command::Show(args) => show::run(args),
         Command::Check(args) => check::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Export(args) => export::run(args, &cli.global),
+        Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args),
+        Command::Depth(args) => depth::run(args),
+        Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Schema => schema::run(),
         Command::Completions { shell } => completions::run(*shell),
@@ -97,7 +107,10 @@ fn prints_its_result(command: &Command) -> bool {
         command,
         Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
             | Command::Check(_)
+            | Command::Dataset(_)
+            | Command::Depth(_)
             | Command::Export(_)
+            | Command::Verify(_)
             | Command::Render(_)
             | Command::Man { output: Some(_) }
     )

@@ -15,7 +15,7 @@ use crate::source::Target;
 use crate::table::size;
 
 pub(super) fn run(args: &Render) -> Result<Report, Failure> {
-    let target = Target::new(&args.sensor);
+    let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     let part = target.part;
     let [width_px, height_px] = args.size;
     if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
@@ -38,7 +38,8 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
     let bytes = match part {
         Some(part) => pictures::picture_of_body(&bodies::find(&design.sensor, part)?, shot)?,
         None => {
-            let assembly = args.assembly.clone().unwrap_or_else(pictures::default_assembly);
+            let assembly = args.assembly.clone();
+            let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(&design.sensor));
             pictures::picture_of_assembly(&design.sensor, &assembly, args.exploded, shot)?
         }
     };

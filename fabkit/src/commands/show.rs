@@ -14,7 +14,8 @@ use crate::source::Target;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
-    let design = Target::new(&args.design.sensor).design(&args.design.set)?;
+    let cli::Design { sensor, set, preset } = &args.design;
+    let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),
         false => (text(&design), json(&design)),

@@ -1,7 +1,9 @@
 //! How exported copies differ from the nominal geometry.
 
 use fabkit_designs::kerf_mm;
-use fabkit_export::Compensation;
+use fabkit_designs::profile::ProcessProfile;
+use fabkit_export::{Compensation, PrintCompensation};
+use fabkit_geometry::{Pose, Solid};
 
 use super::ExportOptions;
 use crate::bodies::BodyRef;
@@ -12,7 +14,7 @@ pub(super) fn compensation(
     options: &ExportOptions,
     is_drawn: bool,
 ) -> Compensation {
-    let mut found = Compensation { scale: 1.0, kerf_mm: 0.0, note: "none".into() };
+    let mut found = Compensation { scale: 1.0, kerf_mm: 0.0, print: None, note: "none".into() };
     if options.nominal {
         return found;
     }
@@ -32,10 +34,57 @@ pub(super) fn compensation(
         found.kerf_mm = kerf;
         notes.push(format!("outlines widened by {} mm for a kerf of {kerf} mm", kerf / 2.0));
     }
+    if let Some(profile) = profile(body, options) {
+        let print = print_compensation(profile);
+        let [x, y, z] = print.scale;
+        let foot = match print.elephant_foot_left_mm {
+            0.0 => String::new(),
+            mm => format!("; its foot of {mm} mm is left to the slicer"),
+        };
+        notes.push(format!(
+            "stretched by {x:.5} x {y:.5} x {z:.5} and upright round holes fitted for {}{foot}",
+            print.profile
+        ));
+        found.print = Some(print);
+    }
     if !notes.is_empty() {
         found.note = notes.join("; ");
     }
     found
+}
+
+/// The profile that a body's files make up for.
+fn profile<'a>(body: &BodyRef, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
+    let profile = options.profile.as_ref().filter(|_| !options.nominal)?;
+    (body.process == Some(profile.process.process())).then_some(profile)
+}
+
+fn print_compensation(profile: &ProcessProfile) -> PrintCompensation {
+    PrintCompensation {
+        profile: profile.name.as_str().to_owned(),
+        scale: profile.scale(),
+        hole_gain: profile.holes.gain,
+        hole_offset_mm: profile.holes.offset.mm(),
+        holes_fitted: 0,
+        holes_left: 0,
+        elephant_foot_left_mm: profile.elephant_foot.mm(),
+    }
+}
+
+/// The solid with its holes as the body's printer needs them, which the compensation then counts;
+/// `None` where nothing is known of the printer.
+pub(super) fn fitted(
+    body: &BodyRef,
+    bed_from_part: &Pose,
+    options: &ExportOptions,
+    compensation: &mut Compensation,
+) -> Option<Solid> {
+    let profile = profile(body, options)?;
+    let (solid, count) = profile.fit_holes(body.solid, bed_from_part, compensation.scale);
+    if let Some(print) = &mut compensation.print {
+        (print.holes_fitted, print.holes_left) = (count.fitted, count.left);
+    }
+    Some(solid)
 }
 
 /// Without the digits that rounding adds.

@@ -32,6 +32,14 @@ pub enum ExportFailure {
         /// In the design.
         counted: i32,
     },
+    /// Holes as wide as the printer needs them leave the part elsewhere.
+    #[error("{part}: holes fitted for {profile} break out of the part or into each other")]
+    HolesBreakOut {
+        /// Which part.
+        part: String,
+        /// Name of the printer's profile.
+        profile: String,
+    },
     /// More triangles than a slicer can be expected to load.
     #[error("the export has {found} triangles, more than {MAX_TRIANGLES}")]
     TooManyTriangles {

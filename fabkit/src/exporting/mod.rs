@@ -11,14 +11,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_designs::{Companion, Design};
 use fabkit_export::{
-    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SettingEntry,
-    TreeDocument,
+    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
+    SettingEntry, TreeDocument,
 };
 use fabkit_geometry::Pose;
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
-use self::compensation::compensation;
+use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 use self::sheets::CutSheet;
@@ -46,6 +46,56 @@ pub struct Exported {
     pub files: Vec<OutputFile>,
     /// What the manifest says.
     pub manifest: Manifest,
+}
+
+/// A file that somebody else made, for the manifest.
+#[derive(Clone, Debug)]
+pub struct ForeignFile {
+    /// Name and content.
+    pub file: OutputFile,
+    /// The word used in the manifest.
+    pub format: &'static str,
+    /// Which bodies it holds.
+    pub parts: Vec<String>,
+}
+
+impl Exported {
+    /// Adds files, and lists them in the manifest.
+    ///
+    /// # Errors
+    /// [`ExportFailure::DuplicateFile`] for a name that is there already.
+    pub fn add(&mut self, files: Vec<ForeignFile>) -> Result<(), ExportFailure> {
+        self.files.pop();
+        for ForeignFile { file, format, parts } in files {
+            if self.files.iter().any(|there| there.name == file.name) {
+                return Err(ExportFailure::DuplicateFile(file.name));
+            }
+            self.manifest.files.push(file_entry(&file, format, parts));
+            self.files.push(file);
+        }
+        self.files.sort_by(|a, b| a.name.cmp(&b.name));
+        self.manifest.files.sort_by(|a, b| a.name.cmp(&b.name));
+        self.files.push(manifest_file(&self.manifest)?);
+        Ok(())
+    }
+}
+
+fn file_entry(file: &OutputFile, format: &str, parts: Vec<String>) -> FileEntry {
+    FileEntry {
+        name: file.name.clone(),
+        parts,
+        format: format.into(),
+        bytes: file.bytes.len() as u64,
+        blake3: blake3::hash(&file.bytes).to_hex().to_string(),
+    }
+}
+
+fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportFailure> {
+    let name = MANIFEST_NAME.to_owned();
+    match manifest.to_json() {
+        Ok(bytes) => Ok(OutputFile { name, bytes }),
+        Err(source) => Err(ExportFailure::Write { file: name, source }),
+    }
 }
 
 /// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
@@ -122,7 +172,7 @@ pub fn export(
     if options.parts.is_empty() {
         made.extend(sheets::nested(design, &hash, options, &meshed)?);
     }
-    if made.is_empty() && !meshed.is_empty() {
+    if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
         // Files were asked for that none of these parts has.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
         return Err(ExportFailure::NoOutlines { parts });
@@ -142,6 +192,8 @@ fn companion(companion: &Companion) -> Made {
         Some((_, "csv")) => "csv",
         Some((_, "svg")) => "svg",
         Some((_, "dxf")) => "dxf",
+        Some((_, "pdf")) => "pdf",
+        Some((_, "yaml")) => "yaml",
         _ => "other",
     };
     Made { file: OutputFile { name, bytes }, format, parts: Vec::new() }
@@ -161,17 +213,24 @@ fn turned<'a>(
     options: &ExportOptions,
 ) -> Result<Turned<'a>, ExportFailure> {
     let is_drawn = options.formats.iter().any(|format| format.is_drawing());
-    let compensation = compensation(&body, options, is_drawn);
+    let mut compensation = compensation(&body, options, is_drawn);
     let sheet = if is_drawn { sheets::cut_sheet(&body, &compensation)? } else { None };
 
+    let fitted = fitted(&body, bed_from_part, options, &mut compensation);
+    let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
     // Finer by as much as scaling coarsens it.
-    let tolerance_mm = options.tolerance_mm / compensation.scale;
-    let mut mesh = fabkit_mesh::mesh(body.solid, tolerance_mm)
-        .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
+    let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
+    let mut mesh =
+        fabkit_mesh::mesh(fitted.as_ref().unwrap_or(body.solid), options.tolerance_mm / coarser)
+            .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
     if compensation.scale != 1.0 {
         mesh = mesh.scaled(compensation.scale);
     }
-    Ok(Turned { body, mesh: mesh.placed(bed_from_part), compensation, sheet })
+    let mut mesh = mesh.placed(bed_from_part);
+    if compensation.print.is_some() {
+        mesh = mesh.stretched(stretch);
+    }
+    Ok(Turned { body, mesh, compensation, sheet })
 }
 
 /// A body whose mesh lies as it should, rounded to its files' precision, proven and measured.
@@ -187,30 +246,54 @@ fn measured<'a>(
     let print = lying.to_print().map_err(failed)?;
     let genus = print.genus();
     if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
+        if let Some(print) = &compensation.print {
+            let (part, profile) = (body.name.into(), print.profile.clone());
+            return Err(ExportFailure::HolesBreakOut { part, profile });
+        }
         return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
     }
-    let figures = MeshFigures {
-        chord_tolerance_mm: tolerance_mm,
-        triangles: print.triangles().len(),
-        volume_mm3: print.volume_mm3(),
-        area_mm2: print.area_mm2(),
-        genus,
-    };
+    let figures = figures(&print, tolerance_mm);
     limit_triangles(figures.triangles)?;
-    let file_from_part = shift.then_in(*bed_from_part);
+    let file_from_part = shift.then_in(match &compensation.print {
+        None => *bed_from_part,
+        // Only where the part's origin lies is stretched along with the rest.
+        Some(print) => {
+            let [x, y, z] = [0, 1, 2].map(|i| {
+                let at_mm = bed_from_part.translation_mm()[i];
+                (print.scale[i] - 1.0) * at_mm
+            });
+            Pose::translation(x, y, z).then_in(*bed_from_part)
+        }
+    });
     Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
 }
 
 impl Meshed<'_> {
-    /// Figures of the mesh before scaling, for those who rebuild the nominal solid.
-    fn nominal_figures(&self) -> MeshFigures {
+    /// Figures of the nominal solid's mesh, for those who rebuild it.
+    fn nominal_figures(&self) -> Result<MeshFigures, ExportFailure> {
         let scale = self.compensation.scale;
-        MeshFigures {
+        if self.compensation.print.is_some() {
+            let tolerance_mm = self.figures.chord_tolerance_mm / scale;
+            let failed = |source| ExportFailure::Mesh { part: self.body.name.into(), source };
+            let mesh = fabkit_mesh::mesh(self.body.solid, tolerance_mm).map_err(failed)?;
+            return Ok(figures(&mesh.to_print().map_err(failed)?, tolerance_mm));
+        }
+        Ok(MeshFigures {
             chord_tolerance_mm: self.figures.chord_tolerance_mm / scale,
             volume_mm3: self.figures.volume_mm3 / scale.powi(3),
             area_mm2: self.figures.area_mm2 / scale.powi(2),
             ..self.figures
-        }
+        })
+    }
+}
+
+fn figures(print: &PrintMesh, chord_tolerance_mm: f64) -> MeshFigures {
+    MeshFigures {
+        chord_tolerance_mm,
+        triangles: print.triangles().len(),
+        volume_mm3: print.volume_mm3(),
+        area_mm2: print.area_mm2(),
+        genus: print.genus(),
     }
 }
 
@@ -253,12 +336,24 @@ fn part_files<'a>(
                     process: &process,
                     material: body.material,
                     quantity: body.quantity,
+                    color: body.color,
+                    opacity: body.opacity,
                     solid: body.solid,
                     landmarks: body.landmarks,
                     placements: body.placements,
-                    mesh: meshed.nominal_figures(),
+                    mesh: meshed.nominal_figures()?,
                 };
                 fabkit_export::tree(&document).map_err(failed)?
+            }
+            Format::Samples => {
+                let document = SamplesDocument {
+                    design_hash: hash,
+                    sensor: &design.sensor.name,
+                    name: body.name,
+                    solid: body.solid,
+                    landmarks: body.landmarks,
+                };
+                fabkit_export::samples(&document).map_err(failed)?
             }
         };
         let file = OutputFile { name, bytes };
@@ -279,13 +374,7 @@ fn assemble(
 ) -> Result<Exported, ExportFailure> {
     let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
     for Made { file, format, parts } in made {
-        let entry = FileEntry {
-            name: file.name.clone(),
-            parts,
-            format: format.into(),
-            bytes: file.bytes.len() as u64,
-            blake3: blake3::hash(&file.bytes).to_hex().to_string(),
-        };
+        let entry = file_entry(&file, format, parts);
         if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
             return Err(ExportFailure::DuplicateFile(earlier.name));
         }
@@ -307,10 +396,7 @@ fn assemble(
         parts: meshed.iter().map(part_entry).collect(),
         files: entries,
     };
-    let bytes = manifest
-        .to_json()
-        .map_err(|source| ExportFailure::Write { file: MANIFEST_NAME.into(), source })?;
-    files.push(OutputFile { name: MANIFEST_NAME.into(), bytes });
+    files.push(manifest_file(&manifest)?);
     Ok(Exported { files, manifest })
 }
 

@@ -1,5 +1,6 @@
 //! What to export.
 
+use fabkit_designs::profile::ProcessProfile;
 use fabkit_export::Bed;
 
 /// A kind of file.
@@ -17,6 +18,8 @@ pub enum Format {
     Png,
     /// The exact geometry as JSON.
     Tree,
+    /// What the exact geometry amounts to, sampled, for whoever rebuilds the tree.
+    Samples,
 }
 
 impl Format {
@@ -29,6 +32,7 @@ impl Format {
             Self::Svg => "svg",
             Self::Png => "png",
             Self::Tree => "tree",
+            Self::Samples => "samples",
         }
     }
 
@@ -39,7 +43,7 @@ impl Format {
 
     pub(super) fn file_name(self, part: &str) -> String {
         match self {
-            Self::Tree => format!("{part}.tree.json"),
+            Self::Tree | Self::Samples => format!("{part}.{}.json", self.word()),
             _ => format!("{part}.{}", self.word()),
         }
     }
@@ -60,7 +64,10 @@ pub struct ExportOptions {
     pub stock: Bed,
     /// Width of the laser's cut, mm; by material where nothing is said.
     pub kerf_mm: Option<f64>,
-    /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf.
+    /// What the printer does to sizes; files of parts made by its process make up for it.
+    pub profile: Option<ProcessProfile>,
+    /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf, and no
+    /// profile.
     pub nominal: bool,
 }
 
@@ -76,6 +83,7 @@ impl Default for ExportOptions {
             bed: Bed::default(),
             stock: DEFAULT_STOCK,
             kerf_mm: None,
+            profile: None,
             nominal: false,
         }
     }

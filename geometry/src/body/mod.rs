@@ -197,6 +197,38 @@ impl Body {
         }
     }
 
+    /// The first crossing beyond `after_mm` in one direction: into the solid, or out of it.
+    ///
+    /// The ray's direction must be of unit length, so that `t` is in mm. Cheaper than
+    /// [`Body::crossings_into`] where one crossing is enough: a single normal is computed.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Body, Point3, Ray, Scratch, Solid, Vector3};
+    /// let ball = Body::new(&Solid::sphere(2.0))?;
+    /// let ray = Ray { origin: Point3::origin(), direction: Vector3::z() };
+    /// let exit = ball.first_crossing(&ray, 0.0, false, &mut Scratch::default());
+    /// assert_eq!(exit.map(|crossing| crossing.t), Some(2.0));
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
+    pub fn first_crossing(
+        &self,
+        ray: &Ray,
+        after_mm: f64,
+        entering: bool,
+        scratch: &mut Scratch,
+    ) -> Option<Crossing> {
+        let line = Line::new(ray.origin, ray.direction);
+        let end = |span: &Span| if entering { span.enter } else { span.exit };
+        let hit = self.spans(&line, scratch).iter().map(end).find(|hit| hit.t_mm > after_mm)?;
+        Some(Crossing {
+            t: hit.t_mm,
+            normal: self.normal(&line, &hit, entering),
+            leaf: hit.leaf,
+            face: hit.face,
+            entering,
+        })
+    }
+
     /// The stretches of a line inside, in order.
     pub(crate) fn spans<'a>(&self, line: &Line, scratch: &'a mut Scratch) -> &'a [Span] {
         scratch.spans.clear();

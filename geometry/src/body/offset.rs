@@ -64,7 +64,7 @@ impl EllipsoidOffset {
     }
 
     /// Distance outside the parallel surface, mm, and its gradient.
-    fn distance(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    pub(crate) fn distance(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let flat = meridian(p);
         let quadrant = Vector2::new(flat.x, flat.y.abs());
         let (from_ellipse, mut normal) = ellipse_distance(self.half_axes(), quadrant);

@@ -2,6 +2,7 @@
 
 use super::PrintDefect;
 use crate::TriMesh;
+use crate::halfedges::{next, previous, twins};
 
 /// Marks the corners of a removed triangle.
 const GONE: u32 = u32::MAX;
@@ -14,14 +15,6 @@ pub(super) struct Halfedges {
     pub positions: Vec<[f64; 3]>,
     corners: Vec<u32>,
     twins: Vec<u32>,
-}
-
-pub(super) fn next(edge: usize) -> usize {
-    if edge % 3 == 2 { edge - 2 } else { edge + 1 }
-}
-
-pub(super) fn previous(edge: usize) -> usize {
-    if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
 }
 
 impl Halfedges {
@@ -128,40 +121,4 @@ impl Halfedges {
         self.twins[a] = b as u32;
         self.twins[b] = a as u32;
     }
-}
-
-/// The twin of each edge, or an edge that has none.
-fn twins(vertex_count: usize, corners: &[u32]) -> Result<Vec<u32>, usize> {
-    // Edges sorted into buckets by their lower vertex: an edge and its twin share a bucket.
-    let ends = |edge: usize| (corners[edge], corners[next(edge)]);
-    let mut first = vec![0u32; vertex_count + 1];
-    for edge in 0..corners.len() {
-        let (a, b) = ends(edge);
-        first[a.min(b) as usize + 1] += 1;
-    }
-    for v in 0..vertex_count {
-        first[v + 1] += first[v];
-    }
-    let mut filled = first.clone();
-    let mut sorted = vec![0u32; corners.len()];
-    for edge in 0..corners.len() {
-        let (a, b) = ends(edge);
-        let slot = &mut filled[a.min(b) as usize];
-        sorted[*slot as usize] = edge as u32;
-        *slot += 1;
-    }
-    let mut twins = vec![GONE; corners.len()];
-    for v in 0..vertex_count {
-        let bucket = &sorted[first[v] as usize..first[v + 1] as usize];
-        for &edge in bucket {
-            let (a, b) = ends(edge as usize);
-            let mut same = bucket.iter().filter(|&&e| ends(e as usize) == (a, b));
-            let mut opposite = bucket.iter().filter(|&&e| ends(e as usize) == (b, a));
-            match (same.nth(1), opposite.next(), opposite.next()) {
-                (None, Some(&twin), None) if a != b => twins[edge as usize] = twin,
-                _ => return Err(edge as usize),
-            }
-        }
-    }
-    Ok(twins)
 }

@@ -1,6 +1,7 @@
 //! Removes what rounding made degenerate, without opening the mesh or changing its topology.
 
-use super::halfedges::{Halfedges, previous};
+use super::halfedges::Halfedges;
+use crate::halfedges::previous;
 use crate::measure::{dot, double_area, subtract};
 
 /// Triangles lower than this are taken out if possible, in `f32` spacings.

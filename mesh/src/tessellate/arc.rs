@@ -5,6 +5,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// Intervals for the table that turns scaled arc length into the ellipse's parameter.
 const TABLE: usize = 512;
 
+/// Newton's method stops at steps below this: what is left of the distance's error is their square
+/// times the radius of curvature.
+const ENOUGH_RAD: f64 = 1e-5;
+
 /// A counter-clockwise arc in the (distance from axis, z) half plane: the points at `offset_mm`
 /// along the outward normal of an ellipse, for its parameter between `from_rad` and `to_rad`.
 #[derive(Clone, Debug)]
@@ -66,17 +70,22 @@ impl Arc {
         let [x, y] = [point[0] - self.centre[0], point[1] - self.centre[1]];
         let [a, b] = self.semi_axes_mm;
         if self.is_circle() {
-            return a + self.offset_mm - x.hypot(y);
+            return a + self.offset_mm - (x * x + y * y).sqrt();
         }
-        let mut t = near;
+        let (mut s, mut c) = near.sin_cos();
         for _ in 0..4 {
-            let (s, c) = t.sin_cos();
             let slope = (a * a - b * b) * s * c - a * x * s + b * y * c;
             let change = (a * a - b * b) * (c * c - s * s) - a * x * c - b * y * s;
-            t -= (slope / change).clamp(-0.2, 0.2);
+            let step = -(slope / change).clamp(-0.2, 0.2);
+            // Turned on by the step's arc tangent: for the small steps that count, the same.
+            let length = (1.0 + step * step).sqrt();
+            (s, c) = ((s + step * c) / length, (c - step * s) / length);
+            if step.abs() < ENOUGH_RAD {
+                break;
+            }
         }
-        let ([c, s], n) = (cos_sin(t), self.normal(t));
-        self.offset_mm - ((x - a * c) * n[0] + (y - b * s) * n[1])
+        let length = (b * b * c * c + a * a * s * s).sqrt();
+        self.offset_mm - ((x - a * c) * b * c + (y - b * s) * a * s) / length
     }
 
     /// Cuts the arc where it is farthest out along an axis, so that those points become vertices.

@@ -11,6 +11,18 @@ const MIN_RING: usize = 8;
 /// tolerance, no triangle of an adjoining doubly curved face could use them as an edge.
 const RING_SHARE: f64 = 0.8;
 
+/// Radii below this many tolerances belong to features that come by the hundred.
+const SMALL: f64 = 100.0;
+
+/// Share of the tolerance for those: chords lie inside their circle, so that the holes of a part
+/// all come out too small, and their errors add up.
+const SMALL_SHARE: f64 = 0.75;
+
+/// The tolerance to use for a surface of that radius, mm.
+pub(super) fn tolerance_for(radius_mm: f64, tolerance_mm: f64) -> f64 {
+    if radius_mm < SMALL * tolerance_mm { SMALL_SHARE * tolerance_mm } else { tolerance_mm }
+}
+
 /// Chords that keep a full circle within `sagitta_mm`, as a real number, at least 3.
 pub(super) fn chords_per_turn(radius_mm: f64, sagitta_mm: f64) -> f64 {
     // Half the chord's angle is acos(1 - s/r); as an arcsine it keeps its digits for small s/r.
@@ -22,7 +34,8 @@ pub(super) fn chords_per_turn(radius_mm: f64, sagitta_mm: f64) -> f64 {
 ///
 /// A multiple of 4, so that the extreme points along x and y are among them.
 pub(super) fn ring_count(radius_mm: f64, tolerance_mm: f64) -> usize {
-    let chords = chords_per_turn(radius_mm, RING_SHARE * tolerance_mm);
+    let sagitta_mm = RING_SHARE * tolerance_for(radius_mm, tolerance_mm);
+    let chords = chords_per_turn(radius_mm, sagitta_mm);
     MIN_RING.max(4 * ((chords / 4.0 - 1e-9).ceil() as usize))
 }
 
@@ -36,7 +49,7 @@ pub(super) fn arc_count(radius_mm: f64, angle_rad: f64, tolerance_mm: f64) -> us
 /// Cosine and sine of `numerator / denominator` of a full turn.
 ///
 /// Exact at quarter turns, and mirror images of each other in the eight octants.
-pub(super) fn turn(numerator: usize, denominator: usize) -> [f64; 2] {
+pub(crate) fn turn(numerator: usize, denominator: usize) -> [f64; 2] {
     let quarters = 4 * (numerator % denominator);
     let (quadrant, rest) = (quarters / denominator, quarters % denominator);
     let angle = |part: usize| std::f64::consts::FRAC_PI_2 * part as f64 / denominator as f64;
@@ -78,8 +91,9 @@ mod tests {
         for (radius, tolerance) in [(0.05, 0.1), (0.5, 0.01), (15.0, 0.01), (500.0, 1e-4)] {
             let n = ring_count(radius, tolerance) as f64;
             let sagitta = |n: f64| radius * (1.0 - (std::f64::consts::PI / n).cos());
-            assert!(sagitta(n) <= RING_SHARE * tolerance * (1.0 + 1e-9));
-            assert!(n == 8.0 || sagitta(n - 4.0) > RING_SHARE * tolerance);
+            let most = RING_SHARE * tolerance_for(radius, tolerance);
+            assert!(sagitta(n) <= most * (1.0 + 1e-9));
+            assert!(n == 8.0 || sagitta(n - 4.0) > most);
         }
     }
 }

@@ -6,7 +6,7 @@
 //! measured on the candidate itself, and the one with the fewest triangles wins.
 
 use super::arc::{Arc, ScaledLength};
-use super::circle::chords_per_turn;
+use super::circle::{chords_per_turn, tolerance_for};
 use super::stitch::{Spread, Strip, stitch_part};
 
 /// Share of the tolerance that the measured deviation may reach; the rest covers what the
@@ -19,6 +19,9 @@ const END_STRIPS: [f64; 4] = [0.4, 0.55, 0.75, 1.0];
 
 /// Steps around the axis to try: powers of this, relative to the longest that could hold.
 const SHORTER: f64 = 0.97;
+
+/// Candidates with more than this share of the triangles of the best so far are not measured.
+const WORTH_MEASURING: f64 = 0.985;
 
 /// How many of them.
 const CHORDS: i32 = 26;
@@ -46,6 +49,10 @@ pub(super) struct Ring {
 /// The rings strictly between the two ends of an arc, in its direction. `None` if no sensible
 /// number of them holds the tolerance.
 pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
+    let [a, b] = arc.semi_axes_mm;
+    // The rings at the ends are given: none of them may be coarser than the arc.
+    let widest_mm = (a.max(b) + arc.offset_mm).max(ends[0].at[0]).max(ends[1].at[0]);
+    let tolerance_mm = tolerance_for(widest_mm, tolerance_mm);
     let search = Search { arc, ends, tolerance_mm, scale: arc.scale() };
     let longest = 2.0 * (2.0 * MEASURED_SHARE * tolerance_mm).sqrt();
     let fewest = search.fewest_strips(longest);
@@ -58,24 +65,37 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
     while strips <= last {
         for weights in end_weights(ends) {
             let Some(limit) = search.longest_chord(strips, weights, longest) else { continue };
-            for shorter in 0..CHORDS {
+            let mut shorter = 0;
+            while shorter < CHORDS {
                 let rings = search.candidate(strips, weights, limit * SHORTER.powi(shorter));
                 let cost = triangles(&ends, &rings);
-                if best.as_ref().is_some_and(|(least, _)| cost >= *least) {
+                let enough =
+                    |(least, _): &(usize, _)| cost as f64 > WORTH_MEASURING * *least as f64;
+                if best.as_ref().is_some_and(enough) {
                     break; // Shorter chords only cost more.
                 }
-                if search.holds(&rings) {
+                let excess = search.excess(&rings);
+                if excess <= 1.0 {
                     if best.is_none() {
                         last = strips + TRIES;
                     }
                     best = Some((cost, rings));
                     break;
                 }
+                shorter += steps_shorter(excess);
             }
         }
         strips += 1;
     }
     best.map(|(_, rings)| rings)
+}
+
+/// How many steps of [`SHORTER`] it takes at least to bring the deviation down, which goes with the
+/// square of the chords at most.
+fn steps_shorter(excess: f64) -> i32 {
+    let steps = 0.5 * excess.ln() / -SHORTER.ln();
+    // Saturates, and there are never as many.
+    1.max(steps.floor() as i32)
 }
 
 fn end_weights(ends: [Ring; 2]) -> Vec<[f64; 2]> {
@@ -163,28 +183,36 @@ impl Search<'_> {
         rings
     }
 
-    fn holds(&self, rings: &[Ring]) -> bool {
+    /// How many times the measured deviation is what it may be; where it is too much, that of one
+    /// triangle of those that deviate too much.
+    fn excess(&self, rings: &[Ring]) -> f64 {
         let [first, last] = &self.ends;
         let at = |i: usize| match i {
             0 => first,
             _ => rings.get(i - 1).unwrap_or(last),
         };
-        let strip = |i: usize| self.strip_holds(at(i), at(i + 1));
         // Where candidates fail, it is mostly at an end, or everywhere: look there first.
         let likely = [0, rings.len(), rings.len() / 2];
-        likely.into_iter().all(strip)
-            && (0..=rings.len()).filter(|i| !likely.contains(i)).all(strip)
+        let others = (0..=rings.len()).filter(|i| !likely.contains(i));
+        let mut worst = 0.0;
+        for i in likely.into_iter().chain(others) {
+            worst = self.strip_excess(at(i), at(i + 1));
+            if worst > 1.0 {
+                break;
+            }
+        }
+        worst
     }
 
-    /// Whether all triangles between two rings hold the tolerance.
-    fn strip_holds(&self, lower: &Ring, upper: &Ring) -> bool {
-        let mut good = true;
+    /// The same for the triangles between two rings.
+    fn strip_excess(&self, lower: &Ring, upper: &Ring) -> f64 {
+        let mut worst = 0.0f64;
         let (mut a_old, mut a_new) = (corner(lower, 0), corner(lower, 1));
         let (mut b_old, mut b_new) = (corner(upper, 0), corner(upper, 1));
         let (lower_chord, upper_chord) = (self.edge(a_old, a_new), self.edge(b_old, b_new));
         let mut cross = self.edge(a_old, b_old);
         stitch_part(lower.spread, upper.spread, |strip| {
-            if !good {
+            if worst > 1.0 {
                 return;
             }
             let (corners, base) = match strip {
@@ -194,14 +222,14 @@ impl Search<'_> {
             let next_cross = self.edge(corners[0], corners[1]);
             // Edges in the order of the corners: new diagonal, old diagonal, chord.
             let deviation = self.triangle_deviation(corners, [next_cross, cross, base]);
-            good = deviation <= MEASURED_SHARE * self.tolerance_mm;
+            worst = worst.max(deviation / (MEASURED_SHARE * self.tolerance_mm));
             cross = next_cross;
             match strip {
                 Strip::Lower { a, .. } => (a_old, a_new) = (a_new, corner(lower, a + 2)),
                 Strip::Upper { b, .. } => (b_old, b_new) = (b_new, corner(upper, b + 2)),
             }
         });
-        good
+        worst
     }
 
     /// Largest distance of a triangle's points from the surface, mm.
@@ -229,7 +257,7 @@ impl Search<'_> {
             corners.iter().zip(weights).map(|(c, w)| w * pick(c)).sum::<f64>()
         };
         let [x, y, z] = [mix(|c| c.at[0]), mix(|c| c.at[1]), mix(|c| c.at[2])];
-        self.arc.depth_of([x.hypot(y), z], mix(|c| c.t))
+        self.arc.depth_of([(x * x + y * y).sqrt(), z], mix(|c| c.t))
     }
 }
 

@@ -2,7 +2,7 @@
 
 /// How the points of a ring are spread around the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spread {
+pub(crate) struct Spread {
     /// Points; 1 for a pole.
     pub count: usize,
     /// Turned by half a step.
@@ -28,7 +28,7 @@ impl Spread {
 
 /// One triangle: two neighbours on one ring and one point on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Strip {
+pub(crate) enum Strip {
     /// Points `a`, `a + 1` of the lower ring and `b` of the upper.
     Lower { a: usize, b: usize },
     /// Point `a` of the lower ring and `b`, `b + 1` of the upper.
@@ -37,7 +37,7 @@ pub(super) enum Strip {
 
 /// Walks once around, always taking the diagonal with the smaller azimuth. Indices run up to the
 /// counts themselves: the caller wraps them.
-pub(super) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
+pub(crate) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
     let repeats = repeats(lower, upper);
     let (part_a, part_b) = (steps(lower) / repeats, steps(upper) / repeats);
     for part in 0..repeats {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nalgebra::Vector2;
 
 use super::super::html::STYLE;
-use super::super::svg::{Plot, Svg, escape, step};
+use super::super::svg::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, step};
 use super::IntrinsicsReport;
 use crate::intrinsics::{COVERAGE, Observation};
 
@@ -125,13 +125,13 @@ impl IntrinsicsReport<'_> {
         let camera = self.calibration.estimate.camera();
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], "frame");
+        svg.rect([0.0, 0.0], [width, height], FRAME);
         let [columns, rows] = COVERAGE;
         let size = [width / columns as f64, height / rows as f64];
         for (i, corners) in self.calibration.advice.coverage.corners.iter().enumerate() {
             if *corners == 0 {
                 let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
-                svg.rect(corner, size, "empty");
+                svg.rect(corner, size, EMPTY);
             }
         }
         let residuals = self.residuals();
@@ -142,7 +142,7 @@ impl IntrinsicsReport<'_> {
             // Pixel centres are integers; the drawing begins at the first pixel's outer corner.
             let at = corner.pixel + Vector2::new(0.5, 0.5);
             let end = at + residual * magnified;
-            svg.line([at.x, at.y], [end.x, end.y], "vector");
+            svg.line([at.x, at.y], [end.x, end.y], VECTOR);
             let title = format!("{view}, corner {}: {:.3} px", corner.id, residual.norm());
             svg.dot([at.x, at.y], 1.6, "#1f4e79", &title);
         }

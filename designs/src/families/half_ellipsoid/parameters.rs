@@ -143,7 +143,7 @@ parameters! {
         height_px: u32 = 16..=20000,
         /// Frames per second.
         frame_rate: u32 = 1..=10000,
-        /// Full angle of view of the lens.
+        /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=180.0,
     }
 }

@@ -1,5 +1,7 @@
 //! Where things are: every radius and height that more than one part needs, derived once.
 
+use std::f64::consts::SQRT_2;
+
 use fabkit_geometry::{Angle, EllipsoidOffset, InvalidPattern, Pattern, Pose, Process};
 
 use super::bayonet::{HOOK_PLAY_MM, Joint};
@@ -240,7 +242,16 @@ impl Layout {
 
     /// Full angle that a side of the pixel array sees.
     pub fn view(p: &PinTip) -> Angle {
-        let half = Self::half_view_tangent(p).atan();
+        Self::view_of(Self::half_view_tangent(p))
+    }
+
+    /// Full angle that the diagonal of the square pixel array sees.
+    pub fn diagonal_view(p: &PinTip) -> Angle {
+        Self::view_of(Self::half_view_tangent(p) * SQRT_2)
+    }
+
+    fn view_of(half_tangent: f64) -> Angle {
+        let half = half_tangent.atan();
         Angle::from_rad(2.0 * half).expect("lengths are finite and above 0")
     }
 

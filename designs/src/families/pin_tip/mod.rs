@@ -99,7 +99,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
             sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
             width_px: p.camera.pixels,
             height_px: p.camera.pixels,
-            field_of_view: Layout::view(p),
+            field_of_view: Layout::diagonal_view(p),
         },
         touch: Some(touch(&layout)),
     }

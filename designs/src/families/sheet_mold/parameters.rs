@@ -207,7 +207,7 @@ parameters! {
         width_px: u32 = 16..=8192,
         /// Image height.
         height_px: u32 = 16..=8192,
-        /// Full angle of view across the image circle.
+        /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=170.0,
         /// Edge of the square board.
         board_size: Length = 10.0..=80.0,

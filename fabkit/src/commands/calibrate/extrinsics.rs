@@ -18,13 +18,18 @@ use crate::interrupt;
 use crate::reading::{self, Expected};
 use crate::source::Target;
 
+/// The fixture whose pins these are, unless a file says otherwise.
+const PIN_DOME: &str = "pin-dome";
 /// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
 const MAX_DOUBTFUL: f64 = 0.2;
 
 pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
     let design = Target::new(&args.sensor).design(&args.set)?;
     let camera = read_camera(&args.camera)?;
-    let landmarks = read_landmarks(&args.landmarks)?;
+    let landmarks = match &args.landmarks {
+        Some(path) => read_landmarks(path)?,
+        None => own_landmarks(args)?,
+    };
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, args.reference.as_deref(), &landmarks, kind)?;
     let nominal = design.sensor.camera.sensor_from_camera.inverse();
@@ -103,6 +108,18 @@ fn read_landmarks(path: &Path) -> Result<PinLandmarks, Failure> {
     let text = reading::text(path, expected)?;
     PinLandmarks::from_json(&text)
         .map_err(|error| Failure::plain(Exit::BadInput, format!("{}: {error}", path.display())))
+}
+
+/// Those of the dome that `fabkit export SENSOR/pin-dome` writes, with the same overrides.
+fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
+    let target = Target { sensor: &args.sensor, fixture: Some(PIN_DOME), part: None };
+    let dome = target.design(&args.set)?;
+    let file = dome.companions.iter().find(|file| file.name.ends_with(".landmarks.json"));
+    let Some(file) = file else {
+        return Err(Failure::bug(format!("{PIN_DOME} has no landmarks")));
+    };
+    let text = String::from_utf8_lossy(&file.bytes);
+    PinLandmarks::from_json(&text).map_err(Failure::bug)
 }
 
 fn cannot_calibrate(error: CalibrationError) -> Failure {

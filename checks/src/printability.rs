@@ -1,0 +1,166 @@
+//! Whether a printer can make a part: it fits on the bed, its walls and holes are not too thin.
+
+use fabkit_geometry::{Body, Part, Point3, Process, Sensor, Solid};
+use rayon::prelude::*;
+
+use crate::finding::{Finding, Rule};
+use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
+use crate::scene::InvalidBody;
+
+/// Lines through each part in each direction.
+const LINES: usize = 6_000;
+
+/// Two faces bound a wall if their normals are nearly opposite: the cosine between them, that of an
+/// edge sharper than 26 degrees.
+const OPPOSITE: f64 = -0.9;
+
+/// Rounding, mm.
+const ROUNDING_MM: f64 = 1e-6;
+
+/// What a usual machine can make.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrintLimits {
+    /// Thinnest wall, mm.
+    pub wall_mm: f64,
+    /// Smallest diameter of a hole, mm.
+    pub hole_mm: f64,
+    /// Largest piece, width x depth x height, mm.
+    pub bed_mm: [f64; 3],
+}
+
+/// The limits of a process; `None` for what is not printed.
+///
+/// Those of ordinary desktop machines: two lines of a 0.4 mm nozzle, a few pixels of a resin
+/// printer's screen.
+pub fn print_limits(process: Process) -> Option<PrintLimits> {
+    match process {
+        Process::Fdm => {
+            Some(PrintLimits { wall_mm: 0.8, hole_mm: 1.0, bed_mm: [250.0, 210.0, 210.0] })
+        }
+        Process::Sla => {
+            Some(PrintLimits { wall_mm: 0.4, hole_mm: 0.5, bed_mm: [145.0, 145.0, 185.0] })
+        }
+        Process::PolyJet => {
+            Some(PrintLimits { wall_mm: 0.6, hole_mm: 0.6, bed_mm: [250.0, 250.0, 200.0] })
+        }
+        Process::Laser | Process::Cnc | Process::Cast | Process::Pcb => None,
+    }
+}
+
+/// Applies the rule to the printed parts of a kit; the second figure is how many there are.
+///
+/// Walls are measured along exact lines: from where a line enters, along the face's normal to where
+/// it leaves again. Only faces that look away from each other bound a wall; an edge that is sharper
+/// than 26 degrees counts as one that is too thin.
+///
+/// ```
+/// # let mut kit = fabkit_checks::example::puck();
+/// use fabkit_checks::printability;
+/// use fabkit_geometry::Solid;
+/// assert!(printability(&kit)?.0.is_empty());
+/// // A fin of 0.3 mm on the dish.
+/// let fin = Solid::cuboid(0.3, 4.0, 5.0).at(12.0, 0.0, -1.0);
+/// kit.parts[0].solid = kit.parts[0].solid.clone().plus(fin);
+/// assert!(printability(&kit)?.0[0].message.contains("0.30 mm"));
+/// # Ok::<(), fabkit_checks::InvalidBody>(())
+/// ```
+///
+/// # Errors
+/// [`InvalidBody`] if a solid is none.
+pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
+    let printed: Vec<(&Part, PrintLimits)> =
+        kit.parts.iter().filter_map(|part| Some((part, print_limits(part.process)?))).collect();
+    let found: Vec<Vec<Finding>> =
+        printed.par_iter().map(|(part, limits)| examine(part, limits)).collect::<Result<_, _>>()?;
+    Ok((found.into_iter().flatten().collect(), printed.len()))
+}
+
+fn examine(part: &Part, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
+    let invalid = |source| InvalidBody { body: part.name.clone(), source };
+    let body = Body::new(&part.solid).map_err(invalid)?;
+    let on_bed = Body::new(&part.solid.clone().placed(part.bed_from_part)).map_err(invalid)?;
+    let about = |finding: Finding| finding.of([part.name.as_str()]);
+    let mut findings = Vec::new();
+
+    let size = on_bed.bounds().max - on_bed.bounds().min;
+    let [long, short] = [size.x.max(size.y), size.x.min(size.y)];
+    let [width, depth, height] = limits.bed_mm;
+    let over = [(long, width.max(depth)), (short, width.min(depth)), (size.z, height)];
+    if let Some((value, limit)) = over.into_iter().find(|(value, limit)| value > limit) {
+        let message = format!(
+            "{} is {:.1} x {:.1} x {:.1} mm, more than a usual printer for {} takes",
+            part.name, size.x, size.y, size.z, part.process
+        );
+        let fix = "make it smaller, or print it elsewhere";
+        findings.push(
+            about(Finding::error(Rule::Printability, message, fix)).measured(value, limit, "mm"),
+        );
+    }
+
+    let tools = body.leaves().iter().filter(|leaf| leaf.is_tool);
+    let holes = tools.filter_map(|leaf| match &leaf.primitive {
+        Solid::Cylinder(hole) => Some((2.0 * hole.radius_mm, leaf)),
+        _ => None,
+    });
+    if let Some((diameter, leaf)) = holes.min_by(|a, b| a.0.total_cmp(&b.0))
+        && diameter < limits.hole_mm - ROUNDING_MM
+    {
+        let message = format!("{} of {} is {diameter:.2} mm wide", leaf.feature, part.name);
+        let fix = "widen it, or print it with another process";
+        findings.push(
+            about(Finding::error(Rule::Printability, message, fix))
+                .at(Some(leaf.body_from_leaf.point(Point3::origin())))
+                .measured(diameter, limits.hole_mm, "mm"),
+        );
+    }
+
+    if let Some((thickness, place)) = thinnest(&body, limits.wall_mm) {
+        let message = format!("a wall of {} is {thickness:.2} mm thin", part.name);
+        let fix = "thicken it, or print it with another process";
+        findings.push(
+            about(Finding::error(Rule::Printability, message, fix)).at(Some(place)).measured(
+                thickness,
+                limits.wall_mm,
+                "mm",
+            ),
+        );
+    }
+    Ok(findings)
+}
+
+/// The thinnest wall below a limit, and where it is.
+fn thinnest(body: &Body, limit_mm: f64) -> Option<(f64, Point3<f64>)> {
+    let bounds = body.bounds();
+    if bounds.is_empty() || !bounds.is_finite() {
+        return None;
+    }
+    let mut casters = [Caster::default(), Caster::default()];
+    let mut thinnest: Option<(f64, Point3<f64>)> = None;
+    for direction in DIRECTIONS {
+        let bundle = Bundle::through(&bounds, direction.into(), LINES);
+        for ray in (0..LINES).map(|index| bundle.line(index)) {
+            let [along, across] = &mut casters;
+            for stretch in along.stretches(body, &ray) {
+                // Across parallel faces; where they are not, a line across says more.
+                let steep = steepness(&ray, &stretch.enter).max(steepness(&ray, &stretch.exit));
+                if stretch.length_mm() * steep > 2.0 * limit_mm {
+                    continue;
+                }
+                let inwards = fabkit_geometry::Ray {
+                    origin: ray.at(stretch.enter.t),
+                    direction: -stretch.enter.normal,
+                };
+                let wall = across
+                    .stretches(body, &inwards)
+                    .find(|wall| wall.enter.t.abs() < ROUNDING_MM && wall.exit.t > 0.0);
+                let Some(wall) = wall else { continue };
+                let is_wall = wall.exit.normal.dot(&stretch.enter.normal) < OPPOSITE;
+                let is_thinner = wall.exit.t < thinnest.map_or(limit_mm - ROUNDING_MM, |t| t.0);
+                if is_wall && is_thinner {
+                    thinnest = Some((wall.exit.t, inwards.at(0.5 * wall.exit.t)));
+                }
+            }
+        }
+    }
+    thinnest
+}

@@ -1,0 +1,104 @@
+//! Where rays from within leave through the sensing surface.
+
+use fabkit_geometry::{
+    Body, EllipsoidOffset, InvalidSolid, Point3, Ray, Scratch, Solid, TouchSurface, Vector3,
+};
+
+use super::cast::START_MM;
+
+/// What lies within the surface, endlessly far down: every ray from a camera starts in it.
+///
+/// Dome and wall together are convex, so that a ray leaves through the dome if it is above the
+/// dome's centre there, else through the wall. Both are asked in closed form where there is one:
+/// this is asked once for every pixel, and nothing else is.
+pub(super) struct Inside {
+    dome: Dome,
+    radius_mm: f64,
+    centre_z_mm: f64,
+    foot_z_mm: f64,
+}
+
+enum Dome {
+    /// A sphere or an ellipsoid of revolution: half axes, mm.
+    Ellipsoid(Vector3<f64>),
+    /// A surface parallel to one.
+    Offset(Box<Body>),
+}
+
+impl Inside {
+    pub(super) fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
+        let TouchSurface { dome, centre_z_mm, foot_z_mm, .. } = touch;
+        let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = *dome;
+        let (radius_mm, height_mm) = (touch.equator_radius_mm(), polar_mm + offset_mm);
+        let dome = if equatorial_mm == polar_mm || offset_mm == 0.0 {
+            // Checked as the solid that it is.
+            Solid::ellipsoid([radius_mm, radius_mm, height_mm]).validate()?;
+            Dome::Ellipsoid(Vector3::new(radius_mm, radius_mm, height_mm))
+        } else {
+            let solid = Solid::EllipsoidOffset(dome.clone()).at(0.0, 0.0, *centre_z_mm);
+            Dome::Offset(Box::new(Body::new(&solid)?))
+        };
+        Ok(Self { dome, radius_mm, centre_z_mm: *centre_z_mm, foot_z_mm: *foot_z_mm })
+    }
+
+    /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
+    /// through the housing, which is nothing to see.
+    #[inline]
+    pub(super) fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+        let through_dome = match &self.dome {
+            Dome::Ellipsoid(half_axes_mm) => self.exit_ellipsoid(ray, half_axes_mm),
+            Dome::Offset(body) => {
+                body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
+            }
+        };
+        let z_mm = |range_mm: f64| ray.origin.z + range_mm * ray.direction.z;
+        let above = through_dome.filter(|(range_mm, _)| z_mm(*range_mm) >= self.centre_z_mm);
+        let exit = match above {
+            Some(exit) => exit,
+            // Where the foot lies above the centre there is no wall.
+            None if self.foot_z_mm >= self.centre_z_mm => return None,
+            None => self.exit_wall(ray)?,
+        };
+        (z_mm(exit.0) >= self.foot_z_mm).then_some(exit)
+    }
+
+    /// The sphere of radius 1 in coordinates scaled to the half axes; the discriminant from the
+    /// foot of the perpendicular (Haines et al., "Precision Improvements for Ray/Sphere
+    /// Intersection", Ray Tracing Gems, 2019).
+    #[inline]
+    fn exit_ellipsoid(
+        &self,
+        ray: &Ray,
+        half_axes_mm: &Vector3<f64>,
+    ) -> Option<(f64, Vector3<f64>)> {
+        let centre = Point3::new(0.0, 0.0, self.centre_z_mm);
+        let origin = (ray.origin - centre).component_div(half_axes_mm);
+        let direction = ray.direction.component_div(half_axes_mm);
+        let a = direction.norm_squared();
+        let b = origin.dot(&direction) / a;
+        let half_squared = (1.0 - (origin - b * direction).norm_squared()) / a;
+        if half_squared <= 0.0 {
+            return None;
+        }
+        let range_mm = half_squared.sqrt() - b;
+        let normal = (origin + range_mm * direction).component_div(half_axes_mm);
+        (range_mm > START_MM).then(|| (range_mm, normal.normalize()))
+    }
+
+    /// The endless cylinder; a ray along its axis never leaves.
+    #[inline]
+    fn exit_wall(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
+        let (o, d) = (ray.origin.coords.xy(), ray.direction.xy());
+        let a = d.norm_squared();
+        let cross = o.x * d.y - o.y * d.x;
+        let half_squared = (self.radius_mm * self.radius_mm - cross * cross / a) / a;
+        // Written so that NaN, from a = 0, is refused too.
+        if !(half_squared > 0.0) {
+            return None;
+        }
+        let range_mm = half_squared.sqrt() - o.dot(&d) / a;
+        let at = (o + range_mm * d) / self.radius_mm;
+        (range_mm > START_MM && range_mm.is_finite())
+            .then(|| (range_mm, Vector3::new(at.x, at.y, 0.0).normalize()))
+    }
+}

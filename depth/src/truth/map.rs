@@ -1,0 +1,88 @@
+//! What a press looks like, pixel by pixel.
+
+use fabkit_geometry::{Point3, Vector3};
+
+use super::cast::Surface;
+
+/// The label of pixels that see no sensing surface.
+pub const NO_LABEL: u16 = 0;
+/// The label of the surface where nothing touches it.
+pub const SURFACE_LABEL: u16 = 1;
+
+/// Ground truth for one press: row by row, `NaN` where no surface is seen.
+#[derive(Clone, Debug)]
+pub struct DepthMap<'a> {
+    pub(super) surface: &'a Surface<'a>,
+    pub(super) range_mm: Vec<f64>,
+    pub(super) normal: Vec<Vector3<f64>>,
+    pub(super) label: Vec<u16>,
+    pub(super) names: Vec<String>,
+}
+
+impl DepthMap<'_> {
+    /// Columns.
+    pub fn width_px(&self) -> u32 {
+        self.surface.rays().width_px()
+    }
+
+    /// Rows.
+    pub fn height_px(&self) -> u32 {
+        self.surface.rays().height_px()
+    }
+
+    /// Distance along each ray, mm.
+    pub fn range_mm(&self) -> &[f64] {
+        &self.range_mm
+    }
+
+    /// Unit normals out of the gel, sensor frame.
+    pub fn normal_in_sensor(&self) -> &[Vector3<f64>] {
+        &self.normal
+    }
+
+    /// What each pixel sees: an index into [`DepthMap::names`].
+    pub fn label(&self) -> &[u16] {
+        &self.label
+    }
+
+    /// What the labels mean: `none`, `surface`, then the pressers.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Where each ray ends, mm in the sensor frame.
+    pub fn point_in_sensor(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
+        let rays = self.surface.rays();
+        self.range_mm.iter().enumerate().map(|(pixel, &range_mm)| match rays.ray(pixel) {
+            Some(ray) => ray.at(range_mm),
+            None => Point3::from(Vector3::repeat(f64::NAN)),
+        })
+    }
+
+    /// Third coordinate of each point in the camera frame, mm.
+    pub fn z_mm(&self) -> impl Iterator<Item = f64> + '_ {
+        let rays = self.surface.rays();
+        self.point_in_sensor().map(|point| rays.z_mm(&point))
+    }
+
+    /// Range without contact minus range with it, mm: at least 0.
+    pub fn indentation_mm(&self) -> impl Iterator<Item = f64> + '_ {
+        self.surface.range_mm().iter().zip(&self.range_mm).map(|(before, now)| before - now)
+    }
+
+    /// Whether each pixel sees a presser.
+    pub fn contact(&self) -> impl Iterator<Item = bool> + '_ {
+        self.label.iter().map(|&label| label > SURFACE_LABEL)
+    }
+
+    /// Angle between each ray and the normal, rad: 0 where the surface is looked at squarely.
+    pub fn incidence_rad(&self) -> impl Iterator<Item = f64> + '_ {
+        let rays = self.surface.rays();
+        self.normal.iter().enumerate().map(|(pixel, normal)| {
+            rays.ray(pixel).map_or(f64::NAN, |ray| {
+                let cosine = ray.direction.dot(normal);
+                ray.direction.cross(normal).norm().atan2(cosine)
+            })
+        })
+    }
+}

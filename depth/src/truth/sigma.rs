@@ -1,0 +1,148 @@
+//! How sure ground truth is: from the covariance of camera and pose, and from the printer.
+//!
+//! A pixel's range is where its ray, `o + t d` in the camera frame, meets a surface that moves with
+//! the pose. If parameters change by a little, the ray changes by `do` and `dd`, a point of the
+//! surface by `dx`, and the range by
+//!
+//! ```text
+//! dt = n . (dx - do - t dd) / (n . d)
+//! ```
+//!
+//! because the ray then meets the moved tangent plane. A row of such derivatives on both sides of a
+//! covariance is the variance. Errors of the shape itself act along the normal, so that a ray sees
+//! them divided by `|n . d|`. All of it is of first order: it holds where the surface is smooth over
+//! the width of the error, not at creases, and grows without bound where a ray only grazes.
+
+use fabkit_camera::{Camera, DMatrix, Point2};
+use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use rayon::prelude::*;
+
+use super::map::{DepthMap, NO_LABEL};
+
+/// Step of central differences in units of a parameter, or of its value where that is above 1.
+/// Rays are good to 1e-15 and bend little over it, so that derivatives are good to 1e-8.
+const STEP: f64 = 1e-6;
+
+/// What is known about the errors of camera, pose and shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Covariance of the camera's parameters, in their order.
+    pub camera: Option<DMatrix<f64>>,
+    /// Covariance of the pose: a small rotation about the camera's axes through the sensor's
+    /// origin, rad, then the sensor's origin in the camera frame, mm.
+    pub pose: Option<[[f64; 6]; 6]>,
+    /// Standard deviation of surfaces along their normals, mm.
+    pub shape_mm: f64,
+}
+
+/// A parameter's influence on the rays: cameras a step before and after it.
+struct Stepped {
+    before: Camera,
+    after: Camera,
+    width: f64,
+}
+
+impl DepthMap<'_> {
+    /// Standard deviation of each pixel's range, mm; `NaN` where no surface is seen.
+    ///
+    /// Camera and pose count as independent of each other.
+    pub fn sigma_mm(&self, uncertainty: &Uncertainty) -> Vec<f64> {
+        let rays = self.surface.rays();
+        let held = |i: usize, matrix: &DMatrix<f64>| !(matrix[(i, i)] > 0.0);
+        let camera: Vec<(usize, Stepped)> = uncertainty
+            .camera
+            .iter()
+            .flat_map(|matrix| {
+                let free = (0..matrix.nrows()).filter(move |&i| !held(i, matrix));
+                free.filter_map(|i| Some((i, stepped(rays.camera(), i)?)))
+            })
+            .collect();
+        let pixel = |pixel: usize| -> f64 {
+            let (Some(ray), true) = (rays.ray(pixel), self.label[pixel] != NO_LABEL) else {
+                return f64::NAN;
+            };
+            let camera_from_sensor = rays.camera_from_sensor();
+            let seen =
+                Seen::new(camera_from_sensor, ray, self.range_mm[pixel], &self.normal[pixel]);
+            let mut variance = (uncertainty.shape_mm / seen.cosine).powi(2);
+            if let Some(matrix) = &uncertainty.pose {
+                let by_pose = seen.by_pose(camera_from_sensor);
+                variance += quadratic(&by_pose, |r, c| matrix[r][c]);
+            }
+            if let Some(matrix) = &uncertainty.camera {
+                let at = rays.at_px(pixel);
+                let by_camera: Vec<f64> =
+                    camera.iter().map(|(_, stepped)| seen.by_camera(stepped, &at)).collect();
+                variance += quadratic(&by_camera, |r, c| matrix[(camera[r].0, camera[c].0)]);
+            }
+            variance.max(0.0).sqrt()
+        };
+        (0..rays.len()).into_par_iter().map(pixel).collect()
+    }
+}
+
+/// A pixel's end, in the camera frame.
+struct Seen {
+    point: Point3<f64>,
+    normal: Vector3<f64>,
+    range_mm: f64,
+    /// Between ray and normal.
+    cosine: f64,
+}
+
+impl Seen {
+    fn new(camera_from_sensor: &Pose, ray: &Ray, range_mm: f64, normal: &Vector3<f64>) -> Self {
+        Self {
+            point: camera_from_sensor.point(ray.at(range_mm)),
+            normal: camera_from_sensor.vector(*normal),
+            range_mm,
+            cosine: ray.direction.dot(normal),
+        }
+    }
+
+    /// Range by rotation and translation of the pose.
+    fn by_pose(&self, camera_from_sensor: &Pose) -> [f64; 6] {
+        // n . (w x r) = w . (r x n)
+        let turned = (self.point.coords - camera_from_sensor.translation_mm()).cross(&self.normal);
+        let n = self.normal;
+        [turned.x, turned.y, turned.z, n.x, n.y, n.z].map(|by| by / self.cosine)
+    }
+
+    /// Range by one of the camera's parameters; NaN where a step leaves the lens's domain.
+    fn by_camera(&self, stepped: &Stepped, at_px: &Point2<f64>) -> f64 {
+        let (Ok(before), Ok(after)) =
+            (stepped.before.unproject(at_px), stepped.after.unproject(at_px))
+        else {
+            return f64::NAN;
+        };
+        let moved = after.at(self.range_mm) - before.at(self.range_mm);
+        -self.normal.dot(&moved) / (stepped.width * self.cosine)
+    }
+}
+
+fn quadratic(row: &[f64], matrix: impl Fn(usize, usize) -> f64) -> f64 {
+    let terms = row
+        .iter()
+        .enumerate()
+        .map(|(r, x)| row.iter().enumerate().map(|(c, y)| x * matrix(r, c) * y).sum::<f64>());
+    terms.sum()
+}
+
+/// One-sided where the camera itself is at a limit of its parameter; `None` where none exists on
+/// either side.
+fn stepped(camera: &Camera, parameter: usize) -> Option<Stepped> {
+    let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
+    let step = STEP * values[parameter].abs().max(1.0);
+    let moved = |by: f64| {
+        let mut values = values.clone();
+        values[parameter] += by;
+        camera.with_parameters(&values).ok()
+    };
+    let (before, after) = (moved(-step), moved(step));
+    let sides = f64::from(u8::from(before.is_some()) + u8::from(after.is_some()));
+    (sides > 0.0).then(|| Stepped {
+        before: before.unwrap_or(*camera),
+        after: after.unwrap_or(*camera),
+        width: sides * step,
+    })
+}

@@ -1,0 +1,316 @@
+//! Ground truth against closed forms that are written here once more, differently.
+
+use fabkit_camera::{Camera, Flat, Interface};
+use fabkit_depth::truth::{PixelRays, Presser, SURFACE_LABEL, Seam, Side, Surface};
+use fabkit_geometry::{
+    Angle, EllipsoidOffset, Grip, Path, Point3, Pose, Ray, Solid, TouchSurface, Vector3,
+};
+
+const TOLERANCE_MM: f64 = 1e-9;
+
+fn touch(equatorial_mm: f64, polar_mm: f64, offset_mm: f64, centre_z_mm: f64) -> TouchSurface {
+    TouchSurface {
+        dome: EllipsoidOffset { equatorial_mm, polar_mm, offset_mm },
+        centre_z_mm,
+        foot_z_mm: 0.0,
+        soft_mm: 1.5,
+        grip: Grip {
+            outline: Path::circle([0.0, 0.0], equatorial_mm),
+            top_z_mm: 0.0,
+            bottom_z_mm: -20.0,
+            clear_radius_mm: 0.0,
+            key: None,
+            threads: Vec::new(),
+        },
+    }
+}
+
+/// R-Tac0's.
+fn bullet() -> TouchSurface {
+    touch(15.0, 15.0, 0.0, 6.0)
+}
+
+fn camera() -> Camera {
+    Camera::equidistant(160, 120, 160f64.to_radians()).unwrap()
+}
+
+/// A little off the axis and tilted, so that nothing is symmetric.
+fn sensor_from_camera() -> Pose {
+    Pose::translation(0.3, -0.2, -7.0).then_in(Pose::rotation_x(Angle::from_deg(2.0).unwrap()))
+}
+
+/// Both roots of a t^2 + 2 b t + c, the smaller first.
+fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
+    let d = b * b - a * c;
+    (d > 0.0).then(|| {
+        let q = -(b + d.sqrt().copysign(b));
+        let (x, y) = (q / a, c / q);
+        [x.min(y), x.max(y)]
+    })
+}
+
+#[test]
+fn the_reference_is_the_surface_in_closed_form() {
+    let rays = PixelRays::new(&camera(), &sensor_from_camera());
+    let touch = bullet();
+    let surface = Surface::cast(&touch, &rays).unwrap();
+    let mut seen = 0;
+    for pixel in 0..rays.len() {
+        let Some(ray) = rays.ray(pixel) else { continue };
+        // Above the centre on the sphere, below it on the wall.
+        let from_centre = ray.origin - Point3::new(0.0, 0.0, 6.0);
+        let b = from_centre.dot(&ray.direction);
+        let [_, sphere] = roots(1.0, b, from_centre.norm_squared() - 225.0).unwrap();
+        let (o, d) = (ray.origin.coords.xy(), ray.direction.xy());
+        let [_, wall] = roots(d.norm_squared(), o.dot(&d), o.norm_squared() - 225.0).unwrap();
+        let expected = if ray.at(sphere).z >= 6.0 { sphere } else { wall };
+        let found = surface.range_mm()[pixel];
+        if ray.at(expected).z < 0.0 {
+            assert!(found.is_nan());
+        } else {
+            assert!((found - expected).abs() < TOLERANCE_MM, "{found} {expected}");
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, surface.seen());
+    assert!(seen > 15_000);
+    // Normals point away from the axis of the wall or the centre of the dome.
+    let map = surface.untouched();
+    for (point, normal) in map.point_in_sensor().zip(map.normal_in_sensor()) {
+        if point.x.is_finite() {
+            let outward = point - Point3::new(0.0, 0.0, point.z.min(6.0));
+            assert!((normal - outward / 15.0).norm() < 1e-12);
+        }
+    }
+    assert!(map.indentation_mm().all(|mm| mm.is_nan() || mm == 0.0));
+    assert!(map.contact().all(|contact| !contact));
+}
+
+#[test]
+fn every_kind_of_surface_is_left_where_its_solid_is() {
+    // The same surfaces as solids, whose crossings are tested in their own crate.
+    for touch in [bullet(), touch(14.0, 30.0, 0.0, 0.0), touch(14.0, 30.0, -0.4, 0.0), {
+        let mut cap = touch(24.0, 24.0, 0.0, -16.0);
+        cap.foot_z_mm = 0.0;
+        cap
+    }] {
+        let rays = PixelRays::new(&camera(), &sensor_from_camera());
+        let surface = Surface::cast(&touch, &rays).unwrap();
+        let body = fabkit_geometry::Body::new(&touch.solid(0.0, -60.0)).unwrap();
+        let mut seen = 0;
+        for pixel in (0..rays.len()).step_by(7) {
+            let Some(ray) = rays.ray(pixel) else { continue };
+            let exit = body.crossings(ray).iter().map(|c| c.t).fold(0.0, f64::max);
+            let found = surface.range_mm()[pixel];
+            if found.is_finite() {
+                assert!((found - exit).abs() < TOLERANCE_MM, "{found} {exit}");
+                seen += 1;
+            } else {
+                assert!(ray.at(exit).z < TOLERANCE_MM);
+            }
+        }
+        assert!(seen > 1000, "{seen}");
+    }
+}
+
+/// Where a ray first enters, in closed form; local frame of the presser.
+type Entry = fn(&Ray) -> Option<f64>;
+
+fn sphere(ray: &Ray) -> Option<f64> {
+    let o = ray.origin.coords;
+    roots(1.0, o.dot(&ray.direction), o.norm_squared() - 4.0).map(|[near, _]| near)
+}
+
+/// A disc of radius 1 at height z with its ray parameter.
+fn disc(ray: &Ray, z: f64, radius: f64) -> Option<f64> {
+    let t = (z - ray.origin.z) / ray.direction.z;
+    (ray.at(t).coords.xy().norm() <= radius).then_some(t)
+}
+
+fn first(of: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    of.into_iter().flatten().filter(|t| *t > 0.0).min_by(f64::total_cmp)
+}
+
+fn cylinder(ray: &Ray) -> Option<f64> {
+    let (o, d) = (ray.origin.coords.xy(), ray.direction.xy());
+    let sides = roots(d.norm_squared(), o.dot(&d), o.norm_squared() - 1.0).into_iter().flatten();
+    let sides = sides.filter(|t| (0.0..=3.0).contains(&ray.at(*t).z)).map(Some);
+    first(sides.chain([disc(ray, 0.0, 1.0), disc(ray, 3.0, 1.0)]))
+}
+
+/// Radius 0.2 at z = 0, 1.4 at z = 3.
+fn cone(ray: &Ray) -> Option<f64> {
+    let (o, d) = (ray.origin, ray.direction);
+    let (k, r) = (0.4, 0.2 + 0.4 * o.z);
+    let a = d.xy().norm_squared() - k * k * d.z * d.z;
+    let b = o.coords.xy().dot(&d.xy()) - k * d.z * r;
+    let sides = roots(a, b, o.coords.xy().norm_squared() - r * r).into_iter().flatten();
+    let sides = sides.filter(|t| (0.0..=3.0).contains(&ray.at(*t).z)).map(Some);
+    first(sides.chain([disc(ray, 0.0, 0.2), disc(ray, 3.0, 1.4)]))
+}
+
+fn slab(ray: &Ray) -> Option<f64> {
+    let (low, high) = (Vector3::new(-2.0, -0.5, 0.0), Vector3::new(2.0, 0.5, 3.0));
+    let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        let at = |wall: f64| (wall - ray.origin[axis]) / ray.direction[axis];
+        let (x, y) = (at(low[axis]), at(high[axis]));
+        enter = enter.max(x.min(y));
+        exit = exit.min(x.max(y));
+    }
+    (enter < exit).then_some(enter)
+}
+
+#[test]
+fn pressed_primitives_agree_with_closed_forms_creases_included() {
+    let kinds: [(Solid, Entry); 4] = [
+        (Solid::sphere(2.0), sphere),
+        (Solid::cylinder(1.0, 3.0), cylinder),
+        (Solid::cone(0.2, 1.4, 3.0), cone),
+        (Solid::cuboid(4.0, 1.0, 3.0), slab),
+    ];
+    for interface in [
+        Interface::None,
+        Interface::Flat(Flat { tilt_x_rad: 0.01, tilt_y_rad: -0.02, ..Flat::in_air(2.0, 1.41) }),
+    ] {
+        let camera = camera();
+        let camera = Camera::new(160, 120, *camera.lens(), interface).unwrap();
+        let rays = PixelRays::new(&camera, &sensor_from_camera());
+        let surface = Surface::cast(&bullet(), &rays).unwrap();
+        for (i, (solid, entry)) in kinds.iter().enumerate() {
+            // z points inwards; obliquely, so that edges and side walls show.
+            let (tilt, azimuth) = (0.3 + 0.2 * i as f64, 1.3 * i as f64);
+            let out =
+                Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
+            let at = Point3::new(0.0, 0.0, 6.0) + 13.0 * out;
+            let pose = Pose::z_to(out + Vector3::new(0.2, -0.1, 0.0), at);
+            let presser = Presser::new("it", solid, pose).unwrap();
+            let map = surface.pressed(&[presser]);
+            let inverse = pose.inverse();
+            let mut contact = 0;
+            for pixel in 0..rays.len() {
+                let Some(ray) = rays.ray(pixel) else { continue };
+                let reference = surface.range_mm()[pixel];
+                if reference.is_nan() {
+                    continue;
+                }
+                let local = Ray {
+                    origin: inverse.point(ray.origin),
+                    direction: inverse.vector(ray.direction),
+                };
+                let entered = entry(&local).filter(|t| *t > 0.0 && *t < reference);
+                let expected = entered.unwrap_or(reference);
+                let found = map.range_mm()[pixel];
+                assert!((found - expected).abs() < TOLERANCE_MM, "{i}: {found} {expected}");
+                let label = map.label()[pixel];
+                // At the very edge of the contact both are right.
+                if (reference - expected).abs() > TOLERANCE_MM {
+                    assert_eq!(label, SURFACE_LABEL + 1);
+                    contact += 1;
+                }
+                assert!(
+                    map.normal_in_sensor()[pixel].dot(&ray.direction) > -1e-9,
+                    "out of the gel"
+                );
+            }
+            assert!(contact > 15, "{i}: {contact}");
+        }
+    }
+}
+
+#[test]
+fn a_finer_image_holds_the_coarser_one() {
+    let (camera, pose) = (camera(), sensor_from_camera());
+    let (coarse, fine) =
+        (PixelRays::new(&camera, &pose), PixelRays::with_samples(&camera, &pose, 3));
+    let (coarse, fine) = (
+        Surface::cast(&bullet(), &coarse).unwrap().range_mm().to_vec(),
+        Surface::cast(&bullet(), &fine).unwrap().range_mm().to_vec(),
+    );
+    let mut same = 0;
+    for row in 0..120 {
+        for column in 0..160 {
+            let [a, b] = [coarse[row * 160 + column], fine[(3 * row + 1) * 480 + 3 * column + 1]];
+            assert!(a.is_nan() && b.is_nan() || (a - b).abs() < 1e-10);
+            same += usize::from(a.is_finite());
+        }
+    }
+    assert!(same > 15_000);
+}
+
+#[test]
+fn a_press_is_the_same_on_any_number_of_threads() {
+    let pose = Pose::z_to(Vector3::new(0.5, 0.2, 1.0), Point3::new(5.0, 3.0, 19.0));
+    let presser = Presser::new("ball", &Solid::sphere(2.0), pose).unwrap();
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let rays = PixelRays::new(&camera(), &sensor_from_camera());
+            let surface = Surface::cast(&bullet(), &rays).unwrap();
+            let map = surface.pressed(std::slice::from_ref(&presser));
+            let bits: Vec<u64> = map.range_mm().iter().map(|range| range.to_bits()).collect();
+            (bits, map.label().to_vec())
+        })
+    };
+    assert!(run(1) == run(3));
+}
+
+/// A punch with a flat end, 1 mm deep at the apex.
+fn punch() -> Presser {
+    let pose = Pose::translation(0.0, 0.0, 20.0);
+    Presser::new("punch", &Solid::cylinder(2.0, 5.0), pose).unwrap()
+}
+
+#[test]
+fn a_membrane_fades_from_the_edge_of_a_punch_and_leaves_the_contact_alone() {
+    let rays = PixelRays::new(&camera(), &Pose::translation(0.0, 0.0, -7.0));
+    let surface = Surface::cast(&bullet(), &rays).unwrap();
+    let rigid = surface.pressed(&[punch()]);
+    let soft = rigid.clone().with_membrane(1.5);
+    let bits = |ranges: &[f64]| ranges.iter().map(|range| range.to_bits()).collect::<Vec<u64>>();
+    assert!(bits(rigid.clone().with_membrane(0.0).range_mm()) == bits(rigid.range_mm()));
+    assert_eq!(soft.label(), rigid.label());
+    let deepest = rigid.indentation_mm().filter(|mm| mm.is_finite()).fold(0.0, f64::max);
+    let rest: Vec<Point3<f64>> = surface.untouched().point_in_sensor().collect();
+    let mut faded = 0;
+    for (pixel, (hard, mm)) in rigid.indentation_mm().zip(soft.indentation_mm()).enumerate() {
+        if hard.is_nan() {
+            continue;
+        }
+        let from_axis = rest[pixel].coords.xy().norm();
+        assert!(mm >= hard && mm <= deepest + 1e-12);
+        // Further from the punch's edge than the radius nothing moves.
+        if from_axis > 2.0 + 1.5 {
+            assert_eq!(mm, hard);
+        }
+        if mm > hard + 1e-3 && from_axis > 2.05 {
+            faded += 1;
+            let outward = soft.normal_in_sensor()[pixel];
+            assert!((outward.norm() - 1.0).abs() < 1e-12);
+            assert!(outward.dot(&rays.ray(pixel).unwrap().direction) > 0.0);
+        }
+    }
+    assert!(faded > 50, "{faded}");
+}
+
+#[test]
+fn halves_are_stitched_along_the_seam() {
+    let rays = PixelRays::new(&camera(), &sensor_from_camera());
+    let surface = Surface::cast(&bullet(), &rays).unwrap();
+    let ball = |x: f64| {
+        let pose = Pose::translation(x, 2.0, 19.0);
+        Presser::new("ball", &Solid::sphere(2.0), pose).unwrap()
+    };
+    let (left, right) = (surface.pressed(&[ball(-5.0)]), surface.pressed(&[ball(5.0)]));
+    let both = surface.pressed(&[ball(-5.0), ball(5.0)]);
+    let seam = Seam::new(&surface, Vector3::x(), 0.5);
+    let stitched = seam.stitch(left.range_mm(), right.range_mm(), f64::NAN);
+    for (pixel, side) in seam.sides().iter().enumerate() {
+        match side {
+            Side::Neither => assert!(stitched[pixel].is_nan()),
+            _ => assert_eq!(stitched[pixel].to_bits(), both.range_mm()[pixel].to_bits()),
+        }
+    }
+    let neither = seam.sides().iter().filter(|side| **side == Side::Neither).count();
+    assert!((300..4000).contains(&neither), "{neither}");
+}

@@ -1,0 +1,450 @@
+//! The coupon's file: what was designed, and what a calliper says.
+
+use std::fmt::Write as _;
+
+use fabkit_geometry::Length;
+
+use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
+use crate::parameters::{
+    Content, Entry, Found, InvalidDesign, Layer, Name, Node, Place, Scalar, shown, suggestion,
+};
+use crate::registry::{check_format, mapping_of, take_word};
+
+/// Sizes of one kind on a coupon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CouponGroup {
+    /// Inside diameters.
+    Holes,
+    /// Outside diameters.
+    Pins,
+    /// Widths of slots.
+    Slots,
+    /// Thicknesses of walls.
+    Walls,
+    /// Diameters of hollows.
+    Dimples,
+    /// Lengths along the bed's x.
+    LengthsX,
+    /// Lengths along the bed's y.
+    LengthsY,
+    /// Heights above the bed.
+    LengthsZ,
+    /// Widths of the first layers along x.
+    FootX,
+    /// Widths of the first layers along y.
+    FootY,
+}
+
+impl CouponGroup {
+    /// All of them, in the order of the file.
+    pub const ALL: [Self; 10] = [
+        Self::LengthsX,
+        Self::LengthsY,
+        Self::LengthsZ,
+        Self::Holes,
+        Self::Pins,
+        Self::FootX,
+        Self::FootY,
+        Self::Slots,
+        Self::Walls,
+        Self::Dimples,
+    ];
+
+    /// The key in the file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Holes => "holes",
+            Self::Pins => "pins",
+            Self::Slots => "slots",
+            Self::Walls => "walls",
+            Self::Dimples => "dimples",
+            Self::LengthsX => "lengths_x",
+            Self::LengthsY => "lengths_y",
+            Self::LengthsZ => "lengths_z",
+            Self::FootX => "foot_x",
+            Self::FootY => "foot_y",
+        }
+    }
+
+    fn comment(self) -> &'static str {
+        match self {
+            Self::Holes => "inside diameters of the round holes; mean of two directions",
+            Self::Pins => "outside diameters of the pins; mean of two directions",
+            Self::Slots => "widths of the slots, with a feeler gauge; null where none opens",
+            Self::Walls => "thicknesses of the walls; null where none stands",
+            Self::Dimples => "diameters of the hollows; null where none shows",
+            Self::LengthsX => "from the straight left edge to each step, above the first layers",
+            Self::LengthsY => "from the straight front edge to each step, above the first layers",
+            Self::LengthsZ => "from the bed's side to the top of each step of the tower",
+            Self::FootX => "width of the lowest layers where they stick out left and right",
+            Self::FootY => "width of the lowest layers where they stick out in front and behind",
+        }
+    }
+
+    /// How many measured sizes a profile needs.
+    fn needed(self) -> usize {
+        match self {
+            Self::Holes | Self::Pins | Self::LengthsX | Self::LengthsY | Self::LengthsZ => 3,
+            Self::FootX | Self::FootY | Self::Slots | Self::Walls | Self::Dimples => 0,
+        }
+    }
+}
+
+/// One size on a coupon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CouponRow {
+    /// For example `H3`.
+    pub id: String,
+    /// As designed, mm.
+    pub nominal_mm: f64,
+    /// As measured, mm; `None` until then.
+    pub measured_mm: Option<f64>,
+}
+
+/// A coupon's sizes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coupon {
+    /// How it is printed.
+    pub process: PrintProcess,
+    /// From what.
+    pub material: String,
+    /// The sizes of each group, in order.
+    pub groups: Vec<(CouponGroup, Vec<CouponRow>)>,
+}
+
+impl Coupon {
+    /// The file to fill in; [`MeasuredProfile::read`] reads it.
+    pub fn to_yaml(&self) -> String {
+        let mut yaml = String::from(
+            "# Measure the printed coupon with a calliper and replace each null by the size with its\n\
+             # unit, for example `measured: 3.87 mm`. What cannot be measured stays null.\n\
+             # Then: fabkit profile coupon.yaml -o my-printer.yaml\n\
+             format: 1\n",
+        );
+        let material = serde_json::Value::from(self.material.as_str());
+        // Writing to a String cannot fail.
+        let _ = writeln!(yaml, "process: {}\nmaterial: {material}", self.process.word());
+        for (group, rows) in &self.groups {
+            let _ = writeln!(yaml, "\n# {}\n{}:", group.comment(), group.key());
+            for CouponRow { id, nominal_mm, measured_mm } in rows {
+                let measured = measured_mm.map_or("null".to_owned(), |mm| format!("{mm} mm"));
+                let _ = writeln!(
+                    yaml,
+                    "  - {{id: {id}, nominal: {nominal_mm} mm, measured: {measured}}}"
+                );
+            }
+        }
+        yaml
+    }
+}
+
+/// A profile, and how well it is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredProfile {
+    /// The profile.
+    pub profile: ProcessProfile,
+    /// The line through each group that has enough sizes.
+    pub fits: Vec<(CouponGroup, LinearFit)>,
+    /// The smallest size of each group that came out at all, mm.
+    pub smallest_mm: Vec<(CouponGroup, f64)>,
+}
+
+impl MeasuredProfile {
+    /// Reads a filled-in coupon; `file` names the text in messages.
+    ///
+    /// # Errors
+    /// Everything that is wrong: sizes without a unit or far from what was designed, too few of
+    /// them, one that is off the line through the others.
+    pub fn read(file: &str, yaml: &str, name: &Name) -> Result<Self, InvalidDesign> {
+        let place = Place { layer: Layer::File, file: file.into(), position: None };
+        let mut reading = Reading { place, found: Vec::new(), groups: Vec::new() };
+        let measured = reading.read(yaml, name);
+        match measured {
+            Some(measured) if reading.found.is_empty() => Ok(measured),
+            _ => Err(InvalidDesign { problems: Found::sorted(reading.found) }),
+        }
+    }
+}
+
+/// How far a size may be from the designed one before it must be a slip: a share and an absolute
+/// part, mm.
+const PLAUSIBLE: (f64, f64) = (0.05, 1.0);
+/// How far a size may lie off the line through its group, mm.
+const OFF_LINE_MM: f64 = 0.25;
+const SIZE_LIMITS_MM: std::ops::RangeInclusive<f64> = 0.05..=500.0;
+
+struct Row {
+    path: String,
+    place: Place,
+    nominal_mm: f64,
+    measured_mm: f64,
+}
+
+struct Reading {
+    place: Place,
+    found: Vec<Found>,
+    groups: Vec<(CouponGroup, Place, Vec<Row>)>,
+}
+
+impl Reading {
+    fn read(&mut self, yaml: &str, name: &Name) -> Option<MeasuredProfile> {
+        let place = self.place.clone();
+        let mut entries = mapping_of(yaml, &place, &mut self.found)?;
+        check_format(&mut entries, &place, &mut self.found);
+        let process =
+            self.word(&mut entries, "process", PrintProcess::parse, PrintProcess::must_be(&()));
+        let material =
+            self.word(&mut entries, "material", |text| Ok(text.to_owned()), "a name".into());
+        for entry in entries {
+            self.group(entry);
+        }
+        for group in CouponGroup::ALL {
+            self.enough(group);
+        }
+        if !self.found.is_empty() {
+            return None;
+        }
+        let measured = self.profile(name, process?, material?);
+        if measured.is_none() && self.found.is_empty() {
+            self.found.push(place.problem("", "", "the sizes give no profile".into()));
+        }
+        measured
+    }
+
+    fn word<T>(
+        &mut self,
+        entries: &mut Vec<Entry>,
+        key: &str,
+        parse: impl Fn(&str) -> Result<T, crate::parameters::Refusal>,
+        must_be: String,
+    ) -> Option<T> {
+        let before = self.found.len();
+        let Some((word, at)) = take_word(entries, key, &self.place, &mut self.found) else {
+            if self.found.len() == before {
+                let found = self.place.problem(key, "", format!("the {key} is missing"));
+                self.found.push(found.hint(format!("write `{key}:` and {must_be}")));
+            }
+            return None;
+        };
+        let result = parse(&word);
+        if let Err(refusal) = &result {
+            let message = format!(
+                "{key} is `{}`, which {}; it must be {must_be}",
+                shown(&word),
+                refusal.says
+            );
+            let found = at.problem(key, &shown(&word), message);
+            self.found.push(match &refusal.hint {
+                Some(hint) => found.hint(hint.clone()),
+                None => found,
+            });
+        }
+        result.ok()
+    }
+
+    fn group(&mut self, entry: Entry) {
+        let Entry { key, key_position, value } = entry;
+        let at = self.place.at(key_position);
+        let Some(group) = CouponGroup::ALL.into_iter().find(|group| group.key() == key) else {
+            let keys = CouponGroup::ALL.map(CouponGroup::key);
+            let message = format!("`{}` is not a key of a coupon", shown(&key));
+            let hint = suggestion(&key, keys, "the keys are");
+            self.found.push(at.problem(&shown(&key), "", message).hint(hint));
+            return;
+        };
+        let items = match value.content {
+            Content::List(items) => items,
+            Content::Nothing => Vec::new(),
+            _ => {
+                let message = format!("{key} is not a list");
+                let hint =
+                    "write one line `- {id: ..., nominal: ..., measured: ...}` for each size";
+                self.found.push(at.problem(&key, "", message).hint(hint));
+                return;
+            }
+        };
+        let rows: Vec<Row> = items
+            .into_iter()
+            .enumerate()
+            .filter_map(|(i, item)| self.row(&format!("{key}[{i}]"), item))
+            .collect();
+        self.groups.push((group, at, rows));
+    }
+
+    /// A size that was measured; `None` for others, and after reporting what is wrong.
+    fn row(&mut self, path: &str, item: Node) -> Option<Row> {
+        let at = self.place.at(item.position);
+        let Content::Map(entries) = item.content else {
+            let hint = "write `{id: ..., nominal: ..., measured: ...}`";
+            self.found.push(at.problem(path, "", format!("{path} is not a size")).hint(hint));
+            return None;
+        };
+        let (mut nominal, mut measured) = (None, None);
+        let mut is_broken = false;
+        for Entry { key, key_position, value } in entries {
+            let place = self.place.at(value.position);
+            let path = format!("{path}.{}", shown(&key));
+            match (key.as_str(), value.content) {
+                ("id", _) | ("measured", Content::Nothing) => {}
+                ("nominal" | "measured", Content::Scalar(text)) => {
+                    match self.size(&path, &text, &place) {
+                        Some(mm) if key == "nominal" => nominal = Some(mm),
+                        Some(mm) => measured = Some((mm, place, path)),
+                        None => is_broken = true,
+                    }
+                }
+                ("nominal" | "measured", _) => {
+                    is_broken = true;
+                    let message = format!("{path} is not a single value");
+                    self.found
+                        .push(place.problem(&path, "", message).hint("write a size with its unit"));
+                }
+                _ => {
+                    let hint = suggestion(&key, ["id", "nominal", "measured"], "a size has");
+                    let message = format!("`{}` is not known", shown(&key));
+                    let found = self.place.at(key_position).problem(&path, "", message);
+                    self.found.push(found.hint(hint));
+                }
+            }
+        }
+        let Some(nominal_mm) = nominal else {
+            if !is_broken {
+                let message = format!("{path} has no nominal size");
+                let hint = "write `nominal:` as in the file that came with the coupon";
+                self.found.push(at.problem(path, "", message).hint(hint));
+            }
+            return None;
+        };
+        let (measured_mm, place, path) = measured?;
+        let (share, slack_mm) = PLAUSIBLE;
+        let low_mm = ((1.0 - share) * nominal_mm - slack_mm).max(0.0);
+        let high_mm = (1.0 + share) * nominal_mm + slack_mm;
+        if !(low_mm..=high_mm).contains(&measured_mm) {
+            let message = format!(
+                "{path} is {measured_mm} mm; for {nominal_mm} mm it must be between {:.2} mm and \
+                 {:.2} mm",
+                low_mm, high_mm
+            );
+            let hint = "measure again, or write null if it did not come out";
+            self.found.push(place.problem(&path, &format!("{measured_mm} mm"), message).hint(hint));
+            return None;
+        }
+        Some(Row { path, place, nominal_mm, measured_mm })
+    }
+
+    fn size(&mut self, path: &str, text: &str, place: &Place) -> Option<f64> {
+        let written = shown(text.trim());
+        let must_be = Length::must_be(&SIZE_LIMITS_MM);
+        let (message, hint) = match Length::parse(text) {
+            Ok(length) if length.is_within(&SIZE_LIMITS_MM) => return Some(length.mm()),
+            Ok(_) => (format!("{path} is {written}; it must be {must_be}"), None),
+            Err(refusal) => {
+                let says = refusal.says;
+                (format!("{path} is `{written}`, which {says}; it must be {must_be}"), refusal.hint)
+            }
+        };
+        let mut found = place.problem(path, &written, message);
+        found.problem.hint = hint;
+        self.found.push(found);
+        None
+    }
+
+    fn enough(&mut self, group: CouponGroup) {
+        let (key, needed) = (group.key(), group.needed());
+        let rows = self.groups.iter().find(|(found, ..)| *found == group);
+        let mut sizes: Vec<f64> =
+            rows.iter().flat_map(|(_, _, rows)| rows).map(|row| row.nominal_mm).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.dedup();
+        if sizes.len() < needed {
+            let place = rows.map_or(&self.place, |(_, place, _)| place);
+            let message = format!(
+                "{key} has {} measured sizes; a profile needs at least {needed}",
+                sizes.len()
+            );
+            let found = place.problem(key, &sizes.len().to_string(), message);
+            self.found.push(found.hint("replace null by what was measured, for example `3.87 mm`"));
+        }
+    }
+
+    fn points(&self, group: CouponGroup) -> Vec<(f64, f64)> {
+        let rows = self.groups.iter().filter(|(found, ..)| *found == group);
+        rows.flat_map(|(_, _, rows)| rows).map(|row| (row.nominal_mm, row.measured_mm)).collect()
+    }
+
+    fn fit(&mut self, group: CouponGroup) -> Option<LinearFit> {
+        let fit = LinearFit::through(&self.points(group))?;
+        let rows = self.groups.iter().filter(|(found, ..)| *found == group);
+        let off = |row: &&Row| fit.residual_mm((row.nominal_mm, row.measured_mm)).abs();
+        // One slip pulls the line away from all: only the worst is named.
+        let worst = rows.flat_map(|(_, _, rows)| rows).max_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let off_mm = off(&worst);
+        if off_mm > OFF_LINE_MM {
+            let message = format!(
+                "{} is {} mm, which lies {off_mm:.2} mm off the line through all {}; it must be \
+                 within {OFF_LINE_MM} mm",
+                worst.path,
+                worst.measured_mm,
+                group.key()
+            );
+            let value = format!("{} mm", worst.measured_mm);
+            let found = worst.place.problem(&worst.path, &value, message);
+            self.found.push(found.hint("measure again, or write null to leave it out"));
+        }
+        Some(fit)
+    }
+
+    fn profile(
+        &mut self,
+        name: &Name,
+        process: PrintProcess,
+        material: String,
+    ) -> Option<MeasuredProfile> {
+        use CouponGroup::*;
+        let fits: Vec<(CouponGroup, LinearFit)> =
+            [LengthsX, LengthsY, LengthsZ, Holes, Pins, Slots, Walls]
+                .into_iter()
+                .filter_map(|group| Some((group, self.fit(group)?)))
+                .collect();
+        let fit = |group| fits.iter().find(|(found, _)| *found == group).map(|(_, fit)| *fit);
+        let shrinkage = |group| Some(100.0 * (1.0 - fit(group)?.gain));
+        let diameters = |group: CouponGroup| {
+            let nominal: Vec<f64> = self.points(group).iter().map(|point| point.0).collect();
+            let fit = fit(group)?;
+            Some(DiameterFit {
+                offset: Length::from_mm(fit.offset_mm)?,
+                gain: fit.gain,
+                smallest: Length::from_mm(nominal.iter().copied().fold(f64::INFINITY, f64::min))?,
+                largest: Length::from_mm(nominal.iter().copied().fold(0.0, f64::max))?,
+            })
+        };
+        // What the lowest layers have beyond the line of the lengths, on each of two sides.
+        let feet: Vec<f64> = [(FootX, LengthsX), (FootY, LengthsY)]
+            .into_iter()
+            .filter_map(|(foot, lengths)| Some((self.points(foot), fit(lengths)?)))
+            .flat_map(|(points, fit)| {
+                points.into_iter().map(move |point| fit.residual_mm(point) / 2.0)
+            })
+            .collect();
+        let foot_mm = feet.iter().sum::<f64>() / (feet.len() as f64).max(1.0);
+        let smallest = |group| {
+            let sizes = self.points(group).into_iter().map(|point| point.0);
+            sizes.min_by(f64::total_cmp).map(|mm| (group, mm))
+        };
+        let profile = ProcessProfile {
+            name: name.clone(),
+            process,
+            material,
+            shrinkage_percent: Shrinkage {
+                x: shrinkage(LengthsX)?,
+                y: shrinkage(LengthsY)?,
+                z: shrinkage(LengthsZ)?,
+            },
+            holes: diameters(Holes)?,
+            pins: diameters(Pins)?,
+            elephant_foot: Length::from_mm(foot_mm.max(0.0))?,
+        };
+        let smallest_mm = [Slots, Walls, Dimples].into_iter().filter_map(smallest).collect();
+        Some(MeasuredProfile { profile, fits, smallest_mm })
+    }
+}

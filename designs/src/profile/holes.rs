@@ -1,0 +1,131 @@
+//! Round holes of a copy, as wide as the printer needs them.
+
+use fabkit_geometry::{Cylinder, Extrusion, Path, Pose, Profile, Segment, Solid};
+
+use super::ProcessProfile;
+
+/// How far beyond the measured diameters the line is trusted, as a factor.
+const REACH: f64 = 2.0;
+
+/// Cosine of the angle to the bed's normal within which a hole is upright.
+const UPRIGHT: f64 = 0.9998;
+
+/// What was done to the round holes of a part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HoleCount {
+    /// Upright holes that are wider in the copy (or narrower).
+    pub fitted: usize,
+    /// Round holes left as designed: not upright, or far from any measured diameter.
+    pub left: usize,
+}
+
+impl ProcessProfile {
+    /// A copy whose upright round holes come out of the printer with their designed diameter,
+    /// given that the copy is then scaled by `scale` along the bed's axes.
+    ///
+    /// Holes are cylinders that are cut away, and circles in the outlines of extrusions. Slots,
+    /// countersinks and turned shapes stay as they are. `solid` is in the part's frame,
+    /// `bed_from_part` turns it as it is printed; `cast_scale` is what a mold is enlarged by
+    /// besides.
+    pub fn fit_holes(
+        &self,
+        solid: &Solid,
+        bed_from_part: &Pose,
+        cast_scale: f64,
+    ) -> (Solid, HoleCount) {
+        let [x, y, _] = self.scale();
+        let mut work = Work {
+            profile: self,
+            cast_scale,
+            scale: cast_scale * (x + y) / 2.0,
+            count: HoleCount::default(),
+        };
+        let solid = work.solid(solid, bed_from_part, false);
+        (solid, work.count)
+    }
+}
+
+struct Work<'a> {
+    profile: &'a ProcessProfile,
+    /// Of the designed size to the wanted one.
+    cast_scale: f64,
+    /// Of the tree's size to the file's.
+    scale: f64,
+    count: HoleCount,
+}
+
+impl Work<'_> {
+    /// `is_cut` says whether the solid is taken away.
+    fn solid(&mut self, solid: &Solid, bed_from_solid: &Pose, is_cut: bool) -> Solid {
+        let mut all = |of: &[Solid], is_cut| -> Vec<Solid> {
+            of.iter().map(|one| self.solid(one, bed_from_solid, is_cut)).collect()
+        };
+        match solid {
+            Solid::Union(of) => Solid::Union(all(of, is_cut)),
+            Solid::Intersection(of) => Solid::Intersection(all(of, is_cut)),
+            Solid::Difference { of, minus } => {
+                let minus = all(minus, !is_cut);
+                Solid::Difference { of: Box::new(self.solid(of, bed_from_solid, is_cut)), minus }
+            }
+            Solid::Placed { pose, of } => Solid::Placed {
+                pose: *pose,
+                of: Box::new(self.solid(of, &bed_from_solid.then_in(*pose), is_cut)),
+            },
+            Solid::Feature { name, of } => {
+                let of = Box::new(self.solid(of, bed_from_solid, is_cut));
+                Solid::Feature { name: name.clone(), of }
+            }
+            Solid::Cylinder(cylinder) if is_cut => {
+                let radius_mm = self.radius(cylinder.radius_mm, bed_from_solid);
+                Solid::Cylinder(Cylinder { radius_mm, ..cylinder.clone() })
+            }
+            Solid::Extrusion(Extrusion { profile, height_mm }) => {
+                let Profile { outer, holes } = profile;
+                // A hole in what is cut away is a pin.
+                let outer = if is_cut { self.path(outer, bed_from_solid) } else { outer.clone() };
+                let holes = match is_cut {
+                    true => holes.clone(),
+                    false => holes.iter().map(|hole| self.path(hole, bed_from_solid)).collect(),
+                };
+                let profile = Profile { outer, holes };
+                Solid::Extrusion(Extrusion { profile, height_mm: *height_mm })
+            }
+            other => other.clone(),
+        }
+    }
+
+    fn path(&mut self, path: &Path, bed_from_path: &Pose) -> Path {
+        match whole_circle(path) {
+            Some((centre, radius)) => Path::circle(centre, self.radius(radius, bed_from_path)),
+            None => path.clone(),
+        }
+    }
+
+    fn radius(&mut self, designed_mm: f64, bed_from_hole: &Pose) -> f64 {
+        let is_upright = bed_from_hole.rotation()[(2, 2)].abs() > UPRIGHT;
+        let wanted_mm = 2.0 * designed_mm * self.cast_scale;
+        let fit = &self.profile.holes;
+        let known = fit.smallest.mm() / REACH..=fit.largest.mm() * REACH;
+        if !is_upright || !known.contains(&wanted_mm) {
+            self.count.left += 1;
+            return designed_mm;
+        }
+        self.count.fitted += 1;
+        self.profile.hole_mm(wanted_mm) / 2.0 / self.scale
+    }
+}
+
+/// Centre and radius of a path that consists of arcs about one point.
+fn whole_circle(path: &Path) -> Option<([f64; 2], f64)> {
+    let mut circle = None;
+    for segment in &path.segments {
+        let Segment::Arc { to, centre, .. } = segment else { return None };
+        let radius = (to[0] - centre[0]).hypot(to[1] - centre[1]);
+        match circle {
+            None => circle = Some((*centre, radius)),
+            Some((first, r)) if first == *centre && (radius - r).abs() < 1e-9 => {}
+            Some(_) => return None,
+        }
+    }
+    circle.filter(|_| path.end() == path.start)
+}

@@ -1,0 +1,121 @@
+//! What one printer does to sizes, measured on a coupon.
+//!
+//! Every size comes out as `gain * designed + offset`. Shrinkage is what lengths lose in
+//! proportion; holes lose an offset besides, because the molten line is dragged towards their
+//! middle. A profile says both, and turns them round for exported copies: nominal geometry, and
+//! all that follows from it, stays what was designed.
+
+mod coupon;
+mod fit;
+mod holes;
+mod reading;
+
+pub use coupon::{Coupon, CouponGroup, CouponRow, MeasuredProfile};
+pub use fit::LinearFit;
+pub use holes::HoleCount;
+
+use fabkit_geometry::{Length, Process};
+
+use crate::parameters::Name;
+use crate::{choices, parameters};
+
+choices! {
+    /// A process whose sizes a coupon can show.
+    pub enum PrintProcess {
+        /// Filament.
+        Fdm = "fdm",
+        /// Resin.
+        Sla = "sla",
+        /// Jetted resin.
+        PolyJet = "polyjet",
+    }
+}
+
+impl PrintProcess {
+    /// The process of parts that it is about.
+    pub fn process(self) -> Process {
+        match self {
+            Self::Fdm => Process::Fdm,
+            Self::Sla => Process::Sla,
+            Self::PolyJet => Process::PolyJet,
+        }
+    }
+}
+
+parameters! {
+    /// How much smaller than designed lengths come out.
+    pub struct Shrinkage {
+        /// Along the bed's x, percent.
+        x: f64 = -5.0..=5.0,
+        /// Along the bed's y, percent.
+        y: f64 = -5.0..=5.0,
+        /// Upwards, percent.
+        z: f64 = -5.0..=5.0,
+    }
+}
+
+parameters! {
+    /// How diameters come out: `gain` times the designed one, plus `offset`.
+    pub struct DiameterFit {
+        /// What is added.
+        offset: Length = -2.0..=2.0,
+        /// What is multiplied.
+        gain: f64 = 0.8..=1.2,
+        /// Smallest designed diameter that was measured.
+        smallest: Length = 0.1..=100.0,
+        /// Largest designed diameter that was measured.
+        largest: Length = 0.1..=200.0,
+    }
+}
+
+parameters! {
+    /// What one printer does to sizes.
+    pub struct ProcessProfile {
+        /// Name of the printer.
+        name: Name,
+        /// The parts that it is about.
+        process: PrintProcess,
+        /// What the coupon was printed from, for people.
+        material: String = 1..=80,
+        /// How much smaller than designed lengths come out, percent.
+        shrinkage_percent: Shrinkage,
+        /// Upright round holes.
+        holes: DiameterFit,
+        /// Upright round pins.
+        pins: DiameterFit,
+        /// How far the first layer spreads beyond those above, on each side.
+        elephant_foot: Length = 0.0..=2.0,
+    }
+}
+
+impl ProcessProfile {
+    /// Factors along the bed's axes that make up for shrinkage.
+    ///
+    /// ```
+    /// use fabkit_designs::profile::ProcessProfile;
+    /// let yaml = "
+    /// format: 1
+    /// name: my-printer
+    /// process: fdm
+    /// material: PLA
+    /// shrinkage_percent: {x: 0.5, y: 0.0, z: 0.0}
+    /// holes: {offset: -0.2 mm, gain: 0.995, smallest: 2 mm, largest: 12 mm}
+    /// pins: {offset: 0.1 mm, gain: 0.995, smallest: 2 mm, largest: 8 mm}
+    /// elephant_foot: 0.1 mm
+    /// ";
+    /// let profile = ProcessProfile::read("my-printer.yaml", yaml)?;
+    /// assert!((profile.scale()[0] - 1.0 / 0.995).abs() < 1e-12);
+    /// // A hole that should come out with 5 mm.
+    /// assert!((profile.hole_mm(5.0) - 5.2 / 0.995).abs() < 1e-12);
+    /// # Ok::<(), fabkit_designs::parameters::InvalidDesign>(())
+    /// ```
+    pub fn scale(&self) -> [f64; 3] {
+        let Shrinkage { x, y, z } = self.shrinkage_percent;
+        [x, y, z].map(|percent| 1.0 / (1.0 - percent / 100.0))
+    }
+
+    /// The diameter in a file that comes out of the printer as `wanted_mm`.
+    pub fn hole_mm(&self, wanted_mm: f64) -> f64 {
+        (wanted_mm - self.holes.offset.mm()) / self.holes.gain
+    }
+}

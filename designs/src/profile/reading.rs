@@ -1,0 +1,73 @@
+//! Profiles as files.
+
+use std::fmt::Write as _;
+
+use super::{DiameterFit, ProcessProfile};
+use crate::parameters::{Document, InvalidDesign, Layer, Parameter, Place, Reader, Section};
+use crate::registry::{check_format, mapping_of};
+
+impl ProcessProfile {
+    /// Reads a profile; `file` names the text in messages.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with place, value, limit and a hint.
+    pub fn read(file: &str, yaml: &str) -> Result<Self, InvalidDesign> {
+        let place = Place { layer: Layer::File, file: file.into(), position: None };
+        let mut document = Document::new(Self::fields(), place.clone());
+        let mut found = Vec::new();
+        if let Some(mut entries) = mapping_of(yaml, &place, &mut found) {
+            check_format(&mut entries, &place, &mut found);
+            document.lay(entries, &place);
+            document.found.extend(found);
+        } else {
+            return Err(InvalidDesign { problems: crate::parameters::Found::sorted(found) });
+        }
+        let mut reader = Reader::new(document);
+        let profile = <Self as Parameter>::read(&mut reader, "", "", &());
+        let report = reader.finish(None);
+        match profile {
+            Some(profile) if report.is_clean() => Ok(profile),
+            _ => Err(report.into_invalid()),
+        }
+    }
+
+    /// The file that [`ProcessProfile::read`] reads; each comment line goes before the values.
+    pub fn to_yaml(&self, comments: &[String]) -> String {
+        let mut yaml = String::new();
+        for comment in comments {
+            let _ = writeln!(yaml, "# {comment}");
+        }
+        let [x, y, z] =
+            [self.shrinkage_percent.x, self.shrinkage_percent.y, self.shrinkage_percent.z]
+                .map(|percent| rounded(percent, 4));
+        let fit = |fit: &DiameterFit| {
+            format!(
+                "{{offset: {} mm, gain: {}, smallest: {}, largest: {}}}",
+                rounded(fit.offset.mm(), 4),
+                rounded(fit.gain, 6),
+                fit.smallest,
+                fit.largest
+            )
+        };
+        // A string in double quotes, as in JSON, is YAML.
+        let material = serde_json::Value::from(self.material.as_str());
+        let _ = write!(
+            yaml,
+            "format: 1\nname: {}\nprocess: {}\nmaterial: {material}\n\
+             shrinkage_percent: {{x: {x}, y: {y}, z: {z}}}\nholes: {}\npins: {}\n\
+             elephant_foot: {} mm\n",
+            self.name.as_str(),
+            self.process.word(),
+            fit(&self.holes),
+            fit(&self.pins),
+            rounded(self.elephant_foot.mm(), 4),
+        );
+        yaml
+    }
+}
+
+/// Without digits that no measurement supports; never `-0`.
+fn rounded(value: f64, digits: i32) -> f64 {
+    let unit = 10f64.powi(digits);
+    (value * unit).round() / unit + 0.0
+}

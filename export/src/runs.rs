@@ -1,0 +1,165 @@
+//! Pictures as runs, and runs as Zstandard frames without searching for matches.
+//!
+//! Stitched training targets are large and mostly one value: searching each for repetitions costs
+//! far more than writing it. Where it is known which stretches are filled with one byte, a frame
+//! (RFC 8878, section 3.1.1) can be put together from run-length and raw blocks alone. Any
+//! decompressor reads it.
+
+use std::ops::Range;
+
+/// A stretch of a picture's bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Which bytes of the picture.
+    pub place: Range<usize>,
+    /// What they are.
+    pub content: RunContent,
+}
+
+/// What a [`Run`] holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RunContent {
+    /// The same byte all along.
+    Fill(u8),
+    /// Bytes as they are.
+    Bytes(Vec<u8>),
+}
+
+/// Raw blocks swallow fills shorter than this: a block costs three bytes and one more for a run.
+const LEAST_FILL: usize = 16;
+/// RFC 8878, section 3.1.1.2.4: no block is larger.
+const MAX_BLOCK: usize = 128 << 10;
+
+const RAW: u32 = 0;
+const RUN_LENGTH: u32 = 1;
+
+/// A frame of the bytes that runs make up, in order of place.
+///
+/// # Panics
+/// If the runs leave a gap or overlap.
+pub fn zstd_of_runs<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Vec<u8> {
+    let mut frame = Frame::default();
+    for run in runs {
+        assert_eq!(run.place.start, frame.length, "runs follow each other");
+        frame.length = run.place.end;
+        match &run.content {
+            RunContent::Fill(byte) => frame.fill(*byte, run.place.len()),
+            RunContent::Bytes(bytes) => frame.raw(bytes),
+        }
+    }
+    frame.finish()
+}
+
+#[derive(Default)]
+struct Frame {
+    blocks: Vec<u8>,
+    /// Where the header of the last block stands.
+    last_header: usize,
+    length: usize,
+    raw: Vec<u8>,
+    /// A fill that may still grow.
+    fill: (u8, usize),
+}
+
+impl Frame {
+    fn fill(&mut self, byte: u8, count: usize) {
+        if self.fill.0 != byte {
+            self.end_fill();
+            self.fill.0 = byte;
+        }
+        self.fill.1 += count;
+    }
+
+    fn raw(&mut self, bytes: &[u8]) {
+        self.end_fill();
+        self.raw.extend_from_slice(bytes);
+    }
+
+    /// Short fills join the raw bytes before them, long ones become blocks.
+    fn end_fill(&mut self) {
+        let (byte, mut count) = self.fill;
+        self.fill.1 = 0;
+        if count < LEAST_FILL {
+            self.raw.extend(std::iter::repeat_n(byte, count));
+            return;
+        }
+        self.end_raw();
+        while count > 0 {
+            let size = count.min(MAX_BLOCK);
+            self.block(RUN_LENGTH, size, &[byte]);
+            count -= size;
+        }
+    }
+
+    fn end_raw(&mut self) {
+        let raw = std::mem::take(&mut self.raw);
+        for part in raw.chunks(MAX_BLOCK) {
+            self.block(RAW, part.len(), part);
+        }
+    }
+
+    /// Section 3.1.1.2: bit 0 marks the last block, two bits its kind, 21 its size.
+    fn block(&mut self, kind: u32, size: usize, content: &[u8]) {
+        self.last_header = self.blocks.len();
+        let header = kind << 1 | (size as u32) << 3;
+        self.blocks.extend(&header.to_le_bytes()[..3]);
+        self.blocks.extend(content);
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        self.end_fill();
+        self.end_raw();
+        if self.blocks.is_empty() {
+            self.block(RAW, 0, &[]);
+        }
+        self.blocks[self.last_header] |= 1;
+        // Section 3.1.1.1: the magic number; content size of 8 bytes, one segment; the size.
+        let mut bytes = vec![0x28, 0xb5, 0x2f, 0xfd, 0b1110_0000];
+        bytes.extend((self.length as u64).to_le_bytes());
+        bytes.extend(self.blocks);
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn frame(contents: &[RunContent], lengths: &[usize]) -> (Vec<u8>, Vec<u8>) {
+        let (mut runs, mut plain) = (Vec::new(), Vec::new());
+        for (content, length) in contents.iter().zip(lengths) {
+            let start = plain.len();
+            match content {
+                RunContent::Fill(byte) => plain.extend(std::iter::repeat_n(*byte, *length)),
+                RunContent::Bytes(bytes) => plain.extend(bytes),
+            }
+            runs.push(Run { place: start..plain.len(), content: content.clone() });
+        }
+        (zstd_of_runs(&runs), plain)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..Default::default() })]
+        #[test]
+        fn the_real_decompressor_reads_it(
+            runs in prop::collection::vec((any::<bool>(), 0u8..3, prop::sample::select(
+                vec![0usize, 1, 7, 15, 16, 17, 1000, 131_071, 131_072, 131_073, 400_000])), 0..8)
+        ) {
+            let lengths: Vec<usize> = runs.iter().map(|run| run.2).collect();
+            let contents: Vec<RunContent> = runs.iter().map(|(fill, byte, length)| match fill {
+                true => RunContent::Fill(*byte),
+                false => RunContent::Bytes((0..*length).map(|i| (i * i / 7) as u8).collect()),
+            }).collect();
+            let (packed, plain) = frame(&contents, &lengths);
+            prop_assert!(zstd::bulk::decompress(&packed, plain.len()).unwrap() == plain);
+        }
+    }
+
+    #[test]
+    fn one_value_takes_a_few_bytes() {
+        let (packed, plain) = frame(&[RunContent::Fill(0)], &[1_228_800]);
+        assert_eq!(plain.len(), 1_228_800);
+        assert!(packed.len() < 64, "{}", packed.len());
+    }
+}

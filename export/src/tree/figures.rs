@@ -1,0 +1,379 @@
+//! Volume, area, centroid and inertia of the exact solid.
+//!
+//! Closed forms exist for few trees. For all others the mesh is corrected by what lies between it
+//! and the exact faces: along each triangle's normal the distance to the face is known from a ray,
+//! and along each edge the gap between neighbouring corrections is a small quadrilateral whose
+//! fourth corner is where the two faces meet. What remains is of third order in the chord
+//! tolerance. Two tolerances are compared, and their difference is stated as the error.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::{Body, Matrix3, Point3, Pose, Ray, Scratch, Solid, Vector3};
+use fabkit_mesh::{FaceId, MeshError, TriMesh, mesh};
+use serde::Serialize;
+
+/// Chord tolerance of the finer of the two meshes, mm; the other is twice as coarse.
+const CHORD_MM: f64 = 0.004;
+
+/// Triangles lower than this have no normal worth the name, mm.
+const SLIVER_MM: f64 = 1e-7;
+
+/// Nodes and weights of Gauss and Legendre's rule on (0, 1), exact to fifth order.
+const NODES: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_3, 5.0 / 18.0),
+    (0.5, 4.0 / 9.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];
+
+/// Barycentric coordinates and weights of Radon's rule on a triangle, exact to fifth order: the
+/// centre, and three points each on the way from the centre to a corner and away from it.
+const CENTRE_WEIGHT: f64 = 0.225;
+const ROUND_CENTRE: [(f64, f64); 2] = [
+    (0.797_426_985_353_087_3, 0.125_939_180_544_827_15),
+    (0.059_715_871_789_769_82, 0.132_394_152_788_506_18),
+];
+
+/// Integrals over the exact solid, for density 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ExactFigures {
+    /// Volume, mm^3.
+    pub volume_mm3: f64,
+    /// The true volume is nearer than this, mm^3.
+    pub volume_error_mm3: f64,
+    /// Surface area, mm^2.
+    pub area_mm2: f64,
+    /// The true area is nearer than this, mm^2.
+    pub area_error_mm2: f64,
+    /// Centre of mass, mm.
+    pub centroid_mm: [f64; 3],
+    /// The true centroid is nearer than this, mm.
+    pub centroid_error_mm: f64,
+    /// Inertia about the centroid, rows, mm^5.
+    pub inertia_mm5: [[f64; 3]; 3],
+    /// Each true entry is nearer than this, mm^5.
+    pub inertia_error_mm5: f64,
+    /// Lower and upper corner of the box around the solid, mm.
+    pub bounds_mm: [[f64; 3]; 2],
+    /// The true box is nearer than this, mm.
+    pub bounds_error_mm: f64,
+    /// Through holes and handles, summed over shells.
+    pub genus: i32,
+    /// Connected boundaries; a closed cavity counts as one.
+    pub shells: usize,
+}
+
+/// The figures of a solid, and the finer of the meshes they come from.
+pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshError> {
+    let coarse = integrate(solid, &mesh(solid, 2.0 * CHORD_MM)?);
+    let finer_mesh = mesh(solid, CHORD_MM)?;
+    let fine = integrate(solid, &finer_mesh);
+    let bounds = finer_mesh.bounds();
+    let (centroid, inertia) = (fine.centroid(), fine.inertia());
+    let figures = ExactFigures {
+        volume_mm3: fine.volume,
+        volume_error_mm3: rounding(fine.volume) + (fine.volume - coarse.volume).abs(),
+        area_mm2: fine.area,
+        area_error_mm2: rounding(fine.area) + (fine.area - coarse.area).abs(),
+        centroid_mm: centroid.into(),
+        centroid_error_mm: 1e-9 + (centroid - coarse.centroid()).norm(),
+        inertia_mm5: std::array::from_fn(|row| inertia.row(row).transpose().into()),
+        inertia_error_mm5: rounding(inertia.amax()) + (inertia - coarse.inertia()).amax(),
+        bounds_mm: [bounds.min.coords.into(), bounds.max.coords.into()],
+        bounds_error_mm: CHORD_MM,
+        genus: finer_mesh.genus(),
+        shells: finer_mesh.shells(),
+    };
+    Ok((figures, finer_mesh))
+}
+
+/// What summing a million numbers may cost.
+fn rounding(value: f64) -> f64 {
+    1e-10 * value.abs()
+}
+
+/// Moments about the origin, and the area.
+#[derive(Clone, Copy, Debug)]
+struct Integrals {
+    volume: f64,
+    area: f64,
+    first: Vector3<f64>,
+    second: Matrix3<f64>,
+}
+
+impl Integrals {
+    fn add(&mut self, volume: f64, at: Vector3<f64>) {
+        self.volume += volume;
+        self.first += volume * at;
+        self.second += volume * at * at.transpose();
+    }
+
+    fn centroid(&self) -> Vector3<f64> {
+        self.first / self.volume
+    }
+
+    /// About the centroid.
+    fn inertia(&self) -> Matrix3<f64> {
+        let c = self.centroid();
+        let spread = self.second - self.volume * c * c.transpose();
+        Matrix3::identity() * spread.trace() - spread
+    }
+}
+
+/// The exact face seen from a point of a triangle beside it.
+#[derive(Clone, Copy, Debug)]
+struct Sight {
+    /// From the point along the triangle's normal, mm.
+    height_mm: f64,
+    /// Out of the solid.
+    normal: Vector3<f64>,
+}
+
+/// A triangle as it is needed here.
+struct Facet {
+    corners: [Vector3<f64>; 3],
+    normal: Vector3<f64>,
+    area: f64,
+    /// Its plane is as good as its face.
+    is_flat: bool,
+    /// Too thin to have a plane.
+    is_sliver: bool,
+}
+
+impl Facet {
+    fn new(mesh: &TriMesh, index: usize, leaves: &Leaves) -> Self {
+        let corners = mesh.triangles[index].map(|v| Vector3::from(mesh.vertices[v as usize]));
+        let [a, b, c] = corners;
+        let double = (b - a).cross(&(c - a));
+        let longest = [b - a, c - b, a - c].map(|edge| edge.norm()).into_iter().fold(0.0, f64::max);
+        Self {
+            corners,
+            normal: double.try_normalize(0.0).unwrap_or_else(Vector3::z),
+            area: 0.5 * double.norm(),
+            is_flat: !leaves.is_curved(mesh.faces[index]),
+            is_sliver: double.norm() <= SLIVER_MM * longest,
+        }
+    }
+
+    fn point(&self, [u, v, w]: [f64; 3]) -> Vector3<f64> {
+        u * self.corners[0] + v * self.corners[1] + w * self.corners[2]
+    }
+}
+
+/// Everything that is asked while summing.
+struct Summing<'a> {
+    mesh: &'a TriMesh,
+    facets: Vec<Facet>,
+    leaves: Leaves,
+    scratch: Scratch,
+    sum: Integrals,
+}
+
+fn integrate(solid: &Solid, mesh: &TriMesh) -> Integrals {
+    let leaves = Leaves::new(solid);
+    let facets = (0..mesh.triangles.len()).map(|i| Facet::new(mesh, i, &leaves)).collect();
+    let (zero, none) = (Vector3::zeros(), Matrix3::zeros());
+    let sum = Integrals { volume: 0.0, area: 0.0, first: zero, second: none };
+    let mut summing = Summing { mesh, facets, leaves, scratch: Scratch::default(), sum };
+    for index in 0..mesh.triangles.len() {
+        summing.add_facet(index);
+    }
+    for pair in edges(mesh) {
+        summing.add_edge(pair);
+    }
+    summing.sum
+}
+
+impl Summing<'_> {
+    /// The face as seen from a point of a triangle; the triangle's own plane where it is as good.
+    fn sight(&mut self, index: usize, at: Vector3<f64>) -> Sight {
+        let facet = &self.facets[index];
+        let flat = Sight { height_mm: 0.0, normal: facet.normal };
+        if facet.is_flat || facet.is_sliver {
+            return flat;
+        }
+        let (id, centre) = (self.mesh.faces[index], facet.point([1.0 / 3.0; 3]));
+        let seen = self.leaves.sight(id, at, centre, facet.normal, &mut self.scratch);
+        seen.unwrap_or(flat)
+    }
+
+    /// A triangle, and what lies between it and its face.
+    fn add_facet(&mut self, index: usize) {
+        add_tetrahedron(&mut self.sum, self.facets[index].corners);
+        if self.facets[index].is_flat || self.facets[index].is_sliver {
+            self.sum.area += self.facets[index].area;
+            return;
+        }
+        let mut nodes = vec![([1.0 / 3.0; 3], CENTRE_WEIGHT)];
+        for (corner, weight) in ROUND_CENTRE {
+            let rest = 0.5 * (1.0 - corner);
+            nodes.push(([corner, rest, rest], weight));
+            nodes.push(([rest, corner, rest], weight));
+            nodes.push(([rest, rest, corner], weight));
+        }
+        for (barycentric, weight) in nodes {
+            let facet = &self.facets[index];
+            let (at, share, up) = (facet.point(barycentric), weight * facet.area, facet.normal);
+            let Sight { height_mm, normal } = self.sight(index, at);
+            self.sum.add(share * height_mm, at + 0.5 * height_mm * up);
+            self.sum.area += share / normal.dot(&up).max(0.1);
+        }
+    }
+
+    /// What lies between the prisms that two neighbouring triangles have been given, in the planes
+    /// across their edge: the quadrilateral from the edge over both feet to where the faces meet.
+    fn add_edge(&mut self, [one, two]: Pair) {
+        let (first, second) = (&self.facets[one.0], &self.facets[two.0]);
+        if first.is_sliver || second.is_sliver || (first.is_flat && second.is_flat) {
+            return;
+        }
+        let (from, to) = (first.corners[one.1], first.corners[(one.1 + 1) % 3]);
+        let (normal, other_normal) = (first.normal, second.normal);
+        let length = (to - from).norm();
+        let along = (to - from) / length;
+        // In the plane across the edge: x out of the first triangle, y along its normal.
+        let (x, y) = (along.cross(&normal), normal);
+        let flat = |v: Vector3<f64>| [v.dot(&x), v.dot(&y)];
+        if self.mesh.faces[one.0] == self.mesh.faces[two.0] {
+            // Ends lie on the face: heights are a parabola over the edge, the gap its square.
+            let at = 0.5 * (from + to);
+            let (a, b) = (self.sight(one.0, at), self.sight(two.0, at));
+            let (p, q) = (flat(a.height_mm * normal), flat(b.height_mm * other_normal));
+            self.sum.add(8.0 / 15.0 * length * 0.5 * cross(q, p), at);
+            let (n, step) = (flat(a.normal + b.normal), [q[0] - p[0], q[1] - p[1]]);
+            let strip = cross(n, step) / -n[0].hypot(n[1]);
+            self.sum.area += 2.0 / 3.0 * length * strip;
+            return;
+        }
+        for (t, weight) in NODES {
+            let at = from + t * (to - from);
+            let (a, b) = (self.sight(one.0, at), self.sight(two.0, at));
+            let (p, q) = (flat(a.height_mm * normal), flat(b.height_mm * other_normal));
+            let (n, m) = (flat(a.normal), flat(b.normal));
+            let across = cross(n, m);
+            let meet = if across.abs() < 1e-2 {
+                // Faces that meet smoothly.
+                [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]
+            } else {
+                let (u, v) = (dot(n, p), dot(m, q));
+                [(u * m[1] - v * n[1]) / across, (v * n[0] - u * m[0]) / across]
+            };
+            let gap = 0.5 * (cross(q, meet) + cross(meet, p));
+            let share = weight * length;
+            self.sum.add(share * gap, at + 0.5 * (meet[0] * x + meet[1] * y));
+            // Along the faces from their feet to where they meet.
+            let strips = dot([meet[0] - p[0], meet[1] - p[1]], [n[1], -n[0]])
+                + dot([meet[0] - q[0], meet[1] - q[1]], [-m[1], m[0]]);
+            self.sum.area += share * strips;
+        }
+    }
+}
+
+/// The tetrahedron between a triangle and the origin.
+fn add_tetrahedron(sum: &mut Integrals, [a, b, c]: [Vector3<f64>; 3]) {
+    let determinant = a.dot(&b.cross(&c));
+    let total = a + b + c;
+    sum.volume += determinant / 6.0;
+    sum.first += determinant / 24.0 * total;
+    let squares = a * a.transpose() + b * b.transpose() + c * c.transpose();
+    sum.second += determinant / 120.0 * (squares + total * total.transpose());
+}
+
+/// Both sides of an edge: triangle and edge number, in either direction.
+type Pair = [(usize, usize); 2];
+
+fn edges(mesh: &TriMesh) -> Vec<Pair> {
+    let mut open: BTreeMap<(u32, u32), Vec<(usize, usize)>> = BTreeMap::new();
+    let mut pairs = Vec::with_capacity(mesh.triangles.len() * 3 / 2);
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        for edge in 0..3 {
+            let (a, b) = (corners[edge], corners[(edge + 1) % 3]);
+            match open.get_mut(&(b, a)).and_then(Vec::pop) {
+                Some(other) => pairs.push([other, (triangle, edge)]),
+                None => open.entry((a, b)).or_default().push((triangle, edge)),
+            }
+        }
+    }
+    pairs
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// The primitives of a tree, each asked for itself.
+struct Leaves {
+    bodies: Vec<Option<(Body, Pose, Pose)>>,
+    curved: Vec<Vec<bool>>,
+}
+
+impl Leaves {
+    fn new(solid: &Solid) -> Self {
+        let leaves = solid.leaves();
+        let body = |leaf: &fabkit_geometry::Leaf| {
+            // The whole solid is valid, so that its primitives are.
+            let body = Body::new(leaf.primitive).ok()?;
+            Some((body, leaf.root_from_leaf, leaf.root_from_leaf.inverse()))
+        };
+        Self {
+            bodies: leaves.iter().map(body).collect(),
+            curved: leaves.iter().map(|leaf| curved_faces(leaf.primitive)).collect(),
+        }
+    }
+
+    fn is_curved(&self, id: FaceId) -> bool {
+        self.curved[id.leaf as usize].get(id.face as usize).copied().unwrap_or(false)
+    }
+
+    /// The face as seen along a triangle's normal from a point of its edge.
+    ///
+    /// On the edge itself a ray may miss the face by rounding, and beside a rim by its curvature: it
+    /// starts a little inside then, and the tangent plane leads back.
+    fn sight(
+        &self,
+        id: FaceId,
+        at: Vector3<f64>,
+        centre: Vector3<f64>,
+        normal: Vector3<f64>,
+        scratch: &mut Scratch,
+    ) -> Option<Sight> {
+        let (body, root_from_leaf, leaf_from_root) = self.bodies[id.leaf as usize].as_ref()?;
+        let mut crossings = Vec::new();
+        [1e-4, 0.02, 0.2].iter().find_map(|inwards| {
+            let origin = at + *inwards * (centre - at);
+            let ray = Ray {
+                origin: leaf_from_root.point(Point3::from(origin)),
+                direction: leaf_from_root.vector(normal),
+            };
+            body.crossings_into(&ray, scratch, &mut crossings);
+            let near = crossings.iter().filter(|c| c.face == id.face && c.t.abs() < 5.0 * CHORD_MM);
+            let hit = near.min_by(|a, b| a.t.abs().total_cmp(&b.t.abs()))?;
+            let outward = root_from_leaf.vector(hit.normal);
+            // Seen by itself, a tool's face looks out of the tool, into the solid.
+            let outward = if outward.dot(&normal) < 0.0 { -outward } else { outward };
+            let slope = outward.dot(&normal);
+            let height_mm = outward.dot(&(origin + hit.t * normal - at)) / slope.max(0.1);
+            Some(Sight { height_mm, normal: outward })
+        })
+    }
+}
+
+/// Which faces of a primitive are not plane.
+fn curved_faces(primitive: &Solid) -> Vec<bool> {
+    use fabkit_geometry::Segment::Line;
+    let bends = |profile: &fabkit_geometry::Profile| -> Vec<bool> {
+        let segments = profile.paths().flat_map(|path| &path.segments);
+        segments.map(|segment| !matches!(segment, Line { .. })).collect()
+    };
+    match primitive {
+        Solid::Cuboid(_) | Solid::HalfSpace(_) => vec![false; 6],
+        Solid::Cylinder(_) | Solid::Cone(_) => vec![true, false, false],
+        Solid::Extrusion(s) => [false, false].into_iter().chain(bends(&s.profile)).collect(),
+        // A line across the axis is plane, but a ray finds it at once.
+        Solid::Revolution(s) => vec![true; bends(&s.profile).len()],
+        _ => vec![true],
+    }
+}

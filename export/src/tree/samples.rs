@@ -1,0 +1,312 @@
+//! What fabkit believes about the exact solid, as samples that any other kernel can be asked for.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::{Body, Landmark, Point3, Ray, Scratch, Solid, Vector3};
+use fabkit_mesh::{FaceId, TriMesh};
+use serde::Serialize;
+
+use super::figures::{ExactFigures, figures};
+use crate::{ExportError, VERSION, json_bytes};
+
+/// Lines of each of the three parallel bundles.
+const LINES_PER_BUNDLE: usize = 144;
+/// Lines aimed at each face of each primitive.
+const LINES_PER_FACE: usize = 2;
+/// Most lines aimed at faces.
+const MAX_AIMED: usize = 6000;
+/// Random points asked whether they lie inside.
+const POINTS: usize = 96;
+/// Lines that pass a face at a smaller angle say little about where it is; sine of that angle.
+const GRAZING: f64 = 0.05;
+/// Crossings nearer to each other than this may merge in a kernel with tolerances, mm.
+const CLOSE_MM: f64 = 1e-4;
+/// A landmark nearer to the surface than this lies on it, mm.
+const TOUCH_MM: f64 = 1e-7;
+
+/// All samples of one body (`fabkit-samples` version 1).
+#[derive(Clone, Debug, Serialize)]
+struct Form<'a> {
+    format: &'static str,
+    version: u32,
+    fabkit: &'static str,
+    design_hash: &'a str,
+    sensor: &'a str,
+    name: &'a str,
+    figures: ExactFigures,
+    /// Cross-section that each line of kind `bundle` stands for, mm^2, in the three directions.
+    bundle_mm2: Vec<f64>,
+    lines: Vec<Line>,
+    points: Vec<Point>,
+    landmarks: Vec<LandmarkClaim<'a>>,
+}
+
+/// A line with all its crossings of the exact surface.
+#[derive(Clone, Debug, Serialize)]
+struct Line {
+    /// `bundle 0` to `bundle 2`, the feature or face it is aimed at, or `landmark NAME`.
+    of: String,
+    origin_mm: [f64; 3],
+    /// Unit length.
+    direction: [f64; 3],
+    /// Sorted positions along the line, from the origin, mm.
+    t_mm: Vec<f64>,
+    /// Between line and outward normal: below 0 where the line enters.
+    cosine: Vec<f64>,
+    leaf: Vec<u32>,
+    face: Vec<u32>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Point {
+    point_mm: [f64; 3],
+    inside: bool,
+}
+
+/// Where a landmark lies.
+#[derive(Clone, Debug, Serialize)]
+struct LandmarkClaim<'a> {
+    name: &'a str,
+    point_mm: [f64; 3],
+    axis: [f64; 3],
+    /// `surface`, `void` or `solid`.
+    lies_in: &'static str,
+}
+
+/// What the samples of a body are made from.
+#[derive(Clone, Copy, Debug)]
+pub struct SamplesDocument<'a> {
+    /// As in the tree.
+    pub design_hash: &'a str,
+    /// As in the tree.
+    pub sensor: &'a str,
+    /// As in the tree.
+    pub name: &'a str,
+    /// As in the tree.
+    pub solid: &'a Solid,
+    /// As in the tree.
+    pub landmarks: &'a [Landmark],
+}
+
+/// Writes where lines cross the exact solid, which points lie inside, where landmarks lie, and the
+/// solid's integrals, as JSON (`fabkit-samples` version 1).
+///
+/// Three bundles of parallel lines weigh the whole; two lines are aimed at each face of each
+/// primitive that has any surface left, so that no feature is missed.
+///
+/// # Errors
+/// [`ExportError::Samples`] for a solid that cannot be meshed, [`ExportError::Json`] if the encoder
+/// refuses.
+pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
+    let refused = |reason: String| ExportError::Samples { name: document.name.into(), reason };
+    let body = Body::new(document.solid).map_err(|e| refused(e.to_string()))?;
+    let (figures, mesh) = figures(document.solid).map_err(|e| refused(e.to_string()))?;
+    let mut caster = Caster { body: &body, scratch: Scratch::default(), random: Random(1) };
+    let reach_mm = (mesh.bounds().max - mesh.bounds().min).norm();
+
+    let mut lines = Vec::new();
+    let mut bundle_mm2 = Vec::new();
+    for (i, direction) in BUNDLES.iter().enumerate() {
+        bundle_mm2.push(caster.bundle(i, Vector3::from(*direction), &mesh, &mut lines));
+    }
+    caster.aimed(&mesh, reach_mm, &mut lines);
+    let landmarks = document.landmarks.iter().map(|landmark| {
+        let lies_in = caster.landmark(landmark, reach_mm, &mut lines);
+        let (point_mm, axis) = (landmark.point.coords.into(), landmark.axis.into());
+        LandmarkClaim { name: &landmark.name, point_mm, axis, lies_in }
+    });
+    let landmarks = landmarks.collect();
+    let points = caster.points(&mesh);
+    json_bytes(&Form {
+        format: "fabkit-samples",
+        version: 1,
+        fabkit: VERSION,
+        design_hash: document.design_hash,
+        sensor: document.sensor,
+        name: document.name,
+        figures,
+        bundle_mm2,
+        lines,
+        points,
+        landmarks,
+    })
+}
+
+/// Askew to everything that parts are made of.
+const BUNDLES: [[f64; 3]; 3] =
+    [[0.9731, 0.1877, 0.1331], [0.1523, 0.9658, 0.2099], [0.1234, 0.0917, 1.0]];
+
+struct Caster<'a> {
+    body: &'a Body,
+    scratch: Scratch,
+    random: Random,
+}
+
+impl Caster<'_> {
+    /// The line with its crossings, or nothing where it grazes a face.
+    fn line(&mut self, of: &str, origin: Point3<f64>, direction: Vector3<f64>) -> Option<Line> {
+        let direction = direction.normalize();
+        let mut crossings = Vec::new();
+        self.body.crossings_into(&Ray { origin, direction }, &mut self.scratch, &mut crossings);
+        let cosine: Vec<f64> = crossings.iter().map(|c| c.normal.dot(&direction)).collect();
+        let t_mm: Vec<f64> = crossings.iter().map(|c| c.t).collect();
+        let clear = cosine.iter().all(|c| c.abs() > GRAZING)
+            && t_mm.windows(2).all(|pair| pair[1] - pair[0] > CLOSE_MM);
+        clear.then(|| Line {
+            of: of.into(),
+            origin_mm: origin.coords.into(),
+            direction: direction.into(),
+            t_mm,
+            cosine,
+            leaf: crossings.iter().map(|c| c.leaf).collect(),
+            face: crossings.iter().map(|c| c.face).collect(),
+        })
+    }
+
+    /// Lines through a jittered grid over the mesh's shadow; returns what each stands for, mm^2.
+    fn bundle(
+        &mut self,
+        number: usize,
+        direction: Vector3<f64>,
+        mesh: &TriMesh,
+        lines: &mut Vec<Line>,
+    ) -> f64 {
+        let direction = direction.normalize();
+        let u = direction.cross(&direction.yzx()).normalize();
+        let v = direction.cross(&u);
+        let span = |w: Vector3<f64>| {
+            let heights = mesh.vertices.iter().map(|p| w.dot(&Vector3::from(*p)));
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)))
+        };
+        let (span_u, span_v, behind) = (span(u), span(v), span(direction).0);
+        let rows = (LINES_PER_BUNDLE as f64).sqrt() as usize;
+        let step = |(low, high): (f64, f64), i: usize, jitter: f64| {
+            low + (i as f64 + jitter) / rows as f64 * (high - low)
+        };
+        for i in 0..rows * rows {
+            let (a, b) = (self.random.unit(), self.random.unit());
+            let at = step(span_u, i % rows, a) * u + step(span_v, i / rows, b) * v;
+            let origin = Point3::from(at + (behind - 1.0) * direction);
+            lines.extend(self.line(&format!("bundle {number}"), origin, direction));
+        }
+        (span_u.1 - span_u.0) * (span_v.1 - span_v.0) / (rows * rows) as f64
+    }
+
+    /// Lines through the middles of triangles of each face, within 60 degrees of their normals.
+    fn aimed(&mut self, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
+        let mut triangles: BTreeMap<FaceId, Vec<usize>> = BTreeMap::new();
+        for (index, face) in mesh.faces.iter().enumerate() {
+            triangles.entry(*face).or_default().push(index);
+        }
+        let per_face = LINES_PER_FACE.min(MAX_AIMED / triangles.len().max(1)).max(1);
+        for (id, triangles) in triangles.iter().take(MAX_AIMED) {
+            let feature = self.body.feature_of(id.leaf);
+            let of = match feature {
+                "" => format!("leaf {} face {}", id.leaf, id.face),
+                name => format!("{name}, leaf {} face {}", id.leaf, id.face),
+            };
+            let mut found = 0;
+            for _ in 0..12 * per_face {
+                if found == per_face {
+                    break;
+                }
+                let index = triangles[(self.random.unit() * triangles.len() as f64) as usize];
+                let Some((origin, direction)) = self.aim(mesh, index, reach_mm) else { continue };
+                let Some(line) = self.line(&of, origin, direction) else { continue };
+                let hits = line.leaf.iter().zip(&line.face);
+                if hits.into_iter().any(|(leaf, face)| (*leaf, *face) == (id.leaf, id.face)) {
+                    lines.push(line);
+                    found += 1;
+                }
+            }
+        }
+    }
+
+    fn aim(
+        &mut self,
+        mesh: &TriMesh,
+        index: usize,
+        reach_mm: f64,
+    ) -> Option<(Point3<f64>, Vector3<f64>)> {
+        let [a, b, c] = mesh.triangles[index].map(|v| Vector3::from(mesh.vertices[v as usize]));
+        let normal = (b - a).cross(&(c - a)).try_normalize(1e-12)?;
+        let side = normal.cross(&(b - a)).try_normalize(1e-12)?;
+        let tilt = 0.2 + 0.8 * self.random.unit();
+        let turn = std::f64::consts::TAU * self.random.unit();
+        let across = turn.cos() * side + turn.sin() * normal.cross(&side);
+        let direction = -(tilt.cos() * normal + tilt.sin() * across);
+        let target = Point3::from((a + b + c) / 3.0);
+        Some((target - reach_mm * direction, direction))
+    }
+
+    /// One line along the axis and one across it; where the landmark lies.
+    fn landmark(
+        &mut self,
+        landmark: &Landmark,
+        reach_mm: f64,
+        lines: &mut Vec<Line>,
+    ) -> &'static str {
+        let axis = landmark.axis.normalize();
+        let side = axis.cross(&axis.yzx()).try_normalize(1e-6).unwrap_or_else(|| {
+            // An axis with three equal coordinates.
+            axis.cross(&Vector3::x()).normalize()
+        });
+        let other = axis.cross(&side);
+        // Oblique: neither the plane that a landmark lies on nor the side of a slot is followed.
+        let across = side + 0.11 * other + 0.31 * axis;
+        let of = format!("landmark {}", landmark.name);
+        let mut touches = false;
+        for direction in [axis, across] {
+            let origin = landmark.point - reach_mm * direction.normalize();
+            let ray = Ray { origin: landmark.point, direction: direction.normalize() };
+            let hits = self.body.crossings(&ray);
+            touches |= hits.iter().any(|c| (c.t * c.normal.dot(&ray.direction)).abs() < TOUCH_MM);
+            lines.extend(self.line(&of, origin, direction));
+        }
+        if touches {
+            "surface"
+        } else if self.body.contains(&landmark.point) {
+            "solid"
+        } else {
+            "void"
+        }
+    }
+
+    /// Points of the box around the mesh that are not close to the surface.
+    fn points(&mut self, mesh: &TriMesh) -> Vec<Point> {
+        let bounds = mesh.bounds().grown(0.5);
+        let mut points = Vec::with_capacity(POINTS);
+        for _ in 0..4 * POINTS {
+            if points.len() == POINTS {
+                break;
+            }
+            let size = bounds.max - bounds.min;
+            let shift = size.map(|side| side * self.random.unit());
+            let point = bounds.min + shift;
+            let directions = [Vector3::x(), Vector3::y(), Vector3::z()];
+            let is_clear = directions.iter().all(|direction| {
+                let ray = Ray { origin: point, direction: *direction };
+                self.body.crossings(&ray).iter().all(|c| c.t.abs() > 1e-3)
+            });
+            if is_clear {
+                let inside = self.body.contains(&point);
+                points.push(Point { point_mm: point.coords.into(), inside });
+            }
+        }
+        points
+    }
+}
+
+/// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+struct Random(u64);
+
+impl Random {
+    /// In [0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

@@ -1,0 +1,219 @@
+//! Arrays of many equal samples as Zarr version 3 with the sharding codec: one file holds many
+//! samples, each compressed by itself, so that any one can be read alone.
+//!
+//! Specifications: "Zarr core specification, version 3" and "Sharding codec, version 1.0"
+//! (zarr-specs). Everything here makes bytes; the caller decides where they go.
+
+use serde_json::{Value, json};
+
+use crate::{ExportError, json_bytes};
+
+/// Zstandard level: on depth maps, higher levels save a few percent and cost several times as long.
+const ZSTD_LEVEL: i32 = 1;
+
+/// The index's mark for a sample that is not there.
+const ABSENT: u64 = u64::MAX;
+
+/// What a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Element {
+    /// 32-bit floating point.
+    F32,
+    /// 16-bit unsigned.
+    U16,
+    /// 8-bit unsigned.
+    U8,
+}
+
+impl Element {
+    fn word(self) -> &'static str {
+        match self {
+            Self::F32 => "float32",
+            Self::U16 => "uint16",
+            Self::U8 => "uint8",
+        }
+    }
+
+    /// Bytes of one value.
+    pub fn size(self) -> usize {
+        match self {
+            Self::F32 => 4,
+            Self::U16 => 2,
+            Self::U8 => 1,
+        }
+    }
+}
+
+/// An array whose first axis counts samples; a chunk is one sample, a shard a file of several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZarrArray {
+    /// What a value is.
+    pub element: Element,
+    /// How many samples.
+    pub samples: u64,
+    /// Axes of one sample, the slowest first; empty for one value.
+    pub sample_shape: Vec<u64>,
+    /// Samples in one file, at least 1.
+    pub samples_per_shard: u64,
+    /// Names of all axes, the samples' first.
+    pub dimensions: Vec<String>,
+    /// What people and programs should know: units, frames.
+    pub attributes: Value,
+}
+
+impl ZarrArray {
+    /// The content of the array's `zarr.json`.
+    ///
+    /// # Errors
+    /// Attributes that are no JSON.
+    pub fn metadata(&self) -> Result<Vec<u8>, ExportError> {
+        let with_samples = |count: u64| -> Vec<u64> {
+            std::iter::once(count).chain(self.sample_shape.iter().copied()).collect()
+        };
+        let little = json!({ "name": "bytes", "configuration": { "endian": "little" } });
+        json_bytes(&json!({
+            "zarr_format": 3,
+            "node_type": "array",
+            "shape": with_samples(self.samples),
+            "data_type": self.element.word(),
+            "chunk_grid": {
+                "name": "regular",
+                "configuration": { "chunk_shape": with_samples(self.samples_per_shard) },
+            },
+            "chunk_key_encoding": { "name": "default", "configuration": { "separator": "/" } },
+            "fill_value": if self.element == Element::F32 { json!(0.0) } else { json!(0) },
+            "codecs": [{
+                "name": "sharding_indexed",
+                "configuration": {
+                    "chunk_shape": with_samples(1),
+                    "codecs": [
+                        little,
+                        {
+                            "name": "zstd",
+                            "configuration": { "level": ZSTD_LEVEL, "checksum": false },
+                        },
+                    ],
+                    "index_codecs": [little, { "name": "crc32c" }],
+                    "index_location": "end",
+                },
+            }],
+            "dimension_names": self.dimensions,
+            "attributes": self.attributes,
+        }))
+    }
+
+    /// How many files hold the samples.
+    pub fn shards(&self) -> u64 {
+        self.samples.div_ceil(self.samples_per_shard)
+    }
+
+    /// The samples of a shard.
+    pub fn samples_of(&self, shard: u64) -> std::ops::Range<u64> {
+        let first = shard * self.samples_per_shard;
+        first..(first + self.samples_per_shard).min(self.samples)
+    }
+
+    /// The path of a shard below the array's folder.
+    pub fn shard_path(&self, shard: u64) -> String {
+        let rest = "/0".repeat(self.sample_shape.len());
+        format!("c/{shard}{rest}")
+    }
+
+    /// One file from its samples, packed by [`zarr_pack`], in order.
+    pub fn shard(&self, packed: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes: Vec<u8> = Vec::with_capacity(packed.iter().map(Vec::len).sum());
+        let mut index = Vec::new();
+        for place in 0..self.samples_per_shard as usize {
+            let (offset, length) = match packed.get(place) {
+                Some(sample) => (bytes.len() as u64, sample.len() as u64),
+                None => (ABSENT, ABSENT),
+            };
+            index.extend(offset.to_le_bytes());
+            index.extend(length.to_le_bytes());
+            bytes.extend(packed.get(place).into_iter().flatten());
+        }
+        let checksum = crc32c(&index);
+        bytes.extend(index);
+        bytes.extend(checksum.to_le_bytes());
+        bytes
+    }
+}
+
+/// The content of a group's `zarr.json`.
+///
+/// # Errors
+/// Attributes that are no JSON.
+pub fn zarr_group(attributes: &Value) -> Result<Vec<u8>, ExportError> {
+    json_bytes(&json!({ "zarr_format": 3, "node_type": "group", "attributes": attributes }))
+}
+
+/// Packs one sample's little-endian bytes.
+///
+/// # Errors
+/// The compressor's own.
+pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
+    Ok(zstd::bulk::compress(sample, ZSTD_LEVEL)?)
+}
+
+/// CRC-32C (Castagnoli; RFC 3720, appendix B.4), bit by bit: an index has a few hundred bytes.
+fn crc32c(bytes: &[u8]) -> u32 {
+    const POLYNOMIAL: u32 = 0x82f6_3b78;
+    let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ POLYNOMIAL } else { crc >> 1 };
+    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn array() -> ZarrArray {
+        ZarrArray {
+            element: Element::U16,
+            samples: 5,
+            sample_shape: vec![2, 3],
+            samples_per_shard: 2,
+            dimensions: ["half", "row", "column"].map(String::from).to_vec(),
+            attributes: json!({ "unit": "mm" }),
+        }
+    }
+
+    #[test]
+    fn the_checksum_is_castagnolis() {
+        // RFC 3720, B.4: 32 bytes of zeros, of ones, and 0 to 31.
+        assert_eq!(crc32c(&[0; 32]), 0x8a91_36aa);
+        assert_eq!(crc32c(&[0xff; 32]), 0x62a8_ab43);
+        assert_eq!(crc32c(&(0..32).collect::<Vec<u8>>()), 0x46dd_794e);
+    }
+
+    #[test]
+    fn a_shard_gives_every_sample_back() {
+        let array = array();
+        let samples: Vec<Vec<u8>> = (0..2u8).map(|i| (i..i + 12).collect()).collect();
+        let packed: Vec<Vec<u8>> =
+            samples.iter().map(|sample| zarr_pack(sample).unwrap()).collect();
+        let bytes = array.shard(&packed);
+        let index = &bytes[bytes.len() - 2 * 16 - 4..];
+        assert_eq!(crc32c(&index[..32]).to_le_bytes(), index[32..]);
+        let number = |i: usize| u64::from_le_bytes(index[8 * i..8 * i + 8].try_into().unwrap());
+        for (i, sample) in samples.iter().enumerate() {
+            let (from, length) = (number(2 * i) as usize, number(2 * i + 1) as usize);
+            let unpacked = zstd::bulk::decompress(&bytes[from..from + length], 100).unwrap();
+            assert_eq!(&unpacked, sample);
+        }
+        // The last shard is not full.
+        assert_eq!((array.shards(), array.samples_of(2)), (3, 4..5));
+        let last = array.shard(&packed[..1]);
+        let index = &last[last.len() - 36..last.len() - 4];
+        assert!(index[16..].iter().all(|byte| *byte == 0xff));
+        assert_eq!(array.shard_path(2), "c/2/0/0");
+    }
+
+    #[test]
+    fn the_metadata_name_shapes_types_and_codecs() {
+        let metadata: Value = serde_json::from_slice(&array().metadata().unwrap()).unwrap();
+        assert_eq!(metadata["shape"], json!([5, 2, 3]));
+        assert_eq!(metadata["chunk_grid"]["configuration"]["chunk_shape"], json!([2, 2, 3]));
+        assert_eq!(metadata["codecs"][0]["configuration"]["chunk_shape"], json!([1, 2, 3]));
+        assert_eq!(metadata["data_type"], "uint16");
+    }
+}

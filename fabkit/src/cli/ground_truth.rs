@@ -1,0 +1,168 @@
+//! `fabkit depth` and `fabkit dataset`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use fabkit::ground_truth::Shown;
+
+use super::{Design, length_within};
+
+/// Wider than any gel's skin carries.
+const MEMBRANE_LIMITS_MM: [f64; 2] = [0.0, 10.0];
+const SIGMA_LIMITS_MM: [f64; 2] = [0.0, 1.0];
+const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
+const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
+const MAX_SAMPLES: i64 = 8;
+const MAX_PROBES: i64 = 10_000_000;
+
+/// Where the camera is, and how truth is computed.
+#[derive(Debug, Args)]
+pub struct View {
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
+    /// the sensor's nominal lens]
+    #[arg(long, value_name = "FILE")]
+    pub camera: Option<PathBuf>,
+    /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
+    #[arg(long, value_name = "FILE")]
+    pub pose: Option<PathBuf>,
+    /// Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without
+    /// it, it follows what presses and nothing else
+    #[arg(long, value_parser = membrane, default_value = "0mm", value_name = "LENGTH")]
+    pub membrane: f64,
+}
+
+/// `fabkit depth`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("what").args(["press", "reference"]).required(true)))]
+#[command(group(
+    clap::ArgGroup::new("outputs").args(["output", "png", "grey", "tiff", "ply"]).required(true)
+        .multiple(true)
+))]
+pub struct Depth {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// Where the camera is.
+    #[command(flatten)]
+    pub view: View,
+    /// What presses, for example `semi-dome-017`, `semi-dome-017-flipped`, or
+    /// `hemisphere@30deg,120deg,1.2mm`: an indenter by polar angle, azimuth and depth; may be
+    /// repeated
+    #[arg(long, value_name = "ID")]
+    pub press: Vec<String>,
+    /// Nothing presses
+    #[arg(long)]
+    pub reference: bool,
+    /// Cast N x N rays for each pixel; the maps grow by that
+    #[arg(long, value_name = "N", default_value = "1",
+          value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES))]
+    pub samples: u32,
+    /// Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm
+    #[arg(long, value_parser = sigma, default_value = "0.05mm", value_name = "LENGTH")]
+    pub print_sigma: f64,
+    /// Write all maps for NumPy
+    #[arg(short, long, value_name = "FILE.npz")]
+    pub output: Option<PathBuf>,
+    /// Write a map in colours with a scale
+    #[arg(long, value_name = "FILE.png")]
+    pub png: Option<PathBuf>,
+    /// Write a map in 16-bit grey, 0.001 mm a step
+    #[arg(long, value_name = "FILE.png")]
+    pub grey: Option<PathBuf>,
+    /// Write a map in 32-bit floating point, mm
+    #[arg(long, value_name = "FILE.tiff")]
+    pub tiff: Option<PathBuf>,
+    /// Which map pictures and TIFF show [default: indentation if something presses, else range]
+    #[arg(long, value_enum, value_name = "MAP")]
+    pub show: Option<ShownArg>,
+    /// Write the points that the pixels see
+    #[arg(long, value_name = "FILE.ply")]
+    pub ply: Option<PathBuf>,
+}
+
+/// A map.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ShownArg {
+    /// Distance along the ray
+    Range,
+    /// Depth along the camera's axis
+    Z,
+    /// Range without contact minus range with it
+    Indentation,
+    /// Standard deviation of the range
+    Sigma,
+}
+
+impl From<ShownArg> for Shown {
+    fn from(arg: ShownArg) -> Self {
+        match arg {
+            ShownArg::Range => Self::Range,
+            ShownArg::Z => Self::Z,
+            ShownArg::Indentation => Self::Indentation,
+            ShownArg::Sigma => Self::Sigma,
+        }
+    }
+}
+
+/// `fabkit dataset`.
+#[derive(Debug, Args)]
+pub struct Dataset {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// Where the camera is.
+    #[command(flatten)]
+    pub view: View,
+    /// Folder of the data set; with --probes, the CSV file
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`
+    /// [default: all semi-domes of the sensor]
+    #[arg(long, value_name = "FILE")]
+    pub presses: Option<PathBuf>,
+    /// Write all stitched samples, not only the halves that they consist of
+    #[arg(long)]
+    pub materialise: bool,
+    /// Go on where an earlier run of the same command was stopped
+    #[arg(long)]
+    pub resume: bool,
+    /// Which patterns are for training, validation and test; where probes start
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub seed: u64,
+    /// Leave out what lies this near to the seam between the halves, 0 mm to 10 mm
+    #[arg(long, value_parser = margin, default_value = "0.5mm", value_name = "LENGTH")]
+    pub seam_margin: f64,
+    /// Pictures to be stitched like the halves: a folder with `PATTERN-left.png` and
+    /// `PATTERN-right.png`, or a CSV file with the columns pattern, side, file
+    #[arg(long, value_name = "DIR|CSV", conflicts_with = "probes")]
+    pub captures: Option<PathBuf>,
+    /// Also write a picture of random samples
+    #[arg(long, value_name = "FILE.png", conflicts_with = "probes")]
+    pub contact_sheet: Option<PathBuf>,
+    /// Instead, list single presses of one indenter: where its tip is, and where it is seen
+    #[arg(long, conflicts_with_all = ["presses", "materialise", "resume"])]
+    pub probes: bool,
+    /// How many probes
+    #[arg(long, value_name = "N", default_value = "33803", requires = "probes",
+          value_parser = clap::value_parser!(u32).range(1..=MAX_PROBES))]
+    pub count: u32,
+    /// Deepest probe [default: 1.6 mm, or as deep as the surface is soft]
+    #[arg(long, value_parser = probe_length, value_name = "LENGTH", requires = "probes")]
+    pub depth: Option<f64>,
+}
+
+fn membrane(text: &str) -> Result<f64, String> {
+    length_within(text, MEMBRANE_LIMITS_MM)
+}
+
+fn sigma(text: &str) -> Result<f64, String> {
+    length_within(text, SIGMA_LIMITS_MM)
+}
+
+fn margin(text: &str) -> Result<f64, String> {
+    length_within(text, MARGIN_LIMITS_MM)
+}
+
+fn probe_length(text: &str) -> Result<f64, String> {
+    length_within(text, PROBE_LIMITS_MM)
+}

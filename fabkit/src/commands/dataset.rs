@@ -1,0 +1,217 @@
+//! `fabkit dataset SENSOR -o DIR`
+
+mod probes;
+
+use std::path::Path;
+use std::time::Instant;
+
+use fabkit::dataset::{
+    self, Captures, DatasetError, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, Written,
+};
+use fabkit::depth::truth::{Seam, Surface};
+use fabkit::export::png;
+use fabkit::fixtures::SEAM_NORMAL;
+use fabkit::identity::design_hash;
+use fabkit::staging::{OutputFile, write_all};
+use serde_json::json;
+
+use super::Report;
+use super::progress::Progress;
+use super::view::{Scene, press_failure};
+use crate::cli::{Dataset, Global};
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::reading::{self, Expected};
+use crate::source::MAX_YAML_BYTES;
+use crate::table::grouped;
+
+/// Faults of captures that are listed one by one.
+const MOST_FAULTS: usize = 50;
+
+pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
+    let start = Instant::now();
+    let scene = Scene::new(&args.design, &args.view)?;
+    if args.probes {
+        return probes::run(args, &scene);
+    }
+    let named = patterns(args, &scene)?;
+    let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
+    let patterns = patterns.map_err(Failure::bug)?;
+    let rays = scene.viewpoint.rays(1);
+    let surface = Surface::cast(scene.touch()?, &rays).map_err(Failure::bug)?;
+    let seam = Seam::new(&surface, SEAM_NORMAL, args.seam_margin);
+    let captures = captures(args, &named, [rays.width_px(), rays.height_px()])?;
+    let plan = Plan::new(&patterns, args.seed, about(args, &scene, &named, captures.as_ref()));
+    let job = Job {
+        surface: &surface,
+        seam: &seam,
+        patterns: &patterns,
+        membrane_mm: args.view.membrane,
+        plan: &plan,
+        captures: captures.as_ref(),
+        materialise: args.materialise,
+        resume: args.resume,
+    };
+
+    if let Some(path) = &args.contact_sheet {
+        write_sheet(path, &job, args.seed)?;
+    }
+    interrupt::begin_writing()?;
+    let progress = Progress::new(global);
+    let show = |done, found, all| progress.show(done, found, all);
+    let written = dataset::write(&args.output, &job, &show, &interrupt::requested);
+    progress.clear();
+    let written = written.map_err(failure)?;
+    Ok(report(args, &scene, &plan, &written, start))
+}
+
+fn write_sheet(path: &Path, job: &Job, seed: u64) -> Result<(), Failure> {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".png")) else {
+        let message = format!("{} does not name a .png file", path.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    let sheet = dataset::sheet(job, seed).map_err(|error| Failure::plain(Exit::Limit, error))?;
+    let bytes = png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let file = OutputFile { name: name.into(), bytes };
+    Ok(write_all(folder.unwrap_or(Path::new(".")), &[file], &|| false)?)
+}
+
+fn patterns(args: &Dataset, scene: &Scene) -> Result<Vec<NamedPresses>, Failure> {
+    let Some(path) = &args.presses else {
+        return dataset::semi_domes(&scene.project).map_err(|error| match error {
+            NoPatterns::Press(error) => press_failure(&args.design.sensor, error),
+            other => {
+                let hint = "list presses in a text file and name it with --presses";
+                Failure::new(Exit::BadInput, other, hint)
+            }
+        });
+    };
+    let hint = "is it the right file? It has one pattern on a line";
+    let expected = Expected { what: "a list of presses", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::text(path, expected)?;
+    dataset::read_patterns(&text, &scene.project).map_err(|error| match error {
+        NoPatterns::File(faults) => {
+            let message: Vec<String> =
+                faults.iter().map(|fault| format!("{}: {fault}", path.display())).collect();
+            let hint = faults.iter().find_map(|fault| fault.hint.clone());
+            let hint = hint.unwrap_or("a line is `NAME = ID + ID`, or an ID alone".into());
+            Failure::new(Exit::BadInput, message.join("\nerror: "), hint)
+        }
+        NoPatterns::Press(error) => press_failure(&args.design.sensor, error),
+        NoPatterns::NoSemiDomes { .. } => Failure::plain(Exit::BadInput, error),
+    })
+}
+
+fn captures(
+    args: &Dataset,
+    named: &[NamedPresses],
+    size_px: [u32; 2],
+) -> Result<Option<Captures>, Failure> {
+    let Some(place) = &args.captures else { return Ok(None) };
+    let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
+    let captures = Captures::read(place, &names, size_px).map_err(|InvalidCaptures(faults)| {
+        let (count, shown) = (faults.len(), faults.len().min(MOST_FAULTS));
+        let mut message = faults[..shown].join("\nerror: ");
+        if count > shown {
+            message += &format!("\nerror: and {} more", count - shown);
+        }
+        let hint = "a folder holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern; \
+                    a CSV file has the columns pattern, side, file";
+        Failure::new(Exit::BadInput, message, hint)
+    })?;
+    Ok(Some(captures))
+}
+
+/// What the folder says about itself besides its patterns.
+fn about(
+    args: &Dataset,
+    scene: &Scene,
+    named: &[NamedPresses],
+    captures: Option<&Captures>,
+) -> serde_json::Value {
+    let design = &scene.project.design;
+    json!({
+        "fabkit": fabkit::export::VERSION,
+        "sensor": design.sensor.name,
+        "design_hash": design_hash(design),
+        "presses_hash": dataset::presses_hash(named),
+        "captures_hash": captures.map(Captures::hash),
+        "viewpoint": scene.viewpoint.to_json(),
+        "surface_seen": scene.coverage_json(),
+        "seed": args.seed,
+        "seam": {
+            "left_to_right_in_sensor": <[f64; 3]>::from(SEAM_NORMAL),
+            "margin_mm": args.seam_margin,
+        },
+        "membrane_mm": args.view.membrane,
+        "contact": if args.view.membrane > 0.0 { "membrane" } else { "rigid" },
+        "units": { "length": "mm", "angle": "rad", "pixel": "px, centres at integers" },
+        "frames": {
+            "sensor": "right-handed; origin at the centre of the surface's base circle, +z toward \
+                       the tip",
+            "camera": "right-handed; +z forward, +x right, +y down",
+        },
+    })
+}
+
+fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: Instant) -> Report {
+    let folder = args.output.display().to_string();
+    let Written { halves, samples, found, made, untouched } = written;
+    let kind = if args.materialise { "written" } else { "listed" };
+    let mut text = format!(
+        "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",
+        grouped(*samples as u64),
+        made,
+        if *found > 0 { format!(", {found} found") } else { String::new() },
+        start.elapsed().as_secs_f64(),
+    );
+    text += &scene.coverage_text();
+    if !untouched.is_empty() {
+        text += &format!(
+            "warning: {} halves press nothing that the camera sees on their side: {}\n",
+            untouched.len(),
+            untouched.join(", ")
+        );
+    }
+    let json = json!({
+        "format": "fabkit-dataset-report",
+        "version": 1,
+        "folder": folder,
+        "patterns": plan.patterns.len(),
+        "halves": halves,
+        "samples": samples,
+        "materialised": args.materialise,
+        "files_made": made,
+        "files_found": found,
+        "halves_without_contact": untouched,
+        "surface_seen": scene.coverage_json(),
+    });
+    Report { text, json, failed: false }
+}
+
+fn failure(error: DatasetError) -> Failure {
+    match &error {
+        DatasetError::NotEmpty { .. } => Failure::new(
+            Exit::BadInput,
+            error,
+            "choose another folder with -o; --resume goes on with what the same command began",
+        ),
+        DatasetError::OtherPlan { .. } => Failure::new(
+            Exit::BadInput,
+            error,
+            "resume with the arguments it was begun with, or choose another folder with -o",
+        ),
+        DatasetError::Io { source, .. } => match fabkit::staging::io_hint(source) {
+            Some(hint) => {
+                Failure::new(Exit::Io, &error, format!("{hint}; then --resume goes on from here"))
+            }
+            None => Failure::plain(Exit::Io, error),
+        },
+        DatasetError::Cancelled => {
+            Failure::new(Exit::Interrupted, "interrupted", "--resume goes on from here")
+        }
+        DatasetError::Export(_) => Failure::bug(error),
+    }
+}

@@ -1,0 +1,63 @@
+//! `fabkit dataset SENSOR --probes -o FILE.csv`
+
+use std::path::Path;
+
+use fabkit::ground_truth::probes::probes;
+use fabkit::staging::{OutputFile, write_all};
+use serde_json::json;
+
+use super::super::Report;
+use super::super::view::Scene;
+use crate::cli::Dataset;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::table::{grouped, size};
+
+/// UVDtact's.
+const DEEPEST_MM: f64 = 1.6;
+
+pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
+    let name = args.output.file_name().and_then(|name| name.to_str());
+    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".csv")) else {
+        let message = format!("{} does not name a .csv file", args.output.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    let touch = scene.touch()?;
+    let deepest_mm = args.depth.unwrap_or(DEEPEST_MM.min(touch.soft_mm));
+    if deepest_mm > touch.soft_mm {
+        let message = format!(
+            "probes of {deepest_mm} mm are too deep: the rigid shell begins {} mm below the surface",
+            touch.soft_mm
+        );
+        return Err(Failure::new(Exit::BadInput, message, "ask for a smaller --depth"));
+    }
+    let probes = probes(touch, &scene.viewpoint, args.count, deepest_mm, args.seed);
+    let probes = probes.map_err(Failure::bug)?;
+    let bytes = probes.csv.into_bytes();
+    let count = bytes.len() as u64;
+    interrupt::begin_writing()?;
+    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let file = OutputFile { name: name.into(), bytes };
+    write_all(folder.unwrap_or(Path::new(".")), &[file], &interrupt::requested)?;
+    let shown = args.output.display().to_string();
+    let text = format!(
+        "{shown}: {} probes to {deepest_mm} mm, the camera sees {} of their tips, {}\n{}",
+        grouped(args.count.into()),
+        grouped(probes.seen.into()),
+        size(count),
+        scene.coverage_text(),
+    );
+    let json = json!({
+        "format": "fabkit-probes",
+        "version": 1,
+        "file": shown,
+        "bytes": count,
+        "probes": args.count,
+        "probes_seen": probes.seen,
+        "deepest_mm": deepest_mm,
+        "seed": args.seed,
+        "viewpoint": scene.viewpoint.to_json(),
+        "surface_seen": scene.coverage_json(),
+    });
+    Ok(Report { text, json, failed: false })
+}

@@ -1,0 +1,155 @@
+//! `fabkit profile COUPON.yaml -o FILE.yaml`
+
+use std::path::Path;
+
+use fabkit::designs::parameters::{Name, Scalar};
+use fabkit::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
+use fabkit::staging::{OutputFile, write_all};
+use serde_json::{Value, json};
+
+use super::Report;
+use crate::cli::Profile;
+use crate::diagnostics::SourceText;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::reading::{self, Expected};
+use crate::source::MAX_YAML_BYTES;
+use crate::table::{Align::Left, Align::Right, table};
+
+pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
+    let (folder, file_name, name) = target(&args.output)?;
+    if args.output == args.coupon {
+        let message = "the profile would replace the coupon's own file";
+        return Err(Failure::new(Exit::BadInput, message, "choose another name with -o"));
+    }
+    let hint = "is it the right file? `fabkit export SENSOR/coupon` writes it";
+    let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (args.coupon.display().to_string(), reading::text(&args.coupon, expected)?);
+    let measured = MeasuredProfile::read(&file, &text, &name)
+        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))?;
+
+    let bytes = measured.profile.to_yaml(&comments(&measured)).into_bytes();
+    interrupt::begin_writing()?;
+    write_all(folder, &[OutputFile { name: file_name, bytes }], &interrupt::requested)?;
+    Ok(Report {
+        text: text_of(&measured, &args.output),
+        json: json_of(&measured, &args.output),
+        failed: false,
+    })
+}
+
+/// Folder, file name and printer's name.
+fn target(output: &Path) -> Result<(&Path, String, Name), Failure> {
+    let bad = |message: String, hint: &str| Failure::new(Exit::BadInput, message, hint);
+    let shown = output.display();
+    let hint = "write for example `-o my-printer.yaml`";
+    let (Some(file), Some(stem)) = (
+        output.file_name().and_then(|name| name.to_str()),
+        output.file_stem().and_then(|name| name.to_str()),
+    ) else {
+        return Err(bad(format!("{shown} does not name a file"), hint));
+    };
+    if !file.ends_with(".yaml") && !file.ends_with(".yml") {
+        return Err(bad(format!("{shown} does not end in .yaml"), hint));
+    }
+    let name = Name::parse(stem).map_err(|refusal| {
+        bad(format!("`{stem}` cannot be a printer's name: it {}", refusal.says), hint)
+    })?;
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    Ok((folder.unwrap_or(Path::new(".")), file.to_owned(), name))
+}
+
+/// What else was measured, for people.
+fn comments(measured: &MeasuredProfile) -> Vec<String> {
+    let mut comments = vec![
+        "What a printer does to sizes: printed = gain * designed + offset.".to_owned(),
+        "From a measured coupon; standard deviations:".to_owned(),
+    ];
+    comments.extend(measured.fits.iter().map(|(group, fit)| {
+        format!(
+            "  {}: offset {:+.3} +- {:.3} mm, gain {:.5} +- {:.5}, from {} sizes",
+            group.key(),
+            fit.offset_mm,
+            fit.sigma_offset_mm,
+            fit.gain,
+            fit.sigma_gain,
+            fit.count
+        )
+    }));
+    comments.extend(
+        measured
+            .smallest_mm
+            .iter()
+            .map(|(group, mm)| format!("  smallest of the {} that came out: {mm} mm", group.key())),
+    );
+    comments.push(
+        "`export --process` scales files against shrinkage and fits upright round holes. Pins,"
+            .into(),
+    );
+    comments
+        .push("slots and walls stay as designed; enter the elephant foot in your slicer.".into());
+    comments
+}
+
+fn text_of(measured: &MeasuredProfile, output: &Path) -> String {
+    let cells = |cells: [&str; 5]| cells.map(str::to_owned).to_vec();
+    let mut rows = vec![cells(["measured", "sizes", "offset mm", "gain", "shrinkage %"])];
+    for (group, fit) in &measured.fits {
+        rows.push(vec![
+            group.key().to_owned(),
+            fit.count.to_string(),
+            format!("{:+.3} +- {:.3}", fit.offset_mm, fit.sigma_offset_mm),
+            format!("{:.5} +- {:.5}", fit.gain, fit.sigma_gain),
+            shrinkage(*group, fit),
+        ]);
+    }
+    let profile = &measured.profile;
+    let mut text = table(&[Left, Right, Right, Right, Right], &rows);
+    text += &format!("elephant foot {:.3} mm on each side\n", profile.elephant_foot.mm());
+    for (group, mm) in &measured.smallest_mm {
+        text += &format!("smallest of the {}: {mm} mm\n", group.key());
+    }
+    text + &format!("{}: {} on {}\n", output.display(), profile.material, profile.name.as_str())
+}
+
+/// Only lengths have shrinkage alone as their slope.
+fn shrinkage(group: CouponGroup, fit: &LinearFit) -> String {
+    use CouponGroup::{LengthsX, LengthsY, LengthsZ};
+    match group {
+        LengthsX | LengthsY | LengthsZ => {
+            format!("{:.3} +- {:.3}", 100.0 * (1.0 - fit.gain), 100.0 * fit.sigma_gain)
+        }
+        _ => String::new(),
+    }
+}
+
+fn json_of(measured: &MeasuredProfile, output: &Path) -> Value {
+    let fits: serde_json::Map<String, Value> = measured
+        .fits
+        .iter()
+        .map(|(group, fit)| {
+            let fit = json!({
+                "offset_mm": fit.offset_mm,
+                "sigma_offset_mm": fit.sigma_offset_mm,
+                "gain": fit.gain,
+                "sigma_gain": fit.sigma_gain,
+                "sizes": fit.count,
+            });
+            (group.key().to_owned(), fit)
+        })
+        .collect();
+    let smallest: serde_json::Map<String, Value> = measured
+        .smallest_mm
+        .iter()
+        .map(|(group, mm)| (group.key().to_owned(), json!(mm)))
+        .collect();
+    json!({
+        "format": "fabkit-profile",
+        "version": 1,
+        "file": output.display().to_string(),
+        "printer": measured.profile.name.as_str(),
+        "elephant_foot_mm": measured.profile.elephant_foot.mm(),
+        "fits": fits,
+        "smallest_mm": smallest,
+    })
+}

@@ -1,0 +1,90 @@
+//! `fabkit verify SENSOR[/PART]`
+
+use std::collections::BTreeMap;
+
+use fabkit::verifier::{Verifier, VerifyOptions};
+use serde_json::{Value, json};
+
+use super::Report;
+use crate::cli::Verify;
+use crate::failure::Failure;
+use crate::source::Target;
+use crate::table::{Align::Left, table};
+
+pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
+    let target = Target::new(&args.sensor);
+    let part = target.part;
+    let design = target.design(&args.set)?;
+    let verifier = Verifier::find()?;
+    let options = VerifyOptions {
+        parts: part.map(str::to_owned).into_iter().chain(args.parts.iter().cloned()).collect(),
+        kernels: args.kernels.iter().map(|kernel| kernel.word().to_owned()).collect(),
+        limit_s: Some(f64::from(args.limit)),
+        keep: args.keep.clone(),
+        report: args.report.clone(),
+    };
+    let answer = verifier.verify(&design, &options)?;
+    let passed = answer["passed"] == true;
+    let text = text(&design.sensor.name, &answer);
+    let json = json!({
+        "format": "fabkit-verify",
+        "version": 1,
+        "name": design.sensor.name,
+        "passed": passed,
+        "verification": answer,
+    });
+    Ok(Report { text, json, failed: !passed })
+}
+
+fn words(values: &Value) -> Vec<&str> {
+    values.as_array().map(|all| all.iter().filter_map(Value::as_str).collect()).unwrap_or_default()
+}
+
+fn text(name: &str, answer: &Value) -> String {
+    let kernels = words(&answer["kernels"]);
+    let results = answer["results"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let mut by_part: BTreeMap<&str, BTreeMap<&str, &Value>> = BTreeMap::new();
+    for result in results {
+        let key = |field: &str| result[field].as_str().unwrap_or_default();
+        by_part.entry(key("part")).or_default().insert(key("kernel"), result);
+    }
+    let mut rows =
+        vec![["part"].into_iter().chain(kernels.iter().copied()).map(str::to_owned).collect()];
+    for (part, cells) in &by_part {
+        let cell = |kernel: &&str| cells.get(kernel).map_or(String::new(), |result| cell(result));
+        rows.push(std::iter::once((*part).to_owned()).chain(kernels.iter().map(cell)).collect());
+    }
+    let mut text = table(&vec![Left; kernels.len() + 1], &rows);
+    text += "(largest relative difference in volume, largest distance of surfaces in µm)\n";
+    let mut wrong = 0;
+    for result in results.iter().filter(|result| result["verdict"] != "agrees") {
+        wrong += 1;
+        let field = |name: &str| result[name].as_str().unwrap_or_default();
+        text += &format!(
+            "\n{} in {} {}: {}\n",
+            field("part"),
+            field("kernel"),
+            field("verdict"),
+            field("reason")
+        );
+    }
+    if let Some(error) = answer["report_error"].as_str() {
+        text += &format!("\nthe report could not be written: {error}\n");
+    }
+    text += &match wrong {
+        0 => format!("\n{name}: {} bodies agree in {} kernels\n", by_part.len(), kernels.len()),
+        _ => format!("\n{name}: {wrong} of {} comparisons do not agree\n", results.len()),
+    };
+    text
+}
+
+/// For example `2e-12  0.001`, with the verdict where it is none to be glad about.
+fn cell(result: &Value) -> String {
+    let verdict = result["verdict"].as_str().unwrap_or_default();
+    let (volume, distance) = (result["volume"].as_f64(), result["distance_mm"].as_f64());
+    let figures = match (volume, distance) {
+        (Some(volume), Some(mm)) => format!("{volume:.0e} {:.3}", 1000.0 * mm),
+        _ => String::new(),
+    };
+    if verdict == "agrees" { figures } else { format!("{} {figures}", verdict.to_uppercase()) }
+}

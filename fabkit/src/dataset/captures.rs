@@ -1,0 +1,226 @@
+//! Pictures of half presses, real or rendered, stitched like the halves that they show.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fabkit_export::{Element, Pixels, ZarrArray, read_png, zarr_pack};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::Job;
+use super::store::{DatasetError, Store};
+
+/// Words for the sides, in file names and in CSV, in the order of the halves.
+const SIDES: [&str; 2] = ["left", "right"];
+/// Longest list of captures, bytes.
+const MAX_CSV: u64 = 1 << 20;
+
+/// One picture for each half: left halves, then right ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Captures {
+    /// Values of a pixel: 1 or 3.
+    channels: u32,
+    /// Row by row.
+    pictures: Vec<Vec<u8>>,
+}
+
+/// Everything that is wrong with a set of captures.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", .0.join("\n"))]
+pub struct InvalidCaptures(pub Vec<String>);
+
+impl Captures {
+    /// Reads a folder that holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern, or a
+    /// CSV file with the columns pattern, side (`left` or `right`) and file, which is relative to
+    /// the CSV file's folder.
+    ///
+    /// # Errors
+    /// Missing pictures, two for one half, pictures that cannot be read or are not as large as the
+    /// camera's; all at once.
+    pub fn read(
+        place: &Path,
+        patterns: &[String],
+        [width_px, height_px]: [u32; 2],
+    ) -> Result<Self, InvalidCaptures> {
+        let mut faults = Vec::new();
+        let paths = match place.is_dir() {
+            true => in_folder(place, patterns),
+            false => in_csv(place, patterns, &mut faults),
+        };
+        let mut files = Vec::new();
+        for side in SIDES {
+            for pattern in patterns {
+                let found = paths.get(&(pattern.clone(), side)).map_or(&[][..], Vec::as_slice);
+                match found {
+                    [file] => files.push(file.clone()),
+                    [] => faults.push(format!("no capture of {pattern} {side}")),
+                    several => {
+                        let names: Vec<String> =
+                            several.iter().map(|file| file.display().to_string()).collect();
+                        faults.push(format!(
+                            "{} captures of {pattern} {side}: {}",
+                            several.len(),
+                            names.join(", ")
+                        ));
+                    }
+                }
+            }
+        }
+        let read: Vec<Result<Pixels, String>> =
+            files.par_iter().map(|file| read_one(file)).collect();
+        let mut pictures = Vec::new();
+        let mut channels = None;
+        for (file, pixels) in files.iter().zip(read) {
+            let shown = file.display();
+            match pixels {
+                Err(message) => faults.push(message),
+                Ok(p) if [p.width_px, p.height_px] != [width_px, height_px] => {
+                    faults.push(format!(
+                        "{shown} has {} x {} px; the camera has {width_px} x {height_px}",
+                        p.width_px, p.height_px
+                    ));
+                }
+                Ok(p) if channels.is_some_and(|count| count != p.channels) => {
+                    faults.push(format!("{shown} has {} channels; the first has not", p.channels));
+                }
+                Ok(p) => {
+                    channels = Some(p.channels);
+                    pictures.push(p.values);
+                }
+            }
+        }
+        match channels {
+            Some(channels) if faults.is_empty() => Ok(Self { channels, pictures }),
+            _ => Err(InvalidCaptures(faults)),
+        }
+    }
+
+    /// BLAKE3, in hex, over all pictures.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for picture in &self.pictures {
+            hasher.update(picture);
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// `halves/image` and, if materialised, `samples/image`.
+    pub(super) fn arrays(&self, job: &Job, [height, width]: [u32; 2]) -> Vec<(String, ZarrArray)> {
+        let count = job.patterns.len() as u64;
+        let array = |axis: &str, samples, samples_per_shard, is| ZarrArray {
+            element: Element::U8,
+            samples,
+            sample_shape: vec![height.into(), width.into(), self.channels.into()],
+            samples_per_shard,
+            dimensions: [axis, "row", "column", "channel"].map(String::from).to_vec(),
+            attributes: json!({ "is": is }),
+        };
+        let mut arrays =
+            vec![("halves/image".to_owned(), array("half", 2 * count, count, "captures as given"))];
+        if job.materialise {
+            let is = "captures stitched like the labels; 0 in the seam and off the surface";
+            arrays.push(("samples/image".to_owned(), array("sample", count * count, count, is)));
+        }
+        arrays
+    }
+
+    /// Writes the pictures, and all pairs of them if they are materialised.
+    pub(super) fn write(
+        &self,
+        store: &Store,
+        job: &Job,
+        arrays: &[(String, ZarrArray)],
+    ) -> Result<(), DatasetError> {
+        let count = job.patterns.len();
+        for (name, array) in arrays {
+            store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
+            let is_halves = name.starts_with("halves");
+            (0..array.shards()).into_par_iter().try_for_each(|shard| {
+                store.put(&format!("{name}/{}", array.shard_path(shard)), || {
+                    let packed = array.samples_of(shard).map(|sample| {
+                        let sample = sample as usize;
+                        match is_halves {
+                            true => zarr_pack(&self.pictures[sample]),
+                            false => zarr_pack(&self.stitched(job, sample / count, sample % count)),
+                        }
+                    });
+                    Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+                })
+            })?;
+        }
+        Ok(())
+    }
+
+    fn stitched(&self, job: &Job, left: usize, right: usize) -> Vec<u8> {
+        let (left, right) = (&self.pictures[left], &self.pictures[job.patterns.len() + right]);
+        if self.channels == 1 {
+            return job.seam.stitch(left, right, 0);
+        }
+        let (left, _) = left.as_chunks::<3>();
+        let (right, _) = right.as_chunks::<3>();
+        job.seam.stitch(left, right, [0; 3]).into_flattened()
+    }
+}
+
+type Found = BTreeMap<(String, &'static str), Vec<PathBuf>>;
+
+fn in_folder(folder: &Path, patterns: &[String]) -> Found {
+    let mut found = Found::new();
+    for side in SIDES {
+        for pattern in patterns {
+            let files = ["png", "PNG"].map(|end| folder.join(format!("{pattern}-{side}.{end}")));
+            let files = files.into_iter().filter(|file| file.is_file()).collect();
+            found.insert((pattern.clone(), side), files);
+        }
+    }
+    found
+}
+
+fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
+    let mut found = Found::new();
+    let shown = csv.display();
+    let too_long = fs::metadata(csv).is_ok_and(|file| file.len() > MAX_CSV);
+    let text = match fs::read_to_string(csv) {
+        Ok(text) if !too_long => text,
+        Ok(_) => {
+            faults.push(format!("{shown} is longer than {MAX_CSV} bytes"));
+            return found;
+        }
+        Err(error) => {
+            faults.push(format!("cannot read {shown}: {error}"));
+            return found;
+        }
+    };
+    let folder = csv.parent().unwrap_or(Path::new(""));
+    for (number, line) in (1..).zip(text.lines()) {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        match *cells {
+            [""] | ["pattern", "side", "file"] => {}
+            [pattern, side, file] => {
+                let side = SIDES.into_iter().find(|known| *known == side);
+                let known = patterns.iter().any(|known| known == pattern);
+                match side {
+                    Some(side) if known => {
+                        found.entry((pattern.into(), side)).or_default().push(folder.join(file));
+                    }
+                    Some(_) => faults.push(format!("{shown}:{number}: no pattern `{pattern}`")),
+                    None => {
+                        faults.push(format!("{shown}:{number}: the side is `left` or `right`"));
+                    }
+                }
+            }
+            _ => faults.push(format!(
+                "{shown}:{number}: {} cells; there are three: pattern, side, file",
+                cells.len()
+            )),
+        }
+    }
+    found
+}
+
+fn read_one(file: &Path) -> Result<Pixels, String> {
+    let shown = file.display();
+    let bytes = fs::read(file).map_err(|error| format!("cannot read {shown}: {error}"))?;
+    read_png(&bytes).map_err(|error| format!("{shown}: {error}"))
+}

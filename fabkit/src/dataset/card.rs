@@ -1,0 +1,59 @@
+//! The data card: what a stranger needs to train on the folder.
+
+use super::{Job, Split};
+
+/// The content of `README.md`.
+pub(super) fn text(job: &Job) -> String {
+    let plan = job.plan;
+    let count = plan.patterns.len();
+    let of = |split: Split| {
+        let left = (0..count).flat_map(|left| (0..count).map(move |right| (left, right)));
+        left.filter(|(left, right)| plan.split_of(*left, *right) == split).count()
+    };
+    let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
+    let about = serde_json::to_string_pretty(&plan.about).unwrap_or_default();
+    let contact = match job.membrane_mm > 0.0 {
+        true => format!("rigid, with a membrane of {} mm around it", job.membrane_mm),
+        false => "rigid: the gel follows what penetrates it".into(),
+    };
+    let samples = match job.materialise {
+        true => "`samples/indentation_mm` and `samples/label` hold them stitched.",
+        false => {
+            "They are not stored: stitch two halves by `is_left` and `is_right` of `reference.npz`, \
+             0 where neither holds."
+        }
+    };
+    format!(
+        "# Ground truth for a tactile sensor\n\n\
+         {count} patterns, {halves} half presses, {all} samples of {width} x {height} px: \
+         {train} for training, {validation} for validation, {test} for test, {mixed} mixed \
+         (their two patterns are for different things; leave them out).\n\n\
+         - Zarr version 3; `zarr.open(\"halves/indentation_mm\", mode=\"r\")` in Python.\n\
+         - `halves/`: the left halves in the order of `dataset.json`, then the right ones, which \
+         are the left ones after half a turn about z.\n\
+         - A sample is a left half left of the seam and a right half right of it; `samples.csv` \
+         lists them. {samples}\n\
+         - Indentation: range without contact minus range with it, mm, along the pixel's ray. \
+         Range: `reference.npz`'s `range_mm` minus the indentation. NaN there: no surface.\n\
+         - Frames: sensor frame with the origin at the centre of the surface's base circle and +z \
+         toward the tip; camera frame as in OpenCV. Pixel centres at integers.\n\
+         - Label: 0 no surface or seam, 1 surface, from 2 on the bodies of the pattern in the order \
+         of `dataset.json`.\n\
+         - Contact: {contact}. Shapes are nominal, not as printed.\n\n\
+         ```python\n\
+         import numpy, zarr\n\
+         halves, reference = zarr.open(\"halves\", mode=\"r\"), numpy.load(\"reference.npz\")\n\
+         left, right = halves[\"indentation_mm\"][0], halves[\"indentation_mm\"][{count}]\n\
+         stitched = numpy.where(reference[\"is_left\"], left, 0) + \
+         numpy.where(reference[\"is_right\"], right, 0)\n\
+         range_mm = reference[\"range_mm\"] - stitched\n\
+         ```\n\n\
+         Made from:\n\n```json\n{about}\n```\n",
+        halves = 2 * count,
+        all = count * count,
+        train = of(Split::Train),
+        validation = of(Split::Validation),
+        test = of(Split::Test),
+        mixed = of(Split::Mixed),
+    )
+}

@@ -1,0 +1,149 @@
+//! Training targets for all combinations of two half presses.
+//!
+//! Each pattern is cast twice: on the left of the seam and, turned by half a turn, on the right.
+//! N patterns are 2 N casts; each left half goes with each right half, which makes N x N samples
+//! at the price of stitching (R-Tac0, section IV-B). The folder is a Zarr version 3 group:
+//!
+//! | path | holds |
+//! |---|---|
+//! | `halves/indentation_mm`, `halves/label` | (2 N, rows, columns): left halves, then right ones |
+//! | `reference.npz` | range, points, normals without contact; the side of the seam of each pixel |
+//! | `samples.csv` | which two halves each sample consists of, and its split |
+//! | `samples/indentation_mm`, `samples/label` | the same, stitched, if materialised |
+//! | `halves/image`, `samples/image` | captures of the halves, and stitched, if there are any |
+//! | `dataset.json`, `README.md` | what everything means, for programs and for people |
+//!
+//! A sample's range is the reference's minus its indentation. Splits are by *pattern*: a sample is
+//! for training only if both of its patterns are, so that no shape leaks into the test.
+//!
+//! Every file appears whole or not at all, under its final name; what belongs together carries the
+//! hash of one plan. Killed and resumed, a run ends with the same bytes as an undisturbed one.
+
+mod captures;
+mod card;
+mod halves;
+mod patterns;
+mod plan;
+mod samples;
+mod sheet;
+mod store;
+
+use std::path::Path;
+
+use fabkit_depth::truth::{Presser, Seam, Side, Surface};
+use serde_json::json;
+
+pub use captures::{Captures, InvalidCaptures};
+pub use patterns::{
+    MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, PatternFault, hash as presses_hash,
+    read as read_patterns, semi_domes,
+};
+pub use plan::{Plan, Split};
+pub use sheet::sheet;
+pub use store::DatasetError;
+
+/// What is pressed: the same shape on either side of the seam.
+#[derive(Clone, Debug)]
+pub struct Pattern {
+    /// For example `semi-dome-017`.
+    pub name: String,
+    /// Bodies on the left, in the sensor frame.
+    pub left: Vec<Presser>,
+    /// The same bodies after half a turn about z.
+    pub right: Vec<Presser>,
+}
+
+/// What to compute, and from what.
+#[derive(Clone, Copy, Debug)]
+pub struct Job<'a> {
+    /// The surface as the camera sees it.
+    pub surface: &'a Surface<'a>,
+    /// Where left and right meet.
+    pub seam: &'a Seam,
+    /// What is pressed, in order.
+    pub patterns: &'a [Pattern],
+    /// Radius of the transition around contacts, mm; 0 for rigid contact.
+    pub membrane_mm: f64,
+    /// What the folder will say about itself.
+    pub plan: &'a Plan,
+    /// Pictures of all halves.
+    pub captures: Option<&'a Captures>,
+    /// Write the stitched samples too, instead of their list alone.
+    pub materialise: bool,
+    /// Go on where an earlier run was stopped.
+    pub resume: bool,
+}
+
+impl Job<'_> {
+    /// The pattern of a half, and on which side of the seam it presses.
+    fn half(&self, half: usize) -> (&Pattern, Side) {
+        let count = self.patterns.len();
+        let side = if half < count { Side::Left } else { Side::Right };
+        (&self.patterns[half % count], side)
+    }
+
+    fn half_name(&self, half: usize) -> String {
+        let (pattern, side) = self.half(half);
+        format!("{} {}", pattern.name, if side == Side::Left { "left" } else { "right" })
+    }
+}
+
+/// How far a run is: files done, how many of these were there before, files in all.
+pub type OnProgress<'a> = &'a (dyn Fn(usize, usize, usize) + Sync);
+
+/// What a run did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Half presses.
+    pub halves: usize,
+    /// Combinations of them.
+    pub samples: usize,
+    /// Files that an earlier run had finished.
+    pub found: usize,
+    /// Files written now.
+    pub made: usize,
+    /// Halves, of those cast now, that press nothing that the camera sees on their side of the
+    /// seam.
+    pub untouched: Vec<String>,
+}
+
+/// Writes a data set.
+///
+/// `cancelled` is asked between files; what was finished until then stays for `resume`.
+///
+/// # Errors
+/// [`DatasetError`]: a folder that is not empty, or holds another plan; no files.
+pub fn write(
+    folder: &Path,
+    job: &Job,
+    progress: OnProgress,
+    cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<Written, DatasetError> {
+    let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
+    let halves = halves::arrays(job, [height, width]);
+    let samples = if job.materialise { samples::arrays(job, [height, width]) } else { Vec::new() };
+    // Group, reference, list, card, plan.
+    let images = job.captures.map(|captures| captures.arrays(job, [height, width]));
+    let images = images.unwrap_or_default();
+    let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
+    let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
+    let files = 5 + groups.len() + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
+
+    let store = store::Store::open(folder, job, files, progress, cancelled)?;
+    store.put("zarr.json", || Ok(fabkit_export::zarr_group(&job.plan.attributes())?))?;
+    for group in groups {
+        store.put(&format!("{group}/zarr.json"), || Ok(fabkit_export::zarr_group(&json!({}))?))?;
+    }
+    store.put("reference.npz", || halves::reference(job))?;
+    store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
+    store.put("README.md", || Ok(card::text(job).into_bytes()))?;
+    let (cast, untouched) = halves::write(&store, job, &halves)?;
+    samples::write(&store, job, &samples, &cast)?;
+    if let Some(captures) = job.captures {
+        captures.write(&store, job, &images)?;
+    }
+    let (found, made) = store.finish()?;
+    let halves = 2 * job.patterns.len();
+    let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();
+    Ok(Written { halves, samples: job.patterns.len().pow(2), found, made, untouched })
+}

@@ -1,0 +1,188 @@
+//! What a data set will hold, decided before the first ray.
+
+use std::fmt::Write as _;
+
+use fabkit_export::ExportError;
+use serde_json::{Value, json};
+
+use super::Pattern;
+
+/// What a pattern, and a sample, is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// Learning.
+    Train,
+    /// Choosing when to stop.
+    Validation,
+    /// Reporting.
+    Test,
+    /// A sample whose two patterns are for different things: using it would leak.
+    Mixed,
+}
+
+impl Split {
+    /// The word in `samples.csv`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Validation => "validation",
+            Self::Test => "test",
+            Self::Mixed => "mixed",
+        }
+    }
+}
+
+/// Shares of patterns for validation and test, of 10: the rest is for training.
+const VALIDATION_OF_TEN: usize = 1;
+const TEST_OF_TEN: usize = 1;
+
+/// Names, splits and everything the folder says about itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Names of the patterns, in order.
+    pub patterns: Vec<String>,
+    /// Names of the bodies of each pattern: the first has the label 2.
+    pub bodies: Vec<Vec<String>>,
+    /// What each pattern is for.
+    pub splits: Vec<Split>,
+    /// Sensor, design hash, camera, frames, units, seed: the caller's part of the document.
+    pub about: Value,
+}
+
+impl Plan {
+    /// Assigns patterns to splits by a shuffle that depends on the seed alone.
+    ///
+    /// With fewer than ten patterns there is one for the test and, from three on, one for
+    /// validation.
+    pub fn new(patterns: &[Pattern], seed: u64, about: Value) -> Self {
+        let names = |pattern: &Pattern| pattern.left.iter().map(|body| body.name.clone()).collect();
+        let bodies = patterns.iter().map(names).collect();
+        let patterns: Vec<String> = patterns.iter().map(|pattern| pattern.name.clone()).collect();
+        let count = patterns.len();
+        let share = |of_ten: usize, at_least: usize| {
+            (count * of_ten / 10).max(usize::from(count >= at_least))
+        };
+        let (test, validation) = (share(TEST_OF_TEN, 2), share(VALIDATION_OF_TEN, 3));
+        let mut splits = vec![Split::Train; count];
+        for (rank, pattern) in shuffled(count, seed).into_iter().enumerate() {
+            if rank < test {
+                splits[pattern] = Split::Test;
+            } else if rank < test + validation {
+                splits[pattern] = Split::Validation;
+            }
+        }
+        Self { patterns, bodies, splits, about }
+    }
+
+    /// What the sample of two patterns is for.
+    pub fn split_of(&self, left: usize, right: usize) -> Split {
+        let (left, right) = (self.splits[left], self.splits[right]);
+        if left == right { left } else { Split::Mixed }
+    }
+
+    /// One line for each sample: its number, the two halves' places in `halves/`, its split.
+    pub fn samples_csv(&self) -> String {
+        let count = self.patterns.len();
+        let mut text = String::from("sample,left_half,right_half,left,right,split\n");
+        for left in 0..count {
+            for right in 0..count {
+                let (names, split) = (&self.patterns, self.split_of(left, right).word());
+                // Writing to a string cannot fail.
+                let _ = writeln!(
+                    text,
+                    "{},{left},{},{},{},{split}",
+                    left * count + right,
+                    count + right,
+                    names[left],
+                    names[right],
+                );
+            }
+        }
+        text
+    }
+
+    /// Attributes of the Zarr group.
+    pub(super) fn attributes(&self) -> Value {
+        json!({ "format": "fabkit-dataset", "version": 1, "see": "dataset.json" })
+    }
+
+    /// The bytes of `dataset.json`.
+    pub(super) fn document(&self, materialise: bool) -> Result<Vec<u8>, ExportError> {
+        let pattern = |((name, bodies), split): ((&String, &Vec<String>), &Split)| json!({ "name": name, "bodies": bodies, "split": split.word() });
+        let patterns = self.patterns.iter().zip(&self.bodies).zip(&self.splits).map(pattern);
+        let document = json!({
+            "format": "fabkit-dataset",
+            "version": 1,
+            "materialised": materialise,
+            "halves": 2 * self.patterns.len(),
+            "samples": self.patterns.len().pow(2),
+            "patterns": patterns.collect::<Vec<_>>(),
+            "label": "0: no surface or seam, 1: surface, 2 and up: the pattern's bodies in order",
+            "splits": "by pattern; a sample whose two patterns are for different things is mixed",
+            "sample": "left_half * patterns + (right_half - patterns)",
+            "range_mm": "reference range minus indentation; NaN in the reference where no surface \
+                         is seen",
+            "about": self.about,
+        });
+        let mut bytes = serde_json::to_vec_pretty(&document)?;
+        bytes.push(b'\n');
+        Ok(bytes)
+    }
+}
+
+/// The numbers below `count` in an order given by the seed (Fisher and Yates; the generator is
+/// SplitMix64, Steele et al., OOPSLA 2014).
+pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    };
+    let mut order: Vec<usize> = (0..count).collect();
+    for last in (1..count).rev() {
+        // The bias of the remainder is below count / 2^64.
+        order.swap(last, (next() % (last as u64 + 1)) as usize);
+    }
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(count: usize, seed: u64) -> Plan {
+        let named = |i| Pattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
+        Plan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
+    }
+
+    #[test]
+    fn no_pattern_is_in_two_splits_and_mixed_samples_are_named() {
+        let plan = plan(20, 7);
+        let of = |split| plan.splits.iter().filter(|s| **s == split).count();
+        assert_eq!((of(Split::Train), of(Split::Validation), of(Split::Test)), (16, 2, 2));
+        let csv = plan.samples_csv();
+        assert_eq!(csv.lines().count(), 1 + 400);
+        for line in csv.lines().skip(1) {
+            let cells: Vec<&str> = line.split(',').collect();
+            let half = |i: usize| cells[i].parse::<usize>().unwrap();
+            let (left, right) = (half(1), half(2) - 20);
+            assert_eq!(half(0), left * 20 + right);
+            let same = plan.splits[left] == plan.splits[right];
+            assert_eq!(cells[5] != "mixed", same);
+        }
+    }
+
+    #[test]
+    fn the_seed_decides() {
+        assert_eq!(plan(100, 1), plan(100, 1));
+        assert_ne!(plan(100, 1).splits, plan(100, 2).splits);
+        let mut order = shuffled(50, 3);
+        order.sort_unstable();
+        assert_eq!(order, (0..50).collect::<Vec<_>>());
+        assert_eq!(plan(1, 1).splits, [Split::Train]);
+        assert_eq!(plan(2, 1).splits.iter().filter(|s| **s == Split::Test).count(), 1);
+    }
+}

@@ -1,0 +1,110 @@
+//! Maps as arrays, pictures and clouds.
+
+use fabkit_depth::Picture;
+use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, false_color};
+use fabkit_export::{Array, CloudPoint, ExportError, Values, float_tiff, grey16_png, ply};
+
+/// A step of 16-bit pictures, mm: 1 um, so that they reach to 65 mm.
+pub const GREY_STEP_MM: f64 = 0.001;
+
+/// What a picture shows, mm or rad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// Distance along the ray.
+    Range,
+    /// Third coordinate in the camera frame.
+    Z,
+    /// Range without contact minus range with it.
+    Indentation,
+    /// Standard deviation of the range.
+    Sigma,
+}
+
+impl Shown {
+    /// Values pixel by pixel, mm.
+    pub fn values_mm(self, map: &DepthMap, sigma_mm: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Range => map.range_mm().to_vec(),
+            Self::Z => map.z_mm().collect(),
+            Self::Indentation => map.indentation_mm().collect(),
+            Self::Sigma => sigma_mm.to_vec(),
+        }
+    }
+}
+
+/// Everything about a press, for `numpy.load`: rows x columns, vectors with a third axis.
+pub fn arrays(map: &DepthMap, sigma_mm: &[f64]) -> Vec<Array> {
+    let shape = vec![map.height_px() as usize, map.width_px() as usize];
+    let array = |name: &str, values| Array { name: name.into(), shape: shape.clone(), values };
+    let vectors = |name: &str, values: Vec<f64>| Array {
+        name: name.into(),
+        shape: vec![shape[0], shape[1], 3],
+        values: Values::F64(values),
+    };
+    let points = map.point_in_sensor().flat_map(|p| [p.x, p.y, p.z]).collect();
+    let normals = map.normal_in_sensor().iter().flat_map(|n| [n.x, n.y, n.z]).collect();
+    vec![
+        array("range_mm", Values::F64(map.range_mm().to_vec())),
+        array("z_mm", Values::F64(map.z_mm().collect())),
+        vectors("point_in_sensor", points),
+        vectors("normal_in_sensor", normals),
+        array("label", Values::U16(map.label().to_vec())),
+        array("indentation_mm", Values::F64(map.indentation_mm().collect())),
+        array("contact", Values::Bool(map.contact().collect())),
+        array("incidence_rad", Values::F64(map.incidence_rad().collect())),
+        array("sigma_mm", Values::F64(sigma_mm.to_vec())),
+        Array {
+            name: "label_names".into(),
+            shape: vec![map.names().len()],
+            values: Values::Text(map.names().to_vec()),
+        },
+    ]
+}
+
+/// With a colour for each value and a scale beside it.
+pub fn picture(width_px: u32, values_mm: &[f64]) -> Picture {
+    false_color(width_px, values_mm, None)
+}
+
+/// A 16-bit grey PNG of [`GREY_STEP_MM`] a step, rounded; 0 is no value.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn grey(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>, ExportError> {
+    // Casts saturate, and NaN becomes 0.
+    let step = |mm: &f64| (mm / GREY_STEP_MM).round() as u16;
+    grey16_png(width_px, height_px, &values_mm.iter().map(step).collect::<Vec<u16>>())
+}
+
+/// A 32-bit floating point TIFF; NaN is no value.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn tiff(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>, ExportError> {
+    float_tiff(width_px, height_px, &values_mm.iter().map(|mm| *mm as f32).collect::<Vec<f32>>())
+}
+
+/// A point for each pixel that sees the surface, coloured by its label.
+pub fn cloud(map: &DepthMap) -> Vec<u8> {
+    let pixels = map.point_in_sensor().zip(map.normal_in_sensor()).zip(map.label());
+    let points: Vec<CloudPoint> = pixels
+        .filter(|((point, _), _)| point.x.is_finite())
+        .map(|((point, normal), &label)| CloudPoint {
+            position_mm: point.into(),
+            normal: (*normal).into(),
+            color: color(label),
+            label,
+        })
+        .collect();
+    ply("sensor frame, mm; label 1 is the surface, from 2 on what presses", &points)
+}
+
+/// Grey for the surface, then hues a golden section apart, which stay distinct however many.
+fn color(label: u16) -> [u8; 3] {
+    if label <= SURFACE_LABEL {
+        return [170, 172, 178];
+    }
+    let hue = 6.0 * (f64::from(label) * 0.618_033_988_749_895).fract();
+    let part = |from: f64| ((hue - from).rem_euclid(6.0) - 3.0).abs() - 1.0;
+    [0.0, 2.0, 4.0].map(|from| (60.0 + 180.0 * part(from).clamp(0.0, 1.0)) as u8)
+}

@@ -1,0 +1,13 @@
+//! Ground truth for one camera: where it looks from, what it sees of a sensor's surface, what
+//! presses there, and all of it as bytes.
+
+mod coverage;
+mod files;
+mod presses;
+pub mod probes;
+mod viewpoint;
+
+pub use coverage::{Coverage, coverage};
+pub use files::{GREY_STEP_MM, Shown, arrays, cloud, grey, picture, tiff};
+pub use presses::{Deepest, deepest, pressers};
+pub use viewpoint::{InvalidViewpoint, Viewpoint};

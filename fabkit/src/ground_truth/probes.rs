@@ -1,0 +1,139 @@
+//! Probe sets: one indenter, pressed along the normal at many places to many depths.
+//!
+//! UVDtact's reconstruction learns from the pixel of the largest change to the place of the
+//! indenter's tip (Sections IV-B and V-A). Here the tip is known and its pixel is computed. Columns:
+//!
+//! | column | is |
+//! |---|---|
+//! | `index` | from 0 |
+//! | `depth_mm` | of the tip below the untouched surface, along its normal |
+//! | `x_mm`, `y_mm`, `z_mm` | the tip, sensor frame |
+//! | `u_px`, `v_px` | column and row where the camera sees the tip; empty if it does not |
+//! | `r_mm`, `theta_rad`, `phi_rad` | the tip in spherical coordinates: distance from the sensor's origin, angle from +z, angle around it from +x |
+//! | `phi_image_rad` | `atan2(v - vc, u - uc)`, with `(uc, vc)` where the surface's apex is seen |
+
+use std::fmt::Write;
+
+use fabkit_fixtures::SurfacePoints;
+use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
+
+use super::Viewpoint;
+
+/// UVDtact's count.
+pub const DEFAULT_COUNT: u32 = 33_803;
+
+/// A probe set's text, and what of it is seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probes {
+    /// CSV with a line of names.
+    pub csv: String,
+    /// How many tips the camera sees.
+    pub seen: u32,
+}
+
+/// Presses spread evenly over the surface and over depths up to `deepest_mm`.
+///
+/// # Errors
+/// Dimensions that make no solid.
+pub fn probes(
+    touch: &TouchSurface,
+    viewpoint: &Viewpoint,
+    count: u32,
+    deepest_mm: f64,
+    seed: u64,
+) -> Result<Probes, InvalidSolid> {
+    let points = SurfacePoints::new(touch)?;
+    let camera = viewpoint.camera();
+    let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
+    let pixel_of = |point: &Point3<f64>| {
+        let pixel = camera.project(&camera_from_sensor.point(*point)).ok()?;
+        camera.sees(&pixel).then_some(pixel)
+    };
+    let apex = Point3::new(0.0, 0.0, touch.apex_z_mm());
+    // The apex may lie outside the picture; it still has a direction there.
+    let centre = camera.project(&camera_from_sensor.point(apex)).ok();
+    let mut csv = String::from(
+        "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad\n",
+    );
+    let mut seen = 0;
+    let places = LowDiscrepancy::new(seed).filter_map(|[along, around, deep]| {
+        // From just above 0 up to the deepest.
+        Some((points.by_area([along, around])?, deepest_mm * (1.0 - deep)))
+    });
+    for (index, ((point, outward), depth_mm)) in places.take(count as usize).enumerate() {
+        let tip = point - depth_mm * outward;
+        let (r_mm, across_mm) = (tip.coords.norm(), tip.x.hypot(tip.y));
+        let (theta_rad, phi_rad) = (across_mm.atan2(tip.z), tip.y.atan2(tip.x));
+        // Writing to a string cannot fail.
+        let _ = write!(csv, "{index},{depth_mm},{},{},{},", tip.x, tip.y, tip.z);
+        let pixel = pixel_of(&tip);
+        let _ = match pixel {
+            Some(pixel) => write!(csv, "{},{},", pixel.x, pixel.y),
+            None => write!(csv, ",,"),
+        };
+        let _ = write!(csv, "{r_mm},{theta_rad},{phi_rad},");
+        if let (Some(pixel), Some(centre)) = (pixel, centre) {
+            seen += 1;
+            let _ = write!(csv, "{}", (pixel.y - centre.y).atan2(pixel.x - centre.x));
+        }
+        csv.push('\n');
+    }
+    Ok(Probes { csv, seen })
+}
+
+/// Points that fill the unit cube evenly: multiples of powers of the generalised golden ratio
+/// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018), shifted by a seed.
+#[derive(Clone, Debug)]
+pub struct LowDiscrepancy {
+    next: [f64; 3],
+}
+
+impl LowDiscrepancy {
+    /// The root of x^4 = x + 1.
+    const RATIO: f64 = 1.220_744_084_605_759_5;
+
+    /// The sequence of a seed.
+    pub fn new(seed: u64) -> Self {
+        // Another fixed shift for each seed and axis.
+        let shift = |axis: u64| {
+            let mixed =
+                (seed.wrapping_mul(3).wrapping_add(axis)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            (mixed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        Self { next: [0.5 + shift(0), 0.5 + shift(1), 0.5 + shift(2)].map(f64::fract) }
+    }
+}
+
+impl Iterator for LowDiscrepancy {
+    type Item = [f64; 3];
+
+    fn next(&mut self) -> Option<[f64; 3]> {
+        let current = self.next;
+        let mut step = 1.0;
+        for value in &mut self.next {
+            step /= Self::RATIO;
+            *value = (*value + step).fract();
+        }
+        Some(current)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sequence_fills_the_cube_evenly() {
+        assert!((LowDiscrepancy::RATIO.powi(4) - LowDiscrepancy::RATIO - 1.0).abs() < 1e-14);
+        for seed in 0..3 {
+            let mut cells = [0u32; 64];
+            for point in LowDiscrepancy::new(seed).take(6400) {
+                let [x, y, z] = point.map(|v| (4.0 * v) as usize);
+                cells[16 * x + 4 * y + z] += 1;
+            }
+            // Random points would scatter by 10 around 100.
+            assert!(cells.iter().all(|count| (90..=110).contains(count)), "{cells:?}");
+        }
+        assert_ne!(LowDiscrepancy::new(0).next(), LowDiscrepancy::new(1).next());
+    }
+}

@@ -1,0 +1,233 @@
+//! The bridge to the Python package `fabkit_verify`, which asks kernels that fabkit did not write.
+//!
+//! It gets a folder of exported files and answers with one JSON document. Nothing of OpenCascade is
+//! linked here; without the package's environment everything else works.
+
+use std::env;
+use std::ffi::OsStr;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use fabkit_designs::Design;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::bodies::{self, Kind};
+use crate::exporting::{self, ExportFailure, ExportOptions, ForeignFile, Format};
+use crate::staging::{OutputFile, StagingError, write_all};
+
+/// Names the interpreter where the environment is not beside the project.
+pub const PYTHON_VARIABLE: &str = "FABKIT_PYTHON";
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifierError {
+    /// No interpreter with the package.
+    #[error(
+        "the verifier's Python environment is not here: `cargo xtask verify-env` makes it, or name \
+         its interpreter in {PYTHON_VARIABLE}"
+    )]
+    NoEnvironment,
+    /// The design could not be exported.
+    #[error(transparent)]
+    Export(#[from] ExportFailure),
+    /// The files for the verifier could not be written.
+    #[error(transparent)]
+    Staging(#[from] StagingError),
+    /// The system refused.
+    #[error("cannot {action}: {source}")]
+    Io {
+        /// For example `run python`.
+        action: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The package did not answer as it should.
+    #[error("the verifier stopped without an answer ({0})")]
+    NoAnswer(String),
+    /// Parts that OpenCascade could not write.
+    #[error("no STEP file of {}", .0.join("; "))]
+    NoStep(Vec<String>),
+}
+
+/// A Python interpreter that has the package.
+#[derive(Clone, Debug)]
+pub struct Verifier {
+    python: PathBuf,
+}
+
+/// What to verify.
+#[derive(Clone, Debug, Default)]
+pub struct VerifyOptions {
+    /// Bodies by name; empty for all parts, layers and components.
+    pub parts: Vec<String>,
+    /// Kernels by name; empty for all.
+    pub kernels: Vec<String>,
+    /// Most that one kernel may take for one part, s.
+    pub limit_s: Option<f64>,
+    /// Keeps what was exported in this folder.
+    pub keep: Option<PathBuf>,
+    /// An HTML file to write.
+    pub report: Option<PathBuf>,
+}
+
+impl Verifier {
+    /// The interpreter that `FABKIT_PYTHON` names, or else that of `.venv` in the current folder,
+    /// above it, or above the command.
+    ///
+    /// # Errors
+    /// [`VerifierError::NoEnvironment`].
+    pub fn find() -> Result<Self, VerifierError> {
+        let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
+        let candidates: Vec<PathBuf> = match named {
+            Some(name) => vec![name.into()],
+            None => {
+                let starts = [env::current_dir(), env::current_exe()];
+                let folders = starts
+                    .into_iter()
+                    .flatten()
+                    .flat_map(|start| start.ancestors().map(Path::to_path_buf).collect::<Vec<_>>());
+                folders.map(|folder| folder.join(".venv").join(interpreter())).collect()
+            }
+        };
+        candidates
+            .into_iter()
+            .find(|python| has_package(python))
+            .map(|python| Self { python })
+            .ok_or(VerifierError::NoEnvironment)
+    }
+
+    /// Exports a design and has it rebuilt and compared; the package's document
+    /// (`fabkit-verification` version 1).
+    ///
+    /// # Errors
+    /// [`VerifierError`]. Disagreement is no error.
+    pub fn verify(&self, design: &Design, options: &VerifyOptions) -> Result<Value, VerifierError> {
+        let formats = vec![Format::Stl, Format::Tree, Format::Samples];
+        let temporary = temporary_folder()?;
+        let folder = options.keep.as_deref().unwrap_or(temporary.path());
+        write_exports(design, &options.parts, formats, folder)?;
+        let mut arguments = vec![OsStr::new("check").to_owned(), folder.into()];
+        for kernel in &options.kernels {
+            arguments.extend(["--kernel".into(), kernel.into()]);
+        }
+        if let Some(seconds) = options.limit_s {
+            arguments.extend(["--limit".into(), seconds.to_string().into()]);
+        }
+        if let Some(report) = &options.report {
+            arguments.extend(["--report".into(), report.into()]);
+        }
+        let threads = rayon::current_num_threads().min(2);
+        arguments.extend(["--processes".into(), threads.to_string().into()]);
+        self.answer(&arguments)
+    }
+
+    /// STEP files of the parts (of all, if none are named, and then of the whole sensor too) through
+    /// the OpenCascade rebuild.
+    ///
+    /// # Errors
+    /// [`VerifierError`].
+    pub fn step_files(
+        &self,
+        design: &Design,
+        parts: &[String],
+    ) -> Result<Vec<ForeignFile>, VerifierError> {
+        let sensor = &design.sensor;
+        let wanted: Vec<&str> = bodies::bodies(sensor)
+            .iter()
+            .filter(|body| match parts {
+                [] => body.kind == Kind::Part,
+                named => named.iter().any(|name| name == body.name),
+            })
+            .map(|body| body.name)
+            .collect();
+        let folder = temporary_folder()?;
+        let output = temporary_folder()?;
+        write_exports(design, parts, vec![Format::Tree, Format::Samples], folder.path())?;
+        let mut arguments =
+            vec![OsStr::new("step").to_owned(), folder.path().into(), output.path().into()];
+        for name in &wanted {
+            arguments.extend(["--part".into(), (*name).into()]);
+        }
+        if parts.is_empty() {
+            arguments.extend(["--assembly".into(), sensor.name.clone().into()]);
+        }
+        let answer = self.answer(&arguments)?;
+        let files = answer["files"].as_array().cloned().unwrap_or_default();
+        let failed: Vec<String> = files
+            .iter()
+            .filter(|file| file["passed"] != true)
+            .map(|file| format!("{}: {}", text(&file["name"]), text(&file["reason"])))
+            .collect();
+        if !failed.is_empty() {
+            return Err(VerifierError::NoStep(failed));
+        }
+        let read = |file: &Value| {
+            let name = text(&file["name"]);
+            let path = output.path().join(&name);
+            let bytes = fs::read(&path).map_err(|source| VerifierError::Io {
+                action: format!("read {}", path.display()),
+                source,
+            })?;
+            let parts = file["parts"].as_array().cloned().unwrap_or_default();
+            let parts = parts.iter().map(text).collect();
+            Ok(ForeignFile { file: OutputFile { name, bytes }, format: "step", parts })
+        };
+        files.iter().map(read).collect()
+    }
+
+    /// Runs the package and reads the document it prints.
+    fn answer(&self, arguments: &[std::ffi::OsString]) -> Result<Value, VerifierError> {
+        let output = Command::new(&self.python)
+            .args(["-m", "fabkit_verify"])
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stderr(Stdio::inherit())
+            .output()
+            .map_err(|source| VerifierError::Io {
+                action: format!("run {}", self.python.display()),
+                source,
+            })?;
+        serde_json::from_slice(&output.stdout)
+            .map_err(|_| VerifierError::NoAnswer(output.status.to_string()))
+    }
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+fn interpreter() -> &'static str {
+    if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" }
+}
+
+fn has_package(python: &Path) -> bool {
+    let probe = "import importlib.util as u, sys; sys.exit(u.find_spec('fabkit_verify') is None)";
+    let run = Command::new(python).args(["-c", probe]).stderr(Stdio::null()).status();
+    run.is_ok_and(|status| status.success())
+}
+
+fn temporary_folder() -> Result<TempDir, VerifierError> {
+    let action = "make a temporary folder".to_owned();
+    TempDir::with_prefix("fabkit-").map_err(|source| VerifierError::Io { action, source })
+}
+
+/// Nominal files: what is compared is the design, not what is made of it.
+fn write_exports(
+    design: &Design,
+    parts: &[String],
+    formats: Vec<Format>,
+    folder: &Path,
+) -> Result<(), VerifierError> {
+    let all = || bodies::bodies(&design.sensor).iter().map(|body| body.name.to_owned()).collect();
+    let options = ExportOptions {
+        parts: if parts.is_empty() { all() } else { parts.to_vec() },
+        formats,
+        nominal: true,
+        ..ExportOptions::default()
+    };
+    let exported = exporting::export(design, &options, &|_| {})?;
+    Ok(write_all(folder, &exported.files, &|| false)?)
+}

@@ -1,0 +1,237 @@
+//! Small features without the boolean kernel.
+//!
+//! Sensors are curved bodies with hundreds of small holes, dimples and pins. A boolean cuts every
+//! triangle of every tool with every triangle near it; most of a mesh's time would go there. But
+//! what such a feature does to a body is simple: its wall passes through one face along one closed
+//! curve, or through several faces along one curve each. So that curve is computed on the exact
+//! surfaces of both, the triangles of the base that it touches are taken out, and the gap between
+//! them and the curve is filled by a constrained Delaunay triangulation; from the curve on, the
+//! tool's own tessellation goes on.
+//!
+//! - All new vertices lie on both exact surfaces; triangles that are new in the base are measured
+//!   against it.
+//! - The tool's wall keeps its own azimuths, so that curves end where its rings have their points
+//!   and no slivers arise; vertices of the base that come too near a curve go.
+//! - Every precondition is checked: the curves lie on one face each, the base's triangles taken are
+//!   a plain patch of that face, and no other triangle of the base reaches into the tool. Whatever
+//!   fails one is left to the kernel.
+
+mod bend;
+mod cavity;
+mod fill;
+mod measure;
+mod nearby;
+mod nested;
+mod patch;
+mod pin;
+mod sheet;
+#[cfg(test)]
+mod tests;
+mod trim;
+mod wall;
+
+use std::ops::Range;
+use std::rc::Rc;
+
+use fabkit_geometry::{Aabb, Body, Point3, Pose};
+
+use crate::extent::moved;
+use crate::facets::Facets;
+use cavity::Candidate;
+use fill::Fill;
+use nearby::Nearby;
+pub(crate) use nested::Whole;
+use patch::{Patch, Place};
+pub(crate) use pin::Pin;
+use sheet::{NONE, Sheet};
+use trim::{Curve, curves};
+use wall::{Corner, wall};
+
+/// How near vertices of the base may be to a curve, relative to its shortest chord; the second
+/// value is for where removing them would stray too far from the surface.
+const CLEARANCES: [f64; 2] = [0.25, 0.01];
+
+/// No limit along a tool's axis, mm.
+const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// A tool in its place.
+pub(crate) struct Feature {
+    pub pin: Rc<Pin>,
+    pub base_from_tool: Pose,
+    /// Of its face 0.
+    pub first_face: u32,
+    /// If it belongs to an operand deeper in the tree: that operand's leaves in the base.
+    pub operand: Option<Range<u32>>,
+}
+
+impl Feature {
+    /// Whether its surface passes through a body's in curves that a mesh can be closed up to.
+    pub fn has_curves(&self, body: &Body) -> bool {
+        curves(self, body).is_some()
+    }
+}
+
+/// What features are cut from or added to.
+pub(crate) struct Base<'a> {
+    pub facets: &'a Facets,
+    /// The same solid, exactly.
+    pub body: &'a Body,
+    /// Face number of face 0 of each of the body's leaves.
+    pub first_faces: &'a [u32],
+}
+
+/// What the features of a base do to it.
+pub(crate) enum Effect<'a> {
+    /// They are united with it.
+    Add,
+    /// They are cut away.
+    Cut,
+    /// What follows from the tree that they stand in.
+    AsIn(&'a Whole),
+}
+
+/// Puts features into a base. Returns the mesh and the numbers of the features that could not be
+/// put there; `None` if none could.
+pub(crate) fn conform(
+    base: &Base,
+    features: &[Feature],
+    effect: &Effect,
+    tolerance_mm: f64,
+) -> Option<(Facets, Vec<usize>)> {
+    let reach = |f: &Feature| moved(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
+    let boxes: Vec<Aabb> = features.iter().map(reach).collect();
+    let obstacles = match effect {
+        Effect::AsIn(whole) => whole.nearby(boxes.clone()),
+        _ => Nearby::new(Vec::new()),
+    };
+    let (sheet, nearby) = (Sheet::new(base.facets)?, Nearby::new(boxes));
+    let mut work = Work { base, effect, tolerance_mm, sheet, nearby, obstacles, stamp: 0 };
+    for t in 0..work.sheet.len() {
+        work.nearby.add(t, &work.sheet.bounds_of(t));
+    }
+    let left: Vec<usize> =
+        (0..features.len()).filter(|&i| work.apply(i, &features[i]).is_none()).collect();
+    (left.len() < features.len()).then(|| (work.sheet.into_facets(), left))
+}
+
+struct Work<'a> {
+    base: &'a Base<'a>,
+    effect: &'a Effect<'a>,
+    tolerance_mm: f64,
+    sheet: Sheet,
+    nearby: Nearby,
+    /// Surfaces that are hidden in the base.
+    obstacles: Nearby,
+    stamp: u32,
+}
+
+impl Work<'_> {
+    /// Nothing has changed if it returns `None`.
+    fn apply(&mut self, index: usize, feature: &Feature) -> Option<()> {
+        let curves = curves(feature, self.base.body)?;
+        let (adding, z_mm) = match self.effect {
+            Effect::Add => (true, EVERYWHERE),
+            Effect::Cut => (false, EVERYWHERE),
+            Effect::AsIn(whole) => {
+                let near = &self.obstacles.triangles[index];
+                let span = whole.span(self.base, feature, &curves, near, self.tolerance_mm)?;
+                (span.adding, span.z_mm)
+            }
+        };
+        let tool_from_base = feature.base_from_tool.inverse();
+        let candidates: Vec<Candidate> = self.nearby.triangles[index]
+            .iter()
+            .filter(|&&t| self.sheet.alive[t as usize])
+            .map(|&t| Candidate::new(t, self.sheet.points_of(t), &tool_from_base))
+            .collect();
+        let mut patches = Vec::with_capacity(curves.len());
+        for curve in &curves {
+            patches.push(self.patch(feature, curve, &candidates)?);
+        }
+        let taken = |c: &Candidate| {
+            patches.iter().any(|p| self.sheet.stamps[c.triangle as usize] == p.cavity.stamp)
+        };
+        let total: usize = patches.iter().map(|p| p.cavity.triangles.len()).sum();
+        if candidates.iter().filter(|c| taken(c)).count() != total {
+            return None; // Two curves took the same triangle.
+        }
+        if candidates.iter().any(|c| !taken(c) && c.reaches_into(&feature.pin, z_mm, 0.0)) {
+            return None;
+        }
+        self.commit(feature, &curves, patches, adding);
+        Some(())
+    }
+
+    /// What closes the base up to a curve, clear of its other vertices if that can be.
+    fn patch(
+        &mut self,
+        feature: &Feature,
+        curve: &Curve,
+        candidates: &[Candidate],
+    ) -> Option<Patch> {
+        CLEARANCES.into_iter().find_map(|clearance| {
+            self.stamp += 1;
+            let clear_mm = clearance * curve.shortest_chord_mm();
+            let place = Place { base: self.base, feature, curve, tolerance_mm: self.tolerance_mm };
+            place.patch(&mut self.sheet, candidates, clear_mm, self.stamp)
+        })
+    }
+
+    fn commit(&mut self, feature: &Feature, curves: &[Curve], patches: Vec<Patch>, adding: bool) {
+        let sheet = &mut self.sheet;
+        let mut added = Vec::new();
+        let mut first_points = Vec::with_capacity(curves.len());
+        for curve in curves {
+            first_points.push(sheet.points.len() as u32);
+            sheet.points.extend(&curve.in_base);
+        }
+        for ((curve, patch), &first_point) in curves.iter().zip(patches).zip(&first_points) {
+            let order = patch.curve_order(curve.in_base.len());
+            let rim: Vec<u32> = patch.cavity.loops.into_iter().flatten().collect();
+            let mut vertices: Vec<u32> = rim.iter().map(|&edge| sheet.from(edge)).collect();
+            vertices.extend(order.map(|k| first_point + k as u32));
+            let beyond: Vec<u32> = rim.iter().map(|&edge| sheet.twins[edge as usize]).collect();
+            for &t in &patch.cavity.triangles {
+                sheet.alive[t as usize] = false;
+            }
+            let first_edge = 3 * sheet.len();
+            for &t in &patch.fill.triangles {
+                added.push(sheet.push(t.map(|v| vertices[v as usize]), patch.face));
+            }
+            for (edge, &twin) in (0..).zip(&patch.fill.twins) {
+                let start = patch.fill.triangles[edge as usize / 3][edge as usize % 3] as usize;
+                let twin = match twin {
+                    // Each vertex of the rim begins one edge of it.
+                    Fill::RIM => beyond.get(start).copied().unwrap_or(NONE),
+                    inner => first_edge + inner,
+                };
+                if twin != NONE {
+                    sheet.link(first_edge + edge, twin);
+                }
+            }
+        }
+        let tool = &feature.pin.facets;
+        let mut new_index = vec![NONE; tool.vertices.len()];
+        wall(&feature.pin, curves, !adding, |corners, face| {
+            let mut corners = corners.map(|corner| match corner {
+                Corner::Curve { curve, point } => first_points[curve] + point as u32,
+                Corner::Tool(v) => {
+                    let index = &mut new_index[v as usize];
+                    if *index == NONE {
+                        *index = sheet.points.len() as u32;
+                        let point = Point3::from(tool.vertices[v as usize]);
+                        sheet.points.push(feature.base_from_tool.point(point).into());
+                    }
+                    *index
+                }
+            });
+            if !adding {
+                corners.swap(1, 2);
+            }
+            added.push(sheet.push(corners, feature.first_face + face));
+        });
+        for t in added {
+            self.nearby.add(t, &self.sheet.bounds_of(t));
+        }
+    }
+}

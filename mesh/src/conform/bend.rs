@@ -1,0 +1,110 @@
+//! How much a face bends, and which way.
+
+use fabkit_geometry::{BodyLeaf, Path, Point3, Profile, Segment, Solid, Vector3};
+
+/// Curvatures of a face at one of its points, 1/mm, without sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bend {
+    /// Unit tangent around the primitive's axis, in the body's frame.
+    around: Vector3<f64>,
+    /// Unit tangent along the generatrix: around, along and the normal are right-handed.
+    along: Vector3<f64>,
+    around_per_mm: f64,
+    along_per_mm: f64,
+}
+
+/// A direction in which a face bends less than this share of the other counts as if it bent that
+/// much: edges along a cylinder need not be as long as the cylinder.
+const LEAST_SHARE: f64 = 0.02;
+
+impl Bend {
+    /// A point in the tangent plane, its axes scaled by the square roots of the curvatures: there,
+    /// triangles stray by the squares of the circles around them, whichever way they lie.
+    pub fn scaled(&self, point: [f64; 3]) -> [f64; 2] {
+        let [a, b] = [self.around_per_mm, self.along_per_mm];
+        let least = LEAST_SHARE * a.max(b);
+        let scales = if least > 0.0 { [a, b].map(|k| k.max(least).sqrt()) } else { [1.0; 2] };
+        let point = Vector3::from(point);
+        [scales[0] * self.around.dot(&point), scales[1] * self.along.dot(&point)]
+    }
+
+    /// No point of a triangle with its corners on the face is farther from it, mm, as far as the
+    /// curvatures are those found here: half the square of the radius of a circle around it.
+    pub fn most_stray_mm(&self, corners: [[f64; 3]; 3]) -> f64 {
+        let edge2 = |i: usize| {
+            let edge = Vector3::from(corners[i]) - Vector3::from(corners[(i + 1) % 3]);
+            let [u, v] = [self.around.dot(&edge), self.along.dot(&edge)];
+            self.around_per_mm * u * u + self.along_per_mm * v * v
+        };
+        // A circle around a triangle need not be wider than the longest edge over the root of 3.
+        edge2(0).max(edge2(1)).max(edge2(2)) / 6.0
+    }
+}
+
+/// Of a leaf's face at a point of the body with a known normal.
+pub(super) fn bend(leaf: &BodyLeaf, face: u32, at: Point3<f64>, normal: Vector3<f64>) -> Bend {
+    let leaf_from_body = leaf.body_from_leaf.inverse();
+    let (at, normal) = (leaf_from_body.point(at), leaf_from_body.vector(normal));
+    let [around_per_mm, along_per_mm] = curvatures(&leaf.primitive, face, at, normal);
+    let tangent = Vector3::z().cross(&normal);
+    let tangent = tangent.try_normalize(1e-9).unwrap_or_else(|| {
+        // A flat face across the axis, or a pole: any direction will do.
+        normal.cross(&Vector3::x()).normalize()
+    });
+    let [around, along] = [tangent, normal.cross(&tangent)].map(|t| leaf.body_from_leaf.vector(t));
+    Bend { around, along, around_per_mm, along_per_mm }
+}
+
+/// Around the axis and along the generatrix.
+fn curvatures(primitive: &Solid, face: u32, at: Point3<f64>, normal: Vector3<f64>) -> [f64; 2] {
+    let across_mm = at.x.hypot(at.y);
+    // Meusnier: a circle of radius r whose plane is inclined to the normal.
+    let parallel = |along: f64| {
+        let inclined = normal.x.hypot(normal.y);
+        if across_mm > 1e-6 { inclined / across_mm } else { along }
+    };
+    let of_ellipse = |equatorial: f64, polar: f64, offset_mm: f64| {
+        let [sine, cosine] = [normal.z, normal.x.hypot(normal.y)];
+        let support = (equatorial * cosine).hypot(polar * sine);
+        let along = 1.0 / ((equatorial * polar).powi(2) / support.powi(3) + offset_mm);
+        [parallel(along), along]
+    };
+    match primitive {
+        Solid::Sphere(s) => [1.0 / s.radius_mm; 2],
+        Solid::Ellipsoid(s) => {
+            let short = s.semi_axes_mm.into_iter().fold(f64::MAX, f64::min);
+            let long = s.semi_axes_mm.into_iter().fold(0.0, f64::max);
+            [long / (short * short); 2]
+        }
+        Solid::Cylinder(_) | Solid::Cone(_) if face == 0 => [parallel(0.0), 0.0],
+        Solid::Torus(s) => [parallel(0.0), 1.0 / s.tube_radius_mm],
+        Solid::EllipsoidOffset(s) => of_ellipse(s.equatorial_mm, s.polar_mm, s.offset_mm),
+        Solid::Revolution(s) => match segment(&s.profile, face) {
+            Some((from, Segment::Arc { centre, .. })) => {
+                let along = 1.0 / (from[0] - centre[0]).hypot(from[1] - centre[1]);
+                [parallel(along), along]
+            }
+            Some((_, Segment::EllipticArc { semi_axes_mm: [a, b], .. })) => of_ellipse(*a, *b, 0.0),
+            _ => [parallel(0.0), 0.0],
+        },
+        Solid::Extrusion(s) => match face.checked_sub(2).and_then(|k| segment(&s.profile, k)) {
+            Some((from, Segment::Arc { centre, .. })) => {
+                [1.0 / (from[0] - centre[0]).hypot(from[1] - centre[1]), 0.0]
+            }
+            _ => [0.0; 2],
+        },
+        _ => [0.0; 2],
+    }
+}
+
+/// Segment `number` of a profile and where it starts.
+fn segment(profile: &Profile, number: u32) -> Option<([f64; 2], &Segment)> {
+    let with_start = |path: &'_ Path| {
+        let ends = path.segments.iter().map(Segment::to);
+        std::iter::once(path.start).chain(ends).collect::<Vec<_>>()
+    };
+    profile
+        .paths()
+        .flat_map(|path| with_start(path).into_iter().zip(&path.segments))
+        .nth(number as usize)
+}

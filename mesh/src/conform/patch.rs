@@ -1,0 +1,95 @@
+//! What closes a base's mesh up to a curve.
+
+use fabkit_geometry::{Point3, Vector3};
+
+use super::bend::bend;
+use super::cavity::{Candidate, Cavity};
+use super::fill::Fill;
+use super::measure::Measure;
+use super::sheet::Sheet;
+use super::trim::Curve;
+use super::{Base, Feature};
+
+/// A surface that a tool's axis meets at less than this sine is left to the kernel.
+const LEAST_SINE: f64 = 0.2;
+
+/// A cavity and what fills it.
+pub(super) struct Patch {
+    pub cavity: Cavity,
+    pub fill: Fill,
+    /// Face number of the new triangles.
+    pub face: u32,
+}
+
+impl Patch {
+    /// The curve's points in the direction in which the fill lies on their left.
+    pub fn curve_order(&self, count: usize) -> impl Iterator<Item = usize> + use<> {
+        curve_order(count, self.cavity.facing)
+    }
+}
+
+fn curve_order(count: usize, facing: f64) -> impl Iterator<Item = usize> {
+    (0..count).map(move |k| if facing > 0.0 { count - 1 - k } else { k })
+}
+
+/// One curve of one feature on the base.
+pub(super) struct Place<'a> {
+    pub base: &'a Base<'a>,
+    pub feature: &'a Feature,
+    pub curve: &'a Curve,
+    pub tolerance_mm: f64,
+}
+
+impl Place<'_> {
+    /// The cavity's triangles get the mark `stamp`. `None` if they are no plain hole in one face, or
+    /// if what would fill it strays from the face.
+    pub fn patch(
+        &self,
+        sheet: &mut Sheet,
+        candidates: &[Candidate],
+        clear_mm: f64,
+        stamp: u32,
+    ) -> Option<Patch> {
+        let Self { base, feature, curve, tolerance_mm } = *self;
+        let [leaf, number] = curve.face;
+        let face = base.first_faces[leaf as usize] + number;
+        let axis = feature.base_from_tool.vector(Vector3::z());
+        let sine = axis.dot(&curve.normal);
+        if sine.abs() < LEAST_SINE {
+            return None;
+        }
+        let facing = sine.signum();
+        let cavity = Cavity::new(sheet, candidates, curve, face, facing, clear_mm, stamp)?;
+
+        // Everything in space, and seen along the tool's axis from where the face looks up.
+        let tool_from_base = feature.base_from_tool.inverse();
+        let mut points: Vec<[f64; 3]> = Vec::new();
+        let mut flat: Vec<[f64; 2]> = Vec::new();
+        let mut loops = Vec::with_capacity(cavity.loops.len() + 1);
+        for chain in &cavity.loops {
+            let first = points.len();
+            for &edge in chain {
+                let point = sheet.points[sheet.from(edge) as usize];
+                let in_tool = tool_from_base.point(Point3::from(point));
+                points.push(point);
+                flat.push([facing * in_tool.x, in_tool.y]);
+            }
+            loops.push(first..points.len());
+        }
+        let first = points.len();
+        for k in curve_order(curve.in_base.len(), facing) {
+            points.push(curve.in_base[k]);
+            flat.push([facing * curve.in_tool[k][0], curve.in_tool[k][1]]);
+        }
+        loops.push(first..points.len());
+
+        let leaf = &base.body.leaves()[leaf as usize];
+        let bend = bend(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
+        let scaled: Vec<[f64; 2]> = points.iter().map(|&p| bend.scaled(p)).collect();
+        let fill = Fill::new(&flat, &scaled, &loops)?;
+        let mut measure = Measure::new(base.body, axis, curve, tolerance_mm);
+        let corners = |t: &[u32; 3]| t.map(|v| points[v as usize]);
+        let holds = fill.triangles.iter().all(|t| measure.holds(corners(t), &bend));
+        holds.then_some(Patch { cavity, fill, face })
+    }
+}

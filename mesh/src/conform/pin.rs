@@ -1,0 +1,186 @@
+//! Tools of revolution, stroke by stroke.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Segment, Solid, Vector3};
+
+use crate::facets::Facets;
+
+/// Nearer than this two points of a profile are one, mm.
+const SAME_MM: f64 = 1e-9;
+
+/// A tool of revolution around its own z axis, solid up to the axis: a cylinder, a cone,
+/// a profile whose outer path begins and ends on the axis.
+///
+/// Walked along its profile, from the lower end of the axis outwards to the upper one, the solid is
+/// on the left.
+pub(crate) struct Pin {
+    pub facets: Facets,
+    pub strokes: Vec<Stroke>,
+}
+
+/// One piece of the profile.
+pub(crate) struct Stroke {
+    /// Distance from the axis and z, mm.
+    pub from: [f64; 2],
+    pub to: [f64; 2],
+    pub straight: bool,
+    /// Face number within the primitive.
+    pub face: u32,
+    /// Its triangles, indices into the pin's facets.
+    pub triangles: Vec<u32>,
+    /// Vertices of the first and the last ring by azimuth from x, for straight strokes; one where
+    /// the ring is a point on the axis.
+    pub rings: [Vec<u32>; 2],
+    /// Farthest from the axis, mm; for curved strokes with the tessellation's slack.
+    radius_mm: f64,
+    pub z_mm: [f64; 2],
+}
+
+impl Pin {
+    /// Whether a solid is one of the primitives that can be such a tool.
+    pub fn may_be(solid: &Solid) -> bool {
+        matches!(solid, Solid::Cylinder(_) | Solid::Cone(_) | Solid::Revolution(_))
+    }
+
+    /// The tool and its tessellation, or `None` if it is no such tool.
+    pub fn new(primitive: &Solid, facets: &Facets, tolerance_mm: f64) -> Option<Self> {
+        let outline = outline(primitive)?;
+        let ends = [outline.first()?.from, outline.last()?.to];
+        let inner = &outline[1..];
+        let on_axis = |p: [f64; 2]| p[0].abs() < SAME_MM;
+        if !ends.into_iter().all(on_axis) || inner.iter().any(|s| on_axis(s.from)) {
+            return None;
+        }
+        if doubled_area(&outline) <= 0.0 {
+            return None;
+        }
+        let strokes = outline.into_iter().map(|line| Stroke::new(line, facets, tolerance_mm));
+        let strokes: Vec<Stroke> = strokes.collect::<Option<_>>()?;
+        Some(Self { facets: facets.clone(), strokes })
+    }
+
+    /// Of a box around it, mm.
+    pub fn diagonal_mm(&self) -> f64 {
+        Vector3::from(self.facets.bounds().size_mm()).norm()
+    }
+
+    /// Largest distance from the axis between two heights, mm; `None` beyond the tool's ends.
+    pub fn radius_between_mm(&self, [low, high]: [f64; 2]) -> Option<f64> {
+        let reach = |stroke: &Stroke| {
+            let [bottom, top] = stroke.z_mm;
+            if top < low || bottom > high {
+                return None;
+            }
+            if !stroke.straight || top - bottom < SAME_MM {
+                return Some(stroke.radius_mm);
+            }
+            let at = |z: f64| {
+                let share = (z - stroke.from[1]) / (stroke.to[1] - stroke.from[1]);
+                stroke.from[0] + share * (stroke.to[0] - stroke.from[0])
+            };
+            Some(at(low.max(bottom)).max(at(high.min(top))))
+        };
+        self.strokes.iter().filter_map(reach).reduce(f64::max)
+    }
+}
+
+/// A stroke before its tessellation is known.
+struct Line {
+    from: [f64; 2],
+    to: [f64; 2],
+    straight: bool,
+    face: u32,
+}
+
+fn outline(primitive: &Solid) -> Option<Vec<Line>> {
+    let straight = |from, to, face| Line { from, to, straight: true, face };
+    let frustum = |bottom: f64, top: f64, height: f64| {
+        let corners = [[0.0, 0.0], [bottom, 0.0], [top, height], [0.0, height]];
+        [1, 0, 2]
+            .into_iter()
+            .enumerate()
+            .map(|(i, face)| straight(corners[i], corners[i + 1], face))
+            .filter(|line| line.from != line.to)
+            .collect()
+    };
+    match primitive {
+        Solid::Cylinder(s) => Some(frustum(s.radius_mm, s.radius_mm, s.height_mm)),
+        Solid::Cone(s) => Some(frustum(s.bottom_radius_mm, s.top_radius_mm, s.height_mm)),
+        Solid::Revolution(s) if s.profile.holes.is_empty() => {
+            let path = &s.profile.outer;
+            let mut from = path.start;
+            let mut lines = Vec::with_capacity(path.segments.len());
+            for (face, segment) in (0..).zip(&path.segments) {
+                let to = segment.to();
+                let is_straight = matches!(segment, Segment::Line { .. });
+                lines.push(Line { from, to, straight: is_straight, face });
+                from = to;
+            }
+            // The piece along the axis sweeps nothing; the walk begins after it.
+            let along_axis = |l: &Line| l.straight && l.from[0].max(l.to[0]) < SAME_MM;
+            let axis = lines.iter().position(along_axis)?;
+            lines.rotate_left(axis + 1);
+            lines.pop();
+            Some(lines)
+        }
+        _ => None,
+    }
+}
+
+/// Twice the area between the corners of a profile and the axis, positive counter-clockwise.
+fn doubled_area(lines: &[Line]) -> f64 {
+    lines.iter().map(|l| l.from[0] * l.to[1] - l.to[0] * l.from[1]).sum()
+}
+
+impl Stroke {
+    fn new(line: Line, facets: &Facets, tolerance_mm: f64) -> Option<Self> {
+        let Line { from, to, straight, face } = line;
+        let numbered = (0..).zip(&facets.faces);
+        let triangles: Vec<u32> = numbered.filter(|(_, f)| **f == face).map(|(t, _)| t).collect();
+        let mut vertices: Vec<u32> =
+            triangles.iter().flat_map(|&t| facets.triangles[t as usize]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let place = |v: u32| {
+            let [x, y, z] = facets.vertices[v as usize];
+            [x.hypot(y), z]
+        };
+        let mut stroke = Self {
+            radius_mm: from[0].max(to[0]),
+            z_mm: [from[1].min(to[1]), from[1].max(to[1])],
+            rings: [Vec::new(), Vec::new()],
+            from,
+            to,
+            straight,
+            face,
+            triangles,
+        };
+        if straight {
+            stroke.rings = [from, to].map(|end| {
+                let near = |v: &u32| {
+                    let [r, z] = place(*v);
+                    (r - end[0]).hypot(z - end[1]) < SAME_MM
+                };
+                let mut ring: Vec<u32> = vertices.iter().copied().filter(near).collect();
+                ring.sort_by(|&a, &b| azimuth(facets, a).total_cmp(&azimuth(facets, b)));
+                ring
+            });
+            let [first, last] = &stroke.rings;
+            let complete = first.len() + last.len() == vertices.len();
+            return (complete && !first.is_empty() && !last.is_empty()).then_some(stroke);
+        }
+        for [r, z] in vertices.into_iter().map(place) {
+            stroke.radius_mm = stroke.radius_mm.max(r + tolerance_mm);
+            stroke.z_mm = [stroke.z_mm[0].min(z), stroke.z_mm[1].max(z)];
+        }
+        Some(stroke)
+    }
+}
+
+/// From 0 up to a full turn; what rounding puts just below x counts as on it.
+fn azimuth(facets: &Facets, vertex: u32) -> f64 {
+    let [x, y, _] = facets.vertices[vertex as usize];
+    let angle = y.atan2(x);
+    if angle < -SAME_MM { angle + TAU } else { angle }
+}

@@ -1,0 +1,110 @@
+//! Where a tool's surface passes through the base's: closed curves, sampled on both exactly.
+
+use std::ops::Range;
+
+use fabkit_geometry::{Body, Crossing, Point3, Pose, Ray, Scratch, Vector3};
+
+use super::Feature;
+use crate::tessellate::turn;
+
+/// A curve must keep this far from the ends of the stroke it lies on, mm.
+const CLEAR_MM: f64 = 1e-4;
+
+/// One closed curve around the tool, point by point in azimuth.
+pub(super) struct Curve {
+    /// Which stroke of the tool it lies on.
+    pub stroke: usize,
+    /// In the base's frame, mm.
+    pub in_base: Vec<[f64; 3]>,
+    /// The same points in the tool's frame.
+    pub in_tool: Vec<[f64; 3]>,
+    /// Leaf and face of the base.
+    pub face: [u32; 2],
+    /// Whether the walk along the profile enters the base here.
+    pub entering: bool,
+    /// Out of the base at the first point, base frame.
+    pub normal: Vector3<f64>,
+}
+
+impl Curve {
+    pub fn shortest_chord_mm(&self) -> f64 {
+        let ends = self.in_tool.iter().zip(self.in_tool.iter().cycle().skip(1));
+        let chord = |(p, q): (&[f64; 3], &[f64; 3])| (Point3::from(*p) - Point3::from(*q)).norm();
+        ends.map(chord).fold(f64::MAX, f64::min)
+    }
+}
+
+/// All curves in the order of the tool's profile; `None` if they are not such curves.
+///
+/// Of a feature that belongs to an operand of the base, only those on the operand's own faces.
+pub(super) fn curves(feature: &Feature, base: &Body) -> Option<Vec<Curve>> {
+    let Feature { pin, base_from_tool, operand, .. } = feature;
+    let leaves = operand.clone().unwrap_or(0..u32::MAX);
+    let mut curves: Vec<Curve> = Vec::new();
+    let (scratch, hits) = (Scratch::default(), Vec::new());
+    let mut caster = Caster { base, base_from_tool, leaves, scratch, hits };
+    for (index, stroke) in pin.strokes.iter().enumerate() {
+        if !stroke.straight {
+            continue;
+        }
+        let length_mm = (stroke.to[0] - stroke.from[0]).hypot(stroke.to[1] - stroke.from[1]);
+        let count = stroke.rings[0].len().max(stroke.rings[1].len());
+        let first = curves.len();
+        for k in 0..count {
+            let [c, s] = turn(k, count);
+            let at = |[r, z]: [f64; 2]| Point3::new(r * c, r * s, z);
+            let (from, to) = (at(stroke.from), at(stroke.to));
+            caster.cast(from, to);
+            if k == 0 {
+                curves.extend(caster.hits.iter().map(|hit| Curve {
+                    stroke: index,
+                    in_base: Vec::with_capacity(count),
+                    in_tool: Vec::with_capacity(count),
+                    face: [hit.leaf, hit.face],
+                    entering: hit.entering,
+                    normal: hit.normal,
+                }));
+                if curves.len() == first {
+                    break;
+                }
+            }
+            let same = caster.hits.len() == curves.len() - first;
+            if !same {
+                return None;
+            }
+            for (hit, curve) in caster.hits.iter().zip(&mut curves[first..]) {
+                let clear = CLEAR_MM / length_mm;
+                if [hit.leaf, hit.face] != curve.face
+                    || hit.entering != curve.entering
+                    || !(clear..1.0 - clear).contains(&hit.t)
+                {
+                    return None;
+                }
+                let in_tool = from + hit.t * (to - from);
+                curve.in_tool.push(in_tool.into());
+                curve.in_base.push(base_from_tool.point(in_tool).into());
+            }
+        }
+    }
+    let alternate = curves.windows(2).all(|w| w[0].entering != w[1].entering);
+    (alternate && !curves.is_empty()).then_some(curves)
+}
+
+struct Caster<'a> {
+    base: &'a Body,
+    base_from_tool: &'a Pose,
+    leaves: Range<u32>,
+    scratch: Scratch,
+    hits: Vec<Crossing>,
+}
+
+impl Caster<'_> {
+    /// Crossings of the stretch between two points of the tool's frame, ends included.
+    fn cast(&mut self, from: Point3<f64>, to: Point3<f64>) {
+        let origin = self.base_from_tool.point(from);
+        let direction = self.base_from_tool.vector(to - from);
+        self.base.crossings_into(&Ray { origin, direction }, &mut self.scratch, &mut self.hits);
+        let counts = |hit: &Crossing| self.leaves.contains(&hit.leaf);
+        self.hits.retain(|hit| (0.0..=1.0).contains(&hit.t) && counts(hit));
+    }
+}

@@ -1,0 +1,88 @@
+//! What of the tool's own surface becomes part of the body.
+
+use super::pin::Pin;
+use super::trim::Curve;
+use crate::tessellate::{Spread, Strip, stitch};
+
+/// A corner of a wall's triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Corner {
+    /// A vertex of the tool's tessellation.
+    Tool(u32),
+    /// Point of a curve.
+    Curve { curve: usize, point: usize },
+}
+
+/// The part of the tool's surface inside the base, or outside of it, as the tool faces.
+pub(super) fn wall(
+    pin: &Pin,
+    curves: &[Curve],
+    keep_inside: bool,
+    mut emit: impl FnMut([Corner; 3], u32),
+) {
+    // Curves cut the profile into stretches, in turn inside and outside of the base.
+    let mut inside = !curves[0].entering;
+    for i in 0..=curves.len() {
+        if inside == keep_inside {
+            stretch(pin, curves, i.checked_sub(1), (i < curves.len()).then_some(i), &mut emit);
+        }
+        inside = !inside;
+    }
+}
+
+/// From one curve to another; from the profile's start, to its end without.
+fn stretch(
+    pin: &Pin,
+    curves: &[Curve],
+    from: Option<usize>,
+    to: Option<usize>,
+    emit: &mut impl FnMut([Corner; 3], u32),
+) {
+    let stroke_of = |curve: usize| curves[curve].stroke;
+    let first = from.map_or(0, stroke_of);
+    let last = to.map_or(pin.strokes.len() - 1, stroke_of);
+    for (index, stroke) in pin.strokes.iter().enumerate().take(last + 1).skip(first) {
+        let starts_here = from.filter(|&c| stroke_of(c) == index);
+        let ends_here = to.filter(|&c| stroke_of(c) == index);
+        if starts_here.is_none() && ends_here.is_none() {
+            for &t in &stroke.triangles {
+                emit(pin.facets.triangles[t as usize].map(Corner::Tool), stroke.face);
+            }
+            continue;
+        }
+        let ring = |curve: Option<usize>, end: usize| match curve {
+            Some(curve) => Ring::Curve(curve, curves[curve].in_tool.len()),
+            None => Ring::Tool(&stroke.rings[end]),
+        };
+        let (lower, upper) = (ring(starts_here, 0), ring(ends_here, 1));
+        stitch(lower.spread(), upper.spread(), |strip| {
+            let corners = match strip {
+                Strip::Lower { a, b } => [lower.corner(a), lower.corner(a + 1), upper.corner(b)],
+                Strip::Upper { a, b } => [lower.corner(a), upper.corner(b + 1), upper.corner(b)],
+            };
+            emit(corners, stroke.face);
+        });
+    }
+}
+
+enum Ring<'a> {
+    Curve(usize, usize),
+    Tool(&'a [u32]),
+}
+
+impl Ring<'_> {
+    fn spread(&self) -> Spread {
+        let count = match self {
+            Self::Curve(_, count) => *count,
+            Self::Tool(vertices) => vertices.len(),
+        };
+        Spread { count, staggered: false }
+    }
+
+    fn corner(&self, k: usize) -> Corner {
+        match self {
+            Self::Curve(curve, count) => Corner::Curve { curve: *curve, point: k % count },
+            Self::Tool(vertices) => Corner::Tool(vertices[k % vertices.len()]),
+        }
+    }
+}

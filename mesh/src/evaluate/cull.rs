@@ -1,0 +1,98 @@
+//! Tools lose what lies beyond the base's box.
+//!
+//! What a tool cuts depends on which points of the base it encloses, and on nothing else. So what of
+//! its surface lies beyond a plane that the base does not reach may be replaced by any other surface
+//! there with the same edge.
+
+use fabkit_geometry::Aabb;
+
+use crate::facets::Facets;
+use crate::halfedges::{next, twins};
+
+/// Triangles must be farther outside than this, mm.
+const CLEAR_MM: f64 = 0.5;
+
+/// With fewer triangles to lose, it is not worth the search.
+const WORTH_IT: usize = 400;
+
+/// The tool without what lies beyond one side of the box, where there is most of it; `None` if that is
+/// not worth while.
+pub(super) fn culled(tool: &Facets, base: &Aabb) -> Option<Facets> {
+    if tool.triangles.len() < WORTH_IT {
+        return None;
+    }
+    let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, -1.0), (axis, 1.0)]);
+    let beyond = |(axis, sign): (usize, f64)| -> Vec<bool> {
+        let limit = if sign < 0.0 { -base.min[axis] } else { base.max[axis] } + CLEAR_MM;
+        let is_out: Vec<bool> = tool.vertices.iter().map(|v| sign * v[axis] > limit).collect();
+        tool.triangles.iter().map(|t| t.iter().all(|&v| is_out[v as usize])).collect()
+    };
+    let count = |gone: &[bool]| gone.iter().filter(|g| **g).count();
+    let gone = sides.map(beyond).max_by_key(|gone| count(gone))?;
+    if count(&gone) < WORTH_IT {
+        return None;
+    }
+    let mut rest = Facets { vertices: tool.vertices.clone(), ..Facets::default() };
+    for ((&triangle, &face), _) in
+        tool.triangles.iter().zip(&tool.faces).zip(&gone).filter(|t| !t.1)
+    {
+        rest.triangle(triangle, face);
+    }
+    close(&mut rest, tool, &gone)?;
+    Some(without_unused(rest))
+}
+
+/// A fan over each loop that the missing triangles leave open: it lies within the loop's convex hull.
+fn close(rest: &mut Facets, tool: &Facets, gone: &[bool]) -> Option<()> {
+    let corners = tool.triangles.as_flattened();
+    let twins = twins(tool.vertices.len(), corners).ok()?;
+    // The edges of missing triangles whose neighbour stays, by where they begin.
+    let mut rim: Vec<[u32; 2]> = (0..corners.len())
+        .filter(|&edge| gone[edge / 3] && !gone[twins[edge] as usize / 3])
+        .map(|edge| [corners[edge], corners[next(edge)]])
+        .collect();
+    rim.sort_unstable();
+    if rim.windows(2).any(|w| w[0][0] == w[1][0]) {
+        return None; // Two loops touch.
+    }
+    let mut used = vec![false; rim.len()];
+    for start in 0..rim.len() {
+        let mut chain = Vec::new();
+        let mut at = start;
+        while !used[at] {
+            used[at] = true;
+            chain.push(rim[at]);
+            at = rim.binary_search_by_key(&rim[at][1], |edge| edge[0]).ok()?;
+        }
+        if chain.is_empty() {
+            continue;
+        }
+        let share = 1.0 / chain.len() as f64;
+        let mut centre = [0.0; 3];
+        for [from, _] in &chain {
+            let point = tool.vertices[*from as usize];
+            centre = std::array::from_fn(|i| centre[i] + share * point[i]);
+        }
+        let centre = rest.vertex(centre);
+        for [from, to] in chain {
+            rest.triangle([from, to, centre], tool.faces[0]);
+        }
+    }
+    Some(())
+}
+
+fn without_unused(facets: Facets) -> Facets {
+    const UNUSED: u32 = u32::MAX;
+    let mut new_index = vec![UNUSED; facets.vertices.len()];
+    let mut kept = Facets::default();
+    for (triangle, &face) in facets.triangles.iter().zip(&facets.faces) {
+        let corners = triangle.map(|v| {
+            if new_index[v as usize] == UNUSED {
+                new_index[v as usize] = kept.vertex(facets.vertices[v as usize]);
+            }
+            new_index[v as usize]
+        });
+        kept.triangle(corners, face);
+    }
+    kept
+}

@@ -1,0 +1,144 @@
+//! Features of operands are lifted out of the tree and put into its finished mesh.
+//!
+//! A mold is a block minus a layer, and the layer has hundreds of dimples. Evaluated as written, the
+//! block would be cut by a mesh full of dimples; here it is cut by the bare layer, and the dimples
+//! follow (`conform/nested.rs` says when that is the same).
+
+use std::ops::Range;
+use std::rc::Rc;
+
+use fabkit_geometry::{Aabb, Body as ExactBody, Pose, Solid};
+
+use super::features::{LARGEST_SHARE, diagonal_mm};
+use super::{Evaluator, Item};
+use crate::MeshError;
+use crate::conform::{Base, Effect, Feature, Pin, Whole, conform};
+use crate::extent::extent;
+use crate::facets::Facets;
+use crate::tessellate::face_count;
+
+/// Fewer features are left where they are.
+const WORTH_IT: usize = 8;
+
+impl Evaluator {
+    /// The mesh, or `None` if there is nothing to lift, or something that cannot be put back.
+    pub(super) fn lifted(&mut self, root: &Item) -> Result<Option<Facets>, MeshError> {
+        let mut lift = Lift { evaluator: self, features: Vec::new(), faces: Vec::new(), leaves: 0 };
+        let mut next_face = root.first_face;
+        let bare = lift.bare(root.core, root.pose, true, &mut next_face)?;
+        let Lift { features, faces, .. } = lift;
+        if features.len() < WORTH_IT {
+            return Ok(None);
+        }
+        let mut facets = self.plain(&Item::peeled(Pose::identity(), &bare, 0))?;
+        for face in &mut facets.faces {
+            *face = faces[*face as usize];
+        }
+        let placed = root.core.clone().placed(root.pose);
+        let (Ok(with), Ok(without)) = (ExactBody::new(&placed), ExactBody::new(&bare)) else {
+            return Ok(None);
+        };
+        let (mut leaves, mut first_faces, mut first) = (Facets::default(), Vec::new(), 0);
+        for (number, leaf) in (0..).zip(bare.leaves()) {
+            first_faces.push(faces[first as usize]);
+            first += face_count(leaf.primitive);
+            if !matches!(leaf.primitive, Solid::HalfSpace(_)) {
+                let item = Item::peeled(Pose::identity(), leaf.primitive, 0);
+                let shape = self.body(&item, &Aabb::everything())?.shape;
+                let counted = leaves.faces.len();
+                leaves.append(shape.facets(), &leaf.root_from_leaf, 0);
+                leaves.faces[counted..].fill(number);
+            }
+        }
+        let base = Base { facets: &facets, body: &without, first_faces: &first_faces };
+        let whole = Whole { body: with, leaves };
+        let done = conform(&base, &features, &Effect::AsIn(&whole), self.tolerance_mm);
+        Ok(done.and_then(|(facets, left)| left.is_empty().then_some(facets)))
+    }
+}
+
+struct Lift<'e> {
+    evaluator: &'e mut Evaluator,
+    features: Vec<Feature>,
+    /// For each face of the bare tree, its number in the whole one.
+    faces: Vec<u32>,
+    /// Of the bare tree, so far.
+    leaves: u32,
+}
+
+impl Lift<'_> {
+    /// The tree without the features of its operands. What the root itself cuts and unites stays:
+    /// that costs nothing.
+    fn bare(
+        &mut self,
+        solid: &Solid,
+        pose: Pose,
+        is_root: bool,
+        next_face: &mut u32,
+    ) -> Result<Solid, MeshError> {
+        Ok(match solid {
+            Solid::Placed { pose: inner, of } => {
+                self.bare(of, pose.then_in(*inner), is_root, next_face)?
+            }
+            Solid::Feature { name, of } => {
+                self.bare(of, pose, is_root, next_face)?.named(name.clone())
+            }
+            Solid::Union(of) => Solid::Union(self.operands(of, pose, is_root, next_face)?),
+            Solid::Intersection(of) => {
+                let bare = of.iter().map(|one| self.bare(one, pose, false, next_face));
+                Solid::Intersection(bare.collect::<Result<_, _>>()?)
+            }
+            Solid::Difference { of, minus } => {
+                let all: Vec<&Solid> = std::iter::once(&**of).chain(minus).collect();
+                let mut bare = self.operands(all, pose, is_root, next_face)?;
+                let tools = bare.split_off(1);
+                bare.swap_remove(0).minus_all(tools)
+            }
+            primitive => {
+                let count = face_count(primitive);
+                self.faces.extend(*next_face..*next_face + count);
+                *next_face += count;
+                self.leaves += 1;
+                primitive.clone().placed(pose)
+            }
+        })
+    }
+
+    /// Operands of a union, or a difference's base and its tools.
+    fn operands<'a>(
+        &mut self,
+        all: impl IntoIterator<Item = &'a Solid>,
+        pose: Pose,
+        is_root: bool,
+        next_face: &mut u32,
+    ) -> Result<Vec<Solid>, MeshError> {
+        let all: Vec<&Solid> = all.into_iter().collect();
+        let sizes = all.iter().map(|one| diagonal_mm(extent(one).size_mm()));
+        let largest_mm = sizes.filter(|s| s.is_finite()).fold(0.0, f64::max);
+        let (first_leaf, first_feature) = (self.leaves, self.features.len());
+        let mut bare = Vec::with_capacity(all.len());
+        for one in all {
+            let item = Item::peeled(pose, one, *next_face);
+            let is_small = |pin: &Rc<Pin>| pin.diagonal_mm() <= LARGEST_SHARE * largest_mm;
+            let pin = if is_root { None } else { self.evaluator.pin(&item)?.filter(is_small) };
+            match pin {
+                Some(pin) if !bare.is_empty() => {
+                    self.features.push(Feature {
+                        pin,
+                        base_from_tool: item.pose,
+                        first_face: item.first_face,
+                        operand: None,
+                    });
+                    *next_face += face_count(one);
+                }
+                _ => bare.push(self.bare(one, pose, false, next_face)?),
+            }
+        }
+        let operand: Range<u32> = first_leaf..self.leaves;
+        // Features deeper down have their operand already.
+        for feature in &mut self.features[first_feature..] {
+            feature.operand.get_or_insert(operand.clone());
+        }
+        Ok(bare)
+    }
+}

@@ -1,0 +1,168 @@
+//! A printer's profile from its coupon to the files it changes, and fixtures beside their sensor.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use fabkit_tests::{contents, fabkit};
+use serde_json::Value;
+
+fn json(bytes: &[u8]) -> Value {
+    serde_json::from_slice(bytes).unwrap()
+}
+
+/// Fills in a coupon as a printer makes it that shrinks by 0.4 % and closes holes by 0.2 mm.
+fn printed(coupon: &str) -> String {
+    let mut group = "";
+    let mut lines = Vec::new();
+    for line in coupon.lines() {
+        group = line.strip_suffix(':').unwrap_or(group);
+        lines.push(match line.split_once(" mm, measured: null") {
+            Some((before, rest)) => {
+                let nominal: f64 = before.rsplit(' ').next().unwrap().parse().unwrap();
+                let offset = if group == "holes" { -0.2 } else { 0.0 };
+                format!("{before} mm, measured: {:.4} mm{rest}", 0.996 * nominal + offset)
+            }
+            None => line.to_owned(),
+        });
+    }
+    lines.join("\n")
+}
+
+#[test]
+fn a_measured_coupon_changes_files_and_nothing_else() {
+    let root = tempfile::tempdir().unwrap();
+    fabkit(root.path(), &["export", "rtac0/coupon", "--format=stl"]).ok();
+    let coupon = fs::read_to_string(root.path().join("out/rtac0/coupon/coupon.yaml")).unwrap();
+    fs::write(root.path().join("coupon.yaml"), printed(&coupon)).unwrap();
+    let run = fabkit(root.path(), &["profile", "coupon.yaml", "-o", "shop/my-printer.yaml"]).ok();
+    assert!(run.stdout.contains("0.400 +- "), "{}", run.stdout);
+
+    let export = |folder: &str, more: &[&str]| -> BTreeMap<String, Vec<u8>> {
+        let arguments = ["export", "rtac0", "--format=stl,tree", "-o", folder];
+        fabkit(root.path(), &[&arguments, more].concat()).ok();
+        contents(&root.path().join(folder))
+    };
+    let nominal = export("nominal", &[]);
+    let fitted = export("fitted", &["--process=shop/my-printer.yaml"]);
+    let parts = |files: &BTreeMap<String, Vec<u8>>| {
+        json(&files["manifest.json"])["parts"].as_array().unwrap().clone()
+    };
+    let mut holes = 0;
+    for (before, after) in parts(&nominal).iter().zip(&parts(&fitted)) {
+        let name = before["name"].as_str().unwrap();
+        // The truth stays what was designed, to the byte.
+        let tree = format!("{name}.tree.json");
+        assert_eq!(nominal[&tree], fitted[&tree], "{name}");
+        let stl = format!("{name}.stl");
+        let print = &after["compensation"]["print"];
+        if before["process"] != "fdm" {
+            assert_eq!((&nominal[&stl], print), (&fitted[&stl], &Value::Null), "{name}");
+            continue;
+        }
+        assert_eq!(print["profile"], "my-printer");
+        assert!(after["compensation"]["note"].as_str().unwrap().contains("my-printer"));
+        holes += print["holes_fitted"].as_u64().unwrap();
+        let size = |part: &Value, i: usize| part["bounds_in_file_mm"][1][i].as_f64().unwrap();
+        for i in 0..3 {
+            let factor = size(after, i) / size(before, i);
+            // Another tolerance may mean another segment: 0.01 mm of 20 mm.
+            assert!((factor - 1.0 / 0.996).abs() < 5e-4, "{name}: {factor}");
+        }
+        // Wider holes take material away, scaling adds more.
+        let volume = |part: &Value| part["mesh"]["volume_mm3"].as_f64().unwrap();
+        let grown = volume(after) / volume(before);
+        assert!(grown < 0.996f64.powi(-3) + 1e-4, "{name}: {grown}");
+    }
+    assert!(holes > 10, "{holes}");
+
+    let run = fabkit(root.path(), &["export", "rtac0", "--nominal", "--process=x.yaml"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+}
+
+#[test]
+fn a_bad_coupon_or_profile_is_shown_with_its_line_and_writes_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    fabkit(root.path(), &["export", "rtac0/coupon", "--format=stl"]).ok();
+    let coupon = fs::read_to_string(root.path().join("out/rtac0/coupon/coupon.yaml")).unwrap();
+    let profile = |yaml: &str| {
+        fs::write(root.path().join("coupon.yaml"), yaml).unwrap();
+        fabkit(root.path(), &["profile", "coupon.yaml", "-o", "p.yaml"])
+    };
+    let run = profile(&coupon);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("holes has 0 measured sizes; a profile needs at least 3"));
+    let good = printed(&coupon);
+    let run = profile(&good.replacen("1.7920 mm", "nan", 1));
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("--> coupon.yaml:") && run.stderr.contains("is not finite"));
+    assert!(!root.path().join("p.yaml").exists());
+    for (output, says) in [
+        ("coupon.yaml", "would replace the coupon's own file"),
+        ("p.txt", "does not end in .yaml"),
+        ("My Printer.yaml", "cannot be a printer's name"),
+    ] {
+        let run = fabkit(root.path(), &["profile", "coupon.yaml", "-o", output]);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.stderr.contains(says), "{}", run.stderr);
+    }
+    fs::write(root.path().join("p.yaml"), "format: 1\nname: p\n").unwrap();
+    let run = fabkit(root.path(), &["export", "rtac0", "--process", "p.yaml"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("the file lacks"), "{}", run.stderr);
+}
+
+/// Names of a folder's files, those of its subfolders too.
+fn tree(folder: &Path, prefix: &str, names: &mut Vec<String>) {
+    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap()).collect();
+    entries.sort_by_key(|entry| entry.file_name());
+    for entry in entries {
+        let name = format!("{prefix}{}", entry.file_name().to_str().unwrap());
+        match entry.file_type().unwrap().is_dir() {
+            true => tree(&entry.path(), &format!("{name}/"), names),
+            false => names.push(name),
+        }
+    }
+}
+
+#[test]
+fn fixtures_are_written_beside_their_sensor_or_not_at_all() {
+    let root = tempfile::tempdir().unwrap();
+    let arguments = ["export", "fluidic", "--fixtures", "--format=stl", "--tolerance=0.1mm"];
+    let run = fabkit(root.path(), &[&arguments[..], &["--json"]].concat()).ok();
+    let document = json(run.stdout.as_bytes());
+    let out = root.path().join("out/fluidic");
+    let mut names = Vec::new();
+    tree(&out, "", &mut names);
+    let fixtures = document["fixtures"].as_object().unwrap();
+    assert!(["boards", "coupon", "indenters"].iter().all(|name| fixtures.contains_key(*name)));
+    let mut expected = vec!["manifest.json".to_owned()];
+    let files = |manifest: &Value| {
+        let files = manifest["files"].as_array().unwrap().clone();
+        files.into_iter().map(|file| file["name"].as_str().unwrap().to_owned())
+    };
+    expected.extend(files(&document["manifest"]));
+    for (name, manifest) in fixtures {
+        expected.push(format!("{name}/manifest.json"));
+        expected.extend(files(manifest).map(|file| format!("{name}/{file}")));
+        let written = json(&fs::read(out.join(name).join("manifest.json")).unwrap());
+        assert_eq!(written["design_hash"], manifest["design_hash"]);
+    }
+    names.sort();
+    expected.sort();
+    assert_eq!(names, expected);
+
+    // One fixture's file cannot be written: nothing is.
+    let blocked = root.path().join("blocked/coupon/coupon.yaml");
+    fs::create_dir_all(&blocked).unwrap();
+    let run = fabkit(root.path(), &[&arguments[..], &["-o", "blocked"]].concat());
+    assert_eq!(run.code, Some(4), "{run:?}");
+    let mut left = Vec::new();
+    tree(&root.path().join("blocked"), "", &mut left);
+    assert_eq!(left, [""; 0]);
+    assert_eq!(fs::read_dir(root.path().join("blocked")).unwrap().count(), 1);
+
+    let run = fabkit(root.path(), &["export", "fluidic/boards", "--fixtures"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("write `fabkit export fluidic --fixtures`"), "{}", run.stderr);
+}

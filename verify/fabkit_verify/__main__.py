@@ -1,0 +1,125 @@
+"""`python -m fabkit_verify check FOLDER`: one JSON document on standard output.
+
+Exit codes: 0 everything agrees, 1 something does not, 2 the folder or the arguments cannot be used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from . import __version__
+from .job import KERNELS, jobs
+from .workers import Limits, run_all
+
+BAD_INPUT = 2
+
+
+def main() -> int:
+    """Reads the command line."""
+    parser = argparse.ArgumentParser(prog="fabkit_verify", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    check = commands.add_parser("check", help="rebuild and compare what was exported")
+    check.add_argument("folder", type=Path, help="with trees, samples, STL files and manifest")
+    check.add_argument("--kernel", action="append", choices=KERNELS, help="only this one")
+    check.add_argument("--limit", type=float, default=600.0, help="seconds for one part and kernel")
+    check.add_argument("--processes", type=int, default=2, help="how many at once")
+    check.add_argument("--report", type=Path, help="an HTML file to write")
+    step = commands.add_parser("step", help="write STEP files of what was exported")
+    step.add_argument("folder", type=Path, help="with trees")
+    step.add_argument("output", type=Path, help="folder for the STEP files")
+    step.add_argument("--part", action="append", default=[], help="only this; may be repeated")
+    step.add_argument("--assembly", help="name of a file with everything in its place")
+    step.add_argument("--limit", type=float, default=600.0, help="seconds for one file")
+    step.add_argument("--processes", type=int, default=2, help="how many at once")
+    commands.add_parser("versions", help="which kernels there are")
+    arguments = parser.parse_args()
+    match arguments.command:
+        case "check":
+            return _check(arguments)
+        case "step":
+            return _step(arguments)
+        case _:
+            return _versions()
+
+
+def _parts(folder: Path) -> list[str]:
+    suffix = ".tree.json"
+    return sorted(path.name.removesuffix(suffix) for path in folder.glob(f"*{suffix}"))
+
+
+def _complain(message: str) -> int:
+    print(f"fabkit_verify: {message}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    parts = _parts(arguments.folder)
+    if not parts:
+        return _complain(f"{arguments.folder} holds no tree documents")
+    kernels = [k for k in KERNELS if not arguments.kernel or k in arguments.kernel]
+    todo = jobs(arguments.folder, parts, kernels)
+    # The largest first, so that no process is left with a long one at the end.
+    largest = {part: -(arguments.folder / f"{part}.tree.json").stat().st_size for part in parts}
+    order = sorted(todo, key=lambda job: largest[job.part])
+    show = sys.stderr.isatty()
+
+    def finished(answer: dict) -> None:
+        if show:
+            print(f"\r\x1b[K{answer['part']} {answer['kernel']}", end="", file=sys.stderr)
+
+    answers = run_all(order, Limits(arguments.limit, arguments.processes), finished)
+    if show:
+        print("\r\x1b[K", end="", file=sys.stderr)
+    by_job = dict(zip(order, answers))
+    results = [by_job[job] for job in todo]
+    document = {
+        "format": "fabkit-verification",
+        "version": 1,
+        "fabkit_verify": __version__,
+        "kernels": kernels,
+        "report_error": None,
+        "passed": all(result["verdict"] == "agrees" for result in results),
+        "results": results,
+    }
+    if arguments.report:
+        from .report import write
+
+        try:
+            write(arguments.report, document, arguments.folder)
+        except OSError as error:
+            # What was found out is not lost with the report.
+            document["passed"] = False
+            document["report_error"] = f"{arguments.report}: {error.strerror}"
+    print(json.dumps(document))
+    return 0 if document["passed"] else 1
+
+
+def _step(arguments: argparse.Namespace) -> int:
+    from .step import StepJob
+
+    folder, output = arguments.folder.resolve(), arguments.output.resolve()
+    todo = [StepJob(folder, output, part) for part in arguments.part or _parts(folder)]
+    if arguments.assembly:
+        todo.insert(0, StepJob(folder, output, arguments.assembly, assembly=True))
+    limits = Limits(arguments.limit, arguments.processes)
+    files = run_all(todo, limits, lambda answer: None)
+    passed = all(file["passed"] for file in files)
+    print(json.dumps({"format": "fabkit-step", "version": 1, "passed": passed, "files": files}))
+    return 0 if passed else 1
+
+
+def _versions() -> int:
+    from importlib.metadata import version
+
+    for kernel in KERNELS:
+        __import__(kernel)
+    packages = [*KERNELS, "cadquery-ocp", "gmsh"]
+    print(json.dumps({package: version(package) for package in packages}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

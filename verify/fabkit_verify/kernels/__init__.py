@@ -1,0 +1,1 @@
+"""One module per kernel. Each has `NAME` and `rebuild(tree, samples, folder) -> Rebuilt`."""

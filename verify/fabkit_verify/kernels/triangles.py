@@ -1,0 +1,61 @@
+"""Integrals over closed triangle meshes, and where lines cross them."""
+
+from __future__ import annotations
+
+import numpy
+
+from ..measured import Mass
+
+
+def mass(corners: numpy.ndarray) -> Mass:
+    """Of n x 3 x 3 corners, counter-clockwise from outside: tetrahedra to a point on the mesh."""
+    origin = corners[0, 0]
+    a, b, c = (corners[:, i] - origin for i in range(3))
+    normal = numpy.cross(b - a, c - a)
+    determinant = numpy.einsum("ij,ij->i", a, numpy.cross(b, c))
+    volume = determinant.sum() / 6.0
+    total = a + b + c
+    centroid = (determinant[:, None] * total).sum(0) / 24.0 / volume
+    second = sum(numpy.einsum("n,ni,nj->ij", determinant, v, v) for v in (a, b, c, total)) / 120.0
+    spread = second - volume * numpy.outer(centroid, centroid)
+    return Mass(
+        volume_mm3=float(volume),
+        area_mm2=float(numpy.linalg.norm(normal, axis=1).sum() / 2.0),
+        centroid_mm=centroid + origin,
+        inertia_mm5=numpy.eye(3) * numpy.trace(spread) - spread,
+    )
+
+
+class Distances:
+    """Asks n x 3 x 3 triangles how far points are from them."""
+
+    def __init__(self, corners: numpy.ndarray):
+        self.corners = corners
+        self.centres = corners.mean(1)
+        self.radii = numpy.linalg.norm(corners - self.centres[:, None], axis=2).max(1)
+
+    def __call__(self, point: numpy.ndarray) -> float:
+        """From a point to the nearest point of the triangles."""
+        to_centres = numpy.linalg.norm(self.centres - point, axis=1)
+        # No farther than the nearest triangle's far end is enough.
+        enough = (to_centres + self.radii).min()
+        return _distance(self.corners[to_centres - self.radii <= enough], point)
+
+
+def _distance(corners: numpy.ndarray, point: numpy.ndarray) -> float:
+    """A point whose foot lies within a triangle is as far as its plane is; any other is as far as the
+    nearest edge."""
+    a, b, c = (corners[:, i] for i in range(3))
+    normal = numpy.cross(b - a, c - a)
+    squared = numpy.einsum("ij,ij->i", normal, normal)
+    squared = numpy.where(squared > 0, squared, numpy.inf)
+    within = numpy.ones(len(corners), bool)
+    nearest = numpy.inf
+    for start, end in ((a, b), (b, c), (c, a)):
+        edge, to_point = end - start, point - start
+        within &= numpy.einsum("ij,ij->i", numpy.cross(edge, to_point), normal) >= 0
+        length = numpy.maximum(numpy.einsum("ij,ij->i", edge, edge), 1e-300)
+        along = numpy.clip(numpy.einsum("ij,ij->i", to_point, edge) / length, 0, 1)
+        nearest = min(nearest, numpy.linalg.norm(to_point - along[:, None] * edge, axis=1).min())
+    heights = numpy.abs(numpy.einsum("ij,ij->i", point - a, normal)) / numpy.sqrt(squared)
+    return float(min(nearest, heights[within].min(initial=numpy.inf)))

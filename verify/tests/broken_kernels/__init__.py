@@ -1,0 +1,1 @@
+"""Kernels with the faults that a process must survive."""

@@ -1,0 +1,5 @@
+"""Throws what nobody expects."""
+
+
+def rebuild(tree, samples, folder):
+    raise ZeroDivisionError("on purpose")

@@ -1,0 +1,75 @@
+//! `cargo xtask bench-peers`
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::run::{built, cargo, check, root};
+
+/// Times fabkit beside manifold3d, cadquery and build123d on the same trees at the same chord
+/// tolerance, prints the table and writes it into `docs/benchmarks.md`.
+pub fn run() -> Result<(), String> {
+    let python = crate::python::environment()?;
+    let release = ["build", "--release", "--package"];
+    check(cargo().args(release).arg("fabkit"))?;
+    check(cargo().args(release).args(["fabkit-mesh", "--example", "peer"]))?;
+    let peer = built("release", "examples/peer");
+
+    let trees = built("release", "bench-peers");
+    fs::create_dir_all(&trees).map_err(|e| format!("{}: {e}", trees.display()))?;
+    check(Command::new(&peer).arg("scenes").arg(&trees))?;
+    let export = |sensor: &str, parts: &[&str]| {
+        let mut command = Command::new(built("release", "fabkit"));
+        command.args(["export", sensor, "--quiet", "--format", "tree", "-o"]);
+        command.arg(trees.join(sensor)).args(parts.iter().map(|part| format!("--part={part}")));
+        check(&mut command)
+    };
+    export("rtac0", &[])?;
+    export("uvdtact", &["inner-elastomer"])?;
+    export("shadowtac", &["mold-skin-block"])?;
+
+    let rtac0 = trees.join("rtac0");
+    let halves = ["a", "b"].map(|half| format!("mold-translucent-gel-{half}.tree.json"));
+    let groups = [
+        group("200 dimples in a mold", &trees, &["dimpled-mold.tree.json".into()]),
+        group("100 holes in a dome", &trees, &["perforated-dome.tree.json".into()]),
+        group(
+            "uvdtact: layer with 85 slots",
+            &trees,
+            &["uvdtact/inner-elastomer.tree.json".into()],
+        ),
+        group("shadowtac: mold", &trees, &["shadowtac/mold-skin-block.tree.json".into()]),
+        group("rtac0: two-piece mold", &rtac0, &halves),
+        group("rtac0: all printed parts", &rtac0, &trees_in(&rtac0)?),
+    ];
+    check(
+        Command::new(python)
+            .arg(root().join("xtask/peers/run.py"))
+            .arg("--fabkit")
+            .arg(peer)
+            .arg("--verify")
+            .arg(root().join("verify"))
+            .arg("--write")
+            .arg(root().join("docs/benchmarks.md"))
+            .args(groups),
+    )
+}
+
+fn group(title: &str, folder: &Path, files: &[String]) -> String {
+    let paths: Vec<String> = files.iter().map(|f| folder.join(f).display().to_string()).collect();
+    format!("{title}={}", paths.join(","))
+}
+
+/// File names, sorted.
+fn trees_in(folder: &Path) -> Result<Vec<String>, String> {
+    let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
+        if name.ends_with(".tree.json") {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}

@@ -3,7 +3,7 @@
 mod common;
 
 use common::random::Random;
-use common::scene::{Spoil, Studio, USUAL, charuco, fisheye, somewhere, word};
+use common::scene::{Spoil, Studio, USUAL, charuco, fisheye, save, somewhere, word};
 use fabkit_calibration::board::{Board, find_corners};
 
 #[derive(Default, Debug)]
@@ -43,7 +43,7 @@ fn tally(board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
             Err(why) => {
                 println!("view {}: {why}", tally.views);
                 if let Ok(folder) = std::env::var("FABKIT_TEST_PICTURES") {
-                    save(&image, &format!("{folder}/{}-{}.png", word(board), tally.views));
+                    save(&image, format!("{folder}/{}-{}.png", word(board), tally.views));
                 }
                 continue;
             }
@@ -62,7 +62,7 @@ fn tally(board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
                     tally.views, corner.id, corner.pixel
                 );
                 if let Ok(folder) = std::env::var("FABKIT_TEST_PICTURES") {
-                    save(&image, &format!("{folder}/{}-{}.png", word(board), tally.views));
+                    save(&image, format!("{folder}/{}-{}.png", word(board), tally.views));
                 }
             }
         }
@@ -79,14 +79,6 @@ fn tally(board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
         tally.nees / tally.corners as f64
     );
     tally
-}
-
-fn save(image: &fabkit_calibration::image::GreyImage, path: &str) {
-    let file = std::fs::File::create(path).unwrap();
-    let mut encoder = png::Encoder::new(file, image.width_px() as u32, image.height_px() as u32);
-    encoder.set_color(png::ColorType::Grayscale);
-    let bytes: Vec<u8> = image.values().iter().map(|v| (v * 255.0).round() as u8).collect();
-    encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 }
 
 #[test]
@@ -114,7 +106,7 @@ fn large_charuco_boards_in_part() {
         let corners = find_corners(&image, &board).unwrap();
         println!("view {view}: {} of {} corners", corners.len(), pixels.iter().flatten().count());
         if let Ok(folder) = std::env::var("FABKIT_TEST_PICTURES") {
-            save(&image, &format!("{folder}/large-{view}.png"));
+            save(&image, format!("{folder}/large-{view}.png"));
         }
         seen += pixels.iter().flatten().count();
         for corner in corners {

@@ -237,3 +237,12 @@ pub fn word(board: &Board) -> &'static str {
         BoardKind::Charuco => "charuco",
     }
 }
+
+/// Writes a picture as PNG, 8 bits.
+pub fn save(image: &GreyImage, path: impl AsRef<std::path::Path>) {
+    let file = std::fs::File::create(path).unwrap();
+    let mut encoder = png::Encoder::new(file, image.width_px() as u32, image.height_px() as u32);
+    encoder.set_color(png::ColorType::Grayscale);
+    let bytes: Vec<u8> = image.values().iter().map(|v| (v * 255.0).round() as u8).collect();
+    encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
+}

@@ -25,7 +25,8 @@ REPAIRS = (
     "Backwards edges",
     "Normals fixed",
 )
-PRINTED = ("fdm", "sla", "polyjet")
+# What an ordinary slicer is for; jetted parts have their own.
+PRINTED = ("fdm", "sla")
 
 
 def output(*command: str) -> str:
@@ -78,7 +79,7 @@ def main(consumer: str, binary: str) -> None:
             output(binary, "export", sensor["name"], "--quiet", "--format=stl", "-o", folder)
             manifest = json.loads((Path(folder) / "manifest.json").read_text())
             for part in manifest["parts"]:
-                # A slicer is for what is printed; admesh reads everything.
+                # admesh reads everything.
                 if consumer == "admesh" or part["process"] in PRINTED:
                     CHECKS[consumer](Path(folder) / f"{part['name']}.stl", part)
                     files += 1

@@ -48,6 +48,12 @@ def scene(fabkit, folder, tolerance_mm):
     subprocess.run([fabkit, "export", "rtac0/semi-domes", "-o", folder, "--format", "stl", "--nominal",
                     "--tolerance", f"{tolerance_mm}mm", "--quiet", *parts], check=True)
     meshes = [trimesh.load(folder / f"{name}.stl", process=False) for name in SEMI_DOMES]
+    for mesh in meshes:
+        # Files lie as they are printed: on their backs, in the corner of the bed. In the sensor the
+        # seam's face is at x = -0.1, the flange's underside at z = 0.3, and y is centred.
+        x, y, z = mesh.vertices[:, 2], mesh.vertices[:, 1], -mesh.vertices[:, 0]
+        x, y, z = x - x.max() - 0.1, y - (y.min() + y.max()) / 2, z - z.min() + 0.3
+        mesh.vertices = np.stack([x, y, z], -1)
     return trimesh.util.concatenate([dome(tolerance_mm), *meshes])
 
 
@@ -122,8 +128,9 @@ def main(fabkit, ours_mray):
             refined = in_64_bit(mesh, triangle[hit], directions[hit], origin)
             error = abs(refined - exact[hit])
             row("  its triangles in 64-bit", None, error, 0)
-            # Away from creases a chord's error is seen enlarged by the incidence alone.
-            bound = tolerance_mm / np.cos(truth["incidence_rad"].ravel()[seen][hit])
+            # Away from creases a chord's error is seen enlarged by the incidence alone; along and
+            # around the dome it adds up.
+            bound = 2 * tolerance_mm / np.cos(truth["incidence_rad"].ravel()[seen][hit])
             beyond = error > 1.01 * bound + 1e-6
             print(f"  beyond the chord's error, which is at creases: {beyond.sum()} rays "
                   f"({100 * beyond.mean():.3f} %)")

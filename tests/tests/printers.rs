@@ -53,11 +53,11 @@ fn a_measured_coupon_changes_files_and_nothing_else() {
         let name = before["name"].as_str().unwrap();
         // The truth stays what was designed, to the byte.
         let tree = format!("{name}.tree.json");
-        assert_eq!(nominal[&tree], fitted[&tree], "{name}");
+        assert!(nominal[&tree] == fitted[&tree], "{tree} differs");
         let stl = format!("{name}.stl");
         let print = &after["compensation"]["print"];
         if before["process"] != "fdm" {
-            assert_eq!((&nominal[&stl], print), (&fitted[&stl], &Value::Null), "{name}");
+            assert!(nominal[&stl] == fitted[&stl] && print.is_null(), "{stl} differs");
             continue;
         }
         assert_eq!(print["profile"], "my-printer");

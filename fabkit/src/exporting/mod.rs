@@ -151,7 +151,7 @@ pub fn export(
                 // A part of a group has its 3MF in common with the others.
                 let alone = |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
                 let formats = options.formats.iter().filter(alone);
-                files.extend(part_files(design, &hash, formats, body)?);
+                files.extend(part_files(design, &hash, options, formats, body)?);
                 finished(body.body.name);
             }
             if options.formats.contains(&Format::ThreeMf) {
@@ -270,14 +270,14 @@ fn measured<'a>(
 
 impl Meshed<'_> {
     /// Figures of the nominal solid's mesh, for those who rebuild it.
-    fn nominal_figures(&self) -> Result<MeshFigures, ExportFailure> {
-        let scale = self.compensation.scale;
+    fn nominal_figures(&self, options: &ExportOptions) -> Result<MeshFigures, ExportFailure> {
         if self.compensation.print.is_some() {
-            let tolerance_mm = self.figures.chord_tolerance_mm / scale;
-            let failed = |source| ExportFailure::Mesh { part: self.body.name.into(), source };
-            let mesh = fabkit_mesh::mesh(self.body.solid, tolerance_mm).map_err(failed)?;
-            return Ok(figures(&mesh.to_print().map_err(failed)?, tolerance_mm));
+            // As exported without a profile, to the last digit.
+            let plain = ExportOptions { profile: None, ..options.clone() };
+            let piece = pieces::Piece { group: None, bodies: vec![self.body] };
+            return piece.meshed(&plain)?[0].nominal_figures(&plain);
         }
+        let scale = self.compensation.scale;
         Ok(MeshFigures {
             chord_tolerance_mm: self.figures.chord_tolerance_mm / scale,
             volume_mm3: self.figures.volume_mm3 / scale.powi(3),
@@ -304,6 +304,7 @@ fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
 fn part_files<'a>(
     design: &Design,
     hash: &str,
+    options: &ExportOptions,
     formats: impl Iterator<Item = &'a Format>,
     meshed: &Meshed,
 ) -> Result<Vec<Made>, ExportFailure> {
@@ -341,7 +342,7 @@ fn part_files<'a>(
                     solid: body.solid,
                     landmarks: body.landmarks,
                     placements: body.placements,
-                    mesh: meshed.nominal_figures()?,
+                    mesh: meshed.nominal_figures(options)?,
                 };
                 fabkit_export::tree(&document).map_err(failed)?
             }

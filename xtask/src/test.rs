@@ -36,6 +36,7 @@ fn oracles(python: &Path) -> Result<(), String> {
         command
     };
     check(script("tests/python/check_files.py").arg(&fabkit))?;
+    check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
     for consumer in CONSUMERS {
         if installed(consumer) {

@@ -112,7 +112,7 @@ fn read_landmarks(path: &Path) -> Result<PinLandmarks, Failure> {
 
 /// Those of the dome that `fabkit export SENSOR/pin-dome` writes, with the same overrides.
 fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
-    let target = Target { sensor: &args.sensor, fixture: Some(PIN_DOME), part: None };
+    let target = Target { sensor: &args.sensor, fixture: Some(PIN_DOME), part: None, preset: None };
     let dome = target.design(&args.set)?;
     let file = dome.companions.iter().find(|file| file.name.ends_with(".landmarks.json"));
     let Some(file) = file else {

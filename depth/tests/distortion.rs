@@ -13,11 +13,10 @@ const INTRINSICS: Intrinsics = Intrinsics {
 };
 const COEFFICIENTS: [f64; 5] = [-0.25971254, 0.08700416, -1.4873e-5, -2.28895e-4, -0.01535192];
 
-/// Their reference dome.
+/// Their reference dome, in the camera's frame.
 const RADIUS_MM: f64 = 15.1;
 const CENTRE_Z_MM: f64 = 6.0;
-/// Below the sensor's origin.
-const CAMERA_Z_MM: f64 = -7.0;
+const CAMERA_Z_MM: f64 = 0.0;
 
 /// The polynomial with tangential terms (Brown 1971, in OpenCV's form).
 fn distort([x, y]: [f64; 2], [k1, k2, p1, p2, k3]: [f64; 5]) -> [f64; 2] {
@@ -110,5 +109,6 @@ fn inverse_distortion_is_exact_and_the_published_one_is_not() {
     );
     assert!(count > 100_000, "{count}");
     assert!(worst_mm < 1e-9, "{worst_mm}");
-    assert!(mean > 0.01, "{mean}");
+    // Published: about 0.16 on average, 0.72 at worst inside a mask that is a little smaller.
+    assert!((0.15..0.17).contains(&mean) && (0.7..0.8).contains(&largest), "{mean} {largest}");
 }

@@ -33,20 +33,23 @@ const MAX_BLOCK: usize = 128 << 10;
 const RAW: u32 = 0;
 const RUN_LENGTH: u32 = 1;
 
-/// A frame of the bytes that runs make up, in order of place.
+/// A frame of `length` bytes: runs in order of place, and zeros between, before and after them.
 ///
 /// # Panics
-/// If the runs leave a gap or overlap.
-pub fn zstd_of_runs<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Vec<u8> {
+/// If runs overlap or reach beyond the end.
+pub fn zstd_of_runs<'a>(runs: impl IntoIterator<Item = &'a Run>, length: usize) -> Vec<u8> {
     let mut frame = Frame::default();
     for run in runs {
-        assert_eq!(run.place.start, frame.length, "runs follow each other");
+        assert!(run.place.start >= frame.length && run.place.end <= length, "runs are in order");
+        frame.fill(0, run.place.start - frame.length);
         frame.length = run.place.end;
         match &run.content {
             RunContent::Fill(byte) => frame.fill(*byte, run.place.len()),
             RunContent::Bytes(bytes) => frame.raw(bytes),
         }
     }
+    frame.fill(0, length - frame.length);
+    frame.length = length;
     frame.finish()
 }
 
@@ -63,6 +66,9 @@ struct Frame {
 
 impl Frame {
     fn fill(&mut self, byte: u8, count: usize) {
+        if count == 0 {
+            return;
+        }
         if self.fill.0 != byte {
             self.end_fill();
             self.fill.0 = byte;
@@ -136,7 +142,9 @@ mod tests {
             }
             runs.push(Run { place: start..plain.len(), content: content.clone() });
         }
-        (zstd_of_runs(&runs), plain)
+        // Zeros need not be named.
+        runs.retain(|run| run.content != RunContent::Fill(0));
+        (zstd_of_runs(&runs, plain.len()), plain)
     }
 
     proptest! {

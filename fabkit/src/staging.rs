@@ -135,9 +135,9 @@ impl<'a> Stage<'a> {
 
     fn add(&mut self, file: &OutputFile) -> Result<(), StagingError> {
         let place = self.folder.join(&file.name);
-        check_replaceable(&place)?;
         let folder = place.parent().unwrap_or(self.folder).to_path_buf();
         self.make(&folder)?;
+        check_replaceable(&place)?;
         let process = std::process::id();
         let name = place.file_name().unwrap_or_default().to_string_lossy();
         let hidden = |suffix| folder.join(format!(".{name}.{process}.{suffix}"));

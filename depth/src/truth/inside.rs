@@ -92,8 +92,8 @@ impl Inside {
         let a = d.norm_squared();
         let cross = o.x * d.y - o.y * d.x;
         let half_squared = (self.radius_mm * self.radius_mm - cross * cross / a) / a;
-        // Written so that NaN, from a = 0, is refused too.
-        if !(half_squared > 0.0) {
+        // NaN comes from a = 0.
+        if half_squared.is_nan() || half_squared <= 0.0 {
             return None;
         }
         let range_mm = half_squared.sqrt() - o.dot(&d) / a;

@@ -48,12 +48,12 @@ impl DepthMap<'_> {
     /// Camera and pose count as independent of each other.
     pub fn sigma_mm(&self, uncertainty: &Uncertainty) -> Vec<f64> {
         let rays = self.surface.rays();
-        let held = |i: usize, matrix: &DMatrix<f64>| !(matrix[(i, i)] > 0.0);
+        let is_free = |i: usize, matrix: &DMatrix<f64>| matrix[(i, i)] > 0.0;
         let camera: Vec<(usize, Stepped)> = uncertainty
             .camera
             .iter()
             .flat_map(|matrix| {
-                let free = (0..matrix.nrows()).filter(move |&i| !held(i, matrix));
+                let free = (0..matrix.nrows()).filter(move |&i| is_free(i, matrix));
                 free.filter_map(|i| Some((i, stepped(rays.camera(), i)?)))
             })
             .collect();

@@ -81,7 +81,7 @@ impl Tile {
         let radius_mm = Vector3::from(bounds.size_mm()).norm() / 2.0 + self.spread_mm;
         let towards = centre - self.origin;
         let distance_mm = towards.norm();
-        if !(distance_mm > radius_mm) {
+        if distance_mm.is_nan() || distance_mm <= radius_mm {
             return true;
         }
         let own = angle(&self.axis, &(towards / distance_mm));

@@ -1,5 +1,6 @@
 //! What `depth` and `dataset` share: the sensor's surface and the camera that looks at it.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -129,11 +130,13 @@ pub(super) fn press_failure(sensor: &str, error: PressError) -> Failure {
                 (Some(closest), _) if closest.ends_with('@') => place_hint(closest),
                 (Some(_), _) => unknown.hint(),
                 (None, tool) => {
-                    let semi = known.iter().filter(|name| !name.ends_with('@'));
-                    let (first, count) = (semi.clone().next(), semi.count());
-                    let listed = first.map(|name| format!("{count} presses from `{name}` on"));
-                    let tool = tool.map(|tool| place_hint(tool));
-                    listed.into_iter().chain(tool).collect::<Vec<_>>().join("; ")
+                    let examples = one_of_each_kind(&known);
+                    let listed = format!("presses are {}", examples.join(", "));
+                    [Some(listed), tool.map(|tool| place_hint(tool))]
+                        .into_iter()
+                        .flatten()
+                        .collect::<Vec<_>>()
+                        .join("; ")
                 }
             };
             Failure::new(Exit::BadInput, unknown, hint)
@@ -155,4 +158,13 @@ pub(super) fn press_failure(sensor: &str, error: PressError) -> Failure {
 
 fn place_hint(tool: &str) -> String {
     format!("an indenter and its place are written like `{tool}30deg,120deg,1mm`")
+}
+
+/// The first of the names that differ in their numbers alone.
+fn one_of_each_kind(names: &[String]) -> Vec<String> {
+    let mut kinds = BTreeSet::new();
+    let kind = |name: &str| -> String { name.chars().filter(|c| !c.is_ascii_digit()).collect() };
+    let listed = names.iter().filter(|name| !name.ends_with('@'));
+    let first = listed.filter(|name| kinds.insert(kind(name)));
+    first.map(|name| format!("`{name}`")).collect()
 }

@@ -1,7 +1,6 @@
 //! Stitching: each left half with each right half.
 //!
-//! A half is cut into runs once; a sample is the runs of two halves and of the seam between them,
-//! in order, so that its cost is that of its contacts and not that of its pixels.
+//! A half is cut into runs once; a sample is the runs of two halves, in order, so that its cost is that of its contacts and not that of its pixels.
 
 use fabkit_depth::truth::Side;
 use fabkit_export::{Element, Run, RunContent, ZarrArray, zstd_of_runs};
@@ -65,27 +64,25 @@ pub(super) fn write(
     for (name, array) in NAMES.iter().zip(arrays) {
         store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
     }
-    let sides = job.seam.sides();
-    let between = [runs(sides, Side::Neither, |_| [0u8; 4]), runs(sides, Side::Neither, |_| [0u8])];
+    let pixels = job.seam.sides().len();
     let count = job.patterns.len();
     (0..count).into_par_iter().try_for_each(|left| {
         let path = |array: &ZarrArray| array.shard_path(left as u64);
         let (left, rights) = (&parts[left], &parts[count..]);
         store.put(&format!("{}/{}", NAMES[0], path(indentations)), || {
-            let stitched = rights
-                .iter()
-                .map(|right| stitched([&left.indentation, &between[0], &right.indentation]));
+            let runs = rights.iter().map(|right| (&left.indentation, &right.indentation));
+            let stitched = runs.map(|(left, right)| stitched(left, right, 4 * pixels));
             Ok(indentations.shard(&stitched.collect::<Vec<_>>()))
         })?;
         store.put(&format!("{}/{}", NAMES[1], path(labels)), || {
-            let stitched =
-                rights.iter().map(|right| stitched([&left.label, &between[1], &right.label]));
+            let runs = rights.iter().map(|right| (&left.label, &right.label));
+            let stitched = runs.map(|(left, right)| stitched(left, right, pixels));
             Ok(labels.shard(&stitched.collect::<Vec<_>>()))
         })
     })
 }
 
-/// The runs of the pixels on one side, in order of place.
+/// The runs of the pixels on one side, in order of place; zeros are left out.
 fn runs<const N: usize>(
     sides: &[Side],
     own: Side,
@@ -116,14 +113,16 @@ fn runs<const N: usize>(
             }
         }
     }
+    runs.retain(|run| run.content != RunContent::Fill(0));
     runs
 }
 
-fn stitched(parts: [&Vec<Run>; 3]) -> Vec<u8> {
-    let mut all: Vec<&Run> = parts.into_iter().flatten().collect();
-    // Three ascending lists: the sort only merges.
+/// A picture of `length` bytes; what neither part holds, the seam among it, is zero.
+fn stitched(left: &[Run], right: &[Run], length: usize) -> Vec<u8> {
+    let mut all: Vec<&Run> = left.iter().chain(right).collect();
+    // Two ascending lists: the sort only merges.
     all.sort_by_key(|run| run.place.start);
-    zstd_of_runs(all)
+    zstd_of_runs(all, length)
 }
 
 #[cfg(test)]
@@ -136,17 +135,15 @@ mod tests {
         let sides = [Left, Left, Neither, Right, Right, Left, Neither, Right];
         let values = [0u8, 3, 0, 0, 5, 7, 0, 7];
         let of = |own| runs(&sides, own, |pixel| [values[pixel]]);
-        let (left, between, right) = (of(Left), of(Neither), of(Right));
-        assert_eq!(left.len(), 3, "{left:?}");
-        let mut all: Vec<Run> = [left, between, right].concat();
-        all.sort_by_key(|run| run.place.start);
-        let bytes: Vec<u8> = all
-            .iter()
-            .flat_map(|run| match &run.content {
-                RunContent::Fill(byte) => vec![*byte; run.place.len()],
-                RunContent::Bytes(bytes) => bytes.clone(),
-            })
-            .collect();
+        let (left, right) = (of(Left), of(Right));
+        assert_eq!((left.len(), right.len()), (2, 2), "zeros are left out");
+        let mut bytes = vec![0; values.len()];
+        for run in [left, right].concat() {
+            match run.content {
+                RunContent::Fill(byte) => bytes[run.place].fill(byte),
+                RunContent::Bytes(content) => bytes[run.place].copy_from_slice(&content),
+            }
+        }
         assert_eq!(bytes, values);
     }
 }

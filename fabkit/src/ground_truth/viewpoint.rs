@@ -140,18 +140,17 @@ fn nearest_rotation(mut rotation: Matrix3<f64>) -> Matrix3<f64> {
 
 fn check_covariance(matrix: &[[f64; 6]; 6]) -> Result<(), InvalidViewpoint> {
     let scale = |i: usize| matrix[i][i].abs().sqrt();
-    for r in 0..6 {
-        if !(matrix[r][r] >= 0.0) {
-            return Err(InvalidViewpoint::Covariance("has a negative variance on its diagonal"));
+    if (0..6).any(|i| matrix[i][i] < 0.0) {
+        return Err(InvalidViewpoint::Covariance("has a negative variance on its diagonal"));
+    }
+    for (r, c) in (0..6).flat_map(|r| (0..6).map(move |c| (r, c))) {
+        let (value, mirrored, most) = (matrix[r][c], matrix[c][r], scale(r) * scale(c));
+        let tolerance = 1e-6 * most;
+        if (value - mirrored).abs() > tolerance {
+            return Err(InvalidViewpoint::Covariance("is not symmetric"));
         }
-        for c in 0..6 {
-            let tolerance = 1e-6 * scale(r) * scale(c);
-            if (matrix[r][c] - matrix[c][r]).abs() > tolerance {
-                return Err(InvalidViewpoint::Covariance("is not symmetric"));
-            }
-            if matrix[r][c].abs() > scale(r) * scale(c) + tolerance {
-                return Err(InvalidViewpoint::Covariance("has a correlation above 1"));
-            }
+        if value.abs() > most + tolerance {
+            return Err(InvalidViewpoint::Covariance("has a correlation above 1"));
         }
     }
     Ok(())

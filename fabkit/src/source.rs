@@ -28,6 +28,9 @@ pub struct Target<'a> {
     pub preset: Option<&'a str>,
 }
 
+/// Fixtures by name.
+pub type NamedDesigns = Vec<(&'static str, Design)>;
+
 impl<'a> Target<'a> {
     /// Splits `SENSOR[/FIXTURE][/PART]`. Paths have slashes too: a name that is a file, or looks
     /// like one, is a path as a whole.
@@ -80,8 +83,8 @@ impl<'a> Target<'a> {
     pub fn design_with_fixtures(
         &self,
         overrides: &[String],
-    ) -> Result<(Design, Vec<(&'static str, Design)>), Failure> {
-        let source = Source::find(self.sensor)?;
+    ) -> Result<(Design, NamedDesigns), Failure> {
+        let source = self.source()?;
         let project = source.load(overrides)?;
         let fixture = |name| match project.fixture(name) {
             Ok(design) => Ok((name, design)),

@@ -208,7 +208,8 @@ mod tests {
     fn single_corners_that_jump_are_dropped_and_their_neighbours_stay() {
         for cell in barrel().into_keys() {
             let mut placed = barrel();
-            placed.get_mut(&cell).unwrap().at += Vector2::new(1.5, -1.0);
+            // More than the allowed part of the spacing and what distortion does at the ends.
+            placed.get_mut(&cell).unwrap().at += Vector2::new(2.5, -2.0);
             drop_jumps(&mut placed);
             assert!(!placed.contains_key(&cell), "{cell:?}");
             assert_eq!(placed.len(), 53, "{cell:?}");

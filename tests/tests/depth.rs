@@ -83,7 +83,7 @@ fn presses_and_poses_that_cannot_be_are_refused() {
     assert_says(
         &depth(&["--press", "xyz"]),
         2,
-        &["no press `xyz`", "presses from `pin-1-short` on", "hemisphere@30deg"],
+        &["no press `xyz`", "semi-dome-001", "hemisphere@30deg"],
     );
     assert_says(&depth(&["--press", "hemisphere@1deg"]), 2, &["1 values follow the `@`"]);
     assert_says(&depth(&["--press", "hemisphere@30deg,0deg,1"]), 2, &["depth: ", "no unit"]);

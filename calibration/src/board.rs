@@ -16,6 +16,8 @@ mod document;
 mod grid;
 mod list;
 mod marker;
+#[cfg(feature = "opencv")]
+mod opencv;
 mod place;
 mod saddle;
 
@@ -26,6 +28,8 @@ pub use document::{
     MIN_SQUARES, VERSION,
 };
 pub use list::{InvalidList, MAX_LIST_BYTES, read_corners};
+#[cfg(feature = "opencv")]
+pub use opencv::{OpenCvError, find_corners_opencv};
 
 use crate::image::GreyImage;
 
@@ -142,6 +146,11 @@ fn find_at_scale(scene: &grid::Scene, board: &Board) -> Result<Vec<FoundCorner>,
         grid::polish(scene, grid);
     }
     let placed = place::place(scene.image, board, &grids)?;
+    Ok(numbered(placed, board))
+}
+
+/// A grid that lies on the board, as a list sorted by id.
+fn numbered(placed: grid::Grid, board: &Board) -> Vec<FoundCorner> {
     let [columns, _] = board.inner_corners();
     let mut corners: Vec<FoundCorner> = placed
         .into_iter()
@@ -152,5 +161,5 @@ fn find_at_scale(scene: &grid::Scene, board: &Board) -> Result<Vec<FoundCorner>,
         })
         .collect();
     corners.sort_by_key(|corner| corner.id);
-    Ok(corners)
+    corners
 }

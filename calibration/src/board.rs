@@ -146,18 +146,18 @@ fn find_at_scale(scene: &grid::Scene, board: &Board) -> Result<Vec<FoundCorner>,
         grid::polish(scene, grid);
     }
     let placed = place::place(scene.image, board, &grids)?;
-    Ok(numbered(placed, board))
+    Ok(numbered(placed, board, SYSTEMATIC_PX))
 }
 
-/// A grid that lies on the board, as a list sorted by id.
-fn numbered(placed: grid::Grid, board: &Board) -> Vec<FoundCorner> {
+/// A grid that lies on the board, as a list sorted by id; `systematic_px` is the detector's.
+fn numbered(placed: grid::Grid, board: &Board, systematic_px: f64) -> Vec<FoundCorner> {
     let [columns, _] = board.inner_corners();
     let mut corners: Vec<FoundCorner> = placed
         .into_iter()
         .map(|((column, row), saddle)| FoundCorner {
             id: row as u32 * columns as u32 + column as u32,
             pixel: saddle.at,
-            sigma_px: saddle.noise_px.hypot(SYSTEMATIC_PX),
+            sigma_px: saddle.noise_px.hypot(systematic_px),
         })
         .collect();
     corners.sort_by_key(|corner| corner.id);

@@ -162,6 +162,9 @@ impl From<ExportFailure> for Failure {
                 &failure,
                 "allow a larger --tolerance, or export fewer parts with --part",
             ),
+            ExportFailure::Mesh { source: MeshError::Tolerance { .. }, .. } => {
+                Self::plain(Exit::BadInput, &failure)
+            }
             ExportFailure::Plate(_) => Self::new(
                 Exit::BadInput,
                 &failure,
@@ -209,6 +212,12 @@ impl From<PictureError> for Failure {
             PictureError::Unknown(unknown) => unknown.into(),
             PictureError::Render(RenderError::NothingToDraw) => {
                 Self::plain(Exit::BadInput, "nothing is left behind the section plane")
+            }
+            PictureError::Render(RenderError::NoPixels { .. }) => {
+                Self::plain(Exit::BadInput, error)
+            }
+            PictureError::Render(RenderError::TooLarge { .. }) => {
+                Self::new(Exit::Limit, error, "ask for a smaller picture")
             }
             _ => Self::bug(error),
         }

@@ -5,7 +5,7 @@
 //! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`verifier`] (the bridge to
 //! other kernels), and [`staging`], the only place that writes files. What its users see is here too,
 //! because there are two doors to it, the `fabkit` command and the Python package: [`source`] (which
-//! design a name or a path means), [`failure`] (codes, messages and hints), and [`commands`], the
+//! design a name or a path means), [`scene`] (which camera looks at it), [`failure`] (codes, messages and hints), and [`commands`], the
 //! command itself.
 //!
 //! ```
@@ -50,6 +50,7 @@ pub mod identity;
 mod interrupt;
 pub mod pictures;
 pub mod reading;
+pub mod scene;
 pub mod source;
 pub mod staging;
 mod table;

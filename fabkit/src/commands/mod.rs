@@ -1,8 +1,8 @@
 //! The `fabkit` command: one file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
-mod calibrate;
-mod check;
+pub mod calibrate;
+pub mod check;
 mod completions;
 mod dataset;
 mod depth;
@@ -13,7 +13,7 @@ mod profile;
 mod progress;
 mod render;
 mod schema;
-mod show;
+pub mod show;
 mod verify;
 mod view;
 

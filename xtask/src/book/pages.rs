@@ -5,6 +5,7 @@
 //! | `console` | each `$ ` command runs in bash; where output is shown, it must be that |
 //! | `python` | runs as one program |
 //! | any with `file=NAME` | is written there instead |
+//! | any with `from=PATH` | must stand in that file of the repository, line by line |
 //! | `text output` | must be what the `python` block before it printed |
 //!
 //! `fails=N` asks for that exit code, `needs=MODULE` leaves a block out where Python lacks it.
@@ -19,6 +20,7 @@ use std::process::{Command, Stdio};
 
 use super::expected;
 use super::markdown::{Block, Page};
+use crate::run::root;
 
 /// Languages of blocks that look as if they ran, and would not.
 const SHELLS: [&str; 4] = ["sh", "bash", "shell", "zsh"];
@@ -64,6 +66,10 @@ impl Runner {
             if let Some(file) = block.option("file") {
                 fs::write(folder.join(file), &block.text)
                     .map_err(|e| format!("{}: {file}: {e}", place(0)))?;
+                continue;
+            }
+            if let Some(source) = block.option("from") {
+                quoted(source, &block.text).map_err(|e| format!("{}: {e}", place(0)))?;
                 continue;
             }
             match block.language.as_str() {
@@ -145,6 +151,16 @@ impl Runner {
         self.modules.insert(module.to_owned(), found);
         found
     }
+}
+
+/// Whether lines stand in a file of the repository, whatever their indentation.
+fn quoted(source: &str, text: &str) -> Result<(), String> {
+    let have = fs::read_to_string(root().join(source)).map_err(|e| format!("{source}: {e}"))?;
+    let trimmed = |text: &str| text.lines().map(|l| l.trim().to_owned()).collect::<Vec<_>>();
+    let gap = || ["...".to_owned()];
+    let shown = [&gap()[..], &trimmed(text), &gap()].concat();
+    expected::compare(&shown, &trimmed(&have).join("\n"))
+        .map_err(|_| format!("{source} has no such lines any more"))
 }
 
 fn right_code(block: &Block, code: Option<i32>) -> Result<(), String> {

@@ -2,6 +2,8 @@
 
 mod chain;
 
+use std::iter;
+
 use fabkit::bodies::{self, BodyRef, Kind};
 use fabkit::designs::Design;
 use fabkit::identity::design_hash;
@@ -66,6 +68,11 @@ fn text(design: &Design) -> String {
             text += &format!("\n{}", table(&[Left, Right, Left, Left, Left], &rows));
         }
     }
+    let noted = all.iter().flat_map(|body| body.notes.iter().map(|note| row([body.name, note])));
+    let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(noted).collect();
+    if rows.len() > 1 {
+        text += &format!("\n{}", table(&[Left, Left], &rows));
+    }
     text
 }
 
@@ -116,6 +123,7 @@ fn body_json(body: &BodyRef) -> Value {
         "process": body.process_word(),
         "material": body.material,
         "quantity": body.quantity,
+        "notes": body.notes,
         "assemblies": body.placements.iter().map(|p| &p.assembly.0).collect::<Vec<_>>(),
     })
 }

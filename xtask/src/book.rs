@@ -100,11 +100,10 @@ fn reference(fabkit: &Path) -> Result<(), String> {
 /// The book as HTML pages in `target/book`, if mdBook is here: the pages read as well without.
 fn html(docs: &Path) -> Result<(), String> {
     let Some(mdbook) = ["mdbook".into(), tool("mdbook")].into_iter().find(|p| exists(p)) else {
-        println!(
-            "xtask: no HTML pages: mdbook is not here; `cargo install --locked --root .tools mdbook` \
-             brings it"
+        return skip(
+            "the book as HTML pages",
+            "mdbook is not here; `cargo install --locked --root .tools mdbook` brings it",
         );
-        return Ok(());
     };
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
 }

@@ -182,3 +182,45 @@ fn output_of(command: &mut Command, input: &str) -> Result<(Option<i32>, String)
     let text = [output.stdout, output.stderr].concat();
     Ok((output.status.code(), String::from_utf8_lossy(&text).into_owned()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::book::markdown;
+
+    /// Runs a page in an empty folder; `true` and `false` stand in for the command.
+    fn run(text: &str) -> Result<usize, String> {
+        let folder = root().join("target").join(format!("book-test-{:p}", text.as_ptr()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        let mut runner = Runner::new(Path::new("/bin/true"), Path::new("python3")).unwrap();
+        let page = markdown::read(text).unwrap();
+        let outcome = runner.page(Path::new("a.md"), &page, &folder);
+        fs::remove_dir_all(&folder).unwrap();
+        outcome.map(|()| runner.ran)
+    }
+
+    #[test]
+    fn commands_do_what_the_page_says() {
+        assert_eq!(
+            run("```text file=a.txt\nsome\n```\n```console\n$ cat a.txt\nsome\n```\n"),
+            Ok(1)
+        );
+        assert_eq!(run("```console fails=1\n$ false\n```\n"), Ok(1));
+        let wrong = run("words\n```console\n$ true\n$ echo b\na\n```\n").unwrap_err();
+        assert!(
+            wrong.starts_with("docs/a.md:4: $ echo b") && wrong.contains("lacks `a`"),
+            "{wrong}"
+        );
+        let failed = run("```console\n$ false\n```\n").unwrap_err();
+        assert!(failed.contains("exit code 1 instead of 0"), "{failed}");
+        assert!(run("```bash\ntrue\n```\n").unwrap_err().contains("do not run"));
+    }
+
+    #[test]
+    fn quotations_must_stand_in_the_repository() {
+        assert_eq!(run("```rust from=xtask/src/main.rs\nfn main() -> ExitCode {\n```\n"), Ok(0));
+        let gone = run("```rust from=xtask/src/main.rs\nfn gone() {\n```\n").unwrap_err();
+        assert!(gone.contains("xtask/src/main.rs has no such lines"), "{gone}");
+    }
+}

@@ -116,6 +116,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_book_hangs_together() {
+        let docs = crate::run::root().join("docs");
+        let pages = pages(&docs).unwrap();
+        assert!(pages.contains_key(Path::new(SUMMARY)));
+        assert_eq!(faults(&docs, &pages).unwrap(), Vec::<String>::new());
+    }
+
+    #[test]
     fn broken_links_and_forgotten_pages_are_named() {
         let page = |text: &str| markdown::read(text).unwrap();
         let pages: BTreeMap<PathBuf, Page> = [

@@ -190,7 +190,8 @@ mod tests {
 
     /// Runs a page in an empty folder; `true` and `false` stand in for the command.
     fn run(text: &str) -> Result<usize, String> {
-        let folder = root().join("target").join(format!("book-test-{:p}", text.as_ptr()));
+        let folder =
+            env::temp_dir().join(format!("fabkit-book-{}-{:p}", std::process::id(), text.as_ptr()));
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).unwrap();
         let mut runner = Runner::new(Path::new("/bin/true"), Path::new("python3")).unwrap();

@@ -35,25 +35,29 @@ pub struct Output {
 pub fn run(only: Option<&str>) -> Result<(), String> {
     check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
     let fabkit = built("release", "fabkit");
-    reference(&fabkit)?;
+    let chosen = env::var_os("FABKIT_PYTHON").map(|python| Ok(python.into()));
+    let python = match chosen.unwrap_or_else(crate::python::environment) {
+        Ok(python) => Some(python),
+        Err(why) => {
+            skip("the book's commands and programs", &why)?;
+            None
+        }
+    };
+    reference(&fabkit, python.as_deref())?;
     let docs = root().join("docs");
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
-    let chosen = env::var_os("FABKIT_PYTHON").map(|python| Ok(python.into()));
-    match chosen.unwrap_or_else(crate::python::environment) {
-        Ok(python) => {
-            let mut runner = Runner::new(&fabkit, &python)?;
-            for (path, page) in &pages {
-                if only.is_none_or(|word| path.to_string_lossy().contains(word)) {
-                    faults.extend(run_page(&mut runner, path, page).err());
-                }
+    if let Some(python) = python {
+        let mut runner = Runner::new(&fabkit, &python)?;
+        for (path, page) in &pages {
+            if only.is_none_or(|word| path.to_string_lossy().contains(word)) {
+                faults.extend(run_page(&mut runner, path, page).err());
             }
-            for block in &runner.skipped {
-                println!("xtask: NOT RUN {block}");
-            }
-            println!("xtask: ran {} commands and programs of the book", runner.ran);
         }
-        Err(why) => skip("the book's commands and programs", &why)?,
+        for block in &runner.skipped {
+            println!("xtask: NOT RUN {block}");
+        }
+        println!("xtask: ran {} commands and programs of the book", runner.ran);
     }
     if !faults.is_empty() {
         return Err(faults.join("\n"));
@@ -77,11 +81,16 @@ fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(
 }
 
 /// Brings the generated pages up to date; in continuous integration they must be.
-fn reference(fabkit: &Path) -> Result<(), String> {
-    let schema =
-        Command::new(fabkit).arg("schema").output().map_err(|e| format!("fabkit schema: {e}"))?;
-    let mut outputs = yaml::pages(&String::from_utf8_lossy(&schema.stdout))?;
+fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
+    let schema = output(Command::new(fabkit).arg("schema"))?;
+    let mut outputs = yaml::pages(&schema)?;
     outputs.push(command::page(fabkit)?);
+    if let Some(python) = python {
+        let script = root().join("xtask/book/python_reference.py");
+        let text = output(Command::new(python).arg(script).arg(root().join("python/fabkit")))?;
+        let text = format!("# Python\n\n{GENERATED}\n\n{text}");
+        outputs.push(Output { path: PathBuf::from("reference/python.md"), text });
+    }
     for Output { path, text } in outputs {
         let place = root().join("docs").join(&path);
         if fs::read_to_string(&place).is_ok_and(|have| have == text) {
@@ -106,4 +115,18 @@ fn html(docs: &Path) -> Result<(), String> {
         );
     };
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
+}
+
+/// What a program prints.
+fn output(command: &mut Command) -> Result<String, String> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command.output().map_err(|e| format!("{name}: {e}"))?;
+    if !output.status.success() {
+        return Err(format!(
+            "{name}: {}\n{}",
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        ));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }

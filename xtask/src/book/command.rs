@@ -22,16 +22,8 @@ pub fn page(fabkit: &Path) -> Result<Output, String> {
 /// A command, then those below it.
 fn describe(fabkit: &Path, words: &[&str], text: &mut String) -> Result<(), String> {
     let name = [&["fabkit"], words].concat().join(" ");
-    let output = Command::new(fabkit)
-        .args(words)
-        .arg("--help")
-        .env("COLUMNS", COLUMNS)
-        .output()
-        .map_err(|e| format!("{name} --help: {e}"))?;
-    if !output.status.success() {
-        return Err(format!("{name} --help: {}", output.status));
-    }
-    let help = String::from_utf8_lossy(&output.stdout).into_owned();
+    let help =
+        super::output(Command::new(fabkit).args(words).arg("--help").env("COLUMNS", COLUMNS))?;
     // Writing to a string cannot fail.
     let _ = write!(text, "\n## {name}\n\n```text\n{}\n```\n", help.trim_end());
     for command in commands(&help) {

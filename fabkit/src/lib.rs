@@ -31,6 +31,7 @@ pub use fabkit_export as export;
 pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
+pub use fabkit_sweep as sweep;
 
 pub mod bodies;
 pub mod dataset;

@@ -5,6 +5,7 @@ use std::path::Path;
 use fabkit::bodies::UnknownName;
 use fabkit::checks::{self, CheckReport, InvalidBody};
 use fabkit::designs::parameters::InvalidDesign;
+use fabkit::designs::profile::ProcessProfile;
 use fabkit::designs::{self, Design};
 use fabkit::fixtures::{self, FixtureError, Project};
 
@@ -208,6 +209,18 @@ fn builtin(name: &str) -> Option<SourceText> {
 fn read_yaml(path: &Path) -> Result<String, Failure> {
     let hint = "is it the right file? `fabkit show rtac0` shows what one holds";
     reading::text(path, Expected { what: "a sensor's file", max_bytes: MAX_YAML_BYTES, hint })
+}
+
+/// Reads what a printer does to sizes.
+///
+/// # Errors
+/// A file that cannot be read, and all problems of the profile.
+pub fn read_profile(path: &Path) -> Result<ProcessProfile, Failure> {
+    let hint = "is it the right file? `fabkit profile` writes one";
+    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (path.display().to_string(), reading::text(path, expected)?);
+    ProcessProfile::read(&file, &text)
+        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use fabkit::bodies::UnknownName;
 use fabkit::checks::{self, Batch, CheckReport, Finding, Rule};
+use fabkit::designs::Design;
 use fabkit::fixtures;
 use fabkit::identity::design_hash;
 use serde_json::{Value, json};
@@ -22,19 +23,23 @@ pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
     let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.
     let report = target.check(&args.set)?.map_err(Failure::bug)?;
-    let name = &design.sensor.name;
-    let json = json!({
+    let text = text(&design.sensor.name, &report);
+    Ok(Report { text, json: document(&design, &report), failed: report.errors() > 0 })
+}
+
+/// What `--json` says (`fabkit-check` version 1).
+pub fn document(design: &Design, report: &CheckReport) -> Value {
+    json!({
         "format": "fabkit-check",
         "version": 1,
-        "name": name,
-        "design_hash": design_hash(&design),
+        "name": design.sensor.name,
+        "design_hash": design_hash(design),
         "passed": report.errors() == 0,
         "resolution": checks::RESOLUTION,
-        "rules": rules_json(&report),
+        "rules": rules_json(report),
         "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
         "batches": report.batches.iter().map(batch_json).collect::<Vec<_>>(),
-    });
-    Ok(Report { text: text(name, &report), json, failed: report.errors() > 0 })
+    })
 }
 
 fn text(name: &str, report: &CheckReport) -> String {

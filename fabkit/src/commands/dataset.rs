@@ -15,13 +15,13 @@ use fabkit::identity::design_hash;
 use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::Report;
 use super::progress::Progress;
-use super::view::{Scene, press_failure};
+use super::{Report, view};
 use crate::cli::{Dataset, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
+use crate::scene::{Scene, press_failure};
 use crate::source::MAX_YAML_BYTES;
 use crate::table::grouped;
 
@@ -30,7 +30,7 @@ const MOST_FAULTS: usize = 50;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
-    let scene = Scene::new(&args.design, &args.view)?;
+    let scene = view::scene(&args.design, &args.view)?;
     if args.probes {
         return probes::run(args, &scene);
     }

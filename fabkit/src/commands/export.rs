@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use fabkit::designs::Design;
-use fabkit::designs::profile::ProcessProfile;
 use fabkit::export::{Bed, FileEntry, Manifest};
 use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions};
 use fabkit::staging::{OutputFile, write_all};
@@ -16,11 +15,9 @@ use serde_json::{Value, json};
 
 use super::Report;
 use crate::cli::{Export, Global};
-use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::reading::{self, Expected};
-use crate::source::{MAX_YAML_BYTES, Target};
+use crate::source::{self, Target};
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
@@ -31,7 +28,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         let hint = format!("write `fabkit export {} --fixtures`", target.sensor);
         return Err(Failure::new(Exit::BadInput, message, hint));
     }
-    let profile = args.process.as_deref().map(read_profile).transpose()?;
+    let profile = args.process.as_deref().map(source::read_profile).transpose()?;
     let (design, fixtures) = match args.fixtures {
         true => target.design_with_fixtures(&args.set)?,
         false => (target.design(&args.set)?, Vec::new()),
@@ -117,14 +114,6 @@ fn default_folder(target: &Target, design: &Design) -> PathBuf {
         Some((sensor, fixture)) => out.join(sensor).join(fixture),
         None => out.join(name),
     }
-}
-
-fn read_profile(path: &Path) -> Result<ProcessProfile, Failure> {
-    let hint = "is it the right file? `fabkit profile` writes one";
-    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
-    let (file, text) = (path.display().to_string(), reading::text(path, expected)?);
-    ProcessProfile::read(&file, &text)
-        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))
 }
 
 /// Parts with their files, and in what these differ from the design.

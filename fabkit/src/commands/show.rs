@@ -18,7 +18,7 @@ pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
     let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),
-        false => (text(&design), json(&design)),
+        false => (text(&design), document(&design)),
     };
     Ok(Report { text, json, failed: false })
 }
@@ -73,7 +73,8 @@ fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).to_vec()
 }
 
-fn json(design: &Design) -> Value {
+/// What `--json` says (`fabkit-show` version 1).
+pub fn document(design: &Design) -> Value {
     let sensor = &design.sensor;
     let parameters: Vec<Value> = design
         .parameters

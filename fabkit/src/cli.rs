@@ -2,6 +2,7 @@
 //! read; what needs the sensor to be checked is checked by the command.
 
 mod ground_truth;
+mod sweep;
 
 use std::path::PathBuf;
 
@@ -11,6 +12,7 @@ use fabkit::exporting::Format;
 use fabkit::geometry::Length;
 
 pub use ground_truth::{Dataset, Depth, View};
+pub use sweep::Sweep;
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
 /// hole is a triangle.
@@ -80,8 +82,14 @@ pub enum Command {
         #[command(subcommand)]
         what: Calibrate,
     },
+    /// Build many variants of a sensor, and compute what each of them is worth
+    Sweep(Sweep),
     /// Print the JSON Schema of sensor files, for editors
-    Schema,
+    Schema {
+        /// Of plans for `sweep` instead
+        #[arg(long)]
+        sweep: bool,
+    },
     /// Print the completions for a shell
     Completions {
         /// Which shell

@@ -18,6 +18,7 @@ mod error;
 mod manifest;
 mod npz;
 mod opc;
+mod parquet;
 mod picture;
 mod plate;
 mod ply;
@@ -37,6 +38,7 @@ pub use manifest::{
     Compensation, FileEntry, Manifest, PartEntry, PrintCompensation, SettingEntry, SheetFigures,
 };
 pub use npz::{Array, Values, npy, npz};
+pub use parquet::{Column, parquet};
 pub use picture::{Pixels, grey16_png, png, read_png};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{CloudPoint, ply};

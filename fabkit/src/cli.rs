@@ -3,6 +3,7 @@
 
 mod calibrate;
 mod ground_truth;
+mod sweep;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use fabkit::geometry::Length;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, Detector};
 pub use ground_truth::{Dataset, Depth, View};
+pub use sweep::Sweep;
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
 /// hole is a triangle.
@@ -81,8 +83,14 @@ pub enum Command {
         #[command(subcommand)]
         what: Calibrate,
     },
+    /// Build many variants of a sensor, and compute what each of them is worth
+    Sweep(Sweep),
     /// Print the JSON Schema of sensor files, for editors
-    Schema,
+    Schema {
+        /// Of plans for `sweep` instead
+        #[arg(long)]
+        sweep: bool,
+    },
     /// Print the completions for a shell
     Completions {
         /// Which shell

@@ -177,6 +177,16 @@ impl Source {
         Ok(Self { main, others })
     }
 
+    /// The sensor's own file.
+    pub fn text(&self) -> &SourceText {
+        &self.main
+    }
+
+    /// Every file that problems may lie in: the sensor's own first.
+    pub fn texts(&self) -> impl Iterator<Item = &SourceText> {
+        std::iter::once(&self.main).chain(&self.others)
+    }
+
     /// Builds the sensor and reads the parameters of its fixtures.
     ///
     /// # Errors
@@ -195,8 +205,7 @@ impl Source {
     }
 
     fn invalid(&self, invalid: InvalidDesign) -> Failure {
-        let texts = std::iter::once(&self.main).chain(&self.others).cloned();
-        Failure::Design(invalid, texts.collect())
+        Failure::Design(invalid, self.texts().cloned().collect())
     }
 }
 

@@ -16,7 +16,7 @@ use fabkit::calibration::report::{
 };
 use fabkit::calibration::{board as boards, extrinsics as pose, intrinsics as lens};
 use fabkit::camera::{CameraEstimate, Point2};
-use fabkit::commands::calibrate::boards::{Views, from_images, from_pictures};
+use fabkit::commands::calibrate::boards::{Detector, Views, from_images, from_pictures};
 use fabkit::commands::calibrate::captures::{self, Captures, Choose};
 use fabkit::commands::calibrate::extrinsics::{Inputs, solve};
 use fabkit::commands::calibrate::{intrinsics as from_views, pictures, pose_file};
@@ -185,11 +185,13 @@ pub fn intrinsics(
     let project = Arc::clone(&project.project);
     run(py, Interrupted::Leave, None, move |_| {
         let sensor = &project.design.sensor;
+        // OpenCV's detector comes with Python's own package of it.
+        let detector = Detector::Fabkit;
         let views = match views {
-            BoardViews::Files(files) => from_pictures(&files, &board, &sensor.camera)?,
+            BoardViews::Files(files) => from_pictures(&files, &board, &sensor.camera, detector)?,
             BoardViews::Pictures(names, images) => {
                 let read = |i: usize| Ok(Cow::Borrowed(&images[i]));
-                from_images(&names, &read, &board, &sensor.camera)?
+                from_images(&names, &read, &board, &sensor.camera, detector)?
             }
             BoardViews::Corners(views) => from_corners(views, &board)?,
         };

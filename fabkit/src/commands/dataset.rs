@@ -57,7 +57,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         write_sheet(path, &job, args.seed)?;
     }
     interrupt::begin_writing()?;
-    let progress = Progress::new(global);
+    let progress = Progress::new(global, "files");
     let show = |done, found, all| progress.show(done, found, all);
     let written = dataset::write(&args.output, &job, &show, &interrupt::requested);
     progress.clear();

@@ -14,6 +14,7 @@ mod progress;
 mod render;
 mod schema;
 pub mod show;
+mod sweep;
 mod verify;
 mod view;
 
@@ -104,7 +105,8 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::Depth(args) => depth::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
-        Command::Schema => schema::run(),
+        Command::Sweep(args) => sweep::run(args, &cli.global),
+        Command::Schema { sweep } => schema::run(*sweep),
         Command::Completions { shell } => completions::run(*shell),
         Command::Man { output } => man::run(output.as_deref()),
     }
@@ -119,6 +121,7 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Dataset(_)
             | Command::Depth(_)
             | Command::Export(_)
+            | Command::Sweep(_)
             | Command::Verify(_)
             | Command::Render(_)
             | Command::Man { output: Some(_) }

@@ -251,6 +251,7 @@ mod tests {
             element: Element::U16,
             samples: 5,
             sample_shape: vec![2, 3],
+            chunk_shape: vec![2, 3],
             samples_per_shard: 2,
             dimensions: ["sample", "row", "column"].map(String::from).to_vec(),
             attributes: json!({}),

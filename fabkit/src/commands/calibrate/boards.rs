@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit::calibration::board::{self, Board, FoundCorner, find_corners};
+use fabkit::calibration::board::{self, Board, BoardKind, FoundCorner, find_corners};
 use fabkit::calibration::image::GreyImage;
 use fabkit::calibration::intrinsics::{MIN_CORNERS, Observation, View};
 use fabkit::calibration::report::PictureRecord;
@@ -12,6 +12,7 @@ use fabkit::geometry::NominalCamera;
 use rayon::prelude::*;
 
 use super::pictures;
+pub use crate::cli::Detector;
 use crate::failure::{Exit, Failure};
 use crate::reading::{self, Expected};
 
@@ -48,9 +49,10 @@ pub fn from_pictures(
     paths: &[PathBuf],
     board: &Board,
     camera: &NominalCamera,
+    detector: Detector,
 ) -> Result<Views, Failure> {
     let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-    from_images(&names, &|i| Ok(Cow::Owned(pictures::read(&paths[i])?)), board, camera)
+    from_images(&names, &|i| Ok(Cow::Owned(pictures::read(&paths[i])?)), board, camera, detector)
 }
 
 /// The same with pictures by their names, from wherever `read` has the i-th.
@@ -62,12 +64,14 @@ pub fn from_images<'a>(
     read: &(dyn Fn(usize) -> Result<Cow<'a, GreyImage>, Failure> + Sync),
     board: &Board,
     camera: &NominalCamera,
+    detector: Detector,
 ) -> Result<Views, Failure> {
+    let find = finder(detector, board)?;
     let one = |(i, name): (usize, &String)| -> Result<_, Failure> {
         let image = read(i)?;
         check_size(name, &image, camera)?;
         let digest = digest(&image);
-        Ok((digest, find_corners(&image, board)))
+        Ok((digest, find(&image, board)))
     };
     let results: Vec<Result<_, Failure>> = names.par_iter().enumerate().map(one).collect();
     let mut wrong = Vec::new();
@@ -82,11 +86,43 @@ pub fn from_images<'a>(
                     let hint = "give each picture once; the same one again is no new evidence";
                     wrong.push(Failure::new(Exit::BadInput, message, hint));
                 }
-                views.add(here.clone(), found.map_err(|e| e.to_string()), board);
+                views.add(here.clone(), found, board);
             }
         }
     }
     Failure::all(wrong).map_or(Ok(views), Err)
+}
+
+/// Finds a board's corners, or says why not.
+type Finder = fn(&GreyImage, &Board) -> Result<Vec<FoundCorner>, String>;
+
+fn finder(detector: Detector, board: &Board) -> Result<Finder, Failure> {
+    match detector {
+        Detector::Fabkit => {
+            Ok(|image, board| find_corners(image, board).map_err(|why| why.to_string()))
+        }
+        Detector::Opencv if board.kind == BoardKind::Charuco => Err(Failure::new(
+            Exit::BadInput,
+            "--detector opencv finds checkerboards, and this is a ChArUco board",
+            "leave --detector out, or give what OpenCV found by --corners",
+        )),
+        Detector::Opencv => opencv_finder(),
+    }
+}
+
+#[cfg(feature = "opencv")]
+fn opencv_finder() -> Result<Finder, Failure> {
+    Ok(|image, board| board::find_corners_opencv(image, board).map_err(|why| why.to_string()))
+}
+
+#[cfg(not(feature = "opencv"))]
+fn opencv_finder() -> Result<Finder, Failure> {
+    Err(Failure::new(
+        Exit::BadInput,
+        "this fabkit was built without OpenCV",
+        "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
+         --corners",
+    ))
 }
 
 /// Reads a list of corners.

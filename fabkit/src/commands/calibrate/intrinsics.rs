@@ -23,7 +23,7 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
     let board = boards::read_board(&args.board)?;
     let views = match &args.corners {
         Some(list) => boards::from_list(list, &board)?,
-        None => boards::from_pictures(&args.images, &board, camera)?,
+        None => boards::from_pictures(&args.images, &board, camera, args.detector)?,
     };
     let calibration = solve(&views, camera, &args.models)?;
     let report = IntrinsicsReport {

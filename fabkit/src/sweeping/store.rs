@@ -1,0 +1,296 @@
+//! The folder of a sweep.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use fabkit_export::ExportError;
+use fabkit_sweep::{InvalidRow, Plan, Row, Status, Table, report};
+use serde_json::{Value, json};
+
+use super::counts;
+use crate::staging::{OutputFile, StagingError, write_all};
+
+const FINISHED: &str = "sweep.json";
+const PARTIAL: &str = "sweep.partial";
+const PLAN: &str = "plan.json";
+
+/// Why there is no sweep.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// Something is there already.
+    #[error("{} is not empty", .folder.display())]
+    NotEmpty {
+        /// Where.
+        folder: PathBuf,
+    },
+    /// A sweep is there, but another one.
+    #[error(
+        "{} holds another sweep, whose plan has the hash {found}; this one has {wanted}",
+        .folder.display()
+    )]
+    OtherPlan {
+        /// Where.
+        folder: PathBuf,
+        /// BLAKE3 of the plan that is there, shortened.
+        found: String,
+        /// BLAKE3 of the plan asked for, shortened.
+        wanted: String,
+    },
+    /// The operating system said no.
+    #[error("cannot {action} {}: {source}", .path.display())]
+    Io {
+        /// For example `write`.
+        action: &'static str,
+        /// Which file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A row that cannot be written down.
+    #[error(transparent)]
+    Row(#[from] InvalidRow),
+    /// A table that cannot be written down.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// The tables cannot be put in their places.
+    #[error(transparent)]
+    Staging(#[from] StagingError),
+    /// Rows are missing.
+    #[error("{missing} of {all} rows are missing")]
+    Unfinished {
+        /// How many.
+        missing: usize,
+        /// Of how many.
+        all: usize,
+    },
+    /// The caller asked to stop.
+    #[error("stopped; `--resume` goes on from here")]
+    Cancelled,
+}
+
+/// What a finished sweep came to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finished {
+    /// How many variants there are.
+    pub variants: usize,
+    /// Rows that an earlier run had finished.
+    pub found: usize,
+    /// How many variants became what, in the order of [`Status::ALL`].
+    pub counts: [usize; 4],
+    /// How many are on the Pareto front.
+    pub on_front: usize,
+    /// Why variants are excluded, if all are: the constraints that most of them break.
+    pub all_excluded: Option<String>,
+    /// Metrics that no variant has.
+    pub empty_metrics: Vec<String>,
+}
+
+/// An open sweep.
+#[derive(Debug)]
+pub struct Store {
+    folder: PathBuf,
+    hash: String,
+    all: usize,
+    /// Rows by number, of earlier runs.
+    found: BTreeMap<usize, ()>,
+}
+
+impl Store {
+    /// Makes the folder and leaves the plan in it, or finds the same plan there.
+    ///
+    /// # Errors
+    /// A folder that is not empty, or, to resume, one that holds another sweep.
+    pub fn open(folder: &Path, plan: &Plan, resume: bool) -> Result<Self, SweepError> {
+        let mut store = Self {
+            folder: folder.into(),
+            hash: plan.hash(),
+            all: plan.len(),
+            found: BTreeMap::new(),
+        };
+        let there = match store.hash_there(FINISHED)? {
+            None => store.hash_there(&format!("{PARTIAL}/{PLAN}"))?,
+            finished => finished,
+        };
+        match there {
+            Some(found) if resume && found == store.hash => store.find_rows()?,
+            Some(found) if resume => {
+                let short = |hash: &str| hash.chars().take(16).collect();
+                let (found, wanted) = (short(&found), short(&store.hash));
+                return Err(SweepError::OtherPlan { folder: folder.into(), found, wanted });
+            }
+            Some(_) => return Err(SweepError::NotEmpty { folder: folder.into() }),
+            None if store.is_empty()? => {}
+            None => return Err(SweepError::NotEmpty { folder: folder.into() }),
+        }
+        let partial = folder.join(PARTIAL);
+        fs::create_dir_all(&partial).map_err(|e| failed("create the folder", &partial, e))?;
+        let document =
+            json!({ "format": "fabkit-sweep-plan", "version": 1, "plan_hash": store.hash });
+        store.replace(PLAN, format!("{document:#}\n").as_bytes())?;
+        Ok(store)
+    }
+
+    /// How many rows an earlier run had finished.
+    pub fn found(&self) -> usize {
+        self.found.len()
+    }
+
+    /// The variants whose rows are missing, in order.
+    pub fn missing(&self) -> Vec<usize> {
+        (0..self.all).filter(|number| !self.found.contains_key(number)).collect()
+    }
+
+    /// Keeps rows. Each variant's row is kept by one call.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn put(&self, rows: &[Row]) -> Result<(), SweepError> {
+        let Some(first) = rows.first() else { return Ok(()) };
+        let mut text = String::new();
+        for row in rows {
+            text += &row.to_line()?;
+            text.push('\n');
+        }
+        self.replace(&format!("rows-{:06}.jsonl", first.variant), text.as_bytes())
+    }
+
+    /// Writes the tables and the report, and removes the rows' own files.
+    ///
+    /// # Errors
+    /// Rows that are missing; files that cannot be written.
+    pub fn finish(self, plan: &Plan, cancelled: &dyn Fn() -> bool) -> Result<Finished, SweepError> {
+        let rows = self.read_rows()?;
+        if rows.len() < self.all {
+            let missing = self.all - rows.len();
+            return Err(SweepError::Unfinished { missing, all: self.all });
+        }
+        let table = Table::new(plan, rows.into_values().collect());
+        let counts = counts(table.rows());
+        let front: Vec<usize> = (0..table.rows().len()).filter(|i| table.is_on_front(*i)).collect();
+        let by_status: serde_json::Map<String, Value> =
+            Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
+        let empty_metrics: Vec<String> =
+            table.empty_metrics().into_iter().map(str::to_owned).collect();
+        let document = json!({
+            "format": "fabkit-sweep",
+            "version": 1,
+            "fabkit": fabkit_export::VERSION,
+            "sensor": plan.sensor(),
+            "plan_hash": self.hash,
+            "variants": self.all,
+            "status": by_status,
+            "pareto": front,
+            "empty_metrics": empty_metrics,
+        });
+        let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
+        let files = [
+            file("sweep.csv", table.to_csv().into_bytes()),
+            file("sweep.parquet", table.to_parquet()?),
+            file("report.html", report(plan, &table).into_bytes()),
+            file(FINISHED, format!("{document:#}\n").into_bytes()),
+        ];
+        write_all(&self.folder, &files, cancelled)?;
+        let partial = self.folder.join(PARTIAL);
+        fs::remove_dir_all(&partial).map_err(|e| failed("remove", &partial, e))?;
+        Ok(Finished {
+            variants: self.all,
+            found: self.found.len(),
+            counts,
+            on_front: front.len(),
+            all_excluded: all_excluded(table.rows()),
+            empty_metrics,
+        })
+    }
+
+    /// The plan's hash that a document names.
+    fn hash_there(&self, name: &str) -> Result<Option<String>, SweepError> {
+        let path = self.folder.join(name);
+        match fs::read(&path) {
+            Ok(bytes) => {
+                let document: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+                Ok(Some(document["plan_hash"].as_str().unwrap_or_default().to_owned()))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(failed("read", &path, error)),
+        }
+    }
+
+    fn is_empty(&self) -> Result<bool, SweepError> {
+        match fs::read_dir(&self.folder) {
+            // What a run leaves that was killed before it had a plan.
+            Ok(entries) => Ok(entries.flatten().all(|entry| entry.file_name() == PARTIAL)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
+            Err(error) => Err(failed("read the folder", &self.folder, error)),
+        }
+    }
+
+    fn find_rows(&mut self) -> Result<(), SweepError> {
+        self.found = self.read_rows()?.into_keys().map(|number| (number, ())).collect();
+        Ok(())
+    }
+
+    /// All rows that are there. A file that cannot be read as rows is as good as none.
+    fn read_rows(&self) -> Result<BTreeMap<usize, Row>, SweepError> {
+        let partial = self.folder.join(PARTIAL);
+        let mut rows = BTreeMap::new();
+        let entries = match fs::read_dir(&partial) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(rows),
+            Err(error) => return Err(failed("read the folder", &partial, error)),
+        };
+        for entry in entries {
+            let path = entry.map_err(|e| failed("read the folder", &partial, e))?.path();
+            if path.extension().is_none_or(|extension| extension != "jsonl") {
+                continue;
+            }
+            let text = fs::read_to_string(&path).map_err(|e| failed("read", &path, e))?;
+            let read = text.lines().filter_map(|line| Row::from_line(line).ok());
+            rows.extend(read.filter(|row| row.variant < self.all).map(|row| (row.variant, row)));
+        }
+        Ok(rows)
+    }
+
+    /// Writes beside the place, syncs, and renames.
+    fn replace(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
+        let partial = self.folder.join(PARTIAL);
+        let place = partial.join(name);
+        let temporary = partial.join(format!(".{name}.new"));
+        let written = File::create(&temporary).and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.sync_all()
+        });
+        let renamed = written.and_then(|()| fs::rename(&temporary, &place));
+        renamed.map_err(|error| {
+            // Nothing half-written stays behind a full disk.
+            let _ = fs::remove_file(&temporary);
+            failed("write", &place, error)
+        })
+    }
+}
+
+fn failed(action: &'static str, path: &Path, source: io::Error) -> SweepError {
+    SweepError::Io { action, path: path.into(), source }
+}
+
+/// The constraints that exclude variants, if that is all that became of them.
+fn all_excluded(rows: &[Row]) -> Option<String> {
+    let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
+    if excluded.clone().count() < rows.len() {
+        return None;
+    }
+    // The reasons begin with the constraint's own text.
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for row in excluded {
+        for reason in row.reason.as_deref().unwrap_or_default().split("; ") {
+            let text = reason.split(" does not hold").next().unwrap_or(reason);
+            *counts.entry(text).or_default() += 1;
+        }
+    }
+    let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+    let all = rows.len();
+    let told = counts.iter().map(|(text, count)| format!("`{text}` excludes {count} of {all}"));
+    Some(told.collect::<Vec<_>>().join(", "))
+}

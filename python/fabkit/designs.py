@@ -145,7 +145,7 @@ class Design:
         return f"<{type(self).__name__} {self.name}: {self.title}>"
 
     def _repr_png_(self) -> bytes:
-        return self.picture(size_px=(480, 360))
+        return self.picture(size_px=(480, 360), exploded=True)
 
     def _repr_html_(self) -> str:
         image = base64.b64encode(self._repr_png_()).decode()

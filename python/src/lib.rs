@@ -39,5 +39,6 @@ mod _fabkit {
     use crate::scene::{Scene, false_color};
 
     #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "Python's name for it")]
     const __version__: &str = fabkit::export::VERSION;
 }

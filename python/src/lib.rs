@@ -32,6 +32,8 @@ mod _fabkit {
     #[pymodule_export]
     use crate::design::{Design, Project, load, sensors};
     #[pymodule_export]
+    use crate::errors::hint;
+    #[pymodule_export]
     use crate::export::{Exported, write_files};
     #[pymodule_export]
     use crate::mesh::Mesh;

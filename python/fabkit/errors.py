@@ -6,6 +6,8 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
+from fabkit import _fabkit
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -30,15 +32,15 @@ class Problem:
 class FabkitError(Exception):
     """Anything that fabkit cannot do.
 
-    ``str(error)`` is what the command prints. The attributes ``hint``, ``file``, ``line``, ``column``,
-    ``path`` and ``value`` are those of the first of :attr:`problems`.
+    ``str(error)`` is what the command prints. The attributes ``hint``, ``file``, ``line``,
+    ``column``, ``path`` and ``value`` are those of the first of :attr:`problems`.
 
     >>> import fabkit
     >>> try:
-    ...     fabkit.load("rtac0", surface__radius="40 mm")
+    ...     fabkit.load("rtac0", coat__thickness="4 mm")
     ... except fabkit.FabkitError as error:
     ...     print(error.code, error.exit_code, error.path, "|", error.value)
-    bad-input 2 surface.radius | 40 mm
+    bad-input 2 coat.thickness | 4 mm
     """
 
     def __init__(
@@ -112,10 +114,7 @@ def invalid(message: str, hint: str | None = None) -> InvalidInputError:
 
 def unknown(what: str, name: object, known: list[str]) -> UnknownNameError:
     """Make an error for a name that is not among those known, with the closest one as a hint."""
-    from difflib import get_close_matches
-
-    closest = get_close_matches(str(name), known, n=1, cutoff=0.5)
-    hint = f"did you mean `{closest[0]}`?" if closest else f"known: {', '.join(known) or 'none'}"
+    hint = _fabkit.hint(str(name), known)
     message = f"there is no {what} `{name}`"
     return UnknownNameError(_with(message, hint), problems=(Problem(message, hint),))
 

@@ -5,6 +5,7 @@ mod expected;
 mod markdown;
 mod pages;
 mod structure;
+mod sweep;
 mod yaml;
 
 use std::env;
@@ -84,6 +85,7 @@ fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(
 fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
     let schema = output(Command::new(fabkit).arg("schema"))?;
     let mut outputs = yaml::pages(&schema)?;
+    outputs.push(sweep::page(&output(Command::new(fabkit).args(["schema", "--sweep"]))?)?);
     outputs.push(command::page(fabkit)?);
     if let Some(python) = python {
         let script = root().join("xtask/book/python_reference.py");

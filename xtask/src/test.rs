@@ -25,6 +25,10 @@ pub fn run() -> Result<(), String> {
         Err(why) => skip("the outside oracles and other kernels", &why)?,
     }
     opencv_detector()?;
+    match crate::python::uv() {
+        Ok(_) => crate::python_package::run()?,
+        Err(why) => skip("the Python package", &why)?,
+    }
     // Last, so that its summary ends the output. Doc tests are part of it.
     let tests = check(cargo().args(["test", "--workspace", "--release", "--no-fail-fast"]));
     for step in skipped() {

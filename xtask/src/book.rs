@@ -49,7 +49,11 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
     if let Some(python) = python {
-        let mut runner = Runner::new(&fabkit, &python)?;
+        let package = match importable(&python, "fabkit") {
+            true => None,
+            false => Some(crate::python_package::unpacked()?),
+        };
+        let mut runner = Runner::new(&fabkit, &python, package.as_deref())?;
         for (path, page) in &pages {
             if only.is_none_or(|word| path.to_string_lossy().contains(word)) {
                 faults.extend(run_page(&mut runner, path, page).err());
@@ -117,6 +121,11 @@ fn html(docs: &Path) -> Result<(), String> {
         );
     };
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
+}
+
+fn importable(python: &Path, module: &str) -> bool {
+    let import = format!("import {module}");
+    Command::new(python).args(["-c", &import]).output().is_ok_and(|o| o.status.success())
 }
 
 /// What a program prints.

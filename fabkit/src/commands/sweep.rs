@@ -26,7 +26,7 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
 }
 
 fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
-    let Finished { variants, found, counts, on_front, all_excluded, empty_metrics } = finished;
+    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
     let folder = folder.display().to_string();
     let seconds = start.elapsed().as_secs_f64();
     let became: Vec<String> = Status::ALL
@@ -48,7 +48,7 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
     if !empty_metrics.is_empty() {
         text += &format!("no variant has {}; report.html says why\n", empty_metrics.join(", "));
     }
-    if let Some(why) = all_excluded {
+    if let Some(why) = none_left {
         text += &format!("error: no variant is left: {why}\n");
     }
     let status: Map<String, Value> =
@@ -62,9 +62,9 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
         "status": status,
         "pareto": on_front,
         "empty_metrics": empty_metrics,
-        "all_excluded": all_excluded,
+        "none_left": none_left,
     });
-    Report { text, json, failed: all_excluded.is_some() }
+    Report { text, json, failed: none_left.is_some() }
 }
 
 impl From<SweepError> for Failure {

@@ -81,8 +81,8 @@ pub struct Finished {
     pub counts: [usize; 4],
     /// How many are on the Pareto front.
     pub on_front: usize,
-    /// Why variants are excluded, if all are: the constraints that most of them break.
-    pub all_excluded: Option<String>,
+    /// Why no variant is left, if none is.
+    pub none_left: Option<String>,
     /// Metrics that no variant has.
     pub empty_metrics: Vec<String>,
 }
@@ -199,7 +199,7 @@ impl Store {
             found: self.found.len(),
             counts,
             on_front: front.len(),
-            all_excluded: all_excluded(table.rows()),
+            none_left: none_left(table.rows()),
             empty_metrics,
         })
     }
@@ -274,23 +274,33 @@ fn failed(action: &'static str, path: &Path, source: io::Error) -> SweepError {
     SweepError::Io { action, path: path.into(), source }
 }
 
-/// The constraints that exclude variants, if that is all that became of them.
-fn all_excluded(rows: &[Row]) -> Option<String> {
-    let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
-    if excluded.clone().count() < rows.len() {
+/// Why no variant is left, if none is: the constraints that exclude most, or an example of why others
+/// cannot be built.
+fn none_left(rows: &[Row]) -> Option<String> {
+    if rows.iter().any(|row| row.status == Status::Ok) {
         return None;
     }
+    let all = rows.len();
     // The reasons begin with the constraint's own text.
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for row in excluded {
-        for reason in row.reason.as_deref().unwrap_or_default().split("; ") {
-            let text = reason.split(" does not hold").next().unwrap_or(reason);
-            *counts.entry(text).or_default() += 1;
-        }
+    let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
+    for reason in excluded.flat_map(|row| row.reason.as_deref().unwrap_or_default().split("; ")) {
+        let ends = [" does not hold", " cannot hold"];
+        let text = ends.iter().find_map(|end| reason.split_once(end)).map_or(reason, |(t, _)| t);
+        *counts.entry(text).or_default() += 1;
     }
     let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
-    let all = rows.len();
-    let told = counts.iter().map(|(text, count)| format!("`{text}` excludes {count} of {all}"));
-    Some(told.collect::<Vec<_>>().join(", "))
+    let mut told: Vec<String> =
+        counts.iter().map(|(text, count)| format!("`{text}` excludes {count} of {all}")).collect();
+    let others: Vec<&Row> = rows.iter().filter(|row| row.status != Status::Excluded).collect();
+    if let [first, ..] = others[..] {
+        let why = first.reason.as_deref().unwrap_or_default();
+        told.push(format!(
+            "{} cannot be built, variant {} because {why}",
+            others.len(),
+            first.variant
+        ));
+    }
+    Some(told.join(", "))
 }

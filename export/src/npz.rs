@@ -52,9 +52,9 @@ impl Values {
 
     fn write(&self, bytes: &mut Vec<u8>) {
         match self {
-            Self::F64(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
-            Self::F32(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
-            Self::U16(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
+            Self::F64(values) => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
+            Self::F32(values) => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
+            Self::U16(values) => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
             Self::Bool(values) => bytes.extend(values.iter().map(|&v| u8::from(v))),
             Self::Text(values) => {
                 // UTF-32, all as long as the longest.
@@ -107,7 +107,7 @@ pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
-/// Several arrays in one file, in the order given.
+/// Several arrays in one file, in the order given; not compressed, as `numpy.savez` does.
 ///
 /// # Errors
 /// A shape that does not fit, or an archive of more than 4 GiB.
@@ -118,7 +118,7 @@ pub fn npz(arrays: &[Array]) -> Result<Vec<u8>, ExportError> {
         .collect::<Result<_, ExportError>>()?;
     let parts: Vec<(&str, &[u8])> =
         files.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
-    opc::archive(&parts)
+    opc::archive(&parts, opc::Method::Store)
 }
 
 #[cfg(test)]

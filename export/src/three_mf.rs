@@ -81,11 +81,12 @@ fn package(
         return Err(ExportError::Nothing);
     }
     let model = model_xml(document, objects, piece);
-    opc::archive(&[
+    let parts = [
         ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
         ("_rels/.rels", RELATIONSHIPS.as_bytes()),
         ("3D/3dmodel.model", model.as_bytes()),
-    ])
+    ];
+    opc::archive(&parts, opc::Method::Deflate)
 }
 
 /// Objects follow the one material group, which has id 1.

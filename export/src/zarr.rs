@@ -1,5 +1,10 @@
-//! Arrays of many equal samples as Zarr version 3 with the sharding codec: one file holds many
-//! samples, each compressed by itself, so that any one can be read alone.
+//! Arrays of many equal samples as Zarr version 3 with the sharding codec: one file, a shard, holds
+//! many samples, each in chunks that are compressed by themselves, so that any one can be read
+//! alone.
+//!
+//! A shard ends with an index of where each chunk's bytes lie. Chunks that are equal can lie at one
+//! place: what is stitched from few parts then takes little more room than the parts do, and every
+//! reader sees whole samples.
 //!
 //! Specifications: "Zarr core specification, version 3" and "Sharding codec, version 1.0"
 //! (zarr-specs). Everything here makes bytes; the caller decides where they go.
@@ -11,7 +16,7 @@ use crate::{ExportError, json_bytes};
 /// Zstandard level: on depth maps, higher levels save a few percent and cost several times as long.
 const ZSTD_LEVEL: i32 = 1;
 
-/// The index's mark for a sample that is not there.
+/// The index's mark, twice, for a chunk that is not there: it reads as zeros.
 const ABSENT: u64 = u64::MAX;
 
 /// What a value is.
@@ -44,7 +49,7 @@ impl Element {
     }
 }
 
-/// An array whose first axis counts samples; a chunk is one sample, a shard a file of several.
+/// An array whose first axis counts samples; a shard is a file of several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZarrArray {
     /// What a value is.
@@ -53,6 +58,8 @@ pub struct ZarrArray {
     pub samples: u64,
     /// Axes of one sample, the slowest first; empty for one value.
     pub sample_shape: Vec<u64>,
+    /// Axes of one chunk of a sample, at least 1 each; the last ones may reach beyond the sample.
+    pub chunk_shape: Vec<u64>,
     /// Samples in one file, at least 1.
     pub samples_per_shard: u64,
     /// Names of all axes, the samples' first.
@@ -67,25 +74,29 @@ impl ZarrArray {
     /// # Errors
     /// Attributes that are no JSON.
     pub fn metadata(&self) -> Result<Vec<u8>, ExportError> {
-        let with_samples = |count: u64| -> Vec<u64> {
-            std::iter::once(count).chain(self.sample_shape.iter().copied()).collect()
-        };
+        let axes = |count: u64, of_sample: &[u64]| [&[count], of_sample].concat();
+        let whole: Vec<u64> = self
+            .chunk_shape
+            .iter()
+            .zip(self.chunks_along())
+            .map(|(px, count)| px * count)
+            .collect();
         let little = json!({ "name": "bytes", "configuration": { "endian": "little" } });
         json_bytes(&json!({
             "zarr_format": 3,
             "node_type": "array",
-            "shape": with_samples(self.samples),
+            "shape": axes(self.samples, &self.sample_shape),
             "data_type": self.element.word(),
             "chunk_grid": {
                 "name": "regular",
-                "configuration": { "chunk_shape": with_samples(self.samples_per_shard) },
+                "configuration": { "chunk_shape": axes(self.samples_per_shard, &whole) },
             },
             "chunk_key_encoding": { "name": "default", "configuration": { "separator": "/" } },
             "fill_value": if self.element == Element::F32 { json!(0.0) } else { json!(0) },
             "codecs": [{
                 "name": "sharding_indexed",
                 "configuration": {
-                    "chunk_shape": with_samples(1),
+                    "chunk_shape": axes(1, &self.chunk_shape),
                     "codecs": [
                         little,
                         {
@@ -100,6 +111,11 @@ impl ZarrArray {
             "dimension_names": self.dimensions,
             "attributes": self.attributes,
         }))
+    }
+
+    /// Bytes of what lies at one place of the first two axes of a sample.
+    pub fn pixel_bytes(&self) -> usize {
+        self.element.size() * self.sample_shape.iter().skip(2).product::<u64>() as usize
     }
 
     /// How many files hold the samples.
@@ -119,23 +135,64 @@ impl ZarrArray {
         format!("c/{shard}{rest}")
     }
 
-    /// One file from its samples, packed by [`zarr_pack`], in order.
+    /// How many chunks a sample has.
+    pub fn chunks_per_sample(&self) -> u64 {
+        self.chunks_along().product()
+    }
+
+    fn chunks_along(&self) -> impl Iterator<Item = u64> {
+        self.sample_shape.iter().zip(&self.chunk_shape).map(|(axis, chunk)| axis.div_ceil(*chunk))
+    }
+
+    /// One file from its samples, each packed whole by [`zarr_pack`], in order.
     pub fn shard(&self, packed: &[Vec<u8>]) -> Vec<u8> {
-        let mut bytes: Vec<u8> = Vec::with_capacity(packed.iter().map(Vec::len).sum());
-        let mut index = Vec::new();
-        for place in 0..self.samples_per_shard as usize {
-            let (offset, length) = match packed.get(place) {
-                Some(sample) => (bytes.len() as u64, sample.len() as u64),
-                None => (ABSENT, ABSENT),
-            };
-            index.extend(offset.to_le_bytes());
-            index.extend(length.to_le_bytes());
-            bytes.extend(packed.get(place).into_iter().flatten());
+        let mut shard = Shard::default();
+        for sample in packed {
+            let chunk = shard.store(sample);
+            shard.push(Some(chunk));
         }
-        let checksum = crc32c(&index);
-        bytes.extend(index);
-        bytes.extend(checksum.to_le_bytes());
-        bytes
+        shard.finish(self)
+    }
+}
+
+/// A file of chunks that grows.
+#[derive(Clone, Debug, Default)]
+pub struct Shard {
+    bytes: Vec<u8>,
+    index: Vec<u8>,
+}
+
+/// Where a chunk lies in a [`Shard`].
+#[derive(Clone, Copy, Debug)]
+pub struct StoredChunk {
+    offset: u64,
+    length: u64,
+}
+
+impl Shard {
+    /// Adds what [`zarr_pack`] packed; it belongs to no sample yet.
+    pub fn store(&mut self, packed: &[u8]) -> StoredChunk {
+        let offset = self.bytes.len() as u64;
+        self.bytes.extend_from_slice(packed);
+        StoredChunk { offset, length: packed.len() as u64 }
+    }
+
+    /// Names the next chunk: those of the first sample row by row, then those of the second.
+    /// `None` is all zeros.
+    pub fn push(&mut self, chunk: Option<StoredChunk>) {
+        let (offset, length) = chunk.map_or((ABSENT, ABSENT), |c| (c.offset, c.length));
+        self.index.extend(offset.to_le_bytes());
+        self.index.extend(length.to_le_bytes());
+    }
+
+    /// The file: chunks that were not named are zeros.
+    pub fn finish(mut self, array: &ZarrArray) -> Vec<u8> {
+        let entries = array.samples_per_shard * array.chunks_per_sample();
+        self.index.resize(16 * entries as usize, u8::MAX);
+        let checksum = crc32c(&self.index);
+        self.bytes.extend(self.index);
+        self.bytes.extend(checksum.to_le_bytes());
+        self.bytes
     }
 }
 
@@ -155,7 +212,7 @@ pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
     Ok(zstd::bulk::compress(sample, ZSTD_LEVEL)?)
 }
 
-/// CRC-32C (Castagnoli; RFC 3720, appendix B.4), bit by bit: an index has a few hundred bytes.
+/// CRC-32C (Castagnoli; RFC 3720, appendix B.4), bit by bit: an index has a few thousand bytes.
 fn crc32c(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0x82f6_3b78;
     let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ POLYNOMIAL } else { crc >> 1 };
@@ -171,6 +228,7 @@ mod tests {
             element: Element::U16,
             samples: 5,
             sample_shape: vec![2, 3],
+            chunk_shape: vec![2, 3],
             samples_per_shard: 2,
             dimensions: ["half", "row", "column"].map(String::from).to_vec(),
             attributes: json!({ "unit": "mm" }),
@@ -206,6 +264,27 @@ mod tests {
         let index = &last[last.len() - 36..last.len() - 4];
         assert!(index[16..].iter().all(|byte| *byte == 0xff));
         assert_eq!(array.shard_path(2), "c/2/0/0");
+    }
+
+    #[test]
+    fn equal_chunks_lie_at_one_place_and_absent_ones_nowhere() {
+        // Chunks of 2 x 2 of samples of 2 x 3: the second one reaches beyond.
+        let array = ZarrArray { chunk_shape: vec![2, 2], ..array() };
+        assert_eq!(array.chunks_per_sample(), 2);
+        let mut shard = Shard::default();
+        let [left, right] = [7u8, 9].map(|byte| shard.store(&zarr_pack(&[byte; 8]).unwrap()));
+        for chunk in [Some(left), Some(right), Some(left), None] {
+            shard.push(chunk);
+        }
+        let bytes = shard.finish(&array);
+        let index = &bytes[bytes.len() - 4 * 16 - 4..bytes.len() - 4];
+        assert_eq!(index[..16], index[32..48]);
+        assert_ne!(index[..16], index[16..32]);
+        assert_eq!(index[48..], [u8::MAX; 16]);
+        assert_eq!(u64::from_le_bytes(index[16..24].try_into().unwrap()), left.length);
+        let metadata: Value = serde_json::from_slice(&array.metadata().unwrap()).unwrap();
+        assert_eq!(metadata["chunk_grid"]["configuration"]["chunk_shape"], json!([2, 2, 4]));
+        assert_eq!(metadata["codecs"][0]["configuration"]["chunk_shape"], json!([1, 2, 2]));
     }
 
     #[test]

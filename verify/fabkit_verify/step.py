@@ -119,7 +119,7 @@ class StepJob:
         read, names = _read(path)
         if names != [self.name]:
             raise RebuildError(f"the file names {names}, not {self.name}")
-        _same_volume(occt.mass(read).volume_mm3, volume)
+        _same_volume(occt.volume_mm3(read), volume)
         return parts, occt.face_types(read)
 
 
@@ -131,7 +131,7 @@ def _load(folder: Path, name: str) -> tuple[dict, TopoDS_Shape, float]:
     if not BRepCheck_Analyzer(shape).IsValid():
         raise RebuildError(f"{name}: OpenCascade calls its own shape invalid")
     volume = samples["figures"]["volume_mm3"]
-    _same_volume(occt.mass(shape).volume_mm3, volume)
+    _same_volume(occt.volume_mm3(shape), volume)
     return tree, shape, volume
 
 
@@ -156,7 +156,7 @@ def _same_volume(found: float, exact: float) -> None:
 def _same(written: TopoDS_Shape, read: TopoDS_Shape, exact_mm3: float) -> None:
     if not BRepCheck_Analyzer(read).IsValid():
         raise RebuildError("what was read back is not valid")
-    _same_volume(occt.mass(read).volume_mm3, exact_mm3)
+    _same_volume(occt.volume_mm3(read), exact_mm3)
     before, after = occt.face_types(written), occt.face_types(read)
     if before != after:
         raise RebuildError(f"{after} faces were read back, {before} were written")

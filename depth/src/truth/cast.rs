@@ -1,14 +1,15 @@
 //! Casting: the reference surface once per camera, pressers once per press.
 
 use fabkit_geometry::{
-    Aabb, Body, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
+    Body, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
 };
 use rayon::prelude::*;
 
 use super::PixelRays;
+use super::ball::Ball;
 use super::inside::Inside;
 use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
-use super::tiles::{Tile, tiles};
+use super::tiles::Tile;
 
 /// A crossing nearer than this to where a ray starts is that start itself, mm.
 pub(super) const START_MM: f64 = 1e-9;
@@ -22,8 +23,8 @@ pub struct Presser {
     body: Body,
     sensor_from_body: Pose,
     body_from_sensor: Pose,
-    /// In the sensor frame.
-    bounds: Aabb,
+    /// Around it, sensor frame; `None` where nothing is.
+    ball: Option<Ball>,
 }
 
 impl Presser {
@@ -37,9 +38,9 @@ impl Presser {
         sensor_from_body: Pose,
     ) -> Result<Self, InvalidSolid> {
         let body = Body::new(solid)?;
-        let bounds = crate::cast::moved_bounds(&body.bounds(), &sensor_from_body);
+        let ball = Ball::around(&body.bounds(), &sensor_from_body);
         let body_from_sensor = sensor_from_body.inverse();
-        Ok(Self { name: name.into(), body, sensor_from_body, body_from_sensor, bounds })
+        Ok(Self { name: name.into(), body, sensor_from_body, body_from_sensor, ball })
     }
 
     /// Whether a point of the sensor frame lies inside.
@@ -62,7 +63,6 @@ impl Presser {
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
     rays: &'a PixelRays,
-    tiles: Vec<Tile>,
     /// Row by row; `NaN` where the surface is not seen.
     range_mm: Vec<f64>,
     normal: Vec<Vector3<f64>>,
@@ -83,13 +83,13 @@ impl<'a> Surface<'a> {
             |scratch, (row, (range_mm, normal))| {
                 for column in 0..width {
                     let Some(ray) = rays.ray(row * width + column) else { continue };
-                    if let Some((range, outward)) = inside.exit(ray, scratch) {
+                    if let Some((range, outward)) = inside.exit(&ray, scratch) {
                         (range_mm[column], normal[column]) = (range, outward);
                     }
                 }
             },
         );
-        Ok(Self { rays, tiles: tiles(rays), range_mm, normal })
+        Ok(Self { rays, range_mm, normal })
     }
 
     /// The rays it was cast with.
@@ -100,6 +100,11 @@ impl<'a> Surface<'a> {
     /// Range of the surface at a pixel, mm; `NaN` where it is not seen.
     pub fn range_mm(&self) -> &[f64] {
         &self.range_mm
+    }
+
+    /// Unit normals out of the gel, sensor frame; `NaN` where the surface is not seen.
+    pub fn normal_in_sensor(&self) -> &[Vector3<f64>] {
+        &self.normal
     }
 
     /// How many pixels see the surface.
@@ -113,9 +118,9 @@ impl<'a> Surface<'a> {
         DepthMap {
             surface: self,
             range_mm: self.range_mm.clone(),
-            normal: self.normal.clone(),
             label: self.range_mm.iter().map(seen).collect(),
             names: vec!["none".into(), "surface".into()],
+            moved: Vec::new(),
         }
     }
 
@@ -126,21 +131,22 @@ impl<'a> Surface<'a> {
         let mut map = self.untouched();
         map.names.extend(pressers.iter().map(|presser| presser.name.clone()));
         let hits: Vec<Vec<Touched>> = self
-            .tiles
+            .rays
+            .tiles()
             .par_iter()
             .map_init(Scratch::default, |scratch, tile| self.press_tile(tile, pressers, scratch))
             .collect();
-        for touched in hits.into_iter().flatten() {
-            map.range_mm[touched.pixel] = touched.range_mm;
-            map.normal[touched.pixel] = touched.normal;
-            map.label[touched.pixel] = touched.label;
+        map.moved.reserve_exact(hits.iter().map(Vec::len).sum());
+        for Touched { pixel, range_mm, normal, label } in hits.into_iter().flatten() {
+            (map.range_mm[pixel], map.label[pixel]) = (range_mm, label);
+            map.moved.push((pixel as u32, normal));
         }
         map
     }
 
     fn press_tile(&self, tile: &Tile, pressers: &[Presser], scratch: &mut Scratch) -> Vec<Touched> {
-        let numbered = (SURFACE_LABEL + 1..).zip(pressers);
-        let near: Vec<_> = numbered.filter(|(_, p)| tile.may_meet(&p.bounds)).collect();
+        let balls = (SURFACE_LABEL + 1..).zip(pressers).filter_map(|(l, p)| Some((l, p, p.ball?)));
+        let near: Vec<_> = balls.filter(|(_, _, ball)| tile.may_meet(ball)).collect();
         let mut touched = Vec::new();
         if near.is_empty() {
             return touched;
@@ -149,9 +155,10 @@ impl<'a> Surface<'a> {
             let Some(ray) = self.rays.ray(pixel) else { continue };
             let mut nearest_mm = self.range_mm[pixel];
             let mut first = None;
-            for (label, presser) in &near {
+            for (label, presser, ball) in &near {
                 // Where the surface is not seen, nearest is NaN and nothing is nearer.
-                if let Some((range_mm, normal)) = presser.entry(ray, scratch)
+                if ball.may_meet(&ray)
+                    && let Some((range_mm, normal)) = presser.entry(&ray, scratch)
                     && range_mm < nearest_mm
                 {
                     nearest_mm = range_mm;

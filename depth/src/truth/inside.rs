@@ -14,12 +14,16 @@ use super::cast::START_MM;
 pub(super) struct Inside {
     dome: Dome,
     radius_mm: f64,
+    /// One over it, 1/mm.
+    per_radius: f64,
     centre_z_mm: f64,
     foot_z_mm: f64,
 }
 
 enum Dome {
-    /// A sphere or an ellipsoid of revolution: half axes, mm.
+    /// Its radius is that of the wall.
+    Sphere,
+    /// An ellipsoid of revolution: one over its half axes, 1/mm.
     Ellipsoid(Vector3<f64>),
     /// A surface parallel to one.
     Offset(Box<Body>),
@@ -31,14 +35,24 @@ impl Inside {
         let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = *dome;
         let (radius_mm, height_mm) = (touch.equator_radius_mm(), polar_mm + offset_mm);
         let dome = if equatorial_mm == polar_mm || offset_mm == 0.0 {
+            let half_axes_mm = [radius_mm, radius_mm, height_mm];
             // Checked as the solid that it is.
-            Solid::ellipsoid([radius_mm, radius_mm, height_mm]).validate()?;
-            Dome::Ellipsoid(Vector3::new(radius_mm, radius_mm, height_mm))
+            Solid::ellipsoid(half_axes_mm).validate()?;
+            match radius_mm == height_mm {
+                true => Dome::Sphere,
+                false => Dome::Ellipsoid(Vector3::from(half_axes_mm).map(f64::recip)),
+            }
         } else {
             let solid = Solid::EllipsoidOffset(dome.clone()).at(0.0, 0.0, *centre_z_mm);
             Dome::Offset(Box::new(Body::new(&solid)?))
         };
-        Ok(Self { dome, radius_mm, centre_z_mm: *centre_z_mm, foot_z_mm: *foot_z_mm })
+        Ok(Self {
+            dome,
+            radius_mm,
+            per_radius: radius_mm.recip(),
+            centre_z_mm: *centre_z_mm,
+            foot_z_mm: *foot_z_mm,
+        })
     }
 
     /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
@@ -46,7 +60,8 @@ impl Inside {
     #[inline]
     pub(super) fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
         let through_dome = match &self.dome {
-            Dome::Ellipsoid(half_axes_mm) => self.exit_ellipsoid(ray, half_axes_mm),
+            Dome::Sphere => self.exit_sphere(ray),
+            Dome::Ellipsoid(per_mm) => self.exit_ellipsoid(ray, per_mm),
             Dome::Offset(body) => {
                 body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
             }
@@ -62,26 +77,36 @@ impl Inside {
         (z_mm(exit.0) >= self.foot_z_mm).then_some(exit)
     }
 
-    /// The sphere of radius 1 in coordinates scaled to the half axes; the discriminant from the
-    /// foot of the perpendicular (Haines et al., "Precision Improvements for Ray/Sphere
-    /// Intersection", Ray Tracing Gems, 2019).
+    /// The discriminant from the foot of the perpendicular (Haines et al., "Precision Improvements
+    /// for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
     #[inline]
-    fn exit_ellipsoid(
-        &self,
-        ray: &Ray,
-        half_axes_mm: &Vector3<f64>,
-    ) -> Option<(f64, Vector3<f64>)> {
-        let centre = Point3::new(0.0, 0.0, self.centre_z_mm);
-        let origin = (ray.origin - centre).component_div(half_axes_mm);
-        let direction = ray.direction.component_div(half_axes_mm);
-        let a = direction.norm_squared();
-        let b = origin.dot(&direction) / a;
-        let half_squared = (1.0 - (origin - b * direction).norm_squared()) / a;
+    fn exit_sphere(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
+        let origin = ray.origin - Point3::new(0.0, 0.0, self.centre_z_mm);
+        let b = origin.dot(&ray.direction);
+        let half_squared =
+            self.radius_mm * self.radius_mm - (origin - b * ray.direction).norm_squared();
         if half_squared <= 0.0 {
             return None;
         }
         let range_mm = half_squared.sqrt() - b;
-        let normal = (origin + range_mm * direction).component_div(half_axes_mm);
+        let normal = (origin + range_mm * ray.direction) * self.per_radius;
+        (range_mm > START_MM).then_some((range_mm, normal))
+    }
+
+    /// The sphere of radius 1 in coordinates scaled by one over the half axes.
+    #[inline]
+    fn exit_ellipsoid(&self, ray: &Ray, per_mm: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+        let centre = Point3::new(0.0, 0.0, self.centre_z_mm);
+        let origin = (ray.origin - centre).component_mul(per_mm);
+        let direction = ray.direction.component_mul(per_mm);
+        let per_a = 1.0 / direction.norm_squared();
+        let b = origin.dot(&direction) * per_a;
+        let half_squared = (1.0 - (origin - b * direction).norm_squared()) * per_a;
+        if half_squared <= 0.0 {
+            return None;
+        }
+        let range_mm = half_squared.sqrt() - b;
+        let normal = (origin + range_mm * direction).component_mul(per_mm);
         (range_mm > START_MM).then(|| (range_mm, normal.normalize()))
     }
 
@@ -90,15 +115,16 @@ impl Inside {
     fn exit_wall(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
         let (o, d) = (ray.origin.coords.xy(), ray.direction.xy());
         let a = d.norm_squared();
+        let per_a = 1.0 / a;
         let cross = o.x * d.y - o.y * d.x;
-        let half_squared = (self.radius_mm * self.radius_mm - cross * cross / a) / a;
+        let half_squared = (self.radius_mm * self.radius_mm - cross * cross * per_a) * per_a;
         // NaN comes from a = 0.
         if half_squared.is_nan() || half_squared <= 0.0 {
             return None;
         }
-        let range_mm = half_squared.sqrt() - o.dot(&d) / a;
-        let at = (o + range_mm * d) / self.radius_mm;
+        let range_mm = half_squared.sqrt() - o.dot(&d) * per_a;
+        let at = (o + range_mm * d) * self.per_radius;
         (range_mm > START_MM && range_mm.is_finite())
-            .then(|| (range_mm, Vector3::new(at.x, at.y, 0.0).normalize()))
+            .then_some((range_mm, Vector3::new(at.x, at.y, 0.0)))
     }
 }

@@ -14,9 +14,11 @@ pub const SURFACE_LABEL: u16 = 1;
 pub struct DepthMap<'a> {
     pub(super) surface: &'a Surface<'a>,
     pub(super) range_mm: Vec<f64>,
-    pub(super) normal: Vec<Vector3<f64>>,
     pub(super) label: Vec<u16>,
     pub(super) names: Vec<String>,
+    /// Pixels whose normals are not the surface's. Most are, and many maps are only asked for
+    /// their ranges.
+    pub(super) moved: Vec<(u32, Vector3<f64>)>,
 }
 
 impl DepthMap<'_> {
@@ -35,9 +37,13 @@ impl DepthMap<'_> {
         &self.range_mm
     }
 
-    /// Unit normals out of the gel, sensor frame.
-    pub fn normal_in_sensor(&self) -> &[Vector3<f64>] {
-        &self.normal
+    /// Unit normals out of the gel, sensor frame; put together at each call.
+    pub fn normal_in_sensor(&self) -> Vec<Vector3<f64>> {
+        let mut normals = self.surface.normal_in_sensor().to_vec();
+        for &(pixel, normal) in &self.moved {
+            normals[pixel as usize] = normal;
+        }
+        normals
     }
 
     /// What each pixel sees: an index into [`DepthMap::names`].
@@ -78,10 +84,10 @@ impl DepthMap<'_> {
     /// Angle between each ray and the normal, rad: 0 where the surface is looked at squarely.
     pub fn incidence_rad(&self) -> impl Iterator<Item = f64> + '_ {
         let rays = self.surface.rays();
-        self.normal.iter().enumerate().map(|(pixel, normal)| {
+        self.normal_in_sensor().into_iter().enumerate().map(|(pixel, normal)| {
             rays.ray(pixel).map_or(f64::NAN, |ray| {
-                let cosine = ray.direction.dot(normal);
-                ray.direction.cross(normal).norm().atan2(cosine)
+                let cosine = ray.direction.dot(&normal);
+                ray.direction.cross(&normal).norm().atan2(cosine)
             })
         })
     }

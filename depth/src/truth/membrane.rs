@@ -71,9 +71,9 @@ impl DepthMap<'_> {
         }
         let points: Vec<Point3<f64>> = self.point_in_sensor().collect();
         for pixel in moved {
-            if let Some(normal) = self.normal_from_neighbours(&points, pixel) {
-                self.normal[pixel] = normal;
-            }
+            // Of two entries for one pixel the later one counts.
+            let normal = self.normal_from_neighbours(&points, pixel);
+            self.moved.extend(normal.map(|normal| (pixel as u32, normal)));
         }
         self
     }

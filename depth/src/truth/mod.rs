@@ -20,6 +20,7 @@
 //!   sensing surface.
 //! - Same input, same bits, on any number of threads.
 
+mod ball;
 mod cast;
 mod inside;
 mod map;

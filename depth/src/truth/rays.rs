@@ -1,8 +1,10 @@
 //! One ray for each pixel of a calibrated camera.
 
-use fabkit_camera::{Camera, Point2};
-use fabkit_geometry::{Point3, Pose, Ray};
+use fabkit_camera::{Camera, Interface, Point2};
+use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 use rayon::prelude::*;
+
+use super::tiles::{Tile, tiles};
 
 /// The rays of all pixels in the sensor frame, computed once and used for every press.
 #[derive(Clone, Debug)]
@@ -12,9 +14,20 @@ pub struct PixelRays {
     camera: Camera,
     /// Rays along each side of a pixel.
     samples: u32,
-    /// Row by row; `None` where the lens does not reach.
-    rays: Vec<Option<Ray>>,
+    /// Unit, row by row; NaN where the lens does not reach.
+    directions: Vec<Vector3<f64>>,
+    origins: Origins,
     camera_from_sensor: Pose,
+    tiles: Vec<Tile>,
+}
+
+/// Where rays start, sensor frame. Most cameras have one centre; reading it for each ray again
+/// would take longer than casting the ray.
+#[derive(Clone, Debug)]
+enum Origins {
+    Common(Point3<f64>),
+    /// Behind an interface each ray leaves it at its own place.
+    Own(Vec<Point3<f64>>),
 }
 
 impl PixelRays {
@@ -28,18 +41,38 @@ impl PixelRays {
     pub fn with_samples(camera: &Camera, sensor_from_camera: &Pose, samples: u32) -> Self {
         let samples = samples.max(1);
         let (width_px, height_px) = (camera.width_px() * samples, camera.height_px() * samples);
-        let ray = |column: u32, row: u32| {
+        let ray = |pixel: usize| {
+            let (column, row) = (pixel as u32 % width_px, pixel as u32 / width_px);
             let at_px = Point2::new(middle(column, samples), middle(row, samples));
-            let ray = camera.unproject(&at_px).ok()?;
-            Some(Ray {
-                origin: sensor_from_camera.point(ray.origin_in_camera),
-                direction: sensor_from_camera.vector(ray.direction),
-            })
+            let Ok(ray) = camera.unproject(&at_px) else {
+                return (Point3::origin(), Vector3::repeat(f64::NAN));
+            };
+            let origin = sensor_from_camera.point(ray.origin_in_camera);
+            (origin, sensor_from_camera.vector(ray.direction))
         };
-        let row = |row: u32| (0..width_px).map(move |column| ray(column, row));
-        let rays = (0..height_px).into_par_iter().flat_map_iter(row).collect();
-        let (camera, camera_from_sensor) = (*camera, sensor_from_camera.inverse());
-        Self { width_px, height_px, camera, samples, rays, camera_from_sensor }
+        let pixels = (0..width_px as usize * height_px as usize).into_par_iter();
+        let (origins, directions) = match camera.interface() {
+            Interface::None => {
+                let centre = sensor_from_camera.point(Point3::origin());
+                (Origins::Common(centre), pixels.map(|pixel| ray(pixel).1).collect())
+            }
+            _ => {
+                let (origins, directions) = pixels.map(ray).unzip();
+                (Origins::Own(origins), directions)
+            }
+        };
+        let mut rays = Self {
+            width_px,
+            height_px,
+            camera: *camera,
+            samples,
+            directions,
+            origins,
+            camera_from_sensor: sensor_from_camera.inverse(),
+            tiles: Vec::new(),
+        };
+        rays.tiles = tiles(&rays);
+        rays
     }
 
     /// Columns.
@@ -54,12 +87,12 @@ impl PixelRays {
 
     /// How many there are, those outside the lens included.
     pub fn len(&self) -> usize {
-        self.rays.len()
+        self.directions.len()
     }
 
     /// Whether there are none; a camera has at least one pixel.
     pub fn is_empty(&self) -> bool {
-        self.rays.is_empty()
+        self.directions.is_empty()
     }
 
     /// The camera whose rays these are.
@@ -78,16 +111,27 @@ impl PixelRays {
         Point2::new(middle(column, self.samples), middle(row, self.samples))
     }
 
-    /// The ray of a pixel by its place in the list: `row * width + column`.
+    /// The ray of a pixel by its place in the list, `row * width + column`; `None` where the lens
+    /// does not reach.
     #[inline]
-    pub fn ray(&self, pixel: usize) -> Option<&Ray> {
-        self.rays[pixel].as_ref()
+    pub fn ray(&self, pixel: usize) -> Option<Ray> {
+        let direction = self.directions[pixel];
+        let origin = match &self.origins {
+            Origins::Common(origin) => *origin,
+            Origins::Own(origins) => origins[pixel],
+        };
+        (!direction.x.is_nan()).then_some(Ray { origin, direction })
     }
 
     /// The third coordinate in the camera frame of a point in the sensor frame, mm.
     #[inline]
     pub fn z_mm(&self, point_in_sensor: &Point3<f64>) -> f64 {
         self.camera_from_sensor.point(*point_in_sensor).z
+    }
+
+    /// Neighbouring rays together.
+    pub(super) fn tiles(&self) -> &[Tile] {
+        &self.tiles
     }
 }
 

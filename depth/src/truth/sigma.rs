@@ -57,13 +57,13 @@ impl DepthMap<'_> {
                 free.filter_map(|i| Some((i, stepped(rays.camera(), i)?)))
             })
             .collect();
+        let normals = self.normal_in_sensor();
         let pixel = |pixel: usize| -> f64 {
             let (Some(ray), true) = (rays.ray(pixel), self.label[pixel] != NO_LABEL) else {
                 return f64::NAN;
             };
             let camera_from_sensor = rays.camera_from_sensor();
-            let seen =
-                Seen::new(camera_from_sensor, ray, self.range_mm[pixel], &self.normal[pixel]);
+            let seen = Seen::new(camera_from_sensor, &ray, self.range_mm[pixel], &normals[pixel]);
             let mut variance = (uncertainty.shape_mm / seen.cosine).powi(2);
             if let Some(matrix) = &uncertainty.pose {
                 let by_pose = seen.by_pose(camera_from_sensor);

@@ -58,7 +58,9 @@ fn text(name: &str, report: &CheckReport) -> String {
     for finding in &report.findings {
         text += &format!("\n{}", finding_text(finding));
     }
-    text += &format!("\n{}", batches_text(&report.batches));
+    if !report.batches.is_empty() {
+        text += &format!("\n{}", batches_text(&report.batches));
+    }
     text += &match report.errors() {
         0 => format!("\n{name} can be built as described\n"),
         1 => "\n1 error\n".to_owned(),
@@ -85,7 +87,7 @@ fn finding_text(finding: &Finding) -> String {
             "  = {}{unit}{}, limit {}{unit}{}\n",
             rounded(measured.value),
             measured.unit,
-            measured.limit,
+            shortest(measured.limit),
             measured.unit
         );
     }
@@ -96,6 +98,12 @@ fn finding_text(finding: &Finding) -> String {
 fn rounded(value: f64) -> String {
     let small = value != 0.0 && value.abs() < 1e-3;
     if small { format!("{value:.3e}") } else { format!("{value:.4}") }
+}
+
+/// As the rule has it, unless it goes on like a third does.
+fn shortest(limit: f64) -> String {
+    let all = limit.to_string();
+    if all.len() > 8 { rounded(limit) } else { all }
 }
 
 fn batches_text(batches: &[Batch]) -> String {

@@ -133,10 +133,16 @@ fn table_of(manifest: &Manifest) -> String {
         ]);
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
-    // Plates and stock sheets.
+    // Plates, stock sheets and documents.
     let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_of(file, &part.name));
     for file in manifest.files.iter().filter(is_layout) {
-        text += &format!("{}: {} pieces, {}\n", file.name, file.parts.len(), size(file.bytes));
+        // Landmarks and boards' artwork hold no pieces.
+        let pieces = match file.parts.len() {
+            0 => String::new(),
+            1 => "1 piece, ".to_owned(),
+            n => format!("{n} pieces, "),
+        };
+        text += &format!("{}: {pieces}{}\n", file.name, size(file.bytes));
     }
     text + &compensations(manifest)
 }

@@ -9,10 +9,14 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::Job;
+use super::samples::{Part, stitched_array, write_array};
 use super::store::{DatasetError, Store};
+use super::tiling::Tiling;
 
 /// Words for the sides, in file names and in CSV, in the order of the halves.
 const SIDES: [&str; 2] = ["left", "right"];
+const HALVES: &str = "halves/image";
+const SAMPLES: &str = "samples/image";
 /// Longest list of captures, bytes.
 const MAX_CSV: u64 = 1 << 20;
 
@@ -105,23 +109,33 @@ impl Captures {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// `halves/image` and, if materialised, `samples/image`.
-    pub(super) fn arrays(&self, job: &Job, [height, width]: [u32; 2]) -> Vec<(String, ZarrArray)> {
-        let count = job.patterns.len() as u64;
-        let array = |axis: &str, samples, samples_per_shard, is| ZarrArray {
+    /// `halves/image` and, if there is a tiling for them, `samples/image`.
+    pub(super) fn arrays(
+        &self,
+        job: &Job,
+        tiling: Option<&Tiling>,
+        [height, width]: [u32; 2],
+    ) -> Vec<(String, ZarrArray)> {
+        let count = job.patterns.len();
+        let shape: Vec<u64> = [height, width, self.channels].map(u64::from).to_vec();
+        let halves = ZarrArray {
             element: Element::U8,
-            samples,
-            sample_shape: vec![height.into(), width.into(), self.channels.into()],
-            samples_per_shard,
-            dimensions: [axis, "row", "column", "channel"].map(String::from).to_vec(),
-            attributes: json!({ "is": is }),
+            samples: 2 * count as u64,
+            sample_shape: shape.clone(),
+            chunk_shape: shape,
+            samples_per_shard: count as u64,
+            dimensions: ["half", "row", "column", "channel"].map(String::from).to_vec(),
+            attributes: json!({ "is": "captures as given" }),
         };
-        let mut arrays =
-            vec![("halves/image".to_owned(), array("half", 2 * count, count, "captures as given"))];
-        if job.materialise {
+        let mut arrays = vec![(HALVES.to_owned(), halves)];
+        arrays.extend(tiling.map(|tiling| {
             let is = "captures stitched like the labels; 0 in the seam and off the surface";
-            arrays.push(("samples/image".to_owned(), array("sample", count * count, count, is)));
-        }
+            let mut samples = stitched_array(count, tiling, [height, width], Element::U8, is);
+            samples.sample_shape.push(self.channels.into());
+            samples.chunk_shape.push(self.channels.into());
+            samples.dimensions.push("channel".into());
+            (SAMPLES.to_owned(), samples)
+        }));
         arrays
     }
 
@@ -130,21 +144,23 @@ impl Captures {
         &self,
         store: &Store,
         job: &Job,
+        tiling: Option<&Tiling>,
         arrays: &[(String, ZarrArray)],
     ) -> Result<(), DatasetError> {
-        let count = job.patterns.len();
         for (name, array) in arrays {
+            if let Some(tiling) = tiling.filter(|_| name == SAMPLES) {
+                let parts = (0..self.pictures.len()).into_par_iter();
+                let parts: Vec<Part> =
+                    parts.map(|half| self.part(job, tiling, half)).collect::<Result<_, _>>()?;
+                let parts: Vec<&Part> = parts.iter().collect();
+                write_array(store, name, array, tiling, &parts)?;
+                continue;
+            }
             store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
-            let is_halves = name.starts_with("halves");
             (0..array.shards()).into_par_iter().try_for_each(|shard| {
                 store.put(&format!("{name}/{}", array.shard_path(shard)), || {
-                    let packed = array.samples_of(shard).map(|sample| {
-                        let sample = sample as usize;
-                        match is_halves {
-                            true => zarr_pack(&self.pictures[sample]),
-                            false => zarr_pack(&self.stitched(job, sample / count, sample % count)),
-                        }
-                    });
+                    let halves = array.samples_of(shard);
+                    let packed = halves.map(|half| zarr_pack(&self.pictures[half as usize]));
                     Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
                 })
             })?;
@@ -152,14 +168,13 @@ impl Captures {
         Ok(())
     }
 
-    fn stitched(&self, job: &Job, left: usize, right: usize) -> Vec<u8> {
-        let (left, right) = (&self.pictures[left], &self.pictures[job.patterns.len() + right]);
+    fn part(&self, job: &Job, tiling: &Tiling, half: usize) -> Result<Part, DatasetError> {
+        let (picture, sides, own) = (&self.pictures[half], job.seam.sides(), job.half(half).1);
         if self.channels == 1 {
-            return job.seam.stitch(left, right, 0);
+            return Part::new(tiling, sides, own, |pixel| [picture[pixel]]);
         }
-        let (left, _) = left.as_chunks::<3>();
-        let (right, _) = right.as_chunks::<3>();
-        job.seam.stitch(left, right, [0; 3]).into_flattened()
+        let (colors, _) = picture.as_chunks::<3>();
+        Part::new(tiling, sides, own, |pixel| colors[pixel])
     }
 }
 

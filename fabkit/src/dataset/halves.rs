@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::Job;
-use super::samples::Part;
+use super::samples::Parts;
 use super::store::{DatasetError, Store};
+use super::tiling::Tiling;
 
 /// Half presses in one file.
 const HALVES_PER_SHARD: u64 = 16;
@@ -24,6 +25,7 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
         element,
         samples: 2 * job.patterns.len() as u64,
         sample_shape: vec![height.into(), width.into()],
+        chunk_shape: vec![height.into(), width.into()],
         samples_per_shard: HALVES_PER_SHARD,
         dimensions: ["half", "row", "column"].map(String::from).to_vec(),
         attributes,
@@ -45,11 +47,16 @@ const NAMES: [&str; 2] = ["halves/indentation_mm", "halves/label"];
 
 /// What a shard's work leaves: what its halves contribute to samples, if these are written, and
 /// which halves touch nothing.
-type Cast = (Vec<Part>, Vec<usize>);
+type Cast = (Vec<Parts>, Vec<usize>);
 
-/// Casts and writes. What samples will be stitched from is handed back, and with it the places of
-/// halves that touch nothing.
-pub(super) fn write(store: &Store, job: &Job, arrays: &[ZarrArray]) -> Result<Cast, DatasetError> {
+/// Casts and writes. What samples will be stitched from is handed back if there is a tiling for them,
+/// and with it the places of halves that touch nothing.
+pub(super) fn write(
+    store: &Store,
+    job: &Job,
+    arrays: &[ZarrArray],
+    tiling: Option<&Tiling>,
+) -> Result<Cast, DatasetError> {
     for (name, array) in NAMES.iter().zip(arrays) {
         store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
     }
@@ -59,7 +66,7 @@ pub(super) fn write(store: &Store, job: &Job, arrays: &[ZarrArray]) -> Result<Ca
         let names = [name(0), name(1)];
         let places = indentations.samples_of(shard).map(|half| half as usize);
         let is_there = names.iter().all(|name| store.has(name));
-        let halves: Vec<Half> = match is_there && !job.materialise {
+        let halves: Vec<Half> = match is_there && tiling.is_none() {
             true => Vec::new(),
             false => places.clone().map(|half| cast_half(job, half)).collect(),
         };
@@ -74,9 +81,10 @@ pub(super) fn write(store: &Store, job: &Job, arrays: &[ZarrArray]) -> Result<Ca
         let of_shard = || places.clone().zip(&halves);
         let untouched =
             of_shard().filter(|(place, half)| !touches(job, *place, half)).map(|(place, _)| place);
-        let parts = of_shard().filter(|_| job.materialise);
-        let parts = parts.map(|(place, half)| Part::new(job, half, job.half(place).1));
-        Ok((parts.collect(), untouched.collect()))
+        let parts = tiling.into_iter().flat_map(|tiling| {
+            of_shard().map(|(place, half)| Parts::new(job, tiling, half, job.half(place).1))
+        });
+        Ok((parts.collect::<Result<_, _>>()?, untouched.collect()))
     };
     let cast: Vec<Cast> =
         (0..indentations.shards()).into_par_iter().map(shard).collect::<Result<_, _>>()?;
@@ -116,7 +124,9 @@ fn labels_u8(map: &DepthMap) -> Vec<u8> {
 }
 
 fn bytes_of_f32(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    let mut bytes = Vec::with_capacity(4 * values.len());
+    values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+    bytes
 }
 
 /// The bytes of `reference.npz`.

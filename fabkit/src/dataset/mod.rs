@@ -27,6 +27,7 @@ mod plan;
 mod samples;
 mod sheet;
 mod store;
+mod tiling;
 
 use std::path::Path;
 
@@ -41,6 +42,8 @@ pub use patterns::{
 pub use plan::{Plan, Split};
 pub use sheet::sheet;
 pub use store::DatasetError;
+
+use tiling::Tiling;
 
 /// What is pressed: the same shape on either side of the seam.
 #[derive(Clone, Debug)]
@@ -121,10 +124,13 @@ pub fn write(
 ) -> Result<Written, DatasetError> {
     let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
     let halves = halves::arrays(job, [height, width]);
-    let samples = if job.materialise { samples::arrays(job, [height, width]) } else { Vec::new() };
-    // Group, reference, list, card, plan.
-    let images = job.captures.map(|captures| captures.arrays(job, [height, width]));
+    let tiling = job.materialise.then(|| Tiling::new(job.seam.sides(), width as usize));
+    let tiling = tiling.as_ref();
+    let samples = tiling.map(|tiling| samples::arrays(job, tiling, [height, width]));
+    let samples = samples.unwrap_or_default();
+    let images = job.captures.map(|captures| captures.arrays(job, tiling, [height, width]));
     let images = images.unwrap_or_default();
+    // Group, reference, list, card, plan.
     let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
     let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
     let files = 5 + groups.len() + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
@@ -134,13 +140,18 @@ pub fn write(
     for group in groups {
         store.put(&format!("{group}/zarr.json"), || Ok(fabkit_export::zarr_group(&json!({}))?))?;
     }
-    store.put("reference.npz", || halves::reference(job))?;
     store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
     store.put("README.md", || Ok(card::text(job).into_bytes()))?;
-    let (cast, untouched) = halves::write(&store, job, &halves)?;
-    samples::write(&store, job, &samples, &cast)?;
+    let (reference, cast) = rayon::join(
+        || store.put("reference.npz", || halves::reference(job)),
+        || halves::write(&store, job, &halves, tiling),
+    );
+    let ((), (parts, untouched)) = (reference?, cast?);
+    if let Some(tiling) = tiling {
+        samples::write(&store, &samples, tiling, &parts)?;
+    }
     if let Some(captures) = job.captures {
-        captures.write(&store, job, &images)?;
+        captures.write(&store, job, tiling, &images)?;
     }
     let (found, made) = store.finish()?;
     let halves = 2 * job.patterns.len();

@@ -1,96 +1,183 @@
 //! Stitching: each left half with each right half.
 //!
-//! A half is cut into runs once; a sample is the runs of two halves, in order, so that its cost is that of its contacts and not that of its pixels.
+//! Each half is cut into chunks once. Where a chunk belongs to one half alone it is packed once and
+//! named by every sample that contains it; where the seam passes through it, the runs of both halves
+//! are merged. So the cost of N x N samples is that of 2 N halves and of the seam.
 
 use fabkit_depth::truth::Side;
-use fabkit_export::{Element, Run, RunContent, ZarrArray, zstd_of_runs};
+use fabkit_export::{
+    Element, Run, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zstd_of_runs,
+};
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::Job;
 use super::halves::Half;
 use super::store::{DatasetError, Store};
+use super::tiling::Tiling;
 
 const NAMES: [&str; 2] = ["samples/indentation_mm", "samples/label"];
 
-/// `samples/indentation_mm` and `samples/label`: one file for each left half.
-pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
-    let count = job.patterns.len() as u64;
-    let array = |element, attributes| ZarrArray {
+/// Readers fetch a file's whole index for any of its samples.
+const MAX_INDEX_BYTES: usize = 64 << 10;
+/// Of one chunk in an index.
+const ENTRY_BYTES: usize = 16;
+
+/// An array of all samples of `count` patterns; a file holds those of one or more left halves.
+pub(super) fn stitched_array(
+    count: usize,
+    tiling: &Tiling,
+    [height, width]: [u32; 2],
+    element: Element,
+    is: &str,
+) -> ZarrArray {
+    let lefts = MAX_INDEX_BYTES / (ENTRY_BYTES * tiling.chunks() * count);
+    ZarrArray {
         element,
-        samples: count * count,
+        samples: (count * count) as u64,
         sample_shape: vec![height.into(), width.into()],
-        samples_per_shard: count,
+        chunk_shape: tiling.chunk_px().map(|px| px as u64).to_vec(),
+        samples_per_shard: (count * lefts.clamp(1, count)) as u64,
         dimensions: ["sample", "row", "column"].map(String::from).to_vec(),
-        attributes,
-    };
-    vec![
-        array(
-            Element::F32,
-            json!({ "unit": "mm", "is": "range without contact minus range with it; 0 in the seam" }),
-        ),
-        array(
-            Element::U8,
-            json!({ "is": "0: no surface or seam, 1: surface, from 2: bodies of the pattern on that side" }),
-        ),
-    ]
+        attributes: json!({ "is": is }),
+    }
 }
 
-/// The part of a half that its own side of the seam contributes to samples.
-pub(super) struct Part {
-    indentation: Vec<Run>,
-    label: Vec<Run>,
+/// `samples/indentation_mm` and `samples/label`.
+pub(super) fn arrays(job: &Job, tiling: &Tiling, size_px: [u32; 2]) -> Vec<ZarrArray> {
+    let array = |element, is| stitched_array(job.patterns.len(), tiling, size_px, element, is);
+    let mut indentation =
+        array(Element::F32, "range without contact minus range with it; 0 in the seam");
+    indentation.attributes["unit"] = json!("mm");
+    let is = "0: no surface or seam, 1: surface, from 2: bodies of the pattern on that side";
+    vec![indentation, array(Element::U8, is)]
+}
+
+/// What a half contributes to samples.
+pub(super) struct Parts {
+    indentation: Part,
+    label: Part,
+}
+
+impl Parts {
+    pub(super) fn new(
+        job: &Job,
+        tiling: &Tiling,
+        half: &Half,
+        side: Side,
+    ) -> Result<Self, DatasetError> {
+        let sides = job.seam.sides();
+        let indentation =
+            Part::new(tiling, sides, side, |pixel| half.indentation_mm[pixel].to_le_bytes())?;
+        let label = Part::new(tiling, sides, side, |pixel| [half.label[pixel]])?;
+        Ok(Self { indentation, label })
+    }
+}
+
+/// What a half's own side of the seam contributes to one array, chunk by chunk.
+pub(super) struct Part(Vec<PartChunk>);
+
+enum PartChunk {
+    /// Zeros, or nothing of this side.
+    Empty,
+    /// All that the chunk holds, packed.
+    Whole(Vec<u8>),
+    /// To be merged with those of the other side.
+    Shared(Vec<Run>),
 }
 
 impl Part {
-    pub(super) fn new(job: &Job, half: &Half, side: Side) -> Self {
-        let sides = job.seam.sides();
-        Self {
-            indentation: runs(sides, side, |pixel| half.indentation_mm[pixel].to_le_bytes()),
-            label: runs(sides, side, |pixel| [half.label[pixel]]),
-        }
+    /// From the bytes of each pixel.
+    pub(super) fn new<const N: usize>(
+        tiling: &Tiling,
+        sides: &[Side],
+        own: Side,
+        bytes_of: impl Fn(usize) -> [u8; N],
+    ) -> Result<Self, DatasetError> {
+        let chunk = |chunk: usize| -> Result<PartChunk, DatasetError> {
+            let [left, right] = tiling.sides(chunk);
+            let pixels = || tiling.pixels(chunk).filter(|(_, pixel)| sides[*pixel] == own);
+            if left && right {
+                return Ok(PartChunk::Shared(runs(pixels(), &bytes_of)));
+            }
+            let mut bytes = vec![0; N * tiling.chunk_pixels()];
+            let (places, _) = bytes.as_chunks_mut::<N>();
+            pixels().for_each(|(place, pixel)| places[place] = bytes_of(pixel));
+            match bytes.iter().all(|byte| *byte == 0) {
+                true => Ok(PartChunk::Empty),
+                false => Ok(PartChunk::Whole(zarr_pack(&bytes)?)),
+            }
+        };
+        Ok(Self((0..tiling.chunks()).map(chunk).collect::<Result<_, _>>()?))
+    }
+
+    /// The places in a file of what needs no merging.
+    fn store(&self, shard: &mut Shard) -> Vec<Option<StoredChunk>> {
+        let store = |chunk: &PartChunk| match chunk {
+            PartChunk::Whole(packed) => Some(shard.store(packed)),
+            PartChunk::Empty | PartChunk::Shared(_) => None,
+        };
+        self.0.iter().map(store).collect()
     }
 }
 
-/// Writes all samples, one left half after the other, from the parts of the left halves and then
-/// those of the right ones.
+/// Writes all samples from the parts of the halves.
 pub(super) fn write(
     store: &Store,
-    job: &Job,
     arrays: &[ZarrArray],
-    parts: &[Part],
+    tiling: &Tiling,
+    parts: &[Parts],
 ) -> Result<(), DatasetError> {
     let [indentations, labels] = arrays else { return Ok(()) };
-    for (name, array) in NAMES.iter().zip(arrays) {
-        store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
-    }
-    let pixels = job.seam.sides().len();
-    let count = job.patterns.len();
-    (0..count).into_par_iter().try_for_each(|left| {
-        let path = |array: &ZarrArray| array.shard_path(left as u64);
-        let (left, rights) = (&parts[left], &parts[count..]);
-        store.put(&format!("{}/{}", NAMES[0], path(indentations)), || {
-            let runs = rights.iter().map(|right| (&left.indentation, &right.indentation));
-            let stitched = runs.map(|(left, right)| stitched(left, right, 4 * pixels));
-            Ok(indentations.shard(&stitched.collect::<Vec<_>>()))
-        })?;
-        store.put(&format!("{}/{}", NAMES[1], path(labels)), || {
-            let runs = rights.iter().map(|right| (&left.label, &right.label));
-            let stitched = runs.map(|(left, right)| stitched(left, right, pixels));
-            Ok(labels.shard(&stitched.collect::<Vec<_>>()))
+    let of = |part: fn(&Parts) -> &Part| parts.iter().map(part).collect::<Vec<&Part>>();
+    write_array(store, NAMES[0], indentations, tiling, &of(|parts| &parts.indentation))?;
+    write_array(store, NAMES[1], labels, tiling, &of(|parts| &parts.label))
+}
+
+/// Writes one array of samples from the parts of the left halves and then those of the right ones.
+pub(super) fn write_array(
+    store: &Store,
+    name: &str,
+    array: &ZarrArray,
+    tiling: &Tiling,
+    parts: &[&Part],
+) -> Result<(), DatasetError> {
+    store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
+    let count = parts.len() / 2;
+    let (lefts, rights) = parts.split_at(count);
+    let chunk_bytes = tiling.chunk_pixels() * array.pixel_bytes();
+    (0..array.shards()).into_par_iter().try_for_each(|number| {
+        store.put(&format!("{name}/{}", array.shard_path(number)), || {
+            let mut shard = Shard::default();
+            let of_rights: Vec<_> = rights.iter().map(|right| right.store(&mut shard)).collect();
+            let samples = array.samples_of(number);
+            for left in &lefts[samples.start as usize / count..samples.end as usize / count] {
+                let of_left = left.store(&mut shard);
+                for (right, of_right) in rights.iter().zip(&of_rights) {
+                    for chunk in 0..tiling.chunks() {
+                        let stored = match (&left.0[chunk], &right.0[chunk]) {
+                            (PartChunk::Shared(left), PartChunk::Shared(right)) => {
+                                merged(left, right, chunk_bytes).map(|chunk| shard.store(&chunk))
+                            }
+                            _ => of_left[chunk].or(of_right[chunk]),
+                        };
+                        shard.push(stored);
+                    }
+                }
+            }
+            Ok(shard.finish(array))
         })
     })
 }
 
-/// The runs of the pixels on one side, in order of place; zeros are left out.
+/// The runs of some pixels of a chunk, in order of place; zeros are left out.
 fn runs<const N: usize>(
-    sides: &[Side],
-    own: Side,
+    pixels: impl Iterator<Item = (usize, usize)>,
     bytes_of: impl Fn(usize) -> [u8; N],
 ) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    for (pixel, _) in sides.iter().enumerate().filter(|(_, side)| **side == own) {
-        let place = N * pixel..N * (pixel + 1);
+    for (place, pixel) in pixels {
+        let place = N * place..N * (place + 1);
         let bytes = bytes_of(pixel);
         let is_fill = bytes.iter().all(|byte| *byte == bytes[0]);
         let last = runs.last_mut().filter(|run| run.place.end == place.start);
@@ -117,12 +204,16 @@ fn runs<const N: usize>(
     runs
 }
 
-/// A picture of `length` bytes; what neither part holds, the seam among it, is zero.
-fn stitched(left: &[Run], right: &[Run], length: usize) -> Vec<u8> {
+/// A packed chunk of `length` bytes; what neither part holds, the seam among it, is zero. `None` if
+/// all of it is.
+fn merged(left: &[Run], right: &[Run], length: usize) -> Option<Vec<u8>> {
+    if left.is_empty() && right.is_empty() {
+        return None;
+    }
     let mut all: Vec<&Run> = left.iter().chain(right).collect();
     // Two ascending lists: the sort only merges.
     all.sort_by_key(|run| run.place.start);
-    zstd_of_runs(all, length)
+    Some(zstd_of_runs(all, length))
 }
 
 #[cfg(test)]
@@ -134,7 +225,10 @@ mod tests {
         use Side::{Left, Neither, Right};
         let sides = [Left, Left, Neither, Right, Right, Left, Neither, Right];
         let values = [0u8, 3, 0, 0, 5, 7, 0, 7];
-        let of = |own| runs(&sides, own, |pixel| [values[pixel]]);
+        let of = |own| {
+            let own = (0..8).filter(move |pixel: &usize| sides[*pixel] == own);
+            runs(own.map(|pixel| (pixel, pixel)), |pixel| [values[pixel]])
+        };
         let (left, right) = (of(Left), of(Right));
         assert_eq!((left.len(), right.len()), (2, 2), "zeros are left out");
         let mut bytes = vec![0; values.len()];

@@ -91,7 +91,7 @@ pub fn cloud(map: &DepthMap) -> Vec<u8> {
         .filter(|((point, _), _)| point.x.is_finite())
         .map(|((point, normal), &label)| CloudPoint {
             position_mm: point.into(),
-            normal: (*normal).into(),
+            normal: normal.into(),
             color: color(label),
             label,
         })

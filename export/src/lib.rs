@@ -50,7 +50,9 @@ pub use tiff::float_tiff;
 pub use tree::{
     ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, samples, tree,
 };
-pub use zarr::{Element, Shard, StoredChunk, ZarrArray, zarr_group, zarr_pack};
+pub use zarr::{
+    Element, Shard, StoredChunk, ZarrArray, zarr_checksum, zarr_group, zarr_pack, zarr_unpack,
+};
 
 /// The version that files name as their maker.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

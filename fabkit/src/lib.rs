@@ -2,11 +2,11 @@
 //!
 //! The crates below are re-exported; this one adds what ties them together: [`bodies`] (parts,
 //! layers and components as one list), [`identity`] (which design a file belongs to),
-//! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`sweeping`] (many variants to
-//! tables), [`verifier`] (the bridge to
-//! other kernels), and [`staging`], the only place that writes files. What its users see is here too,
-//! because there are two doors to it, the `fabkit` command and the Python package: [`source`] (which
-//! design a name or a path means), [`scene`] (which camera looks at it), [`failure`] (codes, messages and hints), and [`commands`], the
+//! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`sweeping`] (many variants
+//! to tables), [`verifier`] (the bridge to other kernels), and [`staging`], the only place that
+//! writes files. What its users see is here too, because there are two doors to it, the `fabkit`
+//! command and the Python package: [`source`] (which design a name or a path means), [`scene`]
+//! (which camera looks at it), [`failure`] (codes, messages and hints), and [`commands`], the
 //! command itself.
 //!
 //! ```

@@ -30,15 +30,15 @@ class Problem:
 class FabkitError(Exception):
     """Anything that fabkit cannot do.
 
-    ``str(error)`` is what the command prints. The attributes ``hint``, ``file``, ``line``, ``column``,
-    ``path`` and ``value`` are those of the first of :attr:`problems`.
+    ``str(error)`` is what the command prints. The attributes ``hint``, ``file``, ``line``,
+    ``column``, ``path`` and ``value`` are those of the first of :attr:`problems`.
 
     >>> import fabkit
     >>> try:
-    ...     fabkit.load("rtac0", surface__radius="40 mm")
+    ...     fabkit.load("rtac0", coat__thickness="4 mm")
     ... except fabkit.FabkitError as error:
     ...     print(error.code, error.exit_code, error.path, "|", error.value)
-    bad-input 2 surface.radius | 40 mm
+    bad-input 2 coat.thickness | 4 mm
     """
 
     def __init__(

@@ -12,7 +12,7 @@ use fabkit::geometry::NominalCamera;
 use rayon::prelude::*;
 
 use super::pictures;
-use crate::cli::Detector;
+pub use crate::cli::Detector;
 use crate::failure::{Exit, Failure};
 use crate::reading::{self, Expected};
 

@@ -51,20 +51,26 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
     if let Some(why) = none_left {
         text += &format!("error: no variant is left: {why}\n");
     }
+    let json = document(Path::new(&folder), finished);
+    Report { text, json, failed: none_left.is_some() }
+}
+
+/// What `--json` says of a finished sweep.
+pub fn document(folder: &Path, finished: &Finished) -> Value {
+    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
     let status: Map<String, Value> =
         Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
-    let json = json!({
+    json!({
         "format": "fabkit-sweep-report",
         "version": 1,
-        "folder": folder,
+        "folder": folder.display().to_string(),
         "variants": variants,
         "rows_found": found,
         "status": status,
         "pareto": on_front,
         "empty_metrics": empty_metrics,
         "none_left": none_left,
-    });
-    Report { text, json, failed: none_left.is_some() }
+    })
 }
 
 impl From<SweepError> for Failure {

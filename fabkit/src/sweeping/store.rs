@@ -166,42 +166,10 @@ impl Store {
             let missing = self.all - rows.len();
             return Err(SweepError::Unfinished { missing, all: self.all });
         }
-        let table = Table::new(plan, rows.into_values().collect());
-        let counts = counts(table.rows());
-        let front: Vec<usize> = (0..table.rows().len()).filter(|i| table.is_on_front(*i)).collect();
-        let by_status: serde_json::Map<String, Value> =
-            Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
-        let empty_metrics: Vec<String> =
-            table.empty_metrics().into_iter().map(str::to_owned).collect();
-        let document = json!({
-            "format": "fabkit-sweep",
-            "version": 1,
-            "fabkit": fabkit_export::VERSION,
-            "sensor": plan.sensor(),
-            "plan_hash": self.hash,
-            "variants": self.all,
-            "status": by_status,
-            "pareto": front,
-            "empty_metrics": empty_metrics,
-        });
-        let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
-        let files = [
-            file("sweep.csv", table.to_csv().into_bytes()),
-            file("sweep.parquet", table.to_parquet()?),
-            file("report.html", report(plan, &table).into_bytes()),
-            file(FINISHED, format!("{document:#}\n").into_bytes()),
-        ];
-        write_all(&self.folder, &files, cancelled)?;
+        let finished = write_tables(&self.folder, plan, rows.into_values().collect(), cancelled)?;
         let partial = self.folder.join(PARTIAL);
         fs::remove_dir_all(&partial).map_err(|e| failed("remove", &partial, e))?;
-        Ok(Finished {
-            variants: self.all,
-            found: self.found.len(),
-            counts,
-            on_front: front.len(),
-            none_left: none_left(table.rows()),
-            empty_metrics,
-        })
+        Ok(Finished { found: self.found.len(), ..finished })
     }
 
     /// The plan's hash that a document names.
@@ -272,6 +240,50 @@ impl Store {
 
 fn failed(action: &'static str, path: &Path, source: io::Error) -> SweepError {
     SweepError::Io { action, path: path.into(), source }
+}
+
+/// Writes the tables and the report of rows, whichever variants they are of.
+pub(super) fn write_tables(
+    folder: &Path,
+    plan: &Plan,
+    rows: Vec<Row>,
+    cancelled: &dyn Fn() -> bool,
+) -> Result<Finished, SweepError> {
+    let table = Table::new(plan, rows);
+    let rows = table.rows();
+    let counts = counts(rows);
+    let on_front = |(i, row): (usize, &Row)| table.is_on_front(i).then_some(row.variant);
+    let front: Vec<usize> = rows.iter().enumerate().filter_map(on_front).collect();
+    let by_status: serde_json::Map<String, Value> =
+        Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
+    let empty_metrics: Vec<String> = table.empty_metrics().into_iter().map(str::to_owned).collect();
+    let document = json!({
+        "format": "fabkit-sweep",
+        "version": 1,
+        "fabkit": fabkit_export::VERSION,
+        "sensor": plan.sensor(),
+        "plan_hash": plan.hash(),
+        "variants": rows.len(),
+        "status": by_status,
+        "pareto": front,
+        "empty_metrics": empty_metrics,
+    });
+    let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
+    let files = [
+        file("sweep.csv", table.to_csv().into_bytes()),
+        file("sweep.parquet", table.to_parquet()?),
+        file("report.html", report(plan, &table).into_bytes()),
+        file(FINISHED, format!("{document:#}\n").into_bytes()),
+    ];
+    write_all(folder, &files, cancelled)?;
+    Ok(Finished {
+        variants: rows.len(),
+        found: 0,
+        counts,
+        on_front: front.len(),
+        none_left: none_left(rows),
+        empty_metrics,
+    })
 }
 
 /// Why no variant is left, if none is: the constraints that exclude most, or an example of why others

@@ -74,6 +74,6 @@ fn uv() -> Result<PathBuf, String> {
     Ok(uv)
 }
 
-fn interpreter(venv: &Path) -> PathBuf {
+pub fn interpreter(venv: &Path) -> PathBuf {
     venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }

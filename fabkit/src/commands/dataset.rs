@@ -17,16 +17,13 @@ use serde_json::json;
 
 use super::Report;
 use super::progress::Progress;
-use super::view::{Scene, press_failure};
+use super::view::{MOST_FAULTS, Scene, check_depths, press_failure};
 use crate::cli::{Dataset, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
 use crate::source::MAX_YAML_BYTES;
 use crate::table::grouped;
-
-/// Faults of captures that are listed one by one.
-const MOST_FAULTS: usize = 50;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
@@ -35,6 +32,9 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         return probes::run(args, &scene);
     }
     let named = patterns(args, &scene)?;
+    let presses =
+        named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
+    check_depths(scene.touch()?, presses)?;
     let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
     let patterns = patterns.map_err(Failure::bug)?;
     let rays = scene.viewpoint.rays(1);

@@ -13,7 +13,7 @@ use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
 use super::Report;
-use super::view::{Scene, press_failure};
+use super::view::{Scene, check_depths, press_failure};
 use crate::cli::Depth;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
@@ -21,20 +21,19 @@ use crate::table::size;
 
 /// The same limit as for pictures.
 const MAX_RAYS: u64 = fabkit::pictures::MAX_PIXELS;
-/// A press may go this much past the soft layer: rounding.
-const SLACK_MM: f64 = 1e-6;
 
 pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
     let scene = Scene::new(&args.design, &args.view)?;
     check_size(&scene, args.samples)?;
     let presses = presses(&scene, args)?;
+    let of_press = presses.iter().map(|press| (press.id.as_str(), press));
+    check_depths(scene.touch()?, of_press)?;
     let pressers = pressers(&presses).map_err(Failure::bug)?;
 
     let rays = scene.viewpoint.rays(args.samples);
     let surface = Surface::cast(scene.touch()?, &rays).map_err(Failure::bug)?;
     let rigid = surface.pressed(&pressers);
     let deepest = deepest(&rigid, scene.touch()?);
-    check_depth(&scene, &rigid, deepest)?;
     let map = rigid.with_membrane(args.view.membrane);
     let sigma_mm = map.sigma_mm(&scene.viewpoint.uncertainty(args.print_sigma));
     let default = if presses.is_empty() { Shown::Range } else { Shown::Indentation };
@@ -114,24 +113,6 @@ fn presses(scene: &Scene, args: &Depth) -> Result<Vec<Press>, Failure> {
     let press =
         |id: &String| project.press(id).map_err(|error| press_failure(&args.design.sensor, error));
     args.press.iter().map(press).collect()
-}
-
-/// What is below the soft layer does not give way, so that there is no such press.
-fn check_depth(scene: &Scene, map: &DepthMap, deepest: Option<Deepest>) -> Result<(), Failure> {
-    let soft_mm = scene.touch()?.soft_mm;
-    let Some(Deepest { depth_mm, point_in_sensor: at, label }) = deepest else { return Ok(()) };
-    if depth_mm <= soft_mm + SLACK_MM {
-        return Ok(());
-    }
-    let message = format!(
-        "{} goes {depth_mm:.3} mm deep at ({:.2}, {:.2}, {:.2}) mm, but the rigid shell begins \
-         {soft_mm} mm below the surface",
-        map.names()[usize::from(label)],
-        at.x,
-        at.y,
-        at.z,
-    );
-    Err(Failure::new(Exit::BadInput, message, "press less deep"))
 }
 
 /// Every file asked for with its bytes.

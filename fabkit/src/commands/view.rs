@@ -5,9 +5,10 @@ use std::fmt::Display;
 use std::path::Path;
 
 use fabkit::camera::files::read_pose;
-use fabkit::fixtures::{PressError, Project};
+use fabkit::fixtures::{Press, PressError, Project};
 use fabkit::geometry::TouchSurface;
-use fabkit::ground_truth::{Coverage, Viewpoint, coverage};
+use fabkit::ground_truth::{Coverage, Viewpoint, coverage, penetration};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::cli::{Design, View};
@@ -17,6 +18,11 @@ use crate::source::{MAX_YAML_BYTES, Source, Target};
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
+
+/// A press may go this much past the soft layer: rounding.
+const SLACK_MM: f64 = 1e-6;
+/// Faults that are listed one by one.
+pub(super) const MOST_FAULTS: usize = 50;
 
 /// A sensor whose surface a camera sees.
 pub(super) struct Scene {
@@ -117,6 +123,42 @@ fn unseen(coverage: &Coverage) -> Failure {
         message,
         "is the pose `camera_from_sensor`, in mm, and not its inverse?",
     )
+}
+
+/// Refuses presses, by the names they go by, that reach below the soft layer: what is there does not
+/// give way, so that nobody can take a picture of such a press.
+pub(super) fn check_depths<'a>(
+    touch: &TouchSurface,
+    presses: impl Iterator<Item = (&'a str, &'a Press)>,
+) -> Result<(), Failure> {
+    let bodies: Vec<_> = presses
+        .flat_map(|(name, press)| press.bodies.iter().map(move |body| (name, body)))
+        .collect();
+    let found = bodies.par_iter().map(|(_, body)| penetration(touch, body));
+    let found: Vec<_> = found.collect::<Result<_, _>>().map_err(Failure::bug)?;
+    let too_deep: Vec<String> = bodies
+        .iter()
+        .zip(found)
+        .filter_map(|((name, body), deepest)| {
+            let deepest = deepest.filter(|deepest| deepest.depth_mm > touch.soft_mm + SLACK_MM)?;
+            let at = deepest.point_in_sensor;
+            let body = if body.name == *name { "it" } else { &body.name };
+            Some(format!(
+                "`{name}`: {body} goes {:.3} mm deep at ({:.2}, {:.2}, {:.2}) mm, but the rigid shell \
+                 begins {} mm below the surface",
+                deepest.depth_mm, at.x, at.y, at.z, touch.soft_mm,
+            ))
+        })
+        .collect();
+    if too_deep.is_empty() {
+        return Ok(());
+    }
+    let (count, shown) = (too_deep.len(), too_deep.len().min(MOST_FAULTS));
+    let mut message = too_deep[..shown].join("\nerror: ");
+    if count > shown {
+        message += &format!("\nerror: and {} more", count - shown);
+    }
+    Err(Failure::new(Exit::BadInput, message, "press less deep, or leave these out"))
 }
 
 /// A press that cannot be had, for people.

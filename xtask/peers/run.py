@@ -22,9 +22,9 @@ import numpy
 
 TOLERANCE_MM = 0.01
 PEERS = ("manifold3d", "cadquery", "build123d")
-RUNS = {"fabkit": 7, "manifold3d": 7, "cadquery": 1, "build123d": 1}
+RUNS = {"fabkit": 5, "manifold3d": 5, "cadquery": 1, "build123d": 1}
 # What one build may take, CPU s. Without a limit, a boolean of hundreds of tools may never end.
-LIMIT_CPU_S = 120
+LIMIT_CPU_S = 60
 START, END = "<!-- bench-peers -->\n", "<!-- end -->\n"
 
 

@@ -47,7 +47,7 @@ mod table;
 pub use metrics::{GROUPS, Group, METRICS, Metric};
 pub use pareto::front;
 pub use plan::{
-    Axis, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, Objective, Plan,
+    AskMore, Axis, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, Objective, Plan,
     PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;

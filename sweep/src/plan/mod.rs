@@ -155,6 +155,9 @@ pub struct Variant {
     pub values: Vec<Value>,
 }
 
+/// Computes metrics that are not built in: names and values for a variant and its design.
+pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>;
+
 /// A plan that can be carried out.
 #[derive(Debug)]
 pub struct Plan {
@@ -289,11 +292,7 @@ impl Plan {
     ///
     /// # Errors
     /// Those of `custom`.
-    pub fn evaluate_with<E>(
-        &self,
-        variant: &Variant,
-        custom: &mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>,
-    ) -> Result<Row, E> {
+    pub fn evaluate_with<E>(&self, variant: &Variant, custom: AskMore<E>) -> Result<Row, E> {
         let mut row = Row::new(variant.number, variant.values.clone());
         let parameters = self.numbers(variant);
         let broken = |of_parameters: bool, metrics: &Numbers| {

@@ -1,13 +1,14 @@
 //! YAML to a plan, with everything that is wrong at once.
 
 mod axes;
+mod exclusion;
 
 use fabkit_designs::parameters::tree::{Content, Entry, Node, Position, parse};
 use fabkit_designs::parameters::{InvalidDesign, Kind, Problem, shown, suggestion};
 
 use super::{
-    Base, Constraint, Direction, Known, MAX_AXES, MAX_VARIANTS, Numbers, Objective, Plan,
-    PlanSource, Sampling, quantity,
+    Base, Constraint, Direction, Known, MAX_AXES, MAX_VARIANTS, Objective, Plan, PlanSource,
+    Sampling, quantity,
 };
 use crate::metrics::{self, Metric};
 
@@ -252,53 +253,8 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         len,
         source: source.clone(),
     };
-    require_a_variant(&mut reading, &plan, &places);
+    exclusion::require_a_variant(&mut reading, &plan, &places);
     if reading.problems.is_empty() { Ok(plan) } else { reading.refuse() }
-}
-
-/// Constraints on parameters must leave at least one variant.
-fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
-    let early: Vec<(usize, &Constraint)> =
-        plan.constraints.iter().enumerate().filter(|(_, c)| c.is_of_parameters()).collect();
-    if early.is_empty() {
-        return;
-    }
-    let none = Numbers::new();
-    let mut kept = vec![0usize; early.len()];
-    let mut nearest: Vec<(f64, String)> = vec![(f64::INFINITY, String::new()); early.len()];
-    for number in 0..plan.len() {
-        let parameters = plan.numbers(&plan.variant(number));
-        let mut holds_all = true;
-        for (i, (_, constraint)) in early.iter().enumerate() {
-            if constraint.broken(&parameters, &none).is_none() {
-                kept[i] += 1;
-                continue;
-            }
-            holds_all = false;
-            let found = constraint.distance(&parameters);
-            if found.0 < nearest[i].0 {
-                nearest[i] = found;
-            }
-        }
-        if holds_all {
-            return;
-        }
-    }
-    let alone: Vec<usize> = (0..early.len()).filter(|i| kept[*i] == 0).collect();
-    let all = plan.len();
-    for i in &alone {
-        let (index, constraint) = early[*i];
-        let message = format!("`{}` excludes all {all} variants", constraint.text);
-        let hint = format!("the nearest to it is {}", nearest[*i].1);
-        reading.problem(places[index], "constraints", &constraint.text, message, hint);
-    }
-    if alone.is_empty() {
-        let counts =
-            early.iter().zip(&kept).map(|((_, c), kept)| format!("`{}` leaves {kept}", c.text));
-        let hint = counts.collect::<Vec<_>>().join(", ");
-        let message = format!("the constraints together exclude all {all} variants");
-        reading.problem(places[early[0].0], "constraints", "", message, hint);
-    }
 }
 
 fn check_keys(reading: &mut Reading, entries: &[Entry]) {

@@ -1,0 +1,51 @@
+//! Constraints that leave nothing, before anything is built.
+
+use fabkit_designs::parameters::tree::Position;
+
+use super::super::{Constraint, Numbers, Plan};
+use super::Reading;
+
+/// Constraints on parameters must leave at least one variant.
+pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
+    let early: Vec<(usize, &Constraint)> =
+        plan.constraints.iter().enumerate().filter(|(_, c)| c.is_of_parameters()).collect();
+    if early.is_empty() {
+        return;
+    }
+    let none = Numbers::new();
+    let mut kept = vec![0usize; early.len()];
+    let mut nearest: Vec<(f64, String)> = vec![(f64::INFINITY, String::new()); early.len()];
+    for number in 0..plan.len() {
+        let parameters = plan.numbers(&plan.variant(number));
+        let mut holds_all = true;
+        for (i, (_, constraint)) in early.iter().enumerate() {
+            if constraint.broken(&parameters, &none).is_none() {
+                kept[i] += 1;
+                continue;
+            }
+            holds_all = false;
+            let found = constraint.distance(&parameters);
+            if found.0 < nearest[i].0 {
+                nearest[i] = found;
+            }
+        }
+        if holds_all {
+            return;
+        }
+    }
+    let alone: Vec<usize> = (0..early.len()).filter(|i| kept[*i] == 0).collect();
+    let all = plan.len();
+    for i in &alone {
+        let (index, constraint) = early[*i];
+        let message = format!("`{}` excludes all {all} variants", constraint.text);
+        let hint = format!("the nearest to it is {}", nearest[*i].1);
+        reading.problem(places[index], "constraints", &constraint.text, message, hint);
+    }
+    if alone.is_empty() {
+        let counts =
+            early.iter().zip(&kept).map(|((_, c), kept)| format!("`{}` leaves {kept}", c.text));
+        let hint = counts.collect::<Vec<_>>().join(", ");
+        let message = format!("the constraints together exclude all {all} variants");
+        reading.problem(places[early[0].0], "constraints", "", message, hint);
+    }
+}

@@ -20,7 +20,7 @@
 //! format: 1
 //! sensor: rtac0
 //! axes:
-//!   camera.depth: {from: 6 mm, to: 8 mm, steps: 3}
+//!   camera.depth: {from: 6 mm, to: 7 mm, steps: 3}
 //! metrics: [coverage]
 //! objectives: {coverage: max}
 //! ";

@@ -117,6 +117,19 @@ class Scene:
         self, presses: list[str], samples: int, membrane_mm: float, print_sigma_mm: float
     ) -> dict[str, Any]: ...
 
+def write_dataset(
+    scene: Scene,
+    folder: str,
+    presses: str | None,
+    captures: str | None,
+    membrane_mm: float,
+    seam_margin_mm: float,
+    seed: int,
+    materialise: bool,
+    resume: bool,
+    progress: _Progress,
+) -> list[str]: ...
+
 class Samples:
     def __new__(cls, folder: str) -> Samples: ...
     def shape(self) -> list[int]: ...

@@ -15,6 +15,7 @@ mod export;
 mod mesh;
 mod running;
 mod scene;
+mod sweep;
 
 /// `fabkit._fabkit`.
 #[pyo3::pymodule]
@@ -39,6 +40,8 @@ mod _fabkit {
     use crate::mesh::Mesh;
     #[pymodule_export]
     use crate::scene::{Scene, false_color};
+    #[pymodule_export]
+    use crate::sweep::{SweepPlan, SweepStore, run_sweep, save_sweep};
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]

@@ -112,25 +112,28 @@ def signature(node):
 
 
 def prose(text):
-    """Docstrings as Markdown: examples in blocks, code in single backquotes."""
+    """Docstrings as Markdown: examples in blocks, code in single backquotes, sections as lists."""
     lines, block = [], []
-    for line in [*inspect.cleandoc(text or "").splitlines(), ""]:
+    source = [*inspect.cleandoc(text or "").splitlines(), ""]
+    for line, below in zip(source, [*source[1:], ""], strict=True):
         if line.lstrip().startswith(">>>") or (block and line.strip()):
-            block.append(line.strip() if not block else line)
+            block.append(line)
             continue
         if block:
             lines += ["```pycon", *inspect.cleandoc("\n".join(block)).splitlines(), "```"]
             block = []
-        line = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", line)
-        line = line.replace("``", "`")
-        # A word with a colon and indented lines below is a section: a list reads better.
-        heading = re.fullmatch(r"(Args|Arguments|Returns|Raises|Yields|Errors|Parameters):", line)
-        if heading:
-            lines += [f"**{heading[1]}**", ""]
-        elif entry := re.fullmatch(r" {4}([\w*, ]+): (.*)", line):
-            lines.append(f"- `{entry[1]}`: {entry[2]}")
+        line = re.sub(r":\w+:`~?\.?([^`]+)`", r"`\1`", line).replace("``", "`")
+        if re.fullmatch(r"-{3,}", below):
+            lines += [f"**{line}**", ""]
+        elif re.fullmatch(r"-{3,}", line):
+            continue
+        elif line and not line.startswith(" ") and below.startswith("    "):
+            # What is described below it, indented.
+            lines.append(f"- `{line}`:")
+        elif line.startswith("    "):
+            lines[-1] += " " + line.strip()
         else:
-            lines.append(line.strip() if line.startswith("    ") else line)
+            lines.append(line)
     return "\n".join(lines).strip()
 
 

@@ -5,6 +5,7 @@ mod expected;
 mod markdown;
 mod pages;
 mod structure;
+mod sweep;
 mod yaml;
 
 use std::env;
@@ -48,7 +49,11 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
     if let Some(python) = python {
-        let mut runner = Runner::new(&fabkit, &python)?;
+        let package = match importable(&python, "fabkit") {
+            true => None,
+            false => Some(crate::python_package::unpacked()?),
+        };
+        let mut runner = Runner::new(&fabkit, &python, package.as_deref())?;
         for (path, page) in &pages {
             if only.is_none_or(|word| path.to_string_lossy().contains(word)) {
                 faults.extend(run_page(&mut runner, path, page).err());
@@ -84,6 +89,7 @@ fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(
 fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
     let schema = output(Command::new(fabkit).arg("schema"))?;
     let mut outputs = yaml::pages(&schema)?;
+    outputs.push(sweep::page(&output(Command::new(fabkit).args(["schema", "--sweep"]))?)?);
     outputs.push(command::page(fabkit)?);
     if let Some(python) = python {
         let script = root().join("xtask/book/python_reference.py");
@@ -115,6 +121,11 @@ fn html(docs: &Path) -> Result<(), String> {
         );
     };
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
+}
+
+fn importable(python: &Path, module: &str) -> bool {
+    let import = format!("import {module}");
+    Command::new(python).args(["-c", &import]).output().is_ok_and(|o| o.status.success())
 }
 
 /// What a program prints.

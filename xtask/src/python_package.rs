@@ -12,7 +12,7 @@ const REQUIREMENTS: &str = "python/requirements-dev.txt";
 /// Builds the wheel, installs it into an environment of its own, runs tests and examples, and checks
 /// types and style.
 pub fn run() -> Result<(), String> {
-    let folder = built("python", "").components().collect::<PathBuf>();
+    let folder = folder();
     let python = environment(&folder)?;
     let tool = |name: &str| {
         let mut command = Command::new(python.with_file_name(name));
@@ -22,26 +22,53 @@ pub fn run() -> Result<(), String> {
     check(tool("ruff").args(["check", "--quiet", "."]))?;
     check(tool("ruff").args(["format", "--check", "--quiet", "."]))?;
 
-    let wheels = folder.join("wheels");
-    if wheels.is_dir() {
-        fs::remove_dir_all(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
-    }
-    // Release, as always with wheels: what the workspace's release build has made is used.
-    check(
-        tool("maturin").args(["build", "--release", "--locked", "--quiet", "--out"]).arg(&wheels),
-    )?;
+    let wheels = wheels(&folder, &python)?;
     check(
         Command::new(uv()?)
             .args(["pip", "install", "--quiet", "--no-deps", "--reinstall", "--no-cache"])
             .arg("--python")
             .arg(&python)
-            .args(wheels_in(&wheels)?),
+            .args(wheels),
     )?;
     check(tool("pyright").arg("--pythonpath").arg(&python))?;
     // Tests, and the examples in the docstrings of what is installed.
     let mut pytest = Command::new(&python);
     pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "python/tests"]);
     check(pytest.current_dir(root()))
+}
+
+/// A folder with the package alone, for the `PYTHONPATH` of any interpreter.
+pub fn unpacked() -> Result<PathBuf, String> {
+    let folder = folder();
+    let python = environment(&folder)?;
+    let package = folder.join("package");
+    check(
+        Command::new(uv()?)
+            .args(["pip", "install", "--quiet", "--no-deps", "--reinstall", "--no-cache"])
+            .arg("--python")
+            .arg(&python)
+            .arg("--target")
+            .arg(&package)
+            .args(wheels(&folder, &python)?),
+    )?;
+    Ok(package)
+}
+
+fn folder() -> PathBuf {
+    built("python", "").components().collect()
+}
+
+/// Builds the wheel, alone in its folder.
+fn wheels(folder: &Path, python: &Path) -> Result<Vec<PathBuf>, String> {
+    let wheels = folder.join("wheels");
+    if wheels.is_dir() {
+        fs::remove_dir_all(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
+    }
+    // Release, as always with wheels: what the workspace's release build has made is used.
+    let mut maturin = Command::new(python.with_file_name("maturin"));
+    maturin.args(["build", "--release", "--locked", "--quiet", "--out"]).arg(&wheels);
+    check(maturin.current_dir(root()))?;
+    wheels_in(&wheels)
 }
 
 /// The interpreter of the package's environment, which is made or brought up to date first.

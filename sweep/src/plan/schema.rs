@@ -3,12 +3,19 @@
 use serde_json::{Value, json};
 
 use super::{MAX_AXES, MAX_VARIANTS};
-use crate::metrics::{GROUPS, METRICS};
+use crate::metrics::{GROUPS, METRICS, Metric};
 
 /// The schema of sweep files, for editors.
 pub fn json_schema() -> Value {
-    let groups = GROUPS.iter().map(|group| group.word());
-    let names: Vec<&str> = groups.chain(METRICS.iter().map(|metric| metric.name)).collect();
+    let groups = GROUPS.iter().map(|group| {
+        let summary = format!("All metrics of the group {}.", group.word());
+        json!({ "const": group.word(), "description": summary })
+    });
+    let metrics = METRICS.iter().map(|metric| {
+        let Metric { name, group, summary, .. } = metric;
+        json!({ "const": name, "description": format!("{}: {summary}.", group.word()) })
+    });
+    let names: Vec<Value> = groups.chain(metrics).collect();
     let plain = json!({ "type": ["string", "number", "boolean"] });
     let value = json!({ "anyOf": [plain, { "type": "array", "items": plain }] });
     json!({
@@ -69,7 +76,7 @@ pub fn json_schema() -> Value {
             },
             "metrics": {
                 "type": "array",
-                "items": { "enum": names },
+                "items": { "anyOf": names },
                 "description": "Metrics or groups of them; if left out, all that need no mesh and no check.",
             },
             "objectives": {

@@ -332,7 +332,7 @@ def _computed(
     metrics: dict[str, Metric],
     retries: int,
 ) -> Generator[list[str]]:
-    """Yield rows as they come, each variant's once; what is finished comes before what is raised."""
+    """Yield rows as they come, each variant's once; an error is raised after what is finished."""
     if submit is None:
         for task in tasks:
             lines, error = _rows(source, task, metrics)

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -38,9 +38,11 @@ fn sweep(root: &Path, more: &[&str]) -> Run {
     fabkit(root, &[&["sweep", "sweep.yaml", "-o", "out"], more].concat())
 }
 
-fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+/// Every file with its hash.
+fn files(root: &Path) -> BTreeMap<String, String> {
     let entries = fs::read_dir(root.join("out")).unwrap().map(Result::unwrap);
-    entries.map(|e| (e.file_name().into_string().unwrap(), fs::read(e.path()).unwrap())).collect()
+    let hash = |path: &Path| blake3::hash(&fs::read(path).unwrap()).to_hex().to_string();
+    entries.map(|e| (e.file_name().into_string().unwrap(), hash(&e.path()))).collect()
 }
 
 fn assert_says(run: &Run, code: i32, texts: &[&str]) {
@@ -129,16 +131,53 @@ fn killed_and_resumed_it_ends_with_the_same_bytes() {
         child.wait().unwrap();
         kept = fs::read_dir(killed.path().join("out/sweep.partial")).map_or(kept, Iterator::count);
     }
-    if !killed.path().join("out/sweep.json").exists() {
-        assert!(kept > 1, "nothing was kept");
-        sweep(killed.path(), &["--resume"]).ok();
-    }
+    assert!(kept > 1 || killed.path().join("out/sweep.json").exists(), "nothing was kept");
+    sweep(killed.path(), &["--resume"]).ok();
+    assert_eq!(files(killed.path()), files(whole.path()));
+    // Resumed once more, there is nothing left to do.
+    let again = sweep(killed.path(), &["--resume"]).ok();
+    assert!(again.stdout.contains("300 rows found"), "{}", again.stdout);
     assert_eq!(files(killed.path()), files(whole.path()));
 
     // Finished, it is left alone; another plan is not mixed with it.
     assert_says(&sweep(whole.path(), &[]), 2, &["out is not empty", "--resume"]);
     fs::write(whole.path().join("sweep.yaml"), plan.replace("seed: 7", "seed: 8")).unwrap();
     assert_says(&sweep(whole.path(), &["--resume"]), 2, &["holds another sweep"]);
+}
+
+#[test]
+fn an_interrupt_keeps_finished_rows() {
+    let plan = "format: 1\nsensor: rtac0\nsample: 5000\naxes:\n  \
+                camera.depth: {from: 6 mm, to: 7 mm}\nmetrics: [coverage]\n";
+    let root = folder(plan);
+    let child = command(root.path())
+        .args(["sweep", "sweep.yaml", "-o", "out", "--threads", "1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let partial = root.path().join("out/sweep.partial");
+    let rows = || fs::read_dir(&partial).map_or(0, |files| files.count().saturating_sub(1));
+    let start = Instant::now();
+    while rows() < 2 && start.elapsed() < Duration::from_secs(30) {
+        sleep(Duration::from_millis(2));
+    }
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("--resume goes on from here"), "{told}");
+    assert!(rows() >= 2 && !root.path().join("out/sweep.csv").exists());
+    // Rows are whole: another run reads every one of them.
+    for file in fs::read_dir(&partial).unwrap().map(|e| e.unwrap().path()) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(!name.starts_with('.'), "{name} is left over");
+        if name.ends_with(".jsonl") {
+            let text = fs::read_to_string(file).unwrap();
+            assert!(text.lines().all(|line| Row::from_line(line).is_ok()));
+        }
+    }
 }
 
 #[test]
@@ -207,7 +246,7 @@ fn constraints_that_exclude_everything_are_named() {
     let run = sweep(root.path(), &[]);
     assert_eq!(run.code, Some(1), "{run:?}");
     assert!(
-        run.stdout.contains("no variant is left: `coverage > 2` excludes 6 of 6"),
+        run.stdout.contains("no variant is left: `coverage > 2` excludes 4 of 6"),
         "{}",
         run.stdout
     );
@@ -275,10 +314,27 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
         assert!(of("marker_px_min") <= of("marker_px_median"), "{sensor}");
         assert!((0.0..1.0).contains(&of("occlusion")), "{sensor}: {}", of("occlusion"));
     }
-    // 57 dots of 1 mm in a picture of 30 px that shows 17.9 mm: 1.7 px each.
+    // The dot at the tip is seen face on, all others askew: its 1 mm at its distance.
     let tactip = row("tactip", "camera.pixels: [30]", "markers");
-    let width_px = tactip.metrics["marker_px_median"];
-    assert!((width_px - 30.0 / 17.866).abs() < 0.1, "{width_px}");
+    let yaml = fabkit::designs::builtin_yaml("tactip").unwrap();
+    let sensor = fabkit::designs::load("tactip", yaml, &[]).unwrap().sensor;
+    let dots = &sensor.parts.iter().find(|part| part.name == "dots").unwrap().landmarks;
+    let tip = dots.iter().map(|dot| dot.point).min_by(|a, b| {
+        let from_axis = |p: &fabkit::geometry::Point3<f64>| p.x.hypot(p.y);
+        from_axis(a).total_cmp(&from_axis(b))
+    });
+    let camera = &sensor.camera;
+    let eye = camera.sensor_from_camera.point(fabkit::geometry::Point3::origin());
+    let focal_px = 30f64.hypot(30.0) / camera.field_of_view.rad();
+    let expected_px = focal_px / (tip.unwrap() - eye).norm();
+    let found_px = tactip.metrics["marker_px_max"];
+    assert!((found_px / expected_px - 1.0).abs() < 0.02, "{found_px} {expected_px}");
+    // Twice the pixels: twice as wide, and hiding as much.
+    let finer = row("tactip", "camera.pixels: [60]", "markers");
+    assert!(
+        (finer.metrics["marker_px_median"] / tactip.metrics["marker_px_median"] - 2.0).abs() < 1e-9
+    );
+    assert_eq!(finer.metrics["occlusion"], tactip.metrics["occlusion"]);
     let fluidic = row("fluidic", "camera.width_px: [640]", "camera, calibration, masses");
     assert!(!fluidic.metrics.contains_key("coverage") && fluidic.notes.is_empty());
     assert!(fluidic.metrics["parts_mass_g"] > 0.0);

@@ -23,6 +23,7 @@ use crate::diagnostics::SourceText;
 use crate::failure::Failure;
 use crate::reading::{self, Expected};
 use crate::source::{MAX_YAML_BYTES, Source};
+use crate::staging::write_all;
 
 pub use store::{Finished, Store, SweepError};
 
@@ -119,7 +120,9 @@ pub fn save(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<Finished, Swee
     if folder.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(SweepError::NotEmpty { folder: folder.into() });
     }
-    store::write_tables(folder, plan, rows, &|| false)
+    let (finished, files) = store::tables(plan, rows)?;
+    write_all(folder, &files, &|| false)?;
+    Ok(finished)
 }
 
 /// How many variants became what, in the order of [`Status::ALL`].

@@ -1,6 +1,6 @@
 //! The folder of a sweep.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use fabkit_sweep::{InvalidRow, Plan, Row, Status, Table, report};
 use serde_json::{Value, json};
 
 use super::counts;
-use crate::staging::{OutputFile, StagingError, write_all};
+use crate::staging::{OutputFile, StagingError};
 
 const FINISHED: &str = "sweep.json";
 const PARTIAL: &str = "sweep.partial";
@@ -87,14 +87,36 @@ pub struct Finished {
     pub empty_metrics: Vec<String>,
 }
 
+impl Finished {
+    /// What `sweep.json` says.
+    fn read(document: &Value) -> Option<Self> {
+        let count = |value: &Value| value.as_u64().map(|count| count as usize);
+        let mut counts = [0; 4];
+        for (place, status) in counts.iter_mut().zip(Status::ALL) {
+            *place = count(&document["status"][status.word()])?;
+        }
+        let names = document["empty_metrics"].as_array()?.iter();
+        Some(Self {
+            variants: count(&document["variants"])?,
+            found: 0,
+            counts,
+            on_front: document["pareto"].as_array()?.len(),
+            none_left: document["none_left"].as_str().map(str::to_owned),
+            empty_metrics: names.filter_map(|name| name.as_str().map(str::to_owned)).collect(),
+        })
+    }
+}
+
 /// An open sweep.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
     hash: String,
     all: usize,
-    /// Rows by number, of earlier runs.
-    found: BTreeMap<usize, ()>,
+    /// Variants whose rows an earlier run left.
+    found: BTreeSet<usize>,
+    /// What an earlier run came to, if it came to its end.
+    finished: Option<Finished>,
 }
 
 impl Store {
@@ -107,14 +129,23 @@ impl Store {
             folder: folder.into(),
             hash: plan.hash(),
             all: plan.len(),
-            found: BTreeMap::new(),
+            found: BTreeSet::new(),
+            finished: None,
         };
-        let there = match store.hash_there(FINISHED)? {
-            None => store.hash_there(&format!("{PARTIAL}/{PLAN}"))?,
-            finished => finished,
+        let finished = store.document(FINISHED)?;
+        let there = match &finished {
+            None => store.document(&format!("{PARTIAL}/{PLAN}"))?,
+            finished => finished.clone(),
         };
-        match there {
-            Some(found) if resume && found == store.hash => store.find_rows()?,
+        let hash = there.map(|there| there["plan_hash"].as_str().unwrap_or_default().to_owned());
+        match hash {
+            Some(found) if resume && found == store.hash => {
+                store.finished = finished.as_ref().and_then(Finished::read);
+                if store.finished.is_some() {
+                    return Ok(store);
+                }
+                store.found = store.read_rows()?.into_keys().collect();
+            }
             Some(found) if resume => {
                 let short = |hash: &str| hash.chars().take(16).collect();
                 let (found, wanted) = (short(&found), short(&store.hash));
@@ -134,12 +165,15 @@ impl Store {
 
     /// How many rows an earlier run had finished.
     pub fn found(&self) -> usize {
-        self.found.len()
+        if self.finished.is_some() { self.all } else { self.found.len() }
     }
 
     /// The variants whose rows are missing, in order.
     pub fn missing(&self) -> Vec<usize> {
-        (0..self.all).filter(|number| !self.found.contains_key(number)).collect()
+        match self.finished {
+            Some(_) => Vec::new(),
+            None => (0..self.all).filter(|number| !self.found.contains(number)).collect(),
+        }
     }
 
     /// Keeps rows. Each variant's row is kept by one call.
@@ -161,25 +195,39 @@ impl Store {
     /// # Errors
     /// Rows that are missing; files that cannot be written.
     pub fn finish(self, plan: &Plan, cancelled: &dyn Fn() -> bool) -> Result<Finished, SweepError> {
+        if let Some(finished) = self.finished {
+            // Killed after the tables were there, a run leaves the rows' own files.
+            remove(&self.folder.join(PARTIAL))?;
+            return Ok(Finished { found: self.all, ..finished });
+        }
         let rows = self.read_rows()?;
         if rows.len() < self.all {
             let missing = self.all - rows.len();
             return Err(SweepError::Unfinished { missing, all: self.all });
         }
-        let finished = write_tables(&self.folder, plan, rows.into_values().collect(), cancelled)?;
-        let partial = self.folder.join(PARTIAL);
-        fs::remove_dir_all(&partial).map_err(|e| failed("remove", &partial, e))?;
+        let (finished, files) = tables(plan, rows.into_values().collect())?;
+        // Beside the rows first: what a run that is killed leaves half-written goes with them.
+        for file in &files {
+            if cancelled() {
+                return Err(SweepError::Cancelled);
+            }
+            self.replace(&file.name, &file.bytes)?;
+        }
+        // The list of contents comes last, and says that the others are there.
+        for OutputFile { name, .. } in &files {
+            let place = self.folder.join(name);
+            let moved = fs::rename(self.folder.join(PARTIAL).join(name), &place);
+            moved.map_err(|e| failed("write", &place, e))?;
+        }
+        remove(&self.folder.join(PARTIAL))?;
         Ok(Finished { found: self.found.len(), ..finished })
     }
 
-    /// The plan's hash that a document names.
-    fn hash_there(&self, name: &str) -> Result<Option<String>, SweepError> {
+    /// A document that an earlier run left.
+    fn document(&self, name: &str) -> Result<Option<Value>, SweepError> {
         let path = self.folder.join(name);
         match fs::read(&path) {
-            Ok(bytes) => {
-                let document: Value = serde_json::from_slice(&bytes).unwrap_or_default();
-                Ok(Some(document["plan_hash"].as_str().unwrap_or_default().to_owned()))
-            }
+            Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).unwrap_or_default())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(failed("read", &path, error)),
         }
@@ -192,11 +240,6 @@ impl Store {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
             Err(error) => Err(failed("read the folder", &self.folder, error)),
         }
-    }
-
-    fn find_rows(&mut self) -> Result<(), SweepError> {
-        self.found = self.read_rows()?.into_keys().map(|number| (number, ())).collect();
-        Ok(())
     }
 
     /// All rows that are there. A file that cannot be read as rows is as good as none.
@@ -238,17 +281,25 @@ impl Store {
     }
 }
 
+/// Removes a folder that may be there.
+fn remove(folder: &Path) -> Result<(), SweepError> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(failed("remove", folder, error))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn failed(action: &'static str, path: &Path, source: io::Error) -> SweepError {
     SweepError::Io { action, path: path.into(), source }
 }
 
-/// Writes the tables and the report of rows, whichever variants they are of.
-pub(super) fn write_tables(
-    folder: &Path,
+/// The tables and the report of rows, whichever variants they are of, and what they come to.
+pub(super) fn tables(
     plan: &Plan,
     rows: Vec<Row>,
-    cancelled: &dyn Fn() -> bool,
-) -> Result<Finished, SweepError> {
+) -> Result<(Finished, [OutputFile; 4]), SweepError> {
     let table = Table::new(plan, rows);
     let rows = table.rows();
     let counts = counts(rows);
@@ -267,6 +318,7 @@ pub(super) fn write_tables(
         "status": by_status,
         "pareto": front,
         "empty_metrics": empty_metrics,
+        "none_left": none_left(rows),
     });
     let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
     let files = [
@@ -275,15 +327,15 @@ pub(super) fn write_tables(
         file("report.html", report(plan, &table).into_bytes()),
         file(FINISHED, format!("{document:#}\n").into_bytes()),
     ];
-    write_all(folder, &files, cancelled)?;
-    Ok(Finished {
+    let finished = Finished {
         variants: rows.len(),
         found: 0,
         counts,
         on_front: front.len(),
         none_left: none_left(rows),
         empty_metrics,
-    })
+    };
+    Ok((finished, files))
 }
 
 /// Why no variant is left, if none is: the constraints that exclude most, or an example of why others

@@ -2,7 +2,7 @@
 
 mod plots;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use fabkit_report::{escape, page};
@@ -117,7 +117,7 @@ fn empty(table: &Table) -> String {
         return String::new();
     }
     let names: Vec<String> = empty.iter().map(|name| escape(name)).collect();
-    let notes: std::collections::BTreeSet<&str> =
+    let notes: BTreeSet<&str> =
         table.rows().iter().flat_map(|row| row.notes.iter().map(String::as_str)).collect();
     let notes: String =
         notes.iter().take(MOST_REASONS).map(|n| format!("<li>{}</li>\n", escape(n))).collect();

@@ -16,6 +16,8 @@ mod document;
 mod grid;
 mod list;
 mod marker;
+#[cfg(feature = "opencv")]
+mod opencv;
 mod place;
 mod saddle;
 
@@ -26,6 +28,8 @@ pub use document::{
     MIN_SQUARES, VERSION,
 };
 pub use list::{InvalidList, MAX_LIST_BYTES, read_corners};
+#[cfg(feature = "opencv")]
+pub use opencv::{OpenCvError, find_corners_opencv};
 
 use crate::image::GreyImage;
 
@@ -142,15 +146,20 @@ fn find_at_scale(scene: &grid::Scene, board: &Board) -> Result<Vec<FoundCorner>,
         grid::polish(scene, grid);
     }
     let placed = place::place(scene.image, board, &grids)?;
+    Ok(numbered(placed, board, SYSTEMATIC_PX))
+}
+
+/// A grid that lies on the board, as a list sorted by id; `systematic_px` is the detector's.
+fn numbered(placed: grid::Grid, board: &Board, systematic_px: f64) -> Vec<FoundCorner> {
     let [columns, _] = board.inner_corners();
     let mut corners: Vec<FoundCorner> = placed
         .into_iter()
         .map(|((column, row), saddle)| FoundCorner {
             id: row as u32 * columns as u32 + column as u32,
             pixel: saddle.at,
-            sigma_px: saddle.noise_px.hypot(SYSTEMATIC_PX),
+            sigma_px: saddle.noise_px.hypot(systematic_px),
         })
         .collect();
     corners.sort_by_key(|corner| corner.id);
-    Ok(corners)
+    corners
 }

@@ -121,7 +121,7 @@ pub struct Calibration {
 pub enum CalibrateError {
     /// Too few pictures show the board.
     #[error(
-        "{usable} views show at least {MIN_CORNERS} corners of the board; {MIN_VIEWS} are needed"
+        "views with at least {MIN_CORNERS} corners of the board: {usable}; {MIN_VIEWS} are needed"
     )]
     TooFewViews {
         /// How many do.

@@ -7,7 +7,6 @@ mod html;
 mod intrinsics;
 mod json;
 mod maps;
-mod svg;
 mod words;
 
 use nalgebra::Vector2;

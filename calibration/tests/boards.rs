@@ -4,7 +4,8 @@ mod common;
 
 use common::random::Random;
 use common::scene::{Spoil, Studio, USUAL, charuco, fisheye, save, somewhere, word};
-use fabkit_calibration::board::{Board, find_corners};
+use fabkit_calibration::board::{Board, FoundCorner, find_corners};
+use fabkit_calibration::image::GreyImage;
 
 #[derive(Default, Debug)]
 struct Tally {
@@ -24,8 +25,15 @@ impl Tally {
     }
 }
 
+/// Finds a board, or says why not.
+type Detector = fn(&GreyImage, &Board) -> Result<Vec<FoundCorner>, String>;
+
+fn ours(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, String> {
+    find_corners(image, board).map_err(|why| why.to_string())
+}
+
 /// Random views with the whole board in sight.
-fn tally(board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
+fn tally(detector: Detector, board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
     let studio = Studio::new(fisheye());
     let mut random = Random(seed);
     let mut tally = Tally::default();
@@ -38,7 +46,7 @@ fn tally(board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
         let truth = studio.truth(board, &pose).unwrap();
         let image = studio.picture(board, &pose, spoil, &mut random);
         tally.views += 1;
-        let found = match find_corners(&image, board) {
+        let found = match detector(&image, board) {
             Ok(found) => found,
             Err(why) => {
                 println!("view {}: {why}", tally.views);
@@ -85,10 +93,30 @@ fn tally(board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
 fn checkerboards_in_a_fisheye() {
     // Odd by even squares: only one way to number the corners.
     let board = Board::checkerboard("test", [9, 6], 3.0).unwrap();
-    let tally = tally(&board, 60, 1, USUAL);
+    let tally = tally(ours, &board, 60, 1, USUAL);
     assert!(tally.found as f64 >= 0.9 * tally.views as f64);
     assert!(tally.rms() <= 0.1);
     assert!(tally.worst <= 1.0);
+}
+
+/// The same views, so that the two lines printed can be compared.
+#[cfg(feature = "opencv")]
+#[test]
+fn checkerboards_in_a_fisheye_by_opencv() {
+    use fabkit_calibration::board::{OpenCvError, find_corners_opencv};
+    fn theirs(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, String> {
+        find_corners_opencv(image, board).map_err(|why| why.to_string())
+    }
+    let board = Board::checkerboard("test", [9, 6], 3.0).unwrap();
+    let tally = tally(theirs, &board, 60, 1, USUAL);
+    assert!(tally.found as f64 >= 0.9 * tally.views as f64);
+    assert!(tally.rms() <= 0.1);
+    assert!(tally.worst <= 1.0);
+
+    let flat = GreyImage::new(640, 480, vec![0.5; 640 * 480]).unwrap();
+    assert!(matches!(find_corners_opencv(&flat, &board), Err(OpenCvError::NotFound(_))));
+    let charuco = charuco([8, 6], 3.0, 2.1);
+    assert!(matches!(find_corners_opencv(&flat, &charuco), Err(OpenCvError::Charuco)));
 }
 
 /// A sheet that is larger than what the lens sees: part of it is always out of sight, and squares
@@ -130,7 +158,7 @@ fn large_charuco_boards_in_part() {
 #[test]
 fn charuco_boards_in_a_fisheye() {
     let board = charuco([8, 6], 3.0, 2.1);
-    let tally = tally(&board, 60, 2, USUAL);
+    let tally = tally(ours, &board, 60, 2, USUAL);
     assert!(tally.found as f64 >= 0.9 * tally.views as f64);
     assert!(tally.rms() <= 0.1);
     assert!(tally.worst <= 1.0);

@@ -40,7 +40,7 @@ use rayon::prelude::*;
 
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
-pub use printability::{PrintLimits, print_limits, printability};
+pub use printability::{PrintLimits, print_limits, printability, thinnest_wall};
 pub use scene::InvalidBody;
 
 use scene::Scene;

@@ -114,7 +114,7 @@ fn examine(part: &Part, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         );
     }
 
-    if let Some((thickness, place)) = thinnest(&body, limits.wall_mm) {
+    if let Some((thickness, place)) = thinnest_wall(&body, limits.wall_mm, LINES) {
         let message = format!("a wall of {} is {thickness:.2} mm thin", part.name);
         let fix = "thicken it, or print it with another process";
         findings.push(
@@ -128,8 +128,10 @@ fn examine(part: &Part, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     Ok(findings)
 }
 
-/// The thinnest wall below a limit, and where it is.
-fn thinnest(body: &Body, limit_mm: f64) -> Option<(f64, Point3<f64>)> {
+/// The thinnest wall below a limit, mm, and where it is; from `lines` lines in each of three
+/// directions, so that what is smaller than their distance is not seen. See [`printability`] for
+/// what a wall is.
+pub fn thinnest_wall(body: &Body, limit_mm: f64, lines: usize) -> Option<(f64, Point3<f64>)> {
     let bounds = body.bounds();
     if bounds.is_empty() || !bounds.is_finite() {
         return None;
@@ -137,8 +139,8 @@ fn thinnest(body: &Body, limit_mm: f64) -> Option<(f64, Point3<f64>)> {
     let mut casters = [Caster::default(), Caster::default()];
     let mut thinnest: Option<(f64, Point3<f64>)> = None;
     for direction in DIRECTIONS {
-        let bundle = Bundle::through(&bounds, direction.into(), LINES);
-        for ray in (0..LINES).map(|index| bundle.line(index)) {
+        let bundle = Bundle::through(&bounds, direction.into(), lines);
+        for ray in (0..lines).map(|index| bundle.line(index)) {
             let [along, across] = &mut casters;
             for stretch in along.stretches(body, &ray) {
                 // Across parallel faces; where they are not, a line across says more.

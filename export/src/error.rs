@@ -100,4 +100,7 @@ pub enum ExportError {
     /// The JSON encoder refused.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// A table that no file can hold.
+    #[error("the table cannot be written: {0}")]
+    Table(String),
 }

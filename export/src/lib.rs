@@ -18,6 +18,7 @@ mod error;
 mod manifest;
 mod npz;
 mod opc;
+mod parquet;
 mod picture;
 mod plate;
 mod ply;
@@ -37,6 +38,7 @@ pub use manifest::{
     Compensation, FileEntry, Manifest, PartEntry, PrintCompensation, SettingEntry, SheetFigures,
 };
 pub use npz::{Array, Values, npy, npz};
+pub use parquet::{Column, parquet};
 pub use picture::{Pixels, grey16_png, png, read_png};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{CloudPoint, ply};
@@ -48,7 +50,9 @@ pub use tiff::float_tiff;
 pub use tree::{
     ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, samples, tree,
 };
-pub use zarr::{Element, Shard, StoredChunk, ZarrArray, zarr_group, zarr_pack};
+pub use zarr::{
+    Element, Shard, StoredChunk, ZarrArray, zarr_checksum, zarr_group, zarr_pack, zarr_unpack,
+};
 
 /// The version that files name as their maker.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -189,7 +189,7 @@ impl Shard {
     pub fn finish(mut self, array: &ZarrArray) -> Vec<u8> {
         let entries = array.samples_per_shard * array.chunks_per_sample();
         self.index.resize(16 * entries as usize, u8::MAX);
-        let checksum = crc32c(&self.index);
+        let checksum = zarr_checksum(&self.index);
         self.bytes.extend(self.index);
         self.bytes.extend(checksum.to_le_bytes());
         self.bytes
@@ -212,8 +212,17 @@ pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
     Ok(zstd::bulk::compress(sample, ZSTD_LEVEL)?)
 }
 
-/// CRC-32C (Castagnoli; RFC 3720, appendix B.4), bit by bit: an index has a few thousand bytes.
-fn crc32c(bytes: &[u8]) -> u32 {
+/// Unpacks what [`zarr_pack`] packed: at most `bytes` bytes.
+///
+/// # Errors
+/// What is damaged, or longer than that.
+pub fn zarr_unpack(packed: &[u8], bytes: usize) -> Result<Vec<u8>, ExportError> {
+    Ok(zstd::bulk::decompress(packed, bytes)?)
+}
+
+/// The checksum of a shard's index: CRC-32C (Castagnoli; RFC 3720, appendix B.4), bit by bit: an
+/// index has a few thousand bytes.
+pub fn zarr_checksum(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0x82f6_3b78;
     let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ POLYNOMIAL } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
@@ -238,9 +247,9 @@ mod tests {
     #[test]
     fn the_checksum_is_castagnolis() {
         // RFC 3720, B.4: 32 bytes of zeros, of ones, and 0 to 31.
-        assert_eq!(crc32c(&[0; 32]), 0x8a91_36aa);
-        assert_eq!(crc32c(&[0xff; 32]), 0x62a8_ab43);
-        assert_eq!(crc32c(&(0..32).collect::<Vec<u8>>()), 0x46dd_794e);
+        assert_eq!(zarr_checksum(&[0; 32]), 0x8a91_36aa);
+        assert_eq!(zarr_checksum(&[0xff; 32]), 0x62a8_ab43);
+        assert_eq!(zarr_checksum(&(0..32).collect::<Vec<u8>>()), 0x46dd_794e);
     }
 
     #[test]
@@ -251,7 +260,7 @@ mod tests {
             samples.iter().map(|sample| zarr_pack(sample).unwrap()).collect();
         let bytes = array.shard(&packed);
         let index = &bytes[bytes.len() - 2 * 16 - 4..];
-        assert_eq!(crc32c(&index[..32]).to_le_bytes(), index[32..]);
+        assert_eq!(zarr_checksum(&index[..32]).to_le_bytes(), index[32..]);
         let number = |i: usize| u64::from_le_bytes(index[8 * i..8 * i + 8].try_into().unwrap());
         for (i, sample) in samples.iter().enumerate() {
             let (from, length) = (number(2 * i) as usize, number(2 * i + 1) as usize);

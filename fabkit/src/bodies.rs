@@ -55,6 +55,8 @@ pub struct BodyRef<'a> {
     pub shrinkage: f64,
     /// Through holes and handles, where the design counts them.
     pub genus: Option<i32>,
+    /// What the person at the printer or cutter should know.
+    pub notes: &'a [String],
 }
 
 impl BodyRef<'_> {
@@ -81,6 +83,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         bed_from_part: part.bed_from_part,
         shrinkage: part.shrinkage,
         genus: Some(part.genus),
+        notes: &part.print_notes,
     });
     let layers = sensor.layers.iter().map(|layer| BodyRef {
         kind: Kind::Layer,
@@ -97,6 +100,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         bed_from_part: Pose::identity(),
         shrinkage: 0.0,
         genus: Some(layer.genus),
+        notes: &[],
     });
     let components = sensor.components.iter().map(|component| BodyRef {
         kind: Kind::Component,
@@ -113,6 +117,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         bed_from_part: Pose::identity(),
         shrinkage: 0.0,
         genus: None,
+        notes: &[],
     });
     parts.chain(layers).chain(components).collect()
 }

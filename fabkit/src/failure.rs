@@ -1,9 +1,8 @@
-//! How the command fails: exit codes, messages, and panics.
+//! How an operation fails, as its user sees it: code, message and hint; and panics.
 
 use std::any::Any;
 use std::io::{self, Write};
 use std::panic;
-use std::process::ExitCode;
 
 use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
@@ -34,7 +33,8 @@ pub enum Exit {
 }
 
 impl Exit {
-    fn word(self) -> &'static str {
+    /// The word in JSON, for example `bad-input`.
+    pub fn word(self) -> &'static str {
         match self {
             Self::BadInput => "bad-input",
             Self::Limit => "limit",
@@ -162,6 +162,9 @@ impl From<ExportFailure> for Failure {
                 &failure,
                 "allow a larger --tolerance, or export fewer parts with --part",
             ),
+            ExportFailure::Mesh { source: MeshError::Tolerance { .. }, .. } => {
+                Self::plain(Exit::BadInput, &failure)
+            }
             ExportFailure::Plate(_) => Self::new(
                 Exit::BadInput,
                 &failure,
@@ -210,6 +213,12 @@ impl From<PictureError> for Failure {
             PictureError::Render(RenderError::NothingToDraw) => {
                 Self::plain(Exit::BadInput, "nothing is left behind the section plane")
             }
+            PictureError::Render(RenderError::NoPixels { .. }) => {
+                Self::plain(Exit::BadInput, error)
+            }
+            PictureError::Render(RenderError::TooLarge { .. }) => {
+                Self::new(Exit::Limit, error, "ask for a smaller picture")
+            }
             _ => Self::bug(error),
         }
     }
@@ -219,14 +228,14 @@ const REPORT: &str = "this is a bug in fabkit; please report it with the command
                       is one, the sensor's file";
 
 /// Runs the command; a panic becomes a message and [`Exit::Bug`].
-pub fn guard(command: fn() -> ExitCode) -> ExitCode {
+pub(crate) fn guard(command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
     panic::set_hook(Box::new(|info| {
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let text = text_of(info.payload());
         // If nobody can be told, the exit code still says it.
         let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
     }));
-    panic::catch_unwind(command).unwrap_or(ExitCode::from(Exit::Bug as u8))
+    panic::catch_unwind(command).unwrap_or(Exit::Bug as u8)
 }
 
 fn text_of(payload: &dyn Any) -> &str {
@@ -243,11 +252,11 @@ mod tests {
 
     #[test]
     fn a_panic_on_any_thread_leaves_with_its_own_code() {
-        fn command() -> ExitCode {
-            let (_, code): ((), _) = rayon::join(|| panic!("on purpose"), || ExitCode::SUCCESS);
+        fn command() -> u8 {
+            let (_, code): ((), _) = rayon::join(|| panic!("on purpose"), || 0);
             code
         }
-        assert_eq!(guard(command), ExitCode::from(70));
-        assert_eq!(guard(|| ExitCode::SUCCESS), ExitCode::SUCCESS);
+        assert_eq!(guard(command), 70);
+        assert_eq!(guard(|| 0), 0);
     }
 }

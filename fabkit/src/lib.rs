@@ -2,8 +2,12 @@
 //!
 //! The crates below are re-exported; this one adds what ties them together: [`bodies`] (parts,
 //! layers and components as one list), [`identity`] (which design a file belongs to),
-//! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`verifier`] (the bridge to
-//! other kernels), and [`staging`], the only place that writes files. The `fabkit` command is a thin shell around them.
+//! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`sweeping`] (many variants
+//! to tables), [`verifier`] (the bridge to other kernels), and [`staging`], the only place that
+//! writes files. What its users see is here too, because there are two doors to it, the `fabkit`
+//! command and the Python package: [`source`] (which design a name or a path means), [`scene`]
+//! (which camera looks at it), [`failure`] (codes, messages and hints), and [`commands`], the
+//! command itself.
 //!
 //! ```
 //! use fabkit::exporting::{ExportOptions, Format, export};
@@ -31,12 +35,26 @@ pub use fabkit_export as export;
 pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
+pub use fabkit_sweep as sweep;
+
+// The command's files name the library as its other users do.
+extern crate self as fabkit;
 
 pub mod bodies;
+mod cli;
+pub mod commands;
 pub mod dataset;
+pub mod diagnostics;
 pub mod exporting;
+pub mod failure;
 pub mod ground_truth;
 pub mod identity;
+mod interrupt;
 pub mod pictures;
+pub mod reading;
+pub mod scene;
+pub mod source;
 pub mod staging;
+pub mod sweeping;
+mod table;
 pub mod verifier;

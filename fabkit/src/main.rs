@@ -1,16 +1,7 @@
 //! The fabkit command: one description of a tactile sensor to parts, molds and ground truth.
 
-mod cli;
-mod commands;
-mod diagnostics;
-mod failure;
-mod interrupt;
-mod reading;
-mod source;
-mod table;
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    failure::guard(commands::main)
+    fabkit::commands::main(std::env::args_os()).into()
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use fabkit::bodies::UnknownName;
 use fabkit::checks::{self, CheckReport, InvalidBody};
 use fabkit::designs::parameters::InvalidDesign;
+use fabkit::designs::profile::ProcessProfile;
 use fabkit::designs::{self, Design};
 use fabkit::fixtures::{self, FixtureError, Project};
 
@@ -147,11 +148,16 @@ impl Source {
             let hint = format!("{}; a file of your own ends in .yaml", unknown.hint());
             return Err(Failure::new(Exit::BadInput, unknown, hint));
         };
+        Ok(Self::of_text(main))
+    }
+
+    /// A sensor whose text came from elsewhere; `main.file` names it in messages.
+    pub fn of_text(main: SourceText) -> Self {
         let defaults = fixtures::default_files()
             .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
         let others = designs::builtin_names().into_iter().filter_map(builtin).chain(defaults);
         let others = others.filter(|other| other.file != main.file).collect();
-        Ok(Self { main, others })
+        Self { main, others }
     }
 
     /// Finds a built-in variant of a built-in sensor: `rtac0` and `published-2025`.
@@ -176,6 +182,16 @@ impl Source {
         Ok(Self { main, others })
     }
 
+    /// The sensor's own file.
+    pub fn text(&self) -> &SourceText {
+        &self.main
+    }
+
+    /// Every file that problems may lie in: the sensor's own first.
+    pub fn texts(&self) -> impl Iterator<Item = &SourceText> {
+        std::iter::once(&self.main).chain(&self.others)
+    }
+
     /// Builds the sensor and reads the parameters of its fixtures.
     ///
     /// # Errors
@@ -194,8 +210,7 @@ impl Source {
     }
 
     fn invalid(&self, invalid: InvalidDesign) -> Failure {
-        let texts = std::iter::once(&self.main).chain(&self.others).cloned();
-        Failure::Design(invalid, texts.collect())
+        Failure::Design(invalid, self.texts().cloned().collect())
     }
 }
 
@@ -208,6 +223,18 @@ fn builtin(name: &str) -> Option<SourceText> {
 fn read_yaml(path: &Path) -> Result<String, Failure> {
     let hint = "is it the right file? `fabkit show rtac0` shows what one holds";
     reading::text(path, Expected { what: "a sensor's file", max_bytes: MAX_YAML_BYTES, hint })
+}
+
+/// Reads what a printer does to sizes.
+///
+/// # Errors
+/// A file that cannot be read, and all problems of the profile.
+pub fn read_profile(path: &Path) -> Result<ProcessProfile, Failure> {
+    let hint = "is it the right file? `fabkit profile` writes one";
+    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (path.display().to_string(), reading::text(path, expected)?);
+    ProcessProfile::read(&file, &text)
+        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))
 }
 
 #[cfg(test)]

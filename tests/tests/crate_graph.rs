@@ -11,7 +11,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fabkit-depth", &["fabkit-geometry", "fabkit-camera"]),
     ("fabkit-checks", &["fabkit-geometry"]),
     ("fabkit-designs", &["fabkit-geometry"]),
-    ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera"]),
+    ("fabkit-report", &[]),
+    ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera", "fabkit-report"]),
     (
         "fabkit-fixtures",
         &[
@@ -26,6 +27,20 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
     (
+        "fabkit-sweep",
+        &[
+            "fabkit-geometry",
+            "fabkit-mesh",
+            "fabkit-camera",
+            "fabkit-checks",
+            "fabkit-designs",
+            "fabkit-calibration",
+            "fabkit-fixtures",
+            "fabkit-export",
+            "fabkit-report",
+        ],
+    ),
+    (
         "fabkit",
         &[
             "fabkit-geometry",
@@ -37,6 +52,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-calibration",
             "fabkit-fixtures",
             "fabkit-export",
+            "fabkit-sweep",
         ],
     ),
     (
@@ -54,6 +70,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-export",
         ],
     ),
+    ("fabkit-python", &["fabkit"]),
     ("xtask", &[]),
 ];
 
@@ -63,6 +80,7 @@ const FEW_USERS: &[(&str, &[&str])] = &[
     ("granit-parser", &["fabkit-designs", "fabkit-camera"]),
     ("png", &["fabkit-export", "fabkit-calibration"]),
     ("flate2", &["fabkit-export"]),
+    ("parquet", &["fabkit-export"]),
     ("clap", &["fabkit"]),
     ("ctrlc", &["fabkit"]),
 ];

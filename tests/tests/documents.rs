@@ -45,6 +45,17 @@ fn the_manifest_tells_the_truth_about_every_file() {
 }
 
 #[test]
+fn show_says_how_to_make_each_part() {
+    let root = tempfile::tempdir().unwrap();
+    let text = fabkit(root.path(), &["show", "rtac0"]).ok().stdout;
+    let document = fabkit(root.path(), &["show", "rtac0", "--json"]).ok().json();
+    let bodies = document["bodies"].as_array().unwrap();
+    let notes: Vec<&str> = bodies.iter().flat_map(|body| strings(&body["notes"])).collect();
+    assert!(notes.iter().any(|note| note.contains("no supports")), "{notes:?}");
+    assert!(notes.iter().all(|note| text.contains(note)), "{text}");
+}
+
+#[test]
 fn plates_hold_every_printed_part_as_often_as_it_is_needed() {
     let root = tempfile::tempdir().unwrap();
     // A bed that takes several plates.

@@ -157,7 +157,7 @@ fn pictures_without_the_board_are_not_enough() {
     let run = calibrate(&given, &["-o", &path("camera.yaml")]);
     assert_eq!(run.code, Some(2), "{run:?}");
     let expected = [
-        "1 views show at least 6 corners of the board; 3 are needed",
+        "views with at least 6 corners of the board: 1; 3 are needed",
         "white.png: 100 % of the picture is saturated: lower the exposure",
         "grey.png: the picture has no contrast",
     ];

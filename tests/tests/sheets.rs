@@ -45,7 +45,7 @@ fn flat_parts_get_drawings_without_asking_and_stock_sheets_with_all_of_them() {
         files.keys().filter(|name| name.ends_with(".dxf")).map(String::as_str).collect();
     let sheet = "sheet-acrylic-frosted-on-both-sides-2mm-1.dxf";
     assert_eq!(drawings, ["diffuser.dxf", "led-board.dxf", sheet]);
-    assert!(run.stdout.contains(&format!("{sheet}: 1 pieces")), "{}", run.stdout);
+    assert!(run.stdout.contains(&format!("{sheet}: 1 piece,")), "{}", run.stdout);
     assert!(run.stdout.contains("for a kerf of 0.2 mm: diffuser\n"), "{}", run.stdout);
     let shrunk = "scaled by 1.001001 for 0.1 % shrinkage of what is cast in it: mold-transparent";
     assert!(run.stdout.contains(shrunk), "{}", run.stdout);

@@ -21,12 +21,6 @@ from .measured import Rebuilt
 EXACT_VOLUME = 1e-6
 EXACT_AREA = 1e-6
 EXACT_DISTANCE_MM = 1e-3
-# OpenCascade integrates moments by Gauss's rule of fixed order, without a bound: off by up to 1e-4 mm
-# for a centroid, and by 1.5 % for the inertia of a countersunk screw, whose cone it follows badly (the
-# closed form agrees with fabkit to 1e-10). These limits say whether the whole is right; lines say the
-# rest.
-EXACT_CENTROID_MM = 5e-4
-EXACT_INERTIA = 0.03
 # OpenCascade's smallest box has its own tolerance, mm.
 EXACT_BOUNDS_MM = 1e-5
 # Numbers of a mesh file are rounded to 24 bits: half a step at 128 mm.
@@ -95,8 +89,9 @@ def _figures(tree: dict, exact: dict, rebuilt: Rebuilt) -> list[Check]:
         limits = {
             "volume": EXACT_VOLUME,
             "area": EXACT_AREA,
-            "centroid": EXACT_CENTROID_MM,
-            "inertia": EXACT_INERTIA,
+            # What a volume that small does to them wherever it is in the box.
+            "centroid": EXACT_VOLUME * size,
+            "inertia": EXACT_VOLUME * volume * size**2 / largest,
             "bounds": EXACT_BOUNDS_MM,
         }
     off = {

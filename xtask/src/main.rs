@@ -2,8 +2,10 @@
 
 mod bench_depth;
 mod bench_peers;
+mod book;
 mod lint;
 mod python;
+mod python_package;
 mod real_captures;
 mod run;
 mod test;
@@ -18,6 +20,8 @@ Tasks:
   test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
   verify-env         Make the Python environment of the verifier and of the outside oracles
   lint               Formatting, clippy and documentation without warnings, licences and sources
+  python             Build the Python package's wheel, install it, run its tests; types and style
+  book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
@@ -29,6 +33,8 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "verify-env" => python::run(),
         "lint" => lint::run(),
+        "python" => python_package::run(),
+        "book" => book::run(env::args().nth(2).as_deref()),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),

@@ -53,7 +53,8 @@ pub fn environment() -> Result<PathBuf, String> {
     Ok(python)
 }
 
-fn uv() -> Result<PathBuf, String> {
+/// The `uv` of `.tools`, which is installed first if it is missing.
+pub fn uv() -> Result<PathBuf, String> {
     let folder = root().join(".tools/uv");
     let uv = folder.join(if cfg!(windows) { "Scripts/uv.exe" } else { "bin/uv" });
     if exists(&uv) {
@@ -74,6 +75,7 @@ fn uv() -> Result<PathBuf, String> {
     Ok(uv)
 }
 
+/// Where a virtual environment keeps its interpreter.
 pub fn interpreter(venv: &Path) -> PathBuf {
     venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }

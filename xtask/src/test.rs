@@ -24,6 +24,11 @@ pub fn run() -> Result<(), String> {
         Ok(python) => oracles(&python)?,
         Err(why) => skip("the outside oracles and other kernels", &why)?,
     }
+    opencv_detector()?;
+    match crate::python::uv() {
+        Ok(_) => crate::python_package::run()?,
+        Err(why) => skip("the Python package", &why)?,
+    }
     // Last, so that its summary ends the output. Doc tests are part of it.
     let tests = check(cargo().args(["test", "--workspace", "--release", "--no-fail-fast"]));
     for step in skipped() {
@@ -64,6 +69,18 @@ fn oracles(python: &Path) -> Result<(), String> {
         return VERIFIED_IN_CI.iter().try_for_each(|design| verify(design));
     }
     skip("verification of the other sensors", "it is part of continuous integration")
+}
+
+/// The corner detector that is there only with the `opencv` feature, on the same pictures as ours.
+fn opencv_detector() -> Result<(), String> {
+    let probe = Command::new("pkg-config").args(["--exists", "opencv4"]).status();
+    if !probe.is_ok_and(|status| status.success()) {
+        return skip("OpenCV's corner detector", "OpenCV 4 with its headers is not installed");
+    }
+    let package = ["--package", "fabkit-calibration", "--features", "opencv"];
+    let tests = ["--test", "boards", "opencv", "--", "--nocapture"];
+    check(cargo().args(["clippy"]).args(package).args(["--all-targets", "--", "-D", "warnings"]))?;
+    check(cargo().args(["test", "--release"]).args(package).args(tests))
 }
 
 /// Whether a program can be started; neither of the consumers exits with 0 for `--version`.

@@ -2,47 +2,30 @@
 
 use std::fmt::Write;
 
+use fabkit_report::{escape, page};
+
 use super::maps::HoleRow;
-use super::svg::escape;
 use super::{ExtrinsicsReport, rms_px};
 use crate::model::Parameter;
-
-pub(super) const STYLE: &str = "
-body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; border-bottom: 1px solid #ccc; }
-table { border-collapse: collapse; margin: .6rem 0; } th, td { padding: .15rem .7rem; text-align: right; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; } tr.chosen { font-weight: 600; background: #eef4fb; }
-.warnings li { margin: .3rem 0; } .warnings { background: #fff6e0; border-left: 4px solid #d89b00; padding: .4rem 1rem; }
-figure { margin: 1rem 0; } figcaption { color: #555; font-size: .9rem; } .pair { display: flex; gap: 1rem; } .pair > * { flex: 1; }
-svg { width: 100%; height: auto; }
-@media print { body { margin: 0; max-width: none; } h2, figure, table { break-inside: avoid; } }
-";
 
 impl ExtrinsicsReport<'_> {
     /// One file with everything inline.
     pub fn to_html(&self) -> String {
-        let mut page = String::new();
-        let title = format!("Camera pose of {}", escape(self.sensor));
-        let _ = write!(
-            page,
-            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-             <title>{title}</title><style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
-        );
-        page += &self.summary();
+        let mut body = self.summary();
         let warnings = self.warnings();
         if !warnings.is_empty() {
             let _ = write!(
-                page,
+                body,
                 "<h2>Warnings</h2>\n<div class=\"warnings\">{}</div>\n",
                 Self::list(&warnings)
             );
         }
         let _ =
-            write!(page, "<h2>What was fitted and why</h2>\n{}", Self::list(&self.explanation()));
-        page += &self.parameters_table();
-        page += &self.trials_table();
+            write!(body, "<h2>What was fitted and why</h2>\n{}", Self::list(&self.explanation()));
+        body += &self.parameters_table();
+        body += &self.trials_table();
         let _ = write!(
-            page,
+            body,
             "<h2>Residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected.</figcaption>\
              </figure>\n<figure>{}</figure>\n<figure>{}<figcaption>Dashed: scatter of the same pin \
              pressed again, below which no model can go.</figcaption></figure>\n",
@@ -50,17 +33,17 @@ impl ExtrinsicsReport<'_> {
             self.residual_against_radius(),
             self.residual_against_hole()
         );
-        page += &self.captures_table();
-        page += &self.repeatability_table();
+        body += &self.captures_table();
+        body += &self.repeatability_table();
         if let Some([pixel, depth]) = self.uncertainty_maps() {
             let _ = write!(
-                page,
+                body,
                 "<h2>Uncertainty on the surface</h2>\n<div class=\"pair\"><figure>{pixel}</figure>\
                  <figure>{depth}</figure></div>\n<p>One standard deviation, on the sphere on which \
                  the pins touch, as far out as pins were pressed.</p>\n"
             );
         }
-        page + "</body></html>\n"
+        page(&format!("Camera pose of {}", self.sensor), &body)
     }
 
     fn summary(&self) -> String {

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{Matrix3, Point3, Vector3};
+use fabkit_report::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use nalgebra::Vector2;
 
 use super::ExtrinsicsReport;
-use super::svg::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use crate::model::Observation;
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 

@@ -271,6 +271,7 @@ macro_rules! choices {
         }
 
         impl $crate::parameters::Scalar for $name {
+            const KIND: $crate::parameters::Kind = $crate::parameters::Kind::Text;
             type Limits = ();
 
             fn parse(text: &str) -> Result<Self, $crate::parameters::Refusal> {

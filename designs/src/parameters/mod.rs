@@ -21,22 +21,22 @@ mod reader;
 mod report;
 mod schema;
 mod suggest;
-mod tree;
+pub mod tree;
 mod value;
 
 pub use declare::{Field, Parameter, Section, Shape, join, summary};
 pub use reader::Reader;
 pub use report::Report;
 pub use serde_json::Value as Json;
+pub use suggest::{did_you_mean, hint as suggestion, similar};
 pub use tree::{MAX_BYTES, MAX_DEPTH, MAX_NODES};
-pub use value::{Name, Refusal, Scalar};
+pub use value::{Kind, Name, Refusal, Scalar};
 
 pub(crate) use document::Document;
 pub(crate) use overrides::apply as apply_overrides;
 pub(crate) use place::{Found, Layer, Place};
 pub(crate) use reader::Example;
 pub(crate) use schema::{FamilySchema, root as root_schema};
-pub(crate) use suggest::{did_you_mean, hint as suggestion, similar};
 pub(crate) use tree::{Content, Entry, Node, parse as parse_tree};
 
 /// Where a number comes from.
@@ -89,6 +89,8 @@ pub struct Setting {
     pub path: String,
     /// Value with unit, as it would be written in YAML.
     pub value: String,
+    /// What kind of value it is.
+    pub kind: Kind,
     /// Where it comes from.
     pub source: Source,
     /// One line for people.
@@ -141,7 +143,7 @@ impl fmt::Display for InvalidDesign {
 }
 
 /// Text from a file as it may be shown on a terminal: one line, no control characters, not long.
-pub(crate) fn shown(text: &str) -> String {
+pub fn shown(text: &str) -> String {
     const LONGEST: usize = 60;
     let mut safe = String::new();
     for (i, c) in text.chars().enumerate() {

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use super::document::Document;
 use super::place::{Found, Written, WrittenText};
 use super::suggest::either;
-use super::{Report, Scalar, Setting, Shape, join};
+use super::{Kind, Report, Scalar, Setting, Shape, join};
 
 /// Reads parameters by path.
 #[derive(Debug)]
@@ -34,7 +34,7 @@ impl Reader {
         let WrittenText::Scalar(text) = &written.text else { return None };
         match read::<T>(path, text, limits) {
             Ok(value) => {
-                self.setting(path, summary, value.show(), T::allowed(limits), &written);
+                self.setting(path, summary, value.show(), T::KIND, T::allowed(limits), &written);
                 Some(value)
             }
             Err((message, hint)) => {
@@ -85,7 +85,8 @@ impl Reader {
         let shown: Vec<String> = values.iter().map(Scalar::show).collect();
         let allowed =
             format!("{} to {} items, each {}", count.start(), count.end(), T::allowed(each));
-        self.setting(path, summary, format!("[{}]", shown.join(", ")), allowed, &written);
+        let shown = format!("[{}]", shown.join(", "));
+        self.setting(path, summary, shown, Kind::List, allowed, &written);
         Some(values)
     }
 
@@ -102,12 +103,14 @@ impl Reader {
         path: &str,
         summary: &str,
         value: String,
+        kind: Kind,
         limits: String,
         written: &Written,
     ) {
         self.settings.push(Setting {
             path: path.to_owned(),
             value,
+            kind,
             source: written.source.clone(),
             summary: summary.to_owned(),
             limits,

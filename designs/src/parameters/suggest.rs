@@ -8,7 +8,7 @@ const LIKENESS: f64 = 0.6;
 const MOST: usize = 3;
 
 /// The known names that `written` may have meant, best first.
-pub(crate) fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+pub fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     // Comparing is quadratic in length, and nobody mistypes a name this long.
     if written.len() > 200 {
         return Vec::new();
@@ -26,7 +26,7 @@ pub(crate) fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str
 }
 
 /// `did you mean ...?`, or the list of what is known.
-pub(crate) fn hint<'a>(
+pub fn hint<'a>(
     written: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,
     what: &str,
@@ -40,7 +40,7 @@ pub(crate) fn hint<'a>(
 }
 
 /// ``did you mean `a` or `b`?``
-pub(crate) fn did_you_mean(names: &[&str]) -> String {
+pub fn did_you_mean(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     format!("did you mean {}?", either(&quoted, "or"))
 }

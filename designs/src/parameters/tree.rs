@@ -17,7 +17,8 @@ pub const MAX_DEPTH: usize = 64;
 
 /// A place in a text; both counts start at 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Position {
+pub struct Position {
+    /// Of the file.
     pub line: usize,
     /// In characters.
     pub column: usize,
@@ -25,41 +26,66 @@ pub(crate) struct Position {
 
 /// One YAML value.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Node {
+pub struct Node {
+    /// Where it begins.
     pub position: Position,
+    /// What it is.
     pub content: Content,
 }
 
+/// What a YAML value is.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Content {
+pub enum Content {
     /// Nothing was written, as in `radius:` or `radius: null`.
     Nothing,
+    /// One value, as text.
     Scalar(String),
+    /// `[a, b]`, or lines that begin with `-`.
     List(Vec<Node>),
+    /// `key: value`, in the order of the file.
     Map(Vec<Entry>),
 }
 
 /// One `key: value`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Entry {
+pub struct Entry {
+    /// Its name.
     pub key: String,
+    /// Where the name stands.
     pub key_position: Position,
+    /// What stands behind it.
     pub value: Node,
 }
 
 /// Why a text cannot be read.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Fault {
+pub struct Fault {
+    /// Where, if it is one place.
     pub position: Option<Position>,
     /// Dotted path of the key at fault, where there is one.
     pub path: String,
     /// What stands there.
     pub written: String,
+    /// What is wrong.
     pub message: String,
+    /// What to do about it.
     pub hint: Option<String>,
 }
 
 impl Fault {
+    /// The same as a problem of a file.
+    pub fn in_file(self, file: &str) -> super::Problem {
+        super::Problem {
+            file: file.into(),
+            line: self.position.map(|at| at.line),
+            column: self.position.map(|at| at.column),
+            path: self.path,
+            value: self.written,
+            message: self.message,
+            hint: self.hint,
+        }
+    }
+
     fn at(position: Position, message: impl Into<String>, hint: &str) -> Self {
         Self {
             position: Some(position),
@@ -72,13 +98,13 @@ impl Fault {
 }
 
 /// The tree of a text, and keys that were written twice (the first one counts).
-pub(crate) type Parsed = (Node, Vec<Fault>);
+pub type Parsed = (Node, Vec<Fault>);
 
 /// Reads a whole text.
 ///
 /// # Errors
 /// The first thing that makes the text unreadable: what follows it would be guesswork.
-pub(crate) fn parse(text: &str) -> Result<Parsed, Fault> {
+pub fn parse(text: &str) -> Result<Parsed, Fault> {
     if text.len() > MAX_BYTES {
         return Err(Fault {
             position: None,

@@ -27,8 +27,29 @@ impl Refusal {
     }
 }
 
+/// What a value is, for those who compute new ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A length with its unit.
+    Length,
+    /// An angle with its unit.
+    Angle,
+    /// A whole number, 0 or more.
+    Count,
+    /// A plain number.
+    Number,
+    /// `true` or `false`.
+    Switch,
+    /// A word or a text.
+    Text,
+    /// Several of one kind.
+    List,
+}
+
 /// A single value: one YAML scalar.
 pub trait Scalar: Sized {
+    /// What kind of value it is.
+    const KIND: Kind;
     /// What is allowed; `()` where the type says it all.
     type Limits;
 
@@ -88,6 +109,7 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
 
 /// Limits in millimetres.
 impl Scalar for Length {
+    const KIND: Kind = Kind::Length;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -121,6 +143,7 @@ impl Scalar for Length {
 
 /// Limits in degrees.
 impl Scalar for Angle {
+    const KIND: Kind = Kind::Angle;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -161,6 +184,7 @@ fn nearest(value: f64, limits: &RangeInclusive<f64>) -> f64 {
 
 /// A count.
 impl Scalar for u32 {
+    const KIND: Kind = Kind::Count;
     type Limits = RangeInclusive<u32>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -203,6 +227,7 @@ impl Scalar for u32 {
 
 /// A plain number without unit.
 impl Scalar for f64 {
+    const KIND: Kind = Kind::Number;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -247,6 +272,7 @@ impl Scalar for f64 {
 }
 
 impl Scalar for bool {
+    const KIND: Kind = Kind::Switch;
     type Limits = ();
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -280,6 +306,7 @@ impl Scalar for bool {
 
 /// One line of text; limits in characters.
 impl Scalar for String {
+    const KIND: Kind = Kind::Text;
     type Limits = RangeInclusive<usize>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -331,6 +358,7 @@ impl Name {
 }
 
 impl Scalar for Name {
+    const KIND: Kind = Kind::Text;
     type Limits = ();
 
     fn parse(text: &str) -> Result<Self, Refusal> {

@@ -6,13 +6,10 @@ use clap::{Args, ValueEnum};
 use fabkit::ground_truth::Shown;
 
 use super::{Design, length_within};
+use crate::scene::{MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM};
 
-/// Wider than any gel's skin carries.
-const MEMBRANE_LIMITS_MM: [f64; 2] = [0.0, 10.0];
-const SIGMA_LIMITS_MM: [f64; 2] = [0.0, 1.0];
 const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
-const MAX_SAMPLES: i64 = 8;
 const MAX_PROBES: i64 = 10_000_000;
 
 /// Where the camera is, and how truth is computed.
@@ -55,7 +52,7 @@ pub struct Depth {
     pub reference: bool,
     /// Cast N x N rays for each pixel; the maps grow by that
     #[arg(long, value_name = "N", default_value = "1",
-          value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES))]
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: u32,
     /// Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm
     #[arg(long, value_parser = sigma, default_value = "0.05mm", value_name = "LENGTH")]

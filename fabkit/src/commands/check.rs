@@ -2,6 +2,7 @@
 
 use fabkit::bodies::UnknownName;
 use fabkit::checks::{self, Batch, CheckReport, Finding, Rule};
+use fabkit::designs::Design;
 use fabkit::fixtures;
 use fabkit::identity::design_hash;
 use serde_json::{Value, json};
@@ -22,19 +23,23 @@ pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
     let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.
     let report = target.check(&args.set)?.map_err(Failure::bug)?;
-    let name = &design.sensor.name;
-    let json = json!({
+    let text = text(&design.sensor.name, &report);
+    Ok(Report { text, json: document(&design, &report), failed: report.errors() > 0 })
+}
+
+/// What `--json` says (`fabkit-check` version 1).
+pub fn document(design: &Design, report: &CheckReport) -> Value {
+    json!({
         "format": "fabkit-check",
         "version": 1,
-        "name": name,
-        "design_hash": design_hash(&design),
+        "name": design.sensor.name,
+        "design_hash": design_hash(design),
         "passed": report.errors() == 0,
         "resolution": checks::RESOLUTION,
-        "rules": rules_json(&report),
+        "rules": rules_json(report),
         "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
         "batches": report.batches.iter().map(batch_json).collect::<Vec<_>>(),
-    });
-    Ok(Report { text: text(name, &report), json, failed: report.errors() > 0 })
+    })
 }
 
 fn text(name: &str, report: &CheckReport) -> String {
@@ -53,7 +58,9 @@ fn text(name: &str, report: &CheckReport) -> String {
     for finding in &report.findings {
         text += &format!("\n{}", finding_text(finding));
     }
-    text += &format!("\n{}", batches_text(&report.batches));
+    if !report.batches.is_empty() {
+        text += &format!("\n{}", batches_text(&report.batches));
+    }
     text += &match report.errors() {
         0 => format!("\n{name} can be built as described\n"),
         1 => "\n1 error\n".to_owned(),
@@ -80,7 +87,7 @@ fn finding_text(finding: &Finding) -> String {
             "  = {}{unit}{}, limit {}{unit}{}\n",
             rounded(measured.value),
             measured.unit,
-            measured.limit,
+            shortest(measured.limit),
             measured.unit
         );
     }
@@ -91,6 +98,12 @@ fn finding_text(finding: &Finding) -> String {
 fn rounded(value: f64) -> String {
     let small = value != 0.0 && value.abs() < 1e-3;
     if small { format!("{value:.3e}") } else { format!("{value:.4}") }
+}
+
+/// As the rule has it, unless it goes on like a third does.
+fn shortest(limit: f64) -> String {
+    let all = limit.to_string();
+    if all.len() > 8 { rounded(limit) } else { all }
 }
 
 fn batches_text(batches: &[Batch]) -> String {

@@ -15,26 +15,26 @@ use fabkit::identity::design_hash;
 use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::Report;
 use super::progress::Progress;
-use super::view::{MOST_FAULTS, Scene, check_depths, press_failure};
+use super::{Report, view};
 use crate::cli::{Dataset, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
+use crate::scene::{MOST_FAULTS, Scene, press_failure};
 use crate::source::MAX_YAML_BYTES;
 use crate::table::grouped;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
-    let scene = Scene::new(&args.design, &args.view)?;
+    let scene = view::scene(&args.design, &args.view)?;
     if args.probes {
         return probes::run(args, &scene);
     }
     let named = patterns(args, &scene)?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
-    check_depths(scene.touch()?, presses)?;
+    scene.check_depths(presses)?;
     let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
     let patterns = patterns.map_err(Failure::bug)?;
     let rays = scene.viewpoint.rays(1);
@@ -57,7 +57,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         write_sheet(path, &job, args.seed)?;
     }
     interrupt::begin_writing()?;
-    let progress = Progress::new(global);
+    let progress = Progress::new(global, "files");
     let show = |done, found, all| progress.show(done, found, all);
     let written = dataset::write(&args.output, &job, &show, &interrupt::requested);
     progress.clear();

@@ -3,42 +3,37 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit::depth::truth::{DepthMap, Surface};
+use fabkit::depth::truth::DepthMap;
 use fabkit::export::{ExportError, npz, png};
 use fabkit::fixtures::Press;
-use fabkit::ground_truth::{
-    self, Deepest, GREY_STEP_MM, Shown, arrays, cloud, deepest, picture, pressers,
-};
+use fabkit::ground_truth::{self, Deepest, GREY_STEP_MM, Shown, arrays, cloud, picture};
 use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::Report;
-use super::view::{Scene, check_depths, press_failure};
+use super::{Report, view};
 use crate::cli::Depth;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::scene::{Cast, Scene, Seen, press_failure};
 use crate::table::size;
 
-/// The same limit as for pictures.
-const MAX_RAYS: u64 = fabkit::pictures::MAX_PIXELS;
-
 pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
-    let scene = Scene::new(&args.design, &args.view)?;
-    check_size(&scene, args.samples)?;
+    let scene = view::scene(&args.design, &args.view)?;
     let presses = presses(&scene, args)?;
-    let of_press = presses.iter().map(|press| (press.id.as_str(), press));
-    check_depths(scene.touch()?, of_press)?;
-    let pressers = pressers(&presses).map_err(Failure::bug)?;
+    let cast = Cast {
+        presses: &presses,
+        samples: args.samples,
+        membrane_mm: args.view.membrane,
+        print_sigma_mm: args.print_sigma,
+    };
+    scene.cast(&cast, |seen| write(args, &scene, seen))
+}
 
-    let rays = scene.viewpoint.rays(args.samples);
-    let surface = Surface::cast(scene.touch()?, &rays).map_err(Failure::bug)?;
-    let rigid = surface.pressed(&pressers);
-    let deepest = deepest(&rigid, scene.touch()?);
-    let map = rigid.with_membrane(args.view.membrane);
-    let sigma_mm = map.sigma_mm(&scene.viewpoint.uncertainty(args.print_sigma));
-    let default = if presses.is_empty() { Shown::Range } else { Shown::Indentation };
+fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
+    let Seen { map, sigma_mm, deepest, surface_px } = seen;
+    let default = if args.press.is_empty() { Shown::Range } else { Shown::Indentation };
     let shown = args.show.map_or(default, Shown::from);
-    let files = files(args, &map, &sigma_mm, shown)?;
+    let files = files(args, map, sigma_mm, shown)?;
 
     interrupt::begin_writing()?;
     let mut text = String::new();
@@ -64,13 +59,13 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         "{} x {} px, {} see the surface, {contact} of them contact\n",
         map.width_px(),
         map.height_px(),
-        surface.seen(),
+        surface_px,
     );
     if let Some(Deepest { depth_mm, label, .. }) = deepest {
         let name = &map.names()[usize::from(label)];
         text += &format!("deepest contact seen: {depth_mm:.3} mm ({name})\n");
     }
-    let median = median(&sigma_mm);
+    let median = median(sigma_mm);
     let of =
         if scene.viewpoint.is_unsure() { " (shape alone: no covariance was given)" } else { "" };
     text += &format!("median sigma of the range: {median:.4} mm{of}\n");
@@ -85,7 +80,7 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         "surface_seen": scene.coverage_json(),
         "width_px": map.width_px(),
         "height_px": map.height_px(),
-        "pixels_seen": surface.seen(),
+        "pixels_seen": surface_px,
         "pixels_in_contact": contact,
         "labels": map.names(),
         "deepest_mm": deepest.map(|deepest| deepest.depth_mm),
@@ -96,16 +91,6 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         "grey_step_mm": GREY_STEP_MM,
     });
     Ok(Report { text, json, failed: false })
-}
-
-fn check_size(scene: &Scene, samples: u32) -> Result<(), Failure> {
-    let camera = scene.viewpoint.camera();
-    let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
-    if u64::from(width) * u64::from(height) <= MAX_RAYS {
-        return Ok(());
-    }
-    let message = format!("{width} x {height} rays are more than {MAX_RAYS}");
-    Err(Failure::new(Exit::Limit, message, "ask for fewer --samples"))
 }
 
 fn presses(scene: &Scene, args: &Depth) -> Result<Vec<Press>, Failure> {

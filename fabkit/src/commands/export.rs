@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use fabkit::designs::Design;
-use fabkit::designs::profile::ProcessProfile;
 use fabkit::export::{Bed, FileEntry, Manifest};
 use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions};
 use fabkit::staging::{OutputFile, write_all};
@@ -16,11 +15,9 @@ use serde_json::{Value, json};
 
 use super::Report;
 use crate::cli::{Export, Global};
-use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::reading::{self, Expected};
-use crate::source::{MAX_YAML_BYTES, Target};
+use crate::source::{self, Target};
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
@@ -31,7 +28,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         let hint = format!("write `fabkit export {} --fixtures`", target.sensor);
         return Err(Failure::new(Exit::BadInput, message, hint));
     }
-    let profile = args.process.as_deref().map(read_profile).transpose()?;
+    let profile = args.process.as_deref().map(source::read_profile).transpose()?;
     let (design, fixtures) = match args.fixtures {
         true => target.design_with_fixtures(&args.set)?,
         false => (target.design(&args.set)?, Vec::new()),
@@ -119,14 +116,6 @@ fn default_folder(target: &Target, design: &Design) -> PathBuf {
     }
 }
 
-fn read_profile(path: &Path) -> Result<ProcessProfile, Failure> {
-    let hint = "is it the right file? `fabkit profile` writes one";
-    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
-    let (file, text) = (path.display().to_string(), reading::text(path, expected)?);
-    ProcessProfile::read(&file, &text)
-        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))
-}
-
 /// Parts with their files, and in what these differ from the design.
 fn table_of(manifest: &Manifest) -> String {
     let mut rows =
@@ -144,10 +133,16 @@ fn table_of(manifest: &Manifest) -> String {
         ]);
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
-    // Plates and stock sheets.
+    // Plates, stock sheets and documents.
     let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_of(file, &part.name));
     for file in manifest.files.iter().filter(is_layout) {
-        text += &format!("{}: {} pieces, {}\n", file.name, file.parts.len(), size(file.bytes));
+        // Landmarks and boards' artwork hold no pieces.
+        let pieces = match file.parts.len() {
+            0 => String::new(),
+            1 => "1 piece, ".to_owned(),
+            n => format!("{n} pieces, "),
+        };
+        text += &format!("{}: {pieces}{}\n", file.name, size(file.bytes));
     }
     text + &compensations(manifest)
 }

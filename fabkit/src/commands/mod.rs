@@ -1,8 +1,8 @@
-//! One file per subcommand. A command returns what goes to standard output as text; this module
+//! The `fabkit` command: one file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
-mod calibrate;
-mod check;
+pub mod calibrate;
+pub mod check;
 mod completions;
 mod dataset;
 mod depth;
@@ -13,18 +13,19 @@ mod profile;
 mod progress;
 mod render;
 mod schema;
-mod show;
+pub mod show;
+pub mod sweep;
 mod verify;
 mod view;
 
+use std::ffi::OsString;
 use std::io::{self, Write};
-use std::process::ExitCode;
 
 use clap::Parser;
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
-use crate::failure::{Exit, Failure};
+use crate::failure::{self, Exit, Failure};
 use crate::interrupt;
 
 /// The command did its work, and what it examined is not in order.
@@ -40,11 +41,20 @@ struct Report {
     failed: bool,
 }
 
-/// Reads the command line, does what it says, and says how it went.
-pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+/// Does what a command line says, whose first word is the command's name, and says how it went on
+/// standard output and standard error.
+///
+/// It takes the process for its own: it handles interrupts and panics, `--threads` sizes the global
+/// thread pool, and `--help` and a command line that says nothing end the process.
+#[must_use]
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    failure::guard(|| answer(&Cli::parse_from(arguments)))
+}
+
+fn answer(cli: &Cli) -> u8 {
     interrupt::listen();
-    let result = run(&cli);
+    let result = run(cli);
     let Global { json, quiet, .. } = cli.global;
     let (text, code) = match &result {
         Ok(report) if json => (line(&report.json), exit_code(report)),
@@ -54,7 +64,7 @@ pub fn main() -> ExitCode {
             (if wanted { report.text.clone() } else { String::new() }, exit_code(report))
         }
         Err(failure) => {
-            let code = ExitCode::from(failure.exit() as u8);
+            let code = failure.exit() as u8;
             if !json {
                 // If nobody can be told, the exit code still says it.
                 let _ = io::stderr().write_all(failure.to_text().as_bytes());
@@ -67,14 +77,14 @@ pub fn main() -> ExitCode {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => code,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: cannot write to standard output: {error}");
-            ExitCode::from(Exit::Io as u8)
+            Exit::Io as u8
         }
         Ok(()) => code,
     }
 }
 
-fn exit_code(report: &Report) -> ExitCode {
-    if report.failed { ExitCode::from(CHECK_FAILED) } else { ExitCode::SUCCESS }
+fn exit_code(report: &Report) -> u8 {
+    if report.failed { CHECK_FAILED } else { 0 }
 }
 
 fn run(cli: &Cli) -> Result<Report, Failure> {
@@ -95,7 +105,8 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::Depth(args) => depth::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
-        Command::Schema => schema::run(),
+        Command::Sweep(args) => sweep::run(args, &cli.global),
+        Command::Schema { sweep } => schema::run(*sweep),
         Command::Completions { shell } => completions::run(*shell),
         Command::Man { output } => man::run(output.as_deref()),
     }
@@ -110,6 +121,7 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Dataset(_)
             | Command::Depth(_)
             | Command::Export(_)
+            | Command::Sweep(_)
             | Command::Verify(_)
             | Command::Render(_)
             | Command::Man { output: Some(_) }

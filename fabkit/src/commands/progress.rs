@@ -13,14 +13,16 @@ const BAR: usize = 24;
 /// A bar with a rate and the time left.
 pub(super) struct Progress {
     shown: bool,
+    /// What is counted, in the plural.
+    what: &'static str,
     start: Instant,
     last: Mutex<Option<Instant>>,
 }
 
 impl Progress {
-    pub(super) fn new(global: &Global) -> Self {
+    pub(super) fn new(global: &Global, what: &'static str) -> Self {
         let shown = !global.quiet && !global.json && io::stderr().is_terminal();
-        Self { shown, start: Instant::now(), last: Mutex::new(None) }
+        Self { shown, what, start: Instant::now(), last: Mutex::new(None) }
     }
 
     /// `done` of `all`; `found` of these were there before and say nothing about the rate.
@@ -30,7 +32,7 @@ impl Progress {
             return;
         }
         *last = Some(Instant::now());
-        let line = line(done, found, all, self.start.elapsed().as_secs_f64());
+        let line = line(self.what, done, found, all, self.start.elapsed().as_secs_f64());
         // Progress that cannot be shown is no reason to stop.
         let _ = write!(io::stderr(), "\r\x1b[K{line}");
     }
@@ -42,7 +44,7 @@ impl Progress {
     }
 }
 
-fn line(done: usize, found: usize, all: usize, seconds: f64) -> String {
+fn line(what: &str, done: usize, found: usize, all: usize, seconds: f64) -> String {
     let filled = BAR * done / all.max(1);
     let bar = "#".repeat(filled) + &".".repeat(BAR - filled);
     let rate = done.saturating_sub(found) as f64 / seconds.max(1e-3);
@@ -50,7 +52,7 @@ fn line(done: usize, found: usize, all: usize, seconds: f64) -> String {
         true => format!("{:.0} s left", (all - done) as f64 / rate),
         false => String::new(),
     };
-    format!("[{bar}] {done} of {all} files, {rate:.1} files/s, {left}")
+    format!("[{bar}] {done} of {all} {what}, {rate:.1} {what}/s, {left}")
 }
 
 #[cfg(test)]
@@ -60,9 +62,12 @@ mod tests {
     #[test]
     fn the_rate_counts_only_what_was_made_now() {
         assert_eq!(
-            line(8, 4, 12, 2.0),
+            line("files", 8, 4, 12, 2.0),
             "[################........] 8 of 12 files, 2.0 files/s, 2 s left"
         );
-        assert_eq!(line(4, 4, 12, 2.0), "[########................] 4 of 12 files, 0.0 files/s, ");
+        assert_eq!(
+            line("files", 4, 4, 12, 2.0),
+            "[########................] 4 of 12 files, 0.0 files/s, "
+        );
     }
 }

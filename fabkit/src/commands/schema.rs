@@ -1,9 +1,12 @@
-//! `fabkit schema`
+//! `fabkit schema [--sweep]`
 
 use super::{Report, line};
 use crate::failure::Failure;
 
-pub(super) fn run() -> Result<Report, Failure> {
-    let json = fabkit::fixtures::json_schema();
+pub(super) fn run(sweep: bool) -> Result<Report, Failure> {
+    let json = match sweep {
+        true => fabkit::sweep::json_schema(),
+        false => fabkit::fixtures::json_schema(),
+    };
     Ok(Report { text: line(&json), json, failed: false })
 }

@@ -2,6 +2,8 @@
 
 mod chain;
 
+use std::iter;
+
 use fabkit::bodies::{self, BodyRef, Kind};
 use fabkit::designs::Design;
 use fabkit::identity::design_hash;
@@ -18,7 +20,7 @@ pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
     let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),
-        false => (text(&design), json(&design)),
+        false => (text(&design), document(&design)),
     };
     Ok(Report { text, json, failed: false })
 }
@@ -66,14 +68,43 @@ fn text(design: &Design) -> String {
             text += &format!("\n{}", table(&[Left, Right, Left, Left, Left], &rows));
         }
     }
+    let notes = notes(&all);
+    if !notes.is_empty() {
+        let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(notes).collect();
+        text += &format!("\n{}", table(&[Left, Left], &rows));
+    }
     text
+}
+
+/// The notes of each part. What many parts share, as a hundred semi-domes do, is said once.
+fn notes(bodies: &[BodyRef]) -> Vec<Vec<String>> {
+    const MANY: usize = 5;
+    let mut rows = Vec::new();
+    for (index, body) in bodies.iter().enumerate() {
+        for note in body.notes {
+            let also =
+                |others: &[BodyRef]| others.iter().filter(|o| o.notes.contains(note)).count();
+            match (also(&bodies[..index]), 1 + also(&bodies[index + 1..])) {
+                (0, from_here) if from_here >= MANY => {
+                    let others = from_here - 1;
+                    rows.push(vec![format!("{} and {others} more", body.name), note.clone()]);
+                }
+                (before, from_here) if before + from_here < MANY => {
+                    rows.push(row([body.name, note]));
+                }
+                _ => {}
+            }
+        }
+    }
+    rows
 }
 
 fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).to_vec()
 }
 
-fn json(design: &Design) -> Value {
+/// What `--json` says (`fabkit-show` version 1).
+pub fn document(design: &Design) -> Value {
     let sensor = &design.sensor;
     let parameters: Vec<Value> = design
         .parameters
@@ -116,6 +147,7 @@ fn body_json(body: &BodyRef) -> Value {
         "process": body.process_word(),
         "material": body.material,
         "quantity": body.quantity,
+        "notes": body.notes,
         "assemblies": body.placements.iter().map(|p| &p.assembly.0).collect::<Vec<_>>(),
     })
 }

@@ -24,6 +24,7 @@ mod card;
 mod halves;
 mod patterns;
 mod plan;
+mod read;
 mod samples;
 mod sheet;
 mod store;
@@ -40,6 +41,7 @@ pub use patterns::{
     read as read_patterns, semi_domes,
 };
 pub use plan::{Plan, Split};
+pub use read::{ReadError, SampleArray};
 pub use sheet::sheet;
 pub use store::DatasetError;
 

@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
+use fabkit_report::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, page, step};
 use nalgebra::Vector2;
 
-use super::super::html::STYLE;
-use super::super::svg::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, step};
 use super::IntrinsicsReport;
 use crate::intrinsics::{COVERAGE, Observation};
 
@@ -17,32 +16,27 @@ const MAX_DOTS: usize = 4000;
 impl IntrinsicsReport<'_> {
     /// One file with everything inline.
     pub fn to_html(&self) -> String {
-        let title = format!("Camera of {}", escape(self.sensor));
-        let mut page = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-             <title>{title}</title><style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n"
-        );
-        page += &self.summary();
+        let mut body = self.summary();
         let warnings = self.warnings();
         if !warnings.is_empty() {
             let items = warnings.iter().map(|w| format!("<li>{}</li>\n", escape(w)));
             let items: String = items.collect();
             let _ = write!(
-                page,
+                body,
                 "<h2>Warnings</h2>\n<div class=\"warnings\"><ul>\n{items}</ul></div>\n"
             );
         }
-        page += &self.parameters_table();
-        page += &self.models_table();
+        body += &self.parameters_table();
+        body += &self.models_table();
         let _ = write!(
-            page,
+            body,
             "<h2>Coverage and residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected. \
              Orange cells hold no corner.</figcaption></figure>\n<figure>{}</figure>\n",
             self.image_map(),
             self.residual_against_angle()
         );
-        page += &self.views_table();
-        page + "</body></html>\n"
+        body += &self.views_table();
+        page(&format!("Camera of {}", self.sensor), &body)
     }
 
     fn summary(&self) -> String {

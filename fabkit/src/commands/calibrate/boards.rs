@@ -1,9 +1,10 @@
 //! Views of a board: from pictures, or from a list of corners.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit::calibration::board::{self, Board, FoundCorner, find_corners};
+use fabkit::calibration::board::{self, Board, BoardKind, FoundCorner, find_corners};
 use fabkit::calibration::image::GreyImage;
 use fabkit::calibration::intrinsics::{MIN_CORNERS, Observation, View};
 use fabkit::calibration::report::PictureRecord;
@@ -11,11 +12,13 @@ use fabkit::geometry::NominalCamera;
 use rayon::prelude::*;
 
 use super::pictures;
+pub use crate::cli::Detector;
 use crate::failure::{Exit, Failure};
 use crate::reading::{self, Expected};
 
 /// What was looked at, and what can be used of it.
-pub(super) struct Views {
+#[derive(Clone, Debug, Default)]
+pub struct Views {
     /// Everything that was given.
     pub records: Vec<PictureRecord>,
     /// With at least [`MIN_CORNERS`] corners.
@@ -23,7 +26,10 @@ pub(super) struct Views {
 }
 
 /// Reads a board's file.
-pub(super) fn read_board(path: &Path) -> Result<Board, Failure> {
+///
+/// # Errors
+/// A file that cannot be read or holds no board.
+pub fn read_board(path: &Path) -> Result<Board, Failure> {
     let hint = "`fabkit export SENSOR/boards` writes one beside each board";
     let max_bytes = board::MAX_BYTES as u64;
     let text = reading::text(path, Expected { what: "a board's file", max_bytes, hint })?;
@@ -36,40 +42,94 @@ pub(super) fn read_board(path: &Path) -> Result<Board, Failure> {
 
 /// Finds the board in every picture. Pictures without it are recorded; those that cannot be
 /// pictures of this camera are refused, all at once.
-pub(super) fn from_pictures(
+///
+/// # Errors
+/// Pictures that cannot be read, have another size, or were given twice.
+pub fn from_pictures(
     paths: &[PathBuf],
     board: &Board,
     camera: &NominalCamera,
+    detector: Detector,
 ) -> Result<Views, Failure> {
-    let one = |path: &PathBuf| -> Result<_, Failure> {
-        let image = pictures::read(path)?;
-        check_size(path, &image, camera)?;
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    from_images(&names, &|i| Ok(Cow::Owned(pictures::read(&paths[i])?)), board, camera, detector)
+}
+
+/// The same with pictures by their names, from wherever `read` has the i-th.
+///
+/// # Errors
+/// As [`from_pictures`].
+pub fn from_images<'a>(
+    names: &[String],
+    read: &(dyn Fn(usize) -> Result<Cow<'a, GreyImage>, Failure> + Sync),
+    board: &Board,
+    camera: &NominalCamera,
+    detector: Detector,
+) -> Result<Views, Failure> {
+    let find = finder(detector, board)?;
+    let one = |(i, name): (usize, &String)| -> Result<_, Failure> {
+        let image = read(i)?;
+        check_size(name, &image, camera)?;
         let digest = digest(&image);
-        Ok((digest, find_corners(&image, board)))
+        Ok((digest, find(&image, board)))
     };
-    let results: Vec<Result<_, Failure>> = paths.par_iter().map(one).collect();
+    let results: Vec<Result<_, Failure>> = names.par_iter().enumerate().map(one).collect();
     let mut wrong = Vec::new();
-    let mut seen: BTreeMap<[u8; 32], &Path> = BTreeMap::new();
-    let mut views = Views { records: Vec::new(), usable: Vec::new() };
-    for (path, result) in paths.iter().zip(results) {
+    let mut seen: BTreeMap<[u8; 32], &str> = BTreeMap::new();
+    let mut views = Views::default();
+    for (here, result) in names.iter().zip(results) {
         match result {
             Err(failure) => wrong.push(failure),
             Ok((digest, found)) => {
-                if let Some(other) = seen.insert(digest, path) {
-                    let (here, there) = (path.display(), other.display());
+                if let Some(there) = seen.insert(digest, here) {
                     let message = format!("{here} and {there} are the same picture");
                     let hint = "give each picture once; the same one again is no new evidence";
                     wrong.push(Failure::new(Exit::BadInput, message, hint));
                 }
-                views.add(path.display().to_string(), found.map_err(|e| e.to_string()), board);
+                views.add(here.clone(), found, board);
             }
         }
     }
     Failure::all(wrong).map_or(Ok(views), Err)
 }
 
+/// Finds a board's corners, or says why not.
+type Finder = fn(&GreyImage, &Board) -> Result<Vec<FoundCorner>, String>;
+
+fn finder(detector: Detector, board: &Board) -> Result<Finder, Failure> {
+    match detector {
+        Detector::Fabkit => {
+            Ok(|image, board| find_corners(image, board).map_err(|why| why.to_string()))
+        }
+        Detector::Opencv if board.kind == BoardKind::Charuco => Err(Failure::new(
+            Exit::BadInput,
+            "--detector opencv finds checkerboards, and this is a ChArUco board",
+            "leave --detector out, or give what OpenCV found by --corners",
+        )),
+        Detector::Opencv => opencv_finder(),
+    }
+}
+
+#[cfg(feature = "opencv")]
+fn opencv_finder() -> Result<Finder, Failure> {
+    Ok(|image, board| board::find_corners_opencv(image, board).map_err(|why| why.to_string()))
+}
+
+#[cfg(not(feature = "opencv"))]
+fn opencv_finder() -> Result<Finder, Failure> {
+    Err(Failure::new(
+        Exit::BadInput,
+        "this fabkit was built without OpenCV",
+        "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
+         --corners",
+    ))
+}
+
 /// Reads a list of corners.
-pub(super) fn from_list(path: &Path, board: &Board) -> Result<Views, Failure> {
+///
+/// # Errors
+/// A file that cannot be read, and rows that are wrong.
+pub fn from_list(path: &Path, board: &Board) -> Result<Views, Failure> {
     let hint = "the columns are view,corner,x_px,y_px and, if known, sigma_px";
     let max_bytes = board::MAX_LIST_BYTES as u64;
     let text = reading::text(path, Expected { what: "a list of corners", max_bytes, hint })?;
@@ -78,7 +138,7 @@ pub(super) fn from_list(path: &Path, board: &Board) -> Result<Views, Failure> {
             invalid.problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
         Failure::new(Exit::BadInput, problems.join("\nerror: "), hint)
     })?;
-    let mut views = Views { records: Vec::new(), usable: Vec::new() };
+    let mut views = Views::default();
     for (name, corners) in list {
         views.add(name, Ok(corners), board);
     }
@@ -86,7 +146,8 @@ pub(super) fn from_list(path: &Path, board: &Board) -> Result<Views, Failure> {
 }
 
 impl Views {
-    fn add(&mut self, file: String, found: Result<Vec<FoundCorner>, String>, board: &Board) {
+    /// Adds a view by its corners, sorted by id, or why there are none.
+    pub fn add(&mut self, file: String, found: Result<Vec<FoundCorner>, String>, board: &Board) {
         let corners_found = found.as_ref().map_or(0, Vec::len);
         let enough = found.and_then(|corners| match corners.len() {
             n if n < MIN_CORNERS => Err(format!("{n} corners; at least {MIN_CORNERS} are needed")),
@@ -107,14 +168,13 @@ impl Views {
     }
 }
 
-fn check_size(path: &Path, image: &GreyImage, camera: &NominalCamera) -> Result<(), Failure> {
+fn check_size(name: &str, image: &GreyImage, camera: &NominalCamera) -> Result<(), Failure> {
     let (width, height) = (camera.width_px as usize, camera.height_px as usize);
     if (image.width_px(), image.height_px()) == (width, height) {
         return Ok(());
     }
     let message = format!(
-        "{}: {} x {} px; the sensor's camera has {width} x {height} px",
-        path.display(),
+        "{name}: {} x {} px; the sensor's camera has {width} x {height} px",
         image.width_px(),
         image.height_px()
     );

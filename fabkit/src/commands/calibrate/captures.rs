@@ -22,8 +22,11 @@ const REFERENCES: [&str; 2] = ["ref.png", "reference.png"];
 const LIST: &str = "captures.csv";
 
 /// What a folder of captures holds.
-pub(super) struct Captures<'a> {
+#[derive(Clone, Debug, Default)]
+pub struct Captures<'a> {
+    /// For reports.
     pub records: Vec<CaptureRecord>,
+    /// For the solver, in the same order.
     pub marked: Vec<MarkedCapture<'a>>,
 }
 
@@ -44,7 +47,7 @@ struct Planned<'a> {
 /// # Errors
 /// A folder that cannot be read or holds no captures, a missing reference, holes that the landmarks
 /// do not have, pictures that cannot be used; all of a kind at once.
-pub(super) fn read<'a>(
+pub fn read<'a>(
     folder: &Path,
     reference: Option<&Path>,
     landmarks: &'a PinLandmarks,
@@ -112,13 +115,25 @@ pub(super) fn read<'a>(
 }
 
 /// Finds the pins that a label means.
-struct Choose<'a, 'k> {
-    landmarks: &'a PinLandmarks,
-    kind: Option<&'k str>,
+#[derive(Clone, Copy, Debug)]
+pub struct Choose<'a, 'k> {
+    /// All pins.
+    pub landmarks: &'a PinLandmarks,
+    /// The kind used, where a label does not say.
+    pub kind: Option<&'k str>,
 }
 
 impl<'a> Choose<'a, '_> {
-    fn pin(&self, file: &str, hole: u32, kind: Option<&str>) -> Result<&'a PinLandmark, Failure> {
+    /// The pin in a hole.
+    ///
+    /// # Errors
+    /// A hole or a kind that the landmarks do not have; several kinds and no choice.
+    pub fn pin(
+        &self,
+        file: &str,
+        hole: u32,
+        kind: Option<&str>,
+    ) -> Result<&'a PinLandmark, Failure> {
         let kind = kind.or(self.kind);
         self.landmarks.find(hole, kind).ok_or_else(|| {
             let kinds = self.landmarks.kinds().join(", ");

@@ -9,9 +9,12 @@ use fabkit::calibration::landmarks::{self, PinLandmarks};
 use fabkit::calibration::report::ExtrinsicsReport;
 use fabkit::camera::Camera;
 use fabkit::camera::files::{self, InvalidCameraFile};
+use fabkit::designs::Design;
+use fabkit::geometry::Sensor;
 use fabkit::staging::{OutputFile, write_all};
 
-use super::{Report, captures, pose_file};
+use super::captures::{self, Captures};
+use super::{Report, pose_file};
 use crate::cli::CalibrateExtrinsics;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
@@ -19,7 +22,7 @@ use crate::reading::{self, Expected};
 use crate::source::Target;
 
 /// The fixture whose pins these are, unless a file says otherwise.
-const PIN_DOME: &str = "pin-dome";
+pub const PIN_DOME: &str = "pin-dome";
 /// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
 const MAX_DOUBTFUL: f64 = 0.2;
 
@@ -32,8 +35,48 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
     };
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, args.reference.as_deref(), &landmarks, kind)?;
-    let nominal = design.sensor.camera.sensor_from_camera.inverse();
-    let Some(assignment) = assign(&camera, &nominal, &captures.marked, &landmarks.pins) else {
+    let inputs = Inputs {
+        sensor: &design.sensor,
+        camera: &camera,
+        camera_file: &args.camera.display().to_string(),
+        landmarks: &landmarks,
+        captures: &captures,
+        gel_index: args.gel_index,
+    };
+    solve(&inputs, |report| {
+        write(args, report)?;
+        Ok(Report { text: summary(args, report), json: report.to_json(), failed: false })
+    })
+}
+
+/// What a pose is solved from.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// Its nominal camera is where the solver begins.
+    pub sensor: &'a Sensor,
+    /// The calibrated lens.
+    pub camera: &'a Camera,
+    /// What reports call it.
+    pub camera_file: &'a str,
+    /// The pins that were to be had.
+    pub landmarks: &'a PinLandmarks,
+    /// What was seen.
+    pub captures: &'a Captures<'a>,
+    /// Refractive index of the gel behind an interface that is tried.
+    pub gel_index: f64,
+}
+
+/// Solves for the pose, and gives the account of it.
+///
+/// # Errors
+/// Marks that do not tell the pose, labels that do not fit, and what `look` says.
+pub fn solve<R>(
+    inputs: &Inputs,
+    look: impl FnOnce(&ExtrinsicsReport) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    let Inputs { sensor, camera, landmarks, captures, .. } = *inputs;
+    let nominal = sensor.camera.sensor_from_camera.inverse();
+    let Some(assignment) = assign(camera, &nominal, &captures.marked, &landmarks.pins) else {
         return Err(Failure::new(
             Exit::BadInput,
             "the marks in the pictures are not where the holes would be seen from any side",
@@ -43,14 +86,15 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
     let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
     let mislabelled = |doubt: &&Doubt| !matches!(doubt, Doubt::Missing { .. });
     let doubtful = assignment.doubts.iter().filter(mislabelled).count();
-    let options = CalibrationOptions { gel_index: args.gel_index, ..CalibrationOptions::default() };
+    let options =
+        CalibrationOptions { gel_index: inputs.gel_index, ..CalibrationOptions::default() };
     let start = &assignment.model.camera_from_sensor;
-    let calibration = calibrate(&camera, &assignment.observations, start, Some(&nominal), &options)
+    let calibration = calibrate(camera, &assignment.observations, start, Some(&nominal), &options)
         .map_err(cannot_calibrate)?;
     let report = ExtrinsicsReport {
-        sensor: &design.sensor.name,
-        camera_file: &args.camera.display().to_string(),
-        landmarks: &landmarks,
+        sensor: &sensor.name,
+        camera_file: inputs.camera_file,
+        landmarks,
         captures: &captures.records,
         doubts: &assignment.doubts,
         calibration: &calibration,
@@ -63,8 +107,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
         );
         return Err(Failure::new(Exit::BadInput, message, "check the labels and the landmarks"));
     }
-    write(args, &report)?;
-    Ok(Report { text: summary(args, &report), json: report.to_json(), failed: false })
+    look(&report)
 }
 
 fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<(), Failure> {
@@ -113,10 +156,18 @@ fn read_landmarks(path: &Path) -> Result<PinLandmarks, Failure> {
 /// Those of the dome that `fabkit export SENSOR/pin-dome` writes, with the same overrides.
 fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
     let target = Target { sensor: &args.sensor, fixture: Some(PIN_DOME), part: None, preset: None };
-    let dome = target.design(&args.set)?;
+    landmarks_of(&target.design(&args.set)?)
+}
+
+/// Those that a dome comes with.
+///
+/// # Errors
+/// A fixture without pins.
+pub fn landmarks_of(dome: &Design) -> Result<PinLandmarks, Failure> {
     let file = dome.companions.iter().find(|file| file.name.ends_with(".landmarks.json"));
     let Some(file) = file else {
-        return Err(Failure::bug(format!("{PIN_DOME} has no landmarks")));
+        let message = format!("{} has no pins, and so no landmarks", dome.sensor.name);
+        return Err(Failure::plain(Exit::BadInput, message));
     };
     let text = String::from_utf8_lossy(&file.bytes);
     PinLandmarks::from_json(&text).map_err(Failure::bug)

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use fabkit::calibration::intrinsics::{CalibrateError, LensModel, calibrate};
+use fabkit::calibration::intrinsics::{CalibrateError, Calibration, LensModel, calibrate};
 use fabkit::calibration::report::IntrinsicsReport;
 use fabkit::camera::Camera;
 use fabkit::camera::files::{self, Format};
@@ -23,14 +23,9 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
     let board = boards::read_board(&args.board)?;
     let views = match &args.corners {
         Some(list) => boards::from_list(list, &board)?,
-        None => boards::from_pictures(&args.images, &board, camera)?,
+        None => boards::from_pictures(&args.images, &board, camera, args.detector)?,
     };
-    let NominalCamera { width_px, height_px, field_of_view, .. } = camera;
-    let nominal =
-        Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Failure::bug)?;
-    let models = if args.models.is_empty() { &LensModel::ALL[..] } else { &args.models };
-    let calibration = calibrate(&views.usable, &nominal, models)
-        .map_err(|error| cannot_calibrate(error, &views))?;
+    let calibration = solve(&views, camera, &args.models)?;
     let report = IntrinsicsReport {
         sensor: &design.sensor.name,
         board: &board.name,
@@ -39,6 +34,22 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
     };
     write(args, &report)?;
     Ok(Report { text: summary(args, &report), json: report.to_json(), failed: false })
+}
+
+/// Solves for the camera, beginning with the sensor's nominal one; no models are all of them.
+///
+/// # Errors
+/// Views that do not tell the camera.
+pub fn solve(
+    views: &Views,
+    nominal: &NominalCamera,
+    models: &[LensModel],
+) -> Result<Calibration, Failure> {
+    let NominalCamera { width_px, height_px, field_of_view, .. } = nominal;
+    let nominal =
+        Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Failure::bug)?;
+    let models = if models.is_empty() { &LensModel::ALL[..] } else { models };
+    calibrate(&views.usable, &nominal, models).map_err(|error| cannot_calibrate(error, views))
 }
 
 /// The error with every picture that could not be used, since that is most often why.

@@ -1,12 +1,12 @@
 //! `fabkit calibrate ...`: from pictures to cameras and poses.
 
-mod boards;
-mod captures;
-mod extrinsics;
-mod intrinsics;
-mod pictures;
+pub mod boards;
+pub mod captures;
+pub mod extrinsics;
+pub mod intrinsics;
+pub mod pictures;
 mod pins;
-mod pose_file;
+pub mod pose_file;
 
 use super::Report;
 use crate::cli::Calibrate;

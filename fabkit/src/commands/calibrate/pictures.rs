@@ -1,5 +1,6 @@
 //! Reading pictures and looking for pins in them.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use fabkit::calibration::image::GreyImage;
@@ -28,9 +29,22 @@ pub(super) fn detect_all(
     pictures: &[PathBuf],
     options: &DetectionOptions,
 ) -> Result<Vec<Detection>, Failure> {
-    let reference_image = read(reference)?;
-    let one = |path: &PathBuf| -> Result<Detection, Failure> {
-        detect(&reference_image, &read(path)?, options).map_err(|error| {
+    let names: Vec<String> = pictures.iter().map(|path| path.display().to_string()).collect();
+    detect_in(&read(reference)?, &names, &|i| Ok(Cow::Owned(read(&pictures[i])?)), options)
+}
+
+/// The same with pictures by their names, from wherever `read` has the i-th.
+///
+/// # Errors
+/// Pictures that cannot be used, all of them.
+pub fn detect_in<'a>(
+    reference: &GreyImage,
+    names: &[String],
+    read: &(dyn Fn(usize) -> Result<Cow<'a, GreyImage>, Failure> + Sync),
+    options: &DetectionOptions,
+) -> Result<Vec<Detection>, Failure> {
+    let one = |(i, name): (usize, &String)| -> Result<Detection, Failure> {
+        detect(reference, &*read(i)?, options).map_err(|error| {
             let hint = match error {
                 DetectionError::Size { .. } => "all pictures come from one camera at one size",
                 DetectionError::Identical => "take the reference without contact",
@@ -38,10 +52,10 @@ pub(super) fn detect_all(
                     "lower or raise the exposure until the surface is grey, not white or black"
                 }
             };
-            Failure::new(Exit::BadInput, format!("{}: {error}", path.display()), hint)
+            Failure::new(Exit::BadInput, format!("{name}: {error}"), hint)
         })
     };
-    let results: Vec<Result<Detection, Failure>> = pictures.par_iter().map(one).collect();
+    let results: Vec<Result<Detection, Failure>> = names.par_iter().enumerate().map(one).collect();
     let (found, mut wrong) = (Vec::with_capacity(results.len()), Vec::new());
     let found = results.into_iter().fold(found, |mut found, result| {
         match result {

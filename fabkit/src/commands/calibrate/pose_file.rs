@@ -15,10 +15,10 @@ use crate::failure::{Exit, Failure};
 ///
 /// A pose is only good with the camera it was solved with, and that may have got an interface or
 /// other radial terms on the way: it is written beside the pose, which names it.
-pub(super) fn files(
-    output: &Path,
-    report: &ExtrinsicsReport<'_>,
-) -> Result<Vec<OutputFile>, Failure> {
+///
+/// # Errors
+/// A name that is none.
+pub fn files(output: &Path, report: &ExtrinsicsReport<'_>) -> Result<Vec<OutputFile>, Failure> {
     let name = output.file_name().and_then(|name| name.to_str());
     let stem = output.file_stem().and_then(|stem| stem.to_str());
     let (Some(name), Some(stem)) = (name, stem) else {

@@ -7,10 +7,10 @@ use fabkit::staging::{OutputFile, write_all};
 use serde_json::json;
 
 use super::super::Report;
-use super::super::view::Scene;
 use crate::cli::Dataset;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::scene::Scene;
 use crate::table::{grouped, size};
 
 /// UVDtact's.

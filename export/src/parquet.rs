@@ -1,0 +1,129 @@
+//! Tables as Parquet files.
+
+use std::sync::Arc;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+use crate::ExportError;
+
+/// Rows that are written, and can be read, together.
+const GROUP: usize = 16_384;
+
+/// One column of a table, a value for each row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Column {
+    /// Whole numbers.
+    Integers(Vec<i64>),
+    /// Numbers; empty cells are null.
+    Numbers(Vec<Option<f64>>),
+    /// Texts; empty cells are null.
+    Texts(Vec<Option<String>>),
+    /// Yes or no; empty cells are null.
+    Flags(Vec<Option<bool>>),
+}
+
+impl Column {
+    /// How many rows it has.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Integers(values) => values.len(),
+            Self::Numbers(values) => values.len(),
+            Self::Texts(values) => values.len(),
+            Self::Flags(values) => values.len(),
+        }
+    }
+
+    /// Whether it has none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn physical(&self) -> Physical {
+        match self {
+            Self::Integers(_) => Physical::INT64,
+            Self::Numbers(_) => Physical::DOUBLE,
+            Self::Texts(_) => Physical::BYTE_ARRAY,
+            Self::Flags(_) => Physical::BOOLEAN,
+        }
+    }
+}
+
+/// Named columns of one length as a Parquet file, uncompressed.
+///
+/// ```
+/// use fabkit_export::{Column, parquet};
+/// let columns = [
+///     ("variant".to_owned(), Column::Integers(vec![0, 1])),
+///     ("coverage".to_owned(), Column::Numbers(vec![Some(0.5), None])),
+/// ];
+/// let bytes = parquet("sweep", &columns)?;
+/// assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
+///
+/// # Errors
+/// Columns of different lengths, or none.
+pub fn parquet(name: &str, columns: &[(String, Column)]) -> Result<Vec<u8>, ExportError> {
+    let rows = columns.first().map_or(0, |(_, column)| column.len());
+    if columns.is_empty() || columns.iter().any(|(_, column)| column.len() != rows) {
+        return Err(ExportError::Table("its columns are not of one length".into()));
+    }
+    write(name, columns, rows).map_err(|error| ExportError::Table(error.to_string()))
+}
+
+fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8>, ParquetError> {
+    let fields = columns.iter().map(|(name, column)| {
+        let repetition = match column {
+            Column::Integers(_) => Repetition::REQUIRED,
+            _ => Repetition::OPTIONAL,
+        };
+        let logical = matches!(column, Column::Texts(_)).then_some(LogicalType::String);
+        let field = Type::primitive_type_builder(name, column.physical());
+        field.with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
+    });
+    let fields = fields.collect::<Result<Vec<_>, _>>()?;
+    let schema = Arc::new(Type::group_type_builder(name).with_fields(fields).build()?);
+    // Named after us, so that the bytes do not change with the library's version.
+    let maker = format!("fabkit {}", crate::VERSION);
+    let properties = Arc::new(WriterProperties::builder().set_created_by(maker).build());
+    let mut file = SerializedFileWriter::new(Vec::new(), schema, properties)?;
+    for from in (0..rows).step_by(GROUP) {
+        let to = rows.min(from + GROUP);
+        let mut group = file.next_row_group()?;
+        for (_, column) in columns {
+            let Some(mut writer) = group.next_column()? else { break };
+            match column {
+                Column::Integers(values) => {
+                    writer.typed::<Int64Type>().write_batch(&values[from..to], None, None)?;
+                }
+                Column::Numbers(values) => {
+                    let (values, levels) = dense(&values[from..to], |value| *value);
+                    writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+                }
+                Column::Texts(values) => {
+                    let bytes = |text: &String| ByteArray::from(text.as_str());
+                    let (values, levels) = dense(&values[from..to], bytes);
+                    writer.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
+                }
+                Column::Flags(values) => {
+                    let (values, levels) = dense(&values[from..to], |value| *value);
+                    writer.typed::<BoolType>().write_batch(&values, Some(&levels), None)?;
+                }
+            }
+            writer.close()?;
+        }
+        group.close()?;
+    }
+    file.into_inner()
+}
+
+/// The values that are there, and for each cell whether it is.
+fn dense<T, U>(cells: &[Option<T>], value: impl Fn(&T) -> U) -> (Vec<U>, Vec<i16>) {
+    let levels = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
+    (cells.iter().flatten().map(value).collect(), levels)
+}

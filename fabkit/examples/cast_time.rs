@@ -1,0 +1,29 @@
+//! How long ground truth takes, for comparison with Python: `cast_time PRESS COUNT` casts a press of
+//! the R-Tac0 and prints the milliseconds of each cast, one a line.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use fabkit::failure::Failure;
+use fabkit::ground_truth::arrays;
+use fabkit::scene::{Cast, Scene, viewpoint_from_files};
+use fabkit::source::Source;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let press = arguments.next().unwrap_or("semi-dome-017".into());
+    let count: usize = arguments.next().unwrap_or("20".into()).parse()?;
+    let text = |failure: Failure| failure.to_text();
+    let project = Source::find("rtac0").and_then(|source| source.load(&[])).map_err(text)?;
+    let viewpoint = viewpoint_from_files(&project, None, None).map_err(text)?;
+    let scene = Scene::new(Arc::new(project), viewpoint).map_err(text)?;
+    for _ in 0..count {
+        let start = Instant::now();
+        let presses = [scene.project.press(&press)?];
+        let cast = Cast { presses: &presses, samples: 1, membrane_mm: 0.0, print_sigma_mm: 0.05 };
+        let seen = scene.cast(&cast, |seen| Ok(arrays(seen.map, seen.sigma_mm))).map_err(text)?;
+        std::hint::black_box(&seen);
+        println!("{}", 1e3 * start.elapsed().as_secs_f64());
+    }
+    Ok(())
+}

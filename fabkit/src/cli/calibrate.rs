@@ -1,0 +1,123 @@
+//! `fabkit calibrate`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+use fabkit::calibration::intrinsics::LensModel;
+
+/// `fabkit calibrate`.
+#[derive(Debug, Subcommand)]
+pub enum Calibrate {
+    /// Solve for the lens of the camera from pictures of a board, in air
+    Intrinsics(CalibrateIntrinsics),
+    /// Find the marks of pins in pictures, each with its standard deviation
+    Pins(CalibratePins),
+    /// Solve for the pose of the camera from pictures of pins in a calibration dome
+    Extrinsics(CalibrateExtrinsics),
+}
+
+/// `fabkit calibrate intrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateIntrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Pictures of the board, PNG
+    #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Change a parameter, for example `camera.field_of_view=150deg`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The board's file, as exported with it
+    #[arg(long, value_name = "FILE.json")]
+    pub board: PathBuf,
+    /// Who looks for the corners in the pictures
+    #[arg(long, value_enum, default_value = "fabkit", value_name = "NAME")]
+    pub detector: Detector,
+    /// A list of corners instead of pictures: view,corner,x_px,y_px[,sigma_px]
+    #[arg(long, value_name = "FILE.csv")]
+    pub corners: Option<PathBuf>,
+    /// Only this lens model; may be repeated [default: all, chosen by evidence]
+    #[arg(long = "model", value_parser = lens_model, value_name = "NAME")]
+    pub models: Vec<LensModel>,
+    /// The camera's file to write
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// Who finds a board's corners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Detector {
+    /// Our own: any board, any lens
+    Fabkit,
+    /// OpenCV, where fabkit was built with it: checkerboards
+    Opencv,
+}
+
+/// `fabkit calibrate pins`.
+#[derive(Debug, Args)]
+pub struct CalibratePins {
+    /// Pictures with contact, PNG
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// The picture without contact, from the same camera
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: PathBuf,
+    /// Contacts are brighter than the surface around them, not darker
+    #[arg(long)]
+    pub brighter: bool,
+}
+
+/// `fabkit calibrate extrinsics`.
+#[derive(Debug, Args)]
+pub struct CalibrateExtrinsics {
+    /// Name of a built-in sensor, or path to a YAML file
+    pub sensor: String,
+    /// Change a parameter, for example `camera.depth=8mm`
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    #[arg(long, value_name = "FILE.yaml")]
+    pub camera: PathBuf,
+    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
+    /// captures.csv: file,hole[,kind][,x_px,y_px[,sigma_px]]
+    #[arg(long, value_name = "DIR")]
+    pub captures: PathBuf,
+    /// The picture without contact [default: ref.png or reference.png in the folder]
+    #[arg(long, value_name = "FILE.png")]
+    pub reference: Option<PathBuf>,
+    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's own pin-dome]
+    #[arg(long, value_name = "FILE.json")]
+    pub landmarks: Option<PathBuf>,
+    /// Which kind of pin was used, where the dome has several
+    #[arg(long, value_name = "KIND")]
+    pub pin: Option<String>,
+    /// Refractive index of the gel that is tried before the lens, 1 to 2
+    #[arg(long, value_parser = refractive_index, default_value = "1.41", value_name = "N")]
+    pub gel_index: f64,
+    /// The pose's file to write; the camera that belongs to it is written beside it
+    #[arg(short, long, value_name = "FILE.yaml")]
+    pub output: PathBuf,
+    /// Write a report as one HTML file
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+fn lens_model(name: &str) -> Result<LensModel, String> {
+    LensModel::named(name).ok_or_else(|| {
+        let names = LensModel::ALL.map(|model| model.name()).join(", ");
+        format!("there is no lens model `{name}`; there are {names}")
+    })
+}
+
+fn refractive_index(text: &str) -> Result<f64, String> {
+    let index: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (1.0..=2.0).contains(&index) {
+        Ok(index)
+    } else {
+        Err(format!("{index} is not between 1 (air) and 2"))
+    }
+}

@@ -1,0 +1,105 @@
+//! `fabkit sweep FILE.yaml -o DIR`
+
+use std::path::Path;
+use std::time::Instant;
+
+use fabkit::sweep::Status;
+use fabkit::sweeping::{self, Finished, SweepError};
+use serde_json::{Map, Value, json};
+
+use super::Report;
+use super::progress::Progress;
+use crate::cli::{Global, Sweep};
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::table::grouped;
+
+pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
+    let start = Instant::now();
+    let plan = sweeping::read_plan(&args.plan, &[])?;
+    interrupt::begin_writing()?;
+    let progress = Progress::new(global, "variants");
+    let show = |done, found, all| progress.show(done, found, all);
+    let finished = sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested);
+    progress.clear();
+    Ok(report(&args.output, &finished?, start))
+}
+
+fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
+    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
+    let folder = folder.display().to_string();
+    let seconds = start.elapsed().as_secs_f64();
+    let became: Vec<String> = Status::ALL
+        .iter()
+        .zip(counts)
+        .filter(|(_, count)| **count > 0)
+        .map(|(status, count)| format!("{} {}", grouped(*count as u64), status.word()))
+        .collect();
+    let mut text = format!(
+        "{folder}: {} variants: {}{} ({seconds:.1} s, {:.1} variants/s)\n",
+        grouped(*variants as u64),
+        became.join(", "),
+        if *found > 0 { format!("; {found} rows found") } else { String::new() },
+        (variants - found) as f64 / seconds.max(1e-3),
+    );
+    if *on_front > 0 {
+        text += &format!("Pareto front: {on_front} variants\n");
+    }
+    if !empty_metrics.is_empty() {
+        text += &format!("no variant has {}; report.html says why\n", empty_metrics.join(", "));
+    }
+    if let Some(why) = none_left {
+        text += &format!("error: no variant is left: {why}\n");
+    }
+    let json = document(Path::new(&folder), finished);
+    Report { text, json, failed: none_left.is_some() }
+}
+
+/// What `--json` says of a finished sweep.
+pub fn document(folder: &Path, finished: &Finished) -> Value {
+    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
+    let status: Map<String, Value> =
+        Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
+    json!({
+        "format": "fabkit-sweep-report",
+        "version": 1,
+        "folder": folder.display().to_string(),
+        "variants": variants,
+        "rows_found": found,
+        "status": status,
+        "pareto": on_front,
+        "empty_metrics": empty_metrics,
+        "none_left": none_left,
+    })
+}
+
+impl From<SweepError> for Failure {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::NotEmpty { .. } => Self::new(
+                Exit::BadInput,
+                error,
+                "choose another folder with -o; --resume goes on with what the same plan began",
+            ),
+            SweepError::OtherPlan { .. } => Self::new(
+                Exit::BadInput,
+                error,
+                "resume with the plan it was begun with, or choose another folder with -o",
+            ),
+            SweepError::Io { ref source, .. } => match fabkit::staging::io_hint(source) {
+                Some(hint) => {
+                    let hint = format!("{hint}; then --resume goes on from here");
+                    Self::new(Exit::Io, &error, hint)
+                }
+                None => Self::plain(Exit::Io, error),
+            },
+            SweepError::Staging(error) => error.into(),
+            SweepError::Cancelled => {
+                Self::new(Exit::Interrupted, "interrupted", "--resume goes on from here")
+            }
+            SweepError::Row(_) | SweepError::Export(_) | SweepError::Unfinished { .. } => {
+                Self::bug(error)
+            }
+        }
+    }
+}

@@ -1,0 +1,316 @@
+//! A sensor's surface and the camera that looks at it: what `depth` and `dataset` share.
+
+use std::collections::BTreeSet;
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::Arc;
+
+use fabkit::camera::files::read_pose;
+use fabkit::depth::truth::{DepthMap, Surface};
+use fabkit::fixtures::{Press, PressError, Project};
+use fabkit::geometry::TouchSurface;
+use fabkit::ground_truth::{
+    Coverage, Deepest, Viewpoint, coverage, deepest, penetration, pressers,
+};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use crate::failure::{Exit, Failure};
+use crate::reading::{self, Expected};
+use crate::source::{MAX_YAML_BYTES, Source};
+
+/// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
+/// carries.
+pub const MEMBRANE_LIMITS_MM: [f64; 2] = [0.0, 10.0];
+/// Standard deviation of printed and cast surfaces, smallest and largest, mm.
+pub const SIGMA_LIMITS_MM: [f64; 2] = [0.0, 1.0];
+/// Most rays along each side of a pixel.
+pub const MAX_SAMPLES: u32 = 8;
+/// Most rays of one cast: the same limit as for pictures.
+pub const MAX_RAYS: u64 = fabkit::pictures::MAX_PIXELS;
+
+/// Below this share of the surface a camera is taken for misplaced, and said to be.
+const LITTLE: f64 = 0.5;
+/// A press may go this much past the soft layer: rounding.
+const SLACK_MM: f64 = 1e-6;
+/// Faults that are listed one by one.
+pub(crate) const MOST_FAULTS: usize = 50;
+
+/// A sensor whose surface a camera sees.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The sensor.
+    pub project: Arc<Project>,
+    /// The camera at its place.
+    pub viewpoint: Viewpoint,
+    /// What it sees of the surface: something.
+    pub coverage: Coverage,
+}
+
+/// What to cast.
+#[derive(Clone, Debug)]
+pub struct Cast<'a> {
+    /// What presses; nothing for the reference.
+    pub presses: &'a [Press],
+    /// Rays along each side of a pixel.
+    pub samples: u32,
+    /// Radius of the transition around contacts, mm.
+    pub membrane_mm: f64,
+    /// Standard deviation of printed and cast surfaces along their normals, mm.
+    pub print_sigma_mm: f64,
+}
+
+/// What the camera sees of a press.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// Ground truth.
+    pub map: &'a DepthMap<'a>,
+    /// Standard deviation of its range, mm, row by row.
+    pub sigma_mm: &'a [f64],
+    /// The deepest contact; `None` without contact.
+    pub deepest: Option<Deepest>,
+    /// How many pixels see the surface.
+    pub surface_px: usize,
+}
+
+impl Scene {
+    /// Looks whether the camera sees the surface.
+    ///
+    /// # Errors
+    /// A sensor without a curved surface, a camera that sees none of it.
+    pub fn new(project: Arc<Project>, viewpoint: Viewpoint) -> Result<Self, Failure> {
+        let coverage = coverage(touch(&project)?, &viewpoint).map_err(Failure::bug)?;
+        if coverage.area == 0.0 {
+            return Err(unseen(&coverage));
+        }
+        Ok(Self { project, viewpoint, coverage })
+    }
+
+    /// The surface.
+    ///
+    /// # Errors
+    /// None that [`Scene::new`] has not found.
+    pub fn touch(&self) -> Result<&TouchSurface, Failure> {
+        touch(&self.project)
+    }
+
+    /// Casts a press, and shows what is seen of it.
+    ///
+    /// # Errors
+    /// Options beyond their limits, a press deeper than the surface is soft, and what `look` says.
+    pub fn cast<R>(
+        &self,
+        cast: &Cast,
+        look: impl FnOnce(Seen) -> Result<R, Failure>,
+    ) -> Result<R, Failure> {
+        self.check(cast)?;
+        self.check_depths(cast.presses.iter().map(|press| (press.id.as_str(), press)))?;
+        let pressers = pressers(cast.presses).map_err(Failure::bug)?;
+        let rays = self.viewpoint.rays(cast.samples);
+        let surface = Surface::cast(self.touch()?, &rays).map_err(Failure::bug)?;
+        let rigid = surface.pressed(&pressers);
+        let deepest = deepest(&rigid, self.touch()?);
+        let map = rigid.with_membrane(cast.membrane_mm);
+        let sigma_mm = map.sigma_mm(&self.viewpoint.uncertainty(cast.print_sigma_mm));
+        look(Seen { map: &map, sigma_mm: &sigma_mm, deepest, surface_px: surface.seen() })
+    }
+
+    fn check(&self, cast: &Cast) -> Result<(), Failure> {
+        let camera = self.viewpoint.camera();
+        let samples = cast.samples;
+        if !(1..=MAX_SAMPLES).contains(&samples) {
+            let message = format!("{samples} samples; the limits are 1 and {MAX_SAMPLES}");
+            return Err(Failure::plain(Exit::BadInput, message));
+        }
+        for (name, value_mm, [least, most]) in [
+            ("membrane", cast.membrane_mm, MEMBRANE_LIMITS_MM),
+            ("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM),
+        ] {
+            if !(least..=most).contains(&value_mm) {
+                let message =
+                    format!("{name}: {value_mm} mm; the limits are {least} mm and {most} mm");
+                return Err(Failure::plain(Exit::BadInput, message));
+            }
+        }
+        let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
+        if u64::from(width) * u64::from(height) <= MAX_RAYS {
+            return Ok(());
+        }
+        let message = format!("{width} x {height} rays are more than {MAX_RAYS}");
+        Err(Failure::new(Exit::Limit, message, "ask for fewer --samples"))
+    }
+
+    /// Refuses presses, by the names they go by, that reach below the soft layer: what is there does
+    /// not give way, so that nobody can take a picture of such a press.
+    ///
+    /// # Errors
+    /// Every press that is too deep, with how deep and where.
+    pub fn check_depths<'a>(
+        &self,
+        presses: impl Iterator<Item = (&'a str, &'a Press)>,
+    ) -> Result<(), Failure> {
+        let touch = self.touch()?;
+        let bodies: Vec<_> = presses
+            .flat_map(|(name, press)| press.bodies.iter().map(move |body| (name, body)))
+            .collect();
+        let found = bodies.par_iter().map(|(_, body)| penetration(touch, body));
+        let found: Vec<_> = found.collect::<Result<_, _>>().map_err(Failure::bug)?;
+        let too_deep: Vec<String> = bodies
+            .iter()
+            .zip(found)
+            .filter_map(|((name, body), deepest)| {
+                let deepest =
+                    deepest.filter(|deepest| deepest.depth_mm > touch.soft_mm + SLACK_MM)?;
+                let at = deepest.point_in_sensor;
+                let body = if body.name == *name { "it" } else { &body.name };
+                Some(format!(
+                    "`{name}`: {body} goes {:.3} mm deep at ({:.2}, {:.2}, {:.2}) mm, but the rigid \
+                     shell begins {} mm below the surface",
+                    deepest.depth_mm, at.x, at.y, at.z, touch.soft_mm,
+                ))
+            })
+            .collect();
+        if too_deep.is_empty() {
+            return Ok(());
+        }
+        let (count, shown) = (too_deep.len(), too_deep.len().min(MOST_FAULTS));
+        let mut message = too_deep[..shown].join("\nerror: ");
+        if count > shown {
+            message += &format!("\nerror: and {} more", count - shown);
+        }
+        Err(Failure::new(Exit::BadInput, message, "press less deep, or leave these out"))
+    }
+
+    /// For people; more of it where something may be wrong.
+    pub fn coverage_text(&self) -> String {
+        let Coverage { area, area_mm2, angles_rad, lens_rad } = self.coverage;
+        let share =
+            format!("the camera sees {:.1} % of the surface's {area_mm2:.0} mm2", 100.0 * area);
+        if area >= LITTLE {
+            return format!("{share}\n");
+        }
+        format!(
+            "warning: {share}: it lies {:.0} to {:.0} deg off its axis, the lens reaches {:.0} deg\n",
+            angles_rad[0].to_degrees(),
+            angles_rad[1].to_degrees(),
+            lens_rad.to_degrees(),
+        )
+    }
+
+    /// For programs.
+    pub fn coverage_json(&self) -> Value {
+        json!({ "area": self.coverage.area, "area_mm2": self.coverage.area_mm2 })
+    }
+}
+
+fn touch(project: &Project) -> Result<&TouchSurface, Failure> {
+    let sensor = &project.design.sensor;
+    sensor.touch.as_ref().ok_or_else(|| {
+        let message = format!("{} has no curved sensing surface to look at", sensor.name);
+        Failure::plain(Exit::BadInput, message)
+    })
+}
+
+/// The camera of a design, or what calibration files say instead. A pose file brings the camera
+/// that it names, unless another is given.
+///
+/// # Errors
+/// Files that cannot be read or hold no camera or pose, each named.
+pub fn viewpoint_from_files(
+    project: &Project,
+    camera: Option<&Path>,
+    pose: Option<&Path>,
+) -> Result<Viewpoint, Failure> {
+    let pose_path = pose;
+    let pose_hint = "is it the right file? It holds the matrix `camera_from_sensor`";
+    let pose = read(pose_path, "a pose file", pose_hint)?;
+    let fault = |path: Option<&Path>, error: &dyn Display| {
+        let name = path.map_or_else(String::new, |path| format!("{}: ", path.display()));
+        Failure::plain(Exit::BadInput, format!("{name}{error}"))
+    };
+    let of_pose = |error: &dyn Display| fault(pose_path, error);
+    let pose = pose.map(|text| read_pose(&text)).transpose().map_err(|error| of_pose(&error))?;
+    // A pose is only good with the camera it was solved with: unless told otherwise, that one.
+    let beside = pose_path.zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
+    let beside = beside.map(|(path, camera)| path.with_file_name(camera));
+    let camera_path = camera.or(beside.as_deref());
+    let camera_hint = "is it the right file? It holds a lens and an image size";
+    let camera = read(camera_path, "a camera file", camera_hint)?;
+    let nominal = &project.design.sensor.camera;
+    // One after the other, so that each fault is told with its file.
+    Viewpoint::new(nominal, camera.as_deref(), None).map_err(|error| fault(camera_path, &error))?;
+    Viewpoint::new(nominal, camera.as_deref(), pose.as_ref()).map_err(|error| of_pose(&error))
+}
+
+fn read(
+    path: Option<&Path>,
+    what: &'static str,
+    hint: &'static str,
+) -> Result<Option<String>, Failure> {
+    let expected = Expected { what, max_bytes: MAX_YAML_BYTES, hint };
+    path.map(|path| reading::text(path, expected)).transpose()
+}
+
+fn unseen(coverage: &Coverage) -> Failure {
+    let [near, far] = coverage.angles_rad.map(f64::to_degrees);
+    let message = format!(
+        "the camera sees none of the surface: it lies {near:.0} to {far:.0} deg off the camera's \
+         axis, and the lens reaches {:.0} deg",
+        coverage.lens_rad.to_degrees()
+    );
+    Failure::new(
+        Exit::BadInput,
+        message,
+        "is the pose `camera_from_sensor`, in mm, and not its inverse?",
+    )
+}
+
+/// A press that cannot be had, for people.
+pub fn press_failure(sensor: &str, error: PressError) -> Failure {
+    match error {
+        PressError::Unknown { id, known } => {
+            let list = known.iter().map(String::as_str);
+            let unknown = fabkit::bodies::UnknownName::new("press", &id, list);
+            let tool = known.iter().find(|name| name.ends_with('@'));
+            let hint = match (&unknown.closest, tool) {
+                (Some(closest), _) if closest.ends_with('@') => place_hint(closest),
+                (Some(_), _) => unknown.hint(),
+                (None, tool) => {
+                    let examples = one_of_each_kind(&known);
+                    let listed = format!("presses are {}", examples.join(", "));
+                    [Some(listed), tool.map(|tool| place_hint(tool))]
+                        .into_iter()
+                        .flatten()
+                        .collect::<Vec<_>>()
+                        .join("; ")
+                }
+            };
+            Failure::new(Exit::BadInput, unknown, hint)
+        }
+        PressError::Unreadable { .. } => {
+            let hint = "for example `hemisphere@30deg,120deg,1.2mm`: polar angle, azimuth, depth";
+            Failure::new(Exit::BadInput, error, hint)
+        }
+        PressError::Fixture(error) => match Source::find(sensor) {
+            Ok(source) => source.failure(error),
+            Err(failure) => failure,
+        },
+        PressError::OutOfRange { .. } | PressError::Flat { .. } => {
+            Failure::plain(Exit::BadInput, error)
+        }
+        PressError::Surface(_) => Failure::bug(error),
+    }
+}
+
+fn place_hint(tool: &str) -> String {
+    format!("an indenter and its place are written like `{tool}30deg,120deg,1mm`")
+}
+
+/// The first of the names that differ in their numbers alone.
+fn one_of_each_kind(names: &[String]) -> Vec<String> {
+    let mut kinds = BTreeSet::new();
+    let kind = |name: &str| -> String { name.chars().filter(|c| !c.is_ascii_digit()).collect() };
+    let listed = names.iter().filter(|name| !name.ends_with('@'));
+    let first = listed.filter(|name| kinds.insert(kind(name)));
+    first.map(|name| format!("`{name}`")).collect()
+}

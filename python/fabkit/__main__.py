@@ -1,0 +1,14 @@
+"""The ``fabkit`` command, as ``python -m fabkit`` too."""
+
+import sys
+
+from fabkit import _fabkit
+
+
+def main() -> None:
+    """Run the command with this process's arguments, and end the process with its exit code."""
+    sys.exit(_fabkit.command(["fabkit", *sys.argv[1:]]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Arrays as the compiled half wants them, or an error that names the culprit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fabkit.errors import InvalidInputError, invalid
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+
+def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Any shape, float64, in C order."""
+    given = np.asarray(values)
+    if given.dtype.kind not in "fiu":
+        raise invalid(f"{name} has the dtype {given.dtype}; it must hold real numbers")
+    return np.asarray(given, dtype=np.float64, order="C")
+
+
+def rows(values: ArrayLike, columns: int, name: str) -> tuple[NDArray[np.float64], tuple[int, ...]]:
+    """(..., columns) as (n, columns), and what the shape was without the last axis."""
+    given = numbers(values, name)
+    if given.ndim == 0 or given.shape[-1] != columns:
+        raise _shape(name, given, f"(..., {columns})")
+    return given.reshape(-1, columns), given.shape[:-1]
+
+
+def matrix(values: ArrayLike, size: int, name: str) -> list[list[float]]:
+    """(size, size) as lists."""
+    given = numbers(values, name)
+    if given.shape != (size, size):
+        raise _shape(name, given, f"({size}, {size})")
+    return given.tolist()
+
+
+def vector(values: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
+    """(count,), or one number for all."""
+    given = numbers(values, name)
+    if given.ndim == 0:
+        return np.full(count, given)
+    if given.shape != (count,):
+        raise _shape(name, given, f"({count},) or ()")
+    return given
+
+
+def picture(values: ArrayLike, name: str) -> NDArray[np.float32]:
+    """(rows, columns), or (rows, columns, 3 or 4) in the order RGB, as brightness from 0 to 1.
+
+    Integers are divided by the largest value of their type; colours weigh as in ITU-R BT.709.
+    """
+    given = np.asarray(values)
+    if given.dtype.kind == "u":
+        scale = float(np.iinfo(given.dtype).max)
+    elif given.dtype.kind == "f":
+        scale = 1.0
+    else:
+        raise invalid(f"{name} has the dtype {given.dtype}; it must be unsigned or floating point")
+    if given.ndim == 3 and given.shape[2] in (3, 4):
+        weights = np.array([0.2126, 0.7152, 0.0722])
+        given = np.asarray(given[..., :3] @ weights)
+    if given.ndim != 2:
+        raise _shape(name, given, "(rows, columns) or (rows, columns, 3)")
+    return np.ascontiguousarray(given / scale, dtype=np.float32)
+
+
+def _shape(name: str, given: NDArray[Any], wanted: str) -> InvalidInputError:
+    return invalid(f"{name} has the shape {given.shape}; it must be {wanted}")

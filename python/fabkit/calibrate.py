@@ -1,0 +1,448 @@
+"""Calibration: the lens from pictures of a board, the camera's pose from pins at known places."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fabkit import _arrays, _fabkit
+from fabkit.cameras import Camera
+from fabkit.designs import Fixture, Sensor, load
+from fabkit.errors import FabkitError, Problem, invalid
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from numpy.typing import ArrayLike, NDArray
+
+    Detector = Literal["auto", "opencv", "fabkit"]
+
+#: Standard deviation of corners from detectors that do not say it, px: what good ones reach.
+_USUAL_CORNER_SIGMA_PX = 0.1
+#: Of a pin measured by hand, px: as in lists of captures.
+_USUAL_PIN_SIGMA_PX = 0.3
+
+
+class Board:
+    """A calibration board, from its file.
+
+    >>> import fabkit
+    >>> board = fabkit.calibrate.boards("rtac0")["checkerboard"]
+    >>> board.kind, board.corners_mm.shape
+    ('checkerboard', (400, 2))
+    """
+
+    def __init__(self, text: str) -> None:
+        self._text = _fabkit.board(text)
+        self.document: dict[str, Any] = json.loads(self._text)
+        """Everything that the file says: ``fabkit-board`` version 1."""
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Board:
+        """Read a board's file, as ``fabkit export SENSOR/boards`` writes one beside each board."""
+        return Board(_read(path))
+
+    def __repr__(self) -> str:
+        columns, rows = self.document["squares"]
+        return f"<Board {self.name}: {columns} x {rows} squares of {self.document['square_mm']} mm>"
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return self.document["name"]
+
+    @property
+    def kind(self) -> str:
+        """``checkerboard`` or ``charuco``."""
+        return self.document["kind"]
+
+    @property
+    def corners_mm(self) -> NDArray[np.float64]:
+        """Where each corner is, by id: (n, 2), x to the right and y down as seen, mm."""
+        return np.array([corner["in_board_mm"] for corner in self.document["corners"]], dtype=float)
+
+
+def boards(sensor: Sensor | str) -> dict[str, Board]:
+    """List the boards that come with a sensor, by name."""
+    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    ending = ".board.json"
+    files = sensor.fixtures["boards"].files
+    texts = {name: text for name, text in files.items() if name.endswith(ending)}
+    return {name.removesuffix(ending): Board(text.decode()) for name, text in texts.items()}
+
+
+@dataclass(frozen=True)
+class Corners:
+    """Corners of a board in one picture."""
+
+    ids: NDArray[np.uint32]
+    """Which corners, (n,)."""
+    pixels: NDArray[np.float64]
+    """Column and row, (n, 2), px; the first pixel's centre is (0, 0)."""
+    sigma_px: NDArray[np.float64] | float = _USUAL_CORNER_SIGMA_PX
+    """Standard deviation in each direction, (n,) or one for all, px."""
+    name: str = ""
+    """What messages call the picture."""
+
+
+@dataclass(frozen=True)
+class Pins:
+    """Pins in one picture."""
+
+    pixels: NDArray[np.float64]
+    """Column and row, (n, 2), px; in any order."""
+    holes: Sequence[int] | None = None
+    """The holes that had pins, in any order; ``None`` if that is not known."""
+    sigma_px: NDArray[np.float64] | float = _USUAL_PIN_SIGMA_PX
+    """Standard deviation in each direction, (n,) or one for all, px."""
+    name: str = ""
+    """What messages call the picture."""
+
+
+def find_corners(
+    picture: ArrayLike, board: Board, *, detector: Detector = "auto", name: str = "the picture"
+) -> Corners:
+    """Find a board's corners in a picture.
+
+    Parameters
+    ----------
+    picture
+        (rows, columns) or (rows, columns, 3) RGB; unsigned integers, or floating point from 0 to 1.
+    board
+        What to look for.
+    detector
+        ``opencv``, ``fabkit``, or ``auto``: OpenCV's if cv2 is installed, else fabkit's.
+    name
+        What messages call the picture.
+
+    Raises
+    ------
+    FabkitError
+        No such board in the picture, and why; another shape or dtype.
+    """
+    grey = _arrays.picture(picture, name)
+    cv2 = _opencv(detector)
+    if cv2 is not None:
+        return _with_opencv(cv2, grey, board, name)
+    ids, (pixels, sigmas) = _fabkit.find_corners(grey, board._text)  # pyright: ignore[reportPrivateUsage]
+    return Corners(ids, pixels, sigmas, name)
+
+
+def find_pins(reference: ArrayLike, picture: ArrayLike, *, brighter: bool = False) -> Pins:
+    """Find the marks of pins in a picture, compared with one without contact.
+
+    Parameters
+    ----------
+    reference, picture
+        As for :func:`find_corners`, of one size.
+    brighter
+        Pins make marks brighter, not darker.
+
+    Returns
+    -------
+    The strongest first; which holes they are is not known.
+    """
+    pixels, sigmas = _fabkit.find_pins(
+        _arrays.picture(reference, "reference"), _arrays.picture(picture, "picture"), brighter
+    )
+    return Pins(pixels, None, sigmas)
+
+
+class Intrinsics:
+    """A calibrated lens with all that is to be said about it."""
+
+    def __init__(self, native: _fabkit.Intrinsics) -> None:
+        self._native = native
+        self.document: dict[str, Any] = json.loads(native.document())
+        """As ``fabkit calibrate intrinsics --json`` prints it: ``fabkit-intrinsics`` version 1."""
+        self.camera = Camera(native.camera())
+        """With the covariance of its parameters."""
+
+    def __repr__(self) -> str:
+        return f"<Intrinsics {self.model}: {self.rms_px:.3f} px rms>"
+
+    @property
+    def model(self) -> str:
+        """The lens model that the pictures chose."""
+        return self.document["model"]
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square length of all residuals, px."""
+        return self.document["reprojection_rms_px"]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the pictures do not tell."""
+        return self.document["warnings"]
+
+    def save_report(self, path: str | PathLike[str]) -> None:
+        """Write everything as one HTML file that needs no network."""
+        _write(path, self._native.html())
+
+
+class Extrinsics:
+    """A calibrated pose with all that is to be said about it."""
+
+    def __init__(self, native: _fabkit.Extrinsics) -> None:
+        self._native = native
+        self.document: dict[str, Any] = json.loads(native.document())
+        """As ``fabkit calibrate extrinsics --json`` prints it: ``fabkit-extrinsics`` version 1."""
+        self.camera = Camera(native.camera())
+        """The camera that the pose belongs to; it may have got an interface on the way."""
+
+    def __repr__(self) -> str:
+        return f"<Extrinsics: {self.held_out_rms_px:.2f} px rms, held out>"
+
+    @property
+    def camera_from_sensor(self) -> NDArray[np.float64]:
+        """Sensor frame to camera frame, (4, 4), mm."""
+        return np.array(self.document["camera_from_sensor"], dtype=float)
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Of the pose, (6, 6): rotation about the camera's axes, rad, then translation, mm."""
+        return np.array(self.document["covariance"], dtype=float)
+
+    @property
+    def held_out_rms_px(self) -> float:
+        """Root mean square residual of captures that took no part in the fit, px."""
+        return self.document["held_out_rms_px"]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the pins do not tell, and what does not fit."""
+        return self.document["warnings"]
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write a pose file, and the camera that belongs to it beside it."""
+        self._native.write(os.fspath(path))
+
+    def save_report(self, path: str | PathLike[str]) -> None:
+        """Write everything as one HTML file that needs no network."""
+        _write(path, self._native.html())
+
+
+def intrinsics(
+    sensor: Sensor | str,
+    board: Board | str | PathLike[str],
+    views: Sequence[str | PathLike[str] | ArrayLike | Corners],
+    *,
+    models: Sequence[str] = (),
+    detector: Detector = "auto",
+) -> Intrinsics:
+    """Calibrate the lens from pictures of a board.
+
+    Parameters
+    ----------
+    sensor
+        Its nominal camera is where the solver begins, and says how large pictures are.
+    board
+        A board, or the path of its file.
+    views
+        PNG files, pictures as arrays (see :func:`find_corners`), or corners that were found
+        already; at least 3.
+    models
+        Lens models to choose from; none is all of them.
+    detector
+        See :func:`find_corners`. Pictures in which it finds no board are left out and listed.
+
+    Raises
+    ------
+    FabkitError
+        Too few pictures show the board, all pictures that cannot be used.
+    """
+    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    board = board if isinstance(board, Board) else Board.load(board)
+    files: list[str] = []
+    pictures: list[tuple[str, NDArray[np.float32]]] = []
+    corners: list[tuple[str, list[int], list[list[float]], list[float]]] = []
+    cv2 = None if all(isinstance(view, Corners) for view in views) else _opencv(detector)
+    for number, view in enumerate(views):
+        if isinstance(view, Corners):
+            corners.append(_corners(view, view.name or f"view {number}"))
+        elif cv2 is not None:
+            name, grey = _picture(cv2, view, number)
+            found = _with_opencv(cv2, grey, board, name, missing_ok=True)
+            corners.append(_corners(found, name))
+        elif isinstance(view, str | os.PathLike):
+            files.append(os.fspath(view))
+        else:
+            pictures.append((f"view {number}", _arrays.picture(view, f"view {number}")))
+    if sum(map(bool, (files, pictures, corners))) > 1:
+        raise invalid("views are of several kinds; give files, or arrays, or corners")
+    native = _fabkit.intrinsics(
+        sensor._project,  # pyright: ignore[reportPrivateUsage]
+        board._text,  # pyright: ignore[reportPrivateUsage]
+        files,
+        pictures,
+        corners,
+        list(models),
+    )
+    return Intrinsics(native)
+
+
+def extrinsics(
+    sensor: Sensor | str,
+    camera: Camera | str | PathLike[str],
+    captures: str | PathLike[str] | Sequence[Pins],
+    *,
+    landmarks: Fixture | str | PathLike[str] | Mapping[int, ArrayLike] | None = None,
+    reference: str | PathLike[str] | None = None,
+    pin: str | None = None,
+    gel_index: float = 1.41,
+) -> Extrinsics:
+    """Solve for where the camera is, from pins of a dome.
+
+    Parameters
+    ----------
+    sensor
+        Its nominal pose is where the solver begins.
+    camera
+        The calibrated lens, or the path of its file.
+    captures
+        A folder of pictures named after the holes that had pins, or with a list in
+        ``captures.csv``; or pins that were found already.
+    landmarks
+        Where pins touch: a dome, a file, or (x, y, z) in the sensor frame, mm, by hole; without
+        them, those of the sensor's own ``pin-dome``.
+    reference
+        With a folder: the picture without contact, if it is not called ``ref.png``.
+    pin
+        Which kind of pin was used, where the dome has several.
+    gel_index
+        Refractive index of the gel that is tried before the lens, 1 to 2.
+
+    Raises
+    ------
+    FabkitError
+        Marks that do not tell the pose, labels that do not fit, files with faults.
+    """
+    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    camera_file = "camera" if isinstance(camera, Camera) else os.fspath(camera)
+    camera = camera if isinstance(camera, Camera) else Camera.load(camera)
+    if not 1.0 <= gel_index <= 2.0:
+        raise invalid(f"gel_index is {gel_index}; the limits are 1 and 2")
+    folder: str | None = None
+    pins: list[tuple[str, list[int] | None, list[list[float]], list[float]]] = []
+    if isinstance(captures, str | os.PathLike):
+        folder = os.fspath(captures)
+    else:
+        for number, capture in enumerate(captures):
+            name = capture.name or f"capture {number}"
+            pixels, _ = _arrays.rows(capture.pixels, 2, f"pixels of {name}")
+            sigmas = _arrays.vector(capture.sigma_px, len(pixels), f"sigma_px of {name}")
+            holes = None if capture.holes is None else [int(hole) for hole in capture.holes]
+            pins.append((name, holes, pixels.tolist(), sigmas.tolist()))
+    native = _fabkit.extrinsics(
+        sensor._project,  # pyright: ignore[reportPrivateUsage]
+        camera._native,  # pyright: ignore[reportPrivateUsage]
+        camera_file,
+        _landmarks(sensor, landmarks),
+        folder,
+        None if reference is None else os.fspath(reference),
+        pins,
+        pin,
+        gel_index,
+    )
+    return Extrinsics(native)
+
+
+def _landmarks(
+    sensor: Sensor, given: Fixture | str | PathLike[str] | Mapping[int, ArrayLike] | None
+) -> str:
+    """Find the text of a list of landmarks."""
+    if isinstance(given, Mapping):
+        points = {str(hole): _arrays.vector(at, 3, f"hole {hole}") for hole, at in given.items()}
+        return json.dumps({hole: at.tolist() for hole, at in points.items()})
+    if isinstance(given, str | os.PathLike):
+        return _read(given)
+    dome = sensor.fixtures["pin-dome"] if given is None else given
+    texts = [text for name, text in dome.files.items() if name.endswith(".landmarks.json")]
+    if not texts:
+        raise invalid(f"{dome.name} has no pins, and so no landmarks")
+    return texts[0].decode()
+
+
+def _corners(view: Corners, name: str) -> tuple[str, list[int], list[list[float]], list[float]]:
+    pixels, _ = _arrays.rows(view.pixels, 2, f"pixels of {name}")
+    ids = np.asarray(view.ids)
+    if ids.shape != (len(pixels),) or ids.dtype.kind not in "iu" or (ids < 0).any():
+        raise invalid(
+            f"ids of {name} have the shape {ids.shape} and the dtype {ids.dtype}; "
+            f"they must be ({len(pixels)},) whole numbers from 0"
+        )
+    sigmas = _arrays.vector(view.sigma_px, len(pixels), f"sigma_px of {name}")
+    return (name, ids.tolist(), pixels.tolist(), sigmas.tolist())
+
+
+def _opencv(detector: Detector) -> Any:
+    """Import cv2, or ``None`` for fabkit's own detector."""
+    if detector not in ("auto", "opencv", "fabkit"):
+        raise invalid(f"there is no detector `{detector}`", "known: auto, opencv, fabkit")
+    if detector == "fabkit":
+        return None
+    try:
+        return importlib.import_module("cv2")
+    except ImportError as error:
+        if detector == "auto":
+            return None
+        raise invalid("cv2 is not installed", "pip install opencv-python-headless") from error
+
+
+def _picture(cv2: Any, view: Any, number: int) -> tuple[str, NDArray[np.float32]]:
+    if not isinstance(view, str | os.PathLike):
+        return f"view {number}", _arrays.picture(view, f"view {number}")
+    name = str(os.fspath(view))  # pyright: ignore[reportUnknownArgumentType]
+    read = cv2.imread(name, cv2.IMREAD_GRAYSCALE)
+    if read is None:
+        raise invalid(f"cannot read {name} as a picture")
+    return name, _arrays.picture(read, name)
+
+
+def _with_opencv(
+    cv2: Any, grey: NDArray[np.float32], board: Board, name: str, *, missing_ok: bool = False
+) -> Corners:
+    """Find corners with OpenCV; none are an error, unless they may be missing."""
+    bytes_ = np.rint(255 * np.clip(grey, 0, 1)).astype(np.uint8)
+    columns, rows = board.document["squares"]
+    ids: Any
+    if board.kind == "charuco":
+        dictionary = cv2.aruco.getPredefinedDictionary(
+            getattr(cv2.aruco, board.document["dictionary"])
+        )
+        sizes = (board.document["square_mm"], board.document["marker_mm"])
+        detector = cv2.aruco.CharucoDetector(
+            cv2.aruco.CharucoBoard((columns, rows), *sizes, dictionary)
+        )
+        found, ids, _, _ = detector.detectBoard(bytes_)
+    else:
+        size = (columns - 1, rows - 1)
+        seen, found = cv2.findChessboardCornersSB(bytes_, size, flags=cv2.CALIB_CB_ACCURACY)
+        ids = list(range(size[0] * size[1])) if seen else None
+    which = np.array([] if ids is None else ids, dtype=np.uint32).reshape(-1)
+    if which.size == 0 and not missing_ok:
+        raise invalid(f"{name}: OpenCV finds no {board.kind} `{board.name}`")
+    pixels = np.zeros((0, 2)) if which.size == 0 else np.asarray(found, dtype=float).reshape(-1, 2)
+    return Corners(which, pixels, _USUAL_CORNER_SIGMA_PX, name)
+
+
+def _read(path: str | PathLike[str]) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        message = f"cannot read {os.fspath(path)}: {error}"
+        problems = (Problem(message, file=os.fspath(path)),)
+        raise FabkitError(message, code="io", exit_code=4, problems=problems) from error
+
+
+def _write(path: str | PathLike[str], text: str) -> None:
+    path = Path(path)
+    _fabkit.write_files(str(path.parent), [(path.name, text.encode())])

@@ -1,0 +1,218 @@
+"""Cameras: points to pixels, pixels to rays."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fabkit import _arrays, _fabkit
+from fabkit.errors import FabkitError, Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from os import PathLike
+
+    from numpy.typing import ArrayLike, NDArray
+
+
+class Camera:
+    """A lens behind its interface, with an image size, and how sure all that is.
+
+    Points are in the camera frame, mm: +z forward, +x right, +y down. Pixels are column and row;
+    the first pixel's centre is (0, 0).
+
+    >>> import numpy as np
+    >>> import fabkit
+    >>> camera = fabkit.Camera.equidistant(640, 480, np.deg2rad(160))
+    >>> camera.project([[10, 0, 10], [0, 0, 5]]).round(3).tolist()
+    [[544.5, 239.5], [319.5, 239.5]]
+    """
+
+    def __init__(self, native: _fabkit.Camera) -> None:
+        self._native = native
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Camera:
+        """Read a camera file: fabkit's, OpenCV's, ROS's or Kalibr's.
+
+        Raises
+        ------
+        FabkitError
+            A file that cannot be read or holds no camera: everything that is wrong, with lines.
+        """
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except OSError as error:
+            message = f"cannot read {os.fspath(path)}: {error.strerror or error}"
+            problems = (Problem(message, file=os.fspath(path)),)
+            raise FabkitError(message, code="io", exit_code=4, problems=problems) from error
+        return Camera(_fabkit.Camera.from_text(text, os.fspath(path)))
+
+    @staticmethod
+    def from_text(text: str) -> Camera:
+        """Read the content of a camera file."""
+        return Camera(_fabkit.Camera.from_text(text, ""))
+
+    @staticmethod
+    def equidistant(width_px: int, height_px: int, field_of_view_rad: float) -> Camera:
+        """Make the lens that a data sheet promises: pixels from the centre grow with the angle.
+
+        ``field_of_view_rad`` is the full angle of view over the image's diagonal, as makers of
+        small cameras state it.
+        """
+        return Camera(_fabkit.Camera.equidistant(width_px, height_px, field_of_view_rad))
+
+    def __repr__(self) -> str:
+        behind = "" if self.interface == "none" else f" behind a {self.interface} interface"
+        return f"<Camera {self.width_px} x {self.height_px} px, {self.lens}{behind}>"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (Camera.from_text, (self.to_text(),))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Camera) and self.to_text() == other.to_text()
+
+    def __hash__(self) -> int:
+        return hash(self.to_text())
+
+    def to_text(self, format: str = "fabkit") -> str:
+        """Write it as ``fabkit``, which keeps everything, ``opencv``, ``ros`` or ``kalibr``.
+
+        Raises
+        ------
+        FabkitError
+            A format that would lose something, with what.
+        """
+        return self._native.to_text(format)
+
+    def save(self, path: str | PathLike[str], format: str = "fabkit") -> None:
+        """Write a camera file, whole or not at all; see :meth:`to_text`."""
+        path = Path(path)
+        _fabkit.write_files(str(path.parent), [(path.name, self.to_text(format).encode())])
+
+    @property
+    def width_px(self) -> int:
+        """Columns of the image."""
+        return self._native.size_px()[0]
+
+    @property
+    def height_px(self) -> int:
+        """Rows of the image."""
+        return self._native.size_px()[1]
+
+    @property
+    def lens(self) -> str:
+        """The model, for example ``kannala_brandt``."""
+        return self._native.lens()
+
+    @property
+    def interface(self) -> str:
+        """What stands between lens and scene, for example ``none``."""
+        return self._native.interface()
+
+    @property
+    def angle_limit_rad(self) -> float:
+        """The largest angle to +z, in front of the lens, that has a pixel."""
+        return self._native.angle_limit_rad()
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Everything that can be calibrated, by names with units, in order."""
+        return dict(self._native.parameters())
+
+    @property
+    def covariance(self) -> NDArray[np.float64] | None:
+        """Of the parameters, in their order and units, (p, p); ``None`` if nothing is known."""
+        return self._native.covariance()
+
+    @property
+    def sigmas(self) -> dict[str, float] | None:
+        """Standard deviation of each parameter, by name, in its unit."""
+        covariance = self.covariance
+        if covariance is None:
+            return None
+        sigmas = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+        return dict(zip(self.parameters, sigmas.tolist(), strict=True))
+
+    def with_parameters(self, parameters: Mapping[str, float]) -> Camera:
+        """Make the same kind of camera with some other numbers, by name, and no covariance.
+
+        >>> import fabkit
+        >>> camera = fabkit.load("rtac0").camera
+        >>> camera.with_parameters({"cx_px": 300.0}).parameters["cx_px"]
+        300.0
+        """
+        known = self.parameters
+        for name in parameters:
+            if name not in known:
+                from fabkit.errors import unknown
+
+                raise unknown("parameter", name, list(known))
+        numbers = [float(value) for value in {**known, **parameters}.values()]
+        return Camera(self._native.with_parameters(numbers))
+
+    def project(self, points_in_camera: ArrayLike) -> NDArray[np.float64]:
+        """Find the pixels at which points are seen, inside the image or not.
+
+        Parameters
+        ----------
+        points_in_camera
+            (..., 3), mm.
+
+        Returns
+        -------
+        (..., 2): column and row, px; NaN where a point is beyond the lens's domain, in front of the
+        interface, or not finite.
+
+        Raises
+        ------
+        FabkitError
+            Another shape or dtype.
+        """
+        points, shape = _arrays.rows(points_in_camera, 3, "points_in_camera")
+        return self._native.project(points).reshape(*shape, 2)
+
+    def project_with_jacobians(
+        self, points_in_camera: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Find pixels and their derivatives.
+
+        Returns
+        -------
+        Pixels (..., 2); by the point (..., 2, 3), px per mm; by the parameters (..., 2, p), px per
+        unit of each, in the order of :attr:`parameters`. NaN as in :meth:`project`.
+        """
+        points, shape = _arrays.rows(points_in_camera, 3, "points_in_camera")
+        pixels, by_point, by_parameters = self._native.project_with_jacobians(points)
+        count = by_parameters.shape[2]
+        return (
+            pixels.reshape(*shape, 2),
+            by_point.reshape(*shape, 2, 3),
+            by_parameters.reshape(*shape, 2, count),
+        )
+
+    def unproject(self, pixels: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Find the rays, in the last medium, of all points that are seen at pixels.
+
+        Parameters
+        ----------
+        pixels
+            (..., 2): column and row, px.
+
+        Returns
+        -------
+        Origins (..., 3), mm: on the interface, or the lens's centre without one; and directions
+        (..., 3), unit length, away from the camera. NaN where the lens shows nothing.
+
+        >>> import fabkit
+        >>> camera = fabkit.load("rtac0").camera
+        >>> origins, directions = camera.unproject([[[0, 0], [639, 479]]])
+        >>> directions.shape
+        (1, 2, 3)
+        """
+        given, shape = _arrays.rows(pixels, 2, "pixels")
+        origins, directions = self._native.unproject(given)
+        return origins.reshape(*shape, 3), directions.reshape(*shape, 3)

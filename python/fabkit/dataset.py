@@ -1,0 +1,135 @@
+"""Data sets of ``fabkit dataset``: training targets for all combinations of two half presses."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fabkit import _fabkit
+from fabkit.errors import FabkitError, Problem, invalid
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from os import PathLike
+
+    from numpy.typing import NDArray
+
+    Split = Literal["train", "validation", "test", "mixed"]
+
+_SPLITS = ("train", "validation", "test", "mixed")
+
+
+class Dataset:
+    """Samples, each of a left and a right half; see :func:`open`.
+
+    Nothing is read before it is asked for, and nothing stays open, so that processes that a
+    training starts can share it. Samples that were written (``--materialise``) are read as they
+    are; others are stitched from their halves, which gives the same.
+    """
+
+    def __init__(self, folder: str | PathLike[str], split: Split | None = None) -> None:
+        self.folder = Path(folder)
+        """Where it is."""
+        if split is not None and split not in _SPLITS:
+            raise invalid(f"there is no split `{split}`", f"known: {', '.join(_SPLITS)}")
+        self.split = split
+        """``train``, ``validation``, ``test``, ``mixed``, or ``None`` for all."""
+        self.about: dict[str, Any] = json.loads(self._text("dataset.json"))
+        """Everything that ``dataset.json`` says: sensor, camera, units, frames, patterns."""
+        rows = list(csv.DictReader(self._text("samples.csv").splitlines()))
+        chosen = [(i, row) for i, row in enumerate(rows) if split in (None, row["split"])]
+        self.halves = np.array(
+            [(int(row["left_half"]), int(row["right_half"])) for _, row in chosen], dtype=np.int64
+        ).reshape(-1, 2)
+        """The half on the left and the one on the right of each sample, (n, 2) int64."""
+        self._stored = [i for i, _ in chosen]
+        written = (self.folder / "samples").is_dir()
+        self._group = self.folder / ("samples" if written else "halves")
+        names = ("indentation_mm", "label", "image")
+        there = [name for name in names if (self._group / name).is_dir()]
+        self._arrays = {name: _fabkit.Samples(os.fspath(self._group / name)) for name in there}
+        self._materialised = written
+        with np.load(self.folder / "reference.npz") as reference:
+            self.reference: dict[str, NDArray[Any]] = dict(reference)
+        """Without contact: ``range_mm``, points, normals; ``is_left`` and ``is_right`` of the
+        seam."""
+
+    def __repr__(self) -> str:
+        kind = "materialised" if self._materialised else "stitched when read"
+        return (
+            f"<Dataset {self.folder}: {len(self)} samples of {self.split or 'all splits'}, {kind}>"
+        )
+
+    def __len__(self) -> int:
+        return len(self._stored)
+
+    def __iter__(self) -> Iterator[dict[str, NDArray[Any]]]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: int) -> dict[str, NDArray[Any]]:
+        """Read a sample.
+
+        Returns
+        -------
+        ``indentation_mm`` (rows, columns) float32, mm: range without contact minus range with it;
+        ``label`` (rows, columns) uint8: 0 no surface or seam, 1 surface, from 2 on what presses;
+        and, with captures, ``image`` (rows, columns, channels) uint8.
+        """
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"there is no sample {index}; there are {len(self)}")
+        return {name: self._read(array, index) for name, array in self._arrays.items()}
+
+    def range_mm(self, index: int) -> NDArray[np.float64]:
+        """Distance along each pixel's ray, (rows, columns) float64, mm; NaN where none ends."""
+        indentation_mm = self._read(self._arrays["indentation_mm"], index)
+        return self.reference["range_mm"] - indentation_mm
+
+    def _read(self, array: _fabkit.Samples, index: int) -> NDArray[Any]:
+        if self._materialised:
+            return array.sample(self._stored[index])
+        left, right = (array.sample(int(half)) for half in self.halves[index])
+        # Pictures have a third axis.
+        shape = self.reference["is_left"].shape + (1,) * (left.ndim - 2)
+        empty = left.dtype.type(0)
+        stitched = np.where(self.reference["is_right"].reshape(shape), right, empty)
+        return np.where(self.reference["is_left"].reshape(shape), left, stitched)
+
+    def _text(self, name: str) -> str:
+        path = self.folder / name
+        try:
+            return path.read_text(encoding="utf-8")
+        except OSError as error:
+            message = f"cannot read {path}: {error.strerror or error}"
+            unfinished = (self.folder / "dataset.partial.json").exists()
+            hint = (
+                "it is not finished: run the same `fabkit dataset` with --resume"
+                if unfinished
+                else "`fabkit dataset SENSOR -o DIR` writes one"
+            )
+            problem = Problem(message, hint, os.fspath(path))
+            text = f"{message}\n  = help: {hint}"
+            raise FabkitError(text, code="io", exit_code=4, problems=(problem,)) from error
+
+
+def open(folder: str | PathLike[str], split: Split | None = None) -> Dataset:
+    """Open a data set that ``fabkit dataset`` wrote.
+
+    Parameters
+    ----------
+    folder
+        Its folder.
+    split
+        ``train``, ``validation`` or ``test``, which share no pattern, or ``mixed``: samples of
+        patterns that are for different things; ``None`` for all.
+
+    Raises
+    ------
+    FabkitError
+        No data set there, an unfinished or a damaged one.
+    """
+    return Dataset(folder, split)

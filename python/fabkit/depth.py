@@ -1,0 +1,201 @@
+"""Ground truth: exactly what a camera sees of a sensor's surface, pressed or not."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+from fabkit import _arrays, _fabkit
+from fabkit.calibrate import Extrinsics
+from fabkit.cameras import Camera
+from fabkit.designs import Sensor, load
+from fabkit.errors import invalid
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from os import PathLike
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a camera sees, pixel by pixel: the arrays of ``fabkit depth -o FILE.npz``.
+
+    Maps are rows x columns; NaN where no surface is seen.
+    """
+
+    range_mm: NDArray[np.float64]
+    """Distance along each pixel's ray, mm."""
+    z_mm: NDArray[np.float64]
+    """Third coordinate in the camera frame, mm."""
+    point_in_sensor: NDArray[np.float64]
+    """Where each ray ends, sensor frame, mm: rows x columns x 3."""
+    normal_in_sensor: NDArray[np.float64]
+    """Unit normals out of the gel, sensor frame: rows x columns x 3."""
+    label: NDArray[np.uint16]
+    """What each pixel sees: an index into ``label_names``."""
+    indentation_mm: NDArray[np.float64]
+    """Range without contact minus range with it, mm: at least 0."""
+    contact: NDArray[np.bool_]
+    """Whether each pixel sees what presses."""
+    incidence_rad: NDArray[np.float64]
+    """Angle between ray and normal, rad."""
+    sigma_mm: NDArray[np.float64]
+    """Standard deviation of the range, mm."""
+    label_names: list[str]
+    """``none``, ``surface``, then what presses."""
+
+    def arrays(self) -> dict[str, NDArray[np.generic] | list[str]]:
+        """Everything by name, for example for ``numpy.savez``."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def picture(self, show: str = "indentation_mm") -> bytes:
+        """Draw a map with a colour for each value and a scale beside it: PNG.
+
+        Parameters
+        ----------
+        show
+            ``range_mm``, ``z_mm``, ``indentation_mm``, ``incidence_rad`` or ``sigma_mm``.
+        """
+        return _fabkit.false_color(_arrays.numbers(getattr(self, show), show))
+
+    def _repr_png_(self) -> bytes:
+        return self.picture("indentation_mm" if self.contact.any() else "range_mm")
+
+
+class Scene:
+    """A sensor's surface and the camera that looks at it.
+
+    Parameters
+    ----------
+    sensor
+        A sensor, or the name of one.
+    camera
+        A camera or the path of a camera file; without it, the one that belongs to ``pose``, else
+        the nominal lens.
+    pose
+        A pose file, the result of :func:`fabkit.calibrate.extrinsics`, or ``camera_from_sensor``,
+        (4, 4), mm; without it, where the design puts the camera.
+    pose_covariance
+        With a matrix as the pose: (6, 6), a small rotation about the camera's axes through the
+        sensor's origin, rad, then the translation, mm.
+
+    Raises
+    ------
+    FabkitError
+        Files with faults, a matrix that is no rigid motion, a camera that sees nothing of the
+        surface.
+    """
+
+    def __init__(
+        self,
+        sensor: Sensor | str,
+        *,
+        camera: Camera | str | PathLike[str] | None = None,
+        pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
+        pose_covariance: ArrayLike | None = None,
+    ) -> None:
+        self.sensor = load(sensor) if isinstance(sensor, str) else sensor
+        """Whose surface is seen."""
+        covariance = pose_covariance
+        pose_file: str | None = None
+        matrix: list[list[float]] | None = None
+        if isinstance(pose, Extrinsics):
+            camera = pose.camera if camera is None else camera
+            covariance = pose.covariance if covariance is None else covariance
+            matrix = pose.camera_from_sensor.tolist()
+        elif isinstance(pose, str | os.PathLike):
+            pose_file = os.fspath(pose)
+        elif pose is not None:
+            matrix = _arrays.matrix(pose, 4, "pose")
+            if matrix[3] != [0, 0, 0, 1]:
+                raise invalid(f"the last row of pose is {matrix[3]}; it must be [0, 0, 0, 1]")
+        given = isinstance(camera, Camera)
+        self._native = _fabkit.Scene(
+            self.sensor._project,  # pyright: ignore[reportPrivateUsage]
+            self.sensor.source,
+            None if given or camera is None else os.fspath(camera),
+            pose_file,
+            camera._native if given else None,  # pyright: ignore[reportPrivateUsage]
+            matrix,
+            None if covariance is None else _arrays.matrix(covariance, 6, "pose_covariance"),
+        )
+
+    @property
+    def camera(self) -> Camera:
+        """The camera that looks."""
+        return Camera(self._native.camera())
+
+    @property
+    def sensor_from_camera(self) -> NDArray[np.float64]:
+        """Camera frame to sensor frame, (4, 4), mm."""
+        return self._native.sensor_from_camera()
+
+    @property
+    def coverage(self) -> float:
+        """Share of the surface's area that the camera sees, 0 to 1."""
+        return self._native.coverage()[0]
+
+    def cast(
+        self,
+        press: str | Sequence[str] = (),
+        *,
+        samples: int = 1,
+        membrane_mm: float = 0.0,
+        print_sigma_mm: float = 0.05,
+    ) -> Truth:
+        """Cast a ray for each pixel; see :func:`cast`."""
+        presses = [press] if isinstance(press, str) else list(press)
+        seen = self._native.cast(presses, samples, membrane_mm, print_sigma_mm)
+        return Truth(**seen)
+
+
+def cast(
+    sensor: Sensor | str,
+    press: str | Sequence[str] = (),
+    *,
+    camera: Camera | str | PathLike[str] | None = None,
+    pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
+    samples: int = 1,
+    membrane_mm: float = 0.0,
+    print_sigma_mm: float = 0.05,
+) -> Truth:
+    """Cast a ray for each pixel: exact depth, normals, labels, and how sure they are.
+
+    To cast many presses with one camera, make a :class:`Scene` once.
+
+    Parameters
+    ----------
+    sensor
+        A sensor, or the name of one.
+    press
+        What presses, ``semi-dome-017`` or ``hemisphere@30deg,120deg,1.2mm`` (an indenter by polar
+        angle, azimuth and depth), or several at once; nothing for the untouched surface.
+    camera, pose
+        As for :class:`Scene`.
+    samples
+        Cast this many rays along each side of a pixel, 1 to 8; the maps grow by that.
+    membrane_mm
+        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm.
+    print_sigma_mm
+        Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm.
+
+    Raises
+    ------
+    FabkitError
+        An unknown press, a press deeper than the surface is soft, options beyond their limits.
+    KeyboardInterrupt
+        What is under way ends in the background; its result is dropped.
+
+    >>> import fabkit
+    >>> truth = fabkit.depth.cast("rtac0", "hemisphere@30deg,120deg,1mm")
+    >>> truth.range_mm.shape, truth.label_names
+    ((480, 640), ['none', 'surface', 'hemisphere'])
+    """
+    scene = Scene(sensor, camera=camera, pose=pose)
+    return scene.cast(
+        press, samples=samples, membrane_mm=membrane_mm, print_sigma_mm=print_sigma_mm
+    )

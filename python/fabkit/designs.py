@@ -1,0 +1,370 @@
+"""Sensors and the fixtures that calibrate them."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from fabkit import _fabkit
+from fabkit._named import Named
+from fabkit._progress import shown
+from fabkit.bodies import Body
+from fabkit.cameras import Camera
+from fabkit.checking import CheckReport
+from fabkit.errors import invalid
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from os import PathLike
+
+    from numpy.typing import NDArray
+
+    from fabkit._progress import Progress
+
+
+def sensors() -> list[str]:
+    """Names of the built-in sensors.
+
+    >>> import fabkit
+    >>> "rtac0" in fabkit.sensors()
+    True
+    """
+    return _fabkit.sensors()
+
+
+def load(
+    sensor: str | PathLike[str],
+    overrides: Mapping[str, object] | None = None,
+    *,
+    preset: str | None = None,
+    **values: object,
+) -> Sensor:
+    """Read a sensor: a built-in one by name, or a YAML file.
+
+    Parameters
+    ----------
+    sensor
+        A name of :func:`sensors`, or a path that ends in ``.yaml``.
+    overrides
+        Parameters by path, ``{"coat.thickness": "0.1 mm"}``. Lengths and angles are text with a
+        unit.
+    preset
+        A built-in variant: ``load("rtac0", preset="published-2025")``.
+    values
+        The same as overrides, with two underscores for a dot: ``coat__thickness="0.1 mm"``.
+
+    Raises
+    ------
+    FabkitError
+        No such sensor, preset or parameter; values that cannot be, all of them at once.
+
+    >>> import fabkit
+    >>> sensor = fabkit.load("rtac0", coat__thickness="0.1 mm")
+    >>> sensor.parameters["coat.thickness"].value
+    '0.1 mm'
+    >>> try:
+    ...     fabkit.load("rtac0", coat__thicknes="0.1 mm")
+    ... except fabkit.FabkitError as error:
+    ...     print(error.hint)
+    did you mean `coat.thickness`?
+    """
+    named = {name.replace("__", "."): value for name, value in values.items()}
+    both = sorted(named.keys() & (overrides or {}).keys())
+    if both:
+        raise invalid(f"{both[0]} is given twice: in overrides and by keyword")
+    listed = [
+        f"{path}={_yaml(path, value)}" for path, value in {**(overrides or {}), **named}.items()
+    ]
+    name = os.fspath(sensor)
+    return Sensor(_fabkit.load(name, preset, listed), name)
+
+
+def _yaml(path: str, value: object) -> str:
+    """Write a value as on the command line."""
+    if isinstance(value, np.generic):
+        value = cast("object", value.item())
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str | int | float):
+        return str(value)
+    if isinstance(value, list | tuple | np.ndarray):
+        items: list[object] = list(value)  # pyright: ignore[reportUnknownArgumentType]
+        return f"[{', '.join(_yaml(path, item) for item in items)}]"
+    raise invalid(
+        f"{path} is a {type(value).__name__}; it must be text, a number or a list of these"
+    )
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number or a choice that shapes a design, and where it comes from."""
+
+    path: str
+    """For example ``surface.radius``."""
+    value: str
+    """With its unit."""
+    limits: str
+    """What is allowed."""
+    summary: str
+    """What it is."""
+    source: str
+    """``paper``, ``measured``, ``chosen`` or ``override``."""
+    note: str
+    """More about the source."""
+
+
+class Design:
+    """A kit of parts: a sensor, or a fixture made for one."""
+
+    def __init__(self, native: _fabkit.Design) -> None:
+        self._native = native
+        about: dict[str, Any] = json.loads(native.about())
+        self._about = about
+
+        def of(kind: str) -> Named[Body]:
+            bodies = {body["name"]: body for body in about["bodies"] if body["kind"] == kind}
+            return Named(kind, list(bodies), lambda name: Body(native, bodies[name]))
+
+        self.parts = of("part")
+        """What is made from a file, by name."""
+        self.layers = of("layer")
+        """What is poured or sprayed, by name."""
+        self.components = of("component")
+        """What is bought, by name."""
+        parameters = {entry["path"]: Parameter(**entry) for entry in about["parameters"]}
+        self.parameters = Named("parameter", list(parameters), parameters.__getitem__)
+        """Everything that shapes it, by path."""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name}: {self.title}>"
+
+    def _repr_png_(self) -> bytes:
+        return self.picture(size_px=(480, 360), exploded=True)
+
+    def _repr_html_(self) -> str:
+        image = base64.b64encode(self._repr_png_()).decode()
+        counts = f"{len(self.parts)} parts, {len(self.layers)} layers"
+        counts += f", {len(self.components)} components"
+        name, title = html.escape(self.name), html.escape(self.title)
+        return (
+            f'<img src="data:image/png;base64,{image}" width="480" height="360" alt="{name}">'
+            f"<p><b>{name}</b>: {title}<br>{counts}; design {self.design_hash[:16]}</p>"
+        )
+
+    @property
+    def name(self) -> str:
+        """For example ``rtac0`` or ``rtac0-pin-dome``."""
+        return self._about["name"]
+
+    @property
+    def title(self) -> str:
+        """For people."""
+        return self._about["title"]
+
+    @property
+    def reference(self) -> str:
+        """The publication it comes from."""
+        return self._about["reference"]
+
+    @property
+    def design_hash(self) -> str:
+        """BLAKE3, in hex, of everything that shapes it: what its files carry."""
+        return self._about["design_hash"]
+
+    @property
+    def derived(self) -> dict[str, str]:
+        """What follows from the parameters, with units."""
+        return {entry["name"]: entry["value"] for entry in self._about["derived"]}
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """What comes with it besides the files of its parts, by name: landmarks, boards, guides."""
+        return dict(self._native.companions())
+
+    def picture(
+        self,
+        size_px: tuple[int, int] = (800, 600),
+        *,
+        assembly: str | None = None,
+        exploded: bool = False,
+        section: bool = False,
+    ) -> bytes:
+        """Draw an assembly from the exact geometry: PNG.
+
+        Parameters
+        ----------
+        size_px
+            Width and height.
+        assembly
+            Which one; without it, the sensor itself, or the first of a fixture.
+        exploded
+            Pulled apart.
+        section
+            Without the half in front of the x-z plane.
+
+        Raises
+        ------
+        FabkitError
+            No such assembly; a picture that is too large.
+        """
+        return self._native.picture(None, assembly, exploded, section, size_px)
+
+    def export(
+        self,
+        folder: str | PathLike[str],
+        *,
+        parts: Sequence[str] = (),
+        formats: Sequence[str] = ("stl", "3mf", "dxf"),
+        tolerance_mm: float = 0.01,
+        nominal: bool = False,
+        process: str | PathLike[str] | None = None,
+        bed_mm: tuple[float, float] | None = None,
+        stock_mm: tuple[float, float] | None = None,
+        kerf_mm: float | None = None,
+        progress: Progress = None,
+    ) -> dict[str, Any]:
+        """Write files as ``fabkit export`` does, byte for byte: all of them, or none.
+
+        Parameters
+        ----------
+        folder
+            Where; it is made if it is missing.
+        parts
+            Names of parts, layers or components; none is all parts.
+        formats
+            Of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``.
+        tolerance_mm
+            Largest distance between triangles and the exact surface, mm.
+        nominal
+            Leave out what makes up for shrinkage, kerf and printer.
+        process
+            A printer's profile, as ``fabkit profile`` writes it.
+        bed_mm, stock_mm
+            Width and depth of the printer's bed, of sheets to cut from, mm.
+        kerf_mm
+            Width of the laser's cut, mm.
+        progress
+            ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
+
+        Returns
+        -------
+        The manifest: parts, files, volumes, hashes.
+
+        Raises
+        ------
+        FabkitError
+            Unknown parts and formats; what cannot be made; files that cannot be written.
+        KeyboardInterrupt
+            Nothing was written then.
+        """
+        with shown(progress, f"export {self.name}") as tell:
+            exported = self._native.exported(
+                list(parts),
+                list(formats),
+                tolerance_mm,
+                nominal,
+                None if process is None else os.fspath(process),
+                bed_mm,
+                stock_mm,
+                kerf_mm,
+                tell,
+            )
+        exported.write(os.fspath(folder))
+        return json.loads(exported.manifest())
+
+
+class Fixture(Design):
+    """Calibration hardware made for a sensor."""
+
+    def __init__(self, project: _fabkit.Project, key: str) -> None:
+        super().__init__(project.fixture(key))
+        self._project = project
+        self.key = key
+        """For example ``pin-dome``."""
+
+    def check(self) -> CheckReport:
+        """Apply the rules for any kit of parts, and the fixture's own."""
+        return CheckReport(json.loads(self._project.check(self.key)))
+
+    @property
+    def landmarks(self) -> NDArray[np.void]:
+        """Where pins touch the sensor: what the solver reads, as a structured array.
+
+        One row for each hole and kind of pin. Fields: ``hole`` (uint32, from 1), ``kind`` (text),
+        and in the sensor frame ``tip_centre_in_sensor_mm``, ``contact_in_sensor_mm`` (3 x float64,
+        mm) and ``axis_in_sensor`` (3 x float64, unit length: the way the pin is pushed). Empty for
+        fixtures without pins.
+
+        >>> import fabkit
+        >>> landmarks = fabkit.load("rtac0").fixtures["pin-dome"].landmarks
+        >>> landmarks.dtype.names[:2], len(landmarks)
+        (('hole', 'kind'), 58)
+        """
+        ending = ".landmarks.json"
+        texts = [content for name, content in self.files.items() if name.endswith(ending)]
+        pins: list[dict[str, Any]] = json.loads(texts[0])["pins"] if texts else []
+        width = max((len(pin["kind"]) for pin in pins), default=1)
+        vectors = ("tip_centre_in_sensor_mm", "contact_in_sensor_mm", "axis_in_sensor")
+        fields = [("hole", "u4"), ("kind", f"U{width}"), *((name, "f8", 3) for name in vectors)]
+        landmarks = np.zeros(len(pins), dtype=fields)
+        for row, pin in enumerate(pins):
+            landmarks[row] = tuple(pin[name] for name in ("hole", "kind", *vectors))
+        return landmarks
+
+
+class Sensor(Design):
+    """A sensor, from its description.
+
+    >>> import fabkit
+    >>> sensor = fabkit.load("rtac0")
+    >>> list(sensor.parts)[:2], "pin-dome" in sensor.fixtures
+    (['shell', 'base'], True)
+    """
+
+    def __init__(self, project: _fabkit.Project, source: str) -> None:
+        super().__init__(project.design())
+        self._project = project
+        self.source = source
+        """The name or path that it was loaded from."""
+        names = project.fixture_names()
+        self.fixtures = Named("fixture", names, lambda name: Fixture(project, name))
+        """Calibration hardware, by name; each is designed when it is first asked for."""
+
+    @property
+    def camera(self) -> Camera:
+        """The camera as designed, before any calibration."""
+        return Camera(self._project.camera())
+
+    @property
+    def sensor_from_camera(self) -> NDArray[np.float64]:
+        """Camera frame to sensor frame as designed: (4, 4), mm."""
+        return self._project.sensor_from_camera()
+
+    @property
+    def presses(self) -> list[str]:
+        """IDs of the presses whose places are known, for :func:`fabkit.depth.cast`.
+
+        Each with ``-flipped`` after it is the same after half a turn; indenters are placed by an ID
+        such as ``hemisphere@30deg,120deg,1.2mm``.
+        """
+        return self._project.presses()
+
+    def check(self) -> CheckReport:
+        """Check that it can be built: overlaps, molds, trapped air, demolding."""
+        return CheckReport(json.loads(self._project.check(None)))
+
+
+def check(design: Sensor | Fixture | str) -> CheckReport:
+    """Check a design: the same as ``design.check()``; a name is loaded first."""
+    return (load(design) if isinstance(design, str) else design).check()
+
+
+def export(design: Design | str, folder: str | PathLike[str], **options: Any) -> dict[str, Any]:
+    """Write a design's files: the same as ``design.export(...)``; a name is loaded first."""
+    return (load(design) if isinstance(design, str) else design).export(folder, **options)

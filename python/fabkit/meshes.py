@@ -1,0 +1,86 @@
+"""Triangle meshes."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fabkit import _fabkit
+from fabkit.errors import invalid
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Mesh:
+    """A closed, oriented triangle mesh, mm, in the frame of the solid that it was made from.
+
+    >>> import fabkit
+    >>> mesh = fabkit.load("rtac0").parts["base"].mesh(tolerance_mm=0.05)
+    >>> mesh.vertices.shape[1], mesh.triangles.shape[1]
+    (3, 3)
+    >>> mesh.genus, round(mesh.volume_mm3)
+    (5, 3177)
+    """
+
+    def __init__(self, native: _fabkit.Mesh) -> None:
+        self._native = native
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.vertices)} vertices, {len(self.triangles)} triangles"
+        return f"<Mesh: {counts}, {self.volume_mm3:.2f} mm3>"
+
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """Positions, (n, 3) float64, mm. The mesh's own memory: copy before changing it."""
+        return self._native.vertices()
+
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """Indices of vertices, (m, 3) uint32, counter-clockwise seen from outside."""
+        return self._native.triangles()
+
+    @property
+    def leaves(self) -> NDArray[np.uint32]:
+        """For each triangle the index of the part's primitive that it lies on, (m,) uint32."""
+        return self._native.leaves()
+
+    @property
+    def volume_mm3(self) -> float:
+        """What the triangles enclose, mm^3."""
+        return self._native.volume_mm3
+
+    @property
+    def area_mm2(self) -> float:
+        """Of all triangles, mm^2."""
+        return self._native.area_mm2
+
+    @property
+    def genus(self) -> int:
+        """Through holes and handles."""
+        return self._native.genus
+
+    def export(self, path: str | PathLike[str]) -> None:
+        """Write a binary STL file, mm, in the mesh's own frame.
+
+        For a file as it should be printed, lying on the bed and larger by what shrinks, see
+        :meth:`fabkit.Body.export`.
+
+        Raises
+        ------
+        FabkitError
+            Another ending than ``.stl``; a file that cannot be written.
+        """
+        path = Path(path)
+        if path.suffix.lower() != ".stl":
+            raise invalid(f"{path} does not name a .stl file", "Body.export writes other formats")
+        _fabkit.write_files(str(path.parent), [(path.name, self._native.stl())])
+
+    def to_trimesh(self) -> Any:
+        """Make a ``trimesh.Trimesh`` of it, vertices as they are; needs the package trimesh."""
+        trimesh: Any = importlib.import_module("trimesh")
+        return trimesh.Trimesh(self.vertices, self.triangles, process=False)

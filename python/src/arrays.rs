@@ -1,0 +1,63 @@
+//! Between numpy's arrays and what the libraries take and give.
+
+use fabkit::export::{Array, Values};
+use fabkit::failure::{Exit, Failure};
+use fabkit::geometry::Pose;
+use numpy::{Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::exception;
+
+/// (4, 4), its last row 0 0 0 1.
+pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (rotation, translation) = (pose.rotation(), pose.translation_mm());
+    let entry = |r: usize, c: usize| match (r, c) {
+        (3, 3) => 1.0,
+        (3, _) => 0.0,
+        (_, 3) => translation[r],
+        _ => rotation[(r, c)],
+    };
+    PyArray1::from_iter(py, (0..16).map(|i| entry(i / 4, i % 4))).reshape([4, 4])
+}
+
+/// Moves values to an array.
+pub fn shaped<'py, T: Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// Moves arrays to a dictionary by their names; texts become lists.
+pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<Array>) -> PyResult<Bound<'py, PyDict>> {
+    let dictionary = PyDict::new(py);
+    for Array { name, shape, values } in arrays {
+        match values {
+            Values::F64(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
+            Values::F32(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
+            Values::U16(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
+            Values::Bool(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
+            Values::Text(values) => dictionary.set_item(name, values)?,
+        }
+    }
+    Ok(dictionary)
+}
+
+/// The rows of an (n, N) array.
+///
+/// # Errors
+/// Another number of columns; an array that is not in C order, which the Python half makes sure of.
+pub fn rows<const N: usize>(
+    py: Python<'_>,
+    name: &str,
+    array: &PyReadonlyArray2<'_, f64>,
+) -> PyResult<Vec<[f64; N]>> {
+    let (rows, remainder) = array.as_slice()?.as_chunks::<N>();
+    if array.as_array().ncols() != N || !remainder.is_empty() {
+        let message = format!("{name} has {} columns; it must have {N}", array.as_array().ncols());
+        return Err(exception(py, Failure::plain(Exit::BadInput, message)));
+    }
+    Ok(rows.to_vec())
+}

@@ -1,0 +1,363 @@
+//! Calibration from pictures, corners and pins.
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fabkit::bodies::UnknownName;
+use fabkit::calibration::assignment::{Doubt, Mark, MarkedCapture};
+use fabkit::calibration::board::{Board, FoundCorner};
+use fabkit::calibration::image::GreyImage;
+use fabkit::calibration::intrinsics::LensModel;
+use fabkit::calibration::landmarks::PinLandmarks;
+use fabkit::calibration::pins::{DetectionOptions, Polarity};
+use fabkit::calibration::report::{
+    CaptureRecord, ExtrinsicsReport, IntrinsicsReport, PictureRecord,
+};
+use fabkit::calibration::{board as boards, extrinsics as pose, intrinsics as lens};
+use fabkit::camera::{CameraEstimate, Point2};
+use fabkit::commands::calibrate::boards::{Detector, Views, from_images, from_pictures};
+use fabkit::commands::calibrate::captures::{self, Captures, Choose};
+use fabkit::commands::calibrate::extrinsics::{Inputs, solve};
+use fabkit::commands::calibrate::{intrinsics as from_views, pictures, pose_file};
+use fabkit::failure::{Exit, Failure};
+use fabkit::staging::{OutputFile, write_all};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::camera::Camera;
+use crate::design::Project;
+use crate::errors::OrRaise;
+use crate::running::{Interrupted, run};
+
+/// Brightness row by row, 0 to 1.
+type Picture<'py> = PyReadonlyArray2<'py, f32>;
+/// A view's name, ids, pixels and standard deviations of its corners.
+type Corners = (String, Vec<u32>, Vec<[f64; 2]>, Vec<f64>);
+/// A capture's name, the holes that had pins if that is known, pixels and standard deviations.
+type Pins = (String, Option<Vec<u32>>, Vec<[f64; 2]>, Vec<f64>);
+/// (n, 2) pixels and (n,) standard deviations.
+type Found<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
+fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, Failure> {
+    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+    let [height, width] = [picture.shape()[0], picture.shape()[1]].map(side);
+    let values = picture.as_array().iter().copied().collect();
+    GreyImage::new(width, height, values)
+        .map_err(|error| Failure::plain(Exit::BadInput, format!("{name}: {error}")))
+}
+
+fn read_board(text: &str) -> Result<Board, Failure> {
+    Board::from_json(text).map_err(|invalid| {
+        let hint = "`fabkit export SENSOR/boards` writes one beside each board";
+        Failure::new(Exit::BadInput, invalid.problems.join("\nerror: "), hint)
+    })
+}
+
+fn read_landmarks(text: &str) -> Result<PinLandmarks, Failure> {
+    PinLandmarks::from_json(text).map_err(|error| Failure::plain(Exit::BadInput, error))
+}
+
+/// A board's file, checked; as JSON with everything that it leaves to be computed.
+#[pyfunction]
+pub fn board(py: Python<'_>, text: &str) -> PyResult<String> {
+    Ok(read_board(text).or_raise(py)?.to_json())
+}
+
+/// Ids, pixels and standard deviations of a board's corners.
+#[pyfunction]
+pub fn find_corners<'py>(
+    py: Python<'py>,
+    picture: Picture<'py>,
+    board: &str,
+) -> PyResult<(Bound<'py, PyArray1<u32>>, Found<'py>)> {
+    let picture = grey("the picture", &picture).or_raise(py)?;
+    let board = read_board(board).or_raise(py)?;
+    let corners = run(py, Interrupted::Leave, None, move |_| {
+        boards::find_corners(&picture, &board)
+            .map_err(|error| Failure::plain(Exit::BadInput, error))
+    })?;
+    let ids = PyArray1::from_iter(py, corners.iter().map(|corner| corner.id));
+    let pixels = corners.iter().map(|corner| (corner.pixel, corner.sigma_px));
+    Ok((ids, found(py, pixels)?))
+}
+
+/// Pixels and standard deviations of pins, the strongest first.
+#[pyfunction]
+pub fn find_pins<'py>(
+    py: Python<'py>,
+    reference: Picture<'py>,
+    picture: Picture<'py>,
+    brighter: bool,
+) -> PyResult<Found<'py>> {
+    let reference = grey("the reference", &reference).or_raise(py)?;
+    let picture = grey("the picture", &picture).or_raise(py)?;
+    let polarity = if brighter { Polarity::Brighter } else { Polarity::Darker };
+    let options = DetectionOptions { polarity, ..DetectionOptions::default() };
+    let detections = run(py, Interrupted::Leave, None, move |_| {
+        let read = |_| Ok(Cow::Borrowed(&picture));
+        pictures::detect_in(&reference, &["the picture".into()], &read, &options)
+    })?;
+    let marks = detections.iter().flat_map(|detection| &detection.marks);
+    found(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))
+}
+
+fn found<'py>(
+    py: Python<'py>,
+    marks: impl Iterator<Item = (Point2<f64>, f64)>,
+) -> PyResult<Found<'py>> {
+    let (pixels, sigmas): (Vec<[f64; 2]>, Vec<f64>) =
+        marks.map(|(pixel, sigma)| (<[f64; 2]>::from(pixel), sigma)).unzip();
+    let count = pixels.len();
+    let pixels = PyArray1::from_vec(py, pixels.into_flattened()).reshape([count, 2])?;
+    Ok((pixels, PyArray1::from_vec(py, sigmas)))
+}
+
+/// A calibrated lens with all that is to be said about it.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Intrinsics {
+    sensor: String,
+    board: String,
+    pictures: Vec<PictureRecord>,
+    calibration: lens::Calibration,
+}
+
+impl Intrinsics {
+    fn of(&self) -> IntrinsicsReport<'_> {
+        IntrinsicsReport {
+            sensor: &self.sensor,
+            board: &self.board,
+            pictures: &self.pictures,
+            calibration: &self.calibration,
+        }
+    }
+}
+
+#[pymethods]
+impl Intrinsics {
+    fn camera(&self) -> Camera {
+        Camera { estimate: self.calibration.estimate.clone() }
+    }
+
+    fn document(&self) -> String {
+        self.of().to_json().to_string()
+    }
+
+    fn html(&self) -> String {
+        self.of().to_html()
+    }
+}
+
+/// What pictures of a board are given as.
+enum BoardViews {
+    Files(Vec<PathBuf>),
+    Pictures(Vec<String>, Vec<GreyImage>),
+    Corners(Vec<Corners>),
+}
+
+/// Calibrates the lens from files, else pictures, else corners.
+#[pyfunction]
+#[pyo3(signature = (project, board, files, pictures, corners, models))]
+pub fn intrinsics(
+    py: Python<'_>,
+    project: &Project,
+    board: &str,
+    files: Vec<PathBuf>,
+    pictures: Vec<(String, Picture<'_>)>,
+    corners: Vec<Corners>,
+    models: Vec<String>,
+) -> PyResult<Intrinsics> {
+    let board = read_board(board).or_raise(py)?;
+    let models = models.iter().map(|name| {
+        let known = || LensModel::ALL.iter().map(|model| model.name());
+        LensModel::named(name).ok_or_else(|| UnknownName::new("lens model", name, known()))
+    });
+    let models = models.collect::<Result<Vec<_>, _>>().or_raise(py)?;
+    let views = if !files.is_empty() {
+        BoardViews::Files(files)
+    } else if !pictures.is_empty() {
+        let images = pictures.iter().map(|(name, picture)| grey(name, picture));
+        let images = images.collect::<Result<Vec<_>, _>>().or_raise(py)?;
+        BoardViews::Pictures(pictures.into_iter().map(|(name, _)| name).collect(), images)
+    } else {
+        BoardViews::Corners(corners)
+    };
+    let project = Arc::clone(&project.project);
+    run(py, Interrupted::Leave, None, move |_| {
+        let sensor = &project.design.sensor;
+        // OpenCV's detector comes with Python's own package of it.
+        let detector = Detector::Fabkit;
+        let views = match views {
+            BoardViews::Files(files) => from_pictures(&files, &board, &sensor.camera, detector)?,
+            BoardViews::Pictures(names, images) => {
+                let read = |i: usize| Ok(Cow::Borrowed(&images[i]));
+                from_images(&names, &read, &board, &sensor.camera, detector)?
+            }
+            BoardViews::Corners(views) => from_corners(views, &board)?,
+        };
+        let calibration = from_views::solve(&views, &sensor.camera, &models)?;
+        let (sensor, board) = (sensor.name.clone(), board.name.clone());
+        Ok(Intrinsics { sensor, board, pictures: views.records, calibration })
+    })
+}
+
+fn from_corners(given: Vec<Corners>, board: &Board) -> Result<Views, Failure> {
+    let mut views = Views::default();
+    let mut wrong = Vec::new();
+    for (name, ids, pixels, sigmas) in given {
+        let count = board.corners.len();
+        if let Some(id) = ids.iter().find(|id| **id as usize >= count) {
+            let message =
+                format!("{name}: the board has no corner {id}; its last is {}", count - 1);
+            wrong.push(Failure::plain(Exit::BadInput, message));
+            continue;
+        }
+        let corner = |((id, [x, y]), sigma_px): ((u32, [f64; 2]), f64)| FoundCorner {
+            id,
+            pixel: Point2::new(x, y),
+            sigma_px,
+        };
+        let mut corners: Vec<FoundCorner> =
+            ids.into_iter().zip(pixels).zip(sigmas).map(corner).collect();
+        corners.sort_by_key(|corner| corner.id);
+        if let Some(twice) = corners.windows(2).find(|pair| pair[0].id == pair[1].id) {
+            let message = format!("{name} has corner {} twice", twice[0].id);
+            wrong.push(Failure::plain(Exit::BadInput, message));
+            continue;
+        }
+        views.add(name, Ok(corners), board);
+    }
+    Failure::all(wrong).map_or(Ok(views), Err)
+}
+
+/// A calibrated pose with all that is to be said about it.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Extrinsics {
+    sensor: String,
+    camera_file: String,
+    landmarks: PinLandmarks,
+    captures: Vec<CaptureRecord>,
+    doubts: Vec<Doubt>,
+    calibration: pose::Calibration,
+}
+
+impl Extrinsics {
+    fn of(&self) -> ExtrinsicsReport<'_> {
+        ExtrinsicsReport {
+            sensor: &self.sensor,
+            camera_file: &self.camera_file,
+            landmarks: &self.landmarks,
+            captures: &self.captures,
+            doubts: &self.doubts,
+            calibration: &self.calibration,
+        }
+    }
+}
+
+#[pymethods]
+impl Extrinsics {
+    /// The camera that the pose was solved with.
+    fn camera(&self) -> Camera {
+        Camera { estimate: CameraEstimate::from(self.calibration.model().camera) }
+    }
+
+    fn document(&self) -> String {
+        self.of().to_json().to_string()
+    }
+
+    fn html(&self) -> String {
+        self.of().to_html()
+    }
+
+    /// Writes the pose and the camera that belongs to it.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let files: Vec<OutputFile> = pose_file::files(&path, &self.of()).or_raise(py)?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.map_or_else(|| PathBuf::from("."), PathBuf::from);
+        run(py, Interrupted::Wait, None, move |link| {
+            Ok(write_all(&folder, &files, &|| link.is_cancelled())?)
+        })
+    }
+}
+
+/// Solves for the pose from a folder of captures, else from pins.
+#[pyfunction]
+#[pyo3(signature = (project, camera, camera_file, landmarks, folder, reference, pins, kind, gel_index))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+pub fn extrinsics(
+    py: Python<'_>,
+    project: &Project,
+    camera: &Camera,
+    camera_file: String,
+    landmarks: &str,
+    folder: Option<PathBuf>,
+    reference: Option<PathBuf>,
+    pins: Vec<Pins>,
+    kind: Option<String>,
+    gel_index: f64,
+) -> PyResult<Extrinsics> {
+    let landmarks = read_landmarks(landmarks).or_raise(py)?;
+    let (project, camera) = (Arc::clone(&project.project), *camera.estimate.camera());
+    run(py, Interrupted::Leave, None, move |_| {
+        let kind = kind.as_deref();
+        let captures = match &folder {
+            Some(folder) => captures::read(folder, reference.as_deref(), &landmarks, kind)?,
+            None => from_pins(&pins, &landmarks, kind)?,
+        };
+        let inputs = Inputs {
+            sensor: &project.design.sensor,
+            camera: &camera,
+            camera_file: &camera_file,
+            landmarks: &landmarks,
+            captures: &captures,
+            gel_index,
+        };
+        solve(&inputs, |report| {
+            Ok(Extrinsics {
+                sensor: report.sensor.into(),
+                camera_file: report.camera_file.into(),
+                landmarks: report.landmarks.clone(),
+                captures: report.captures.to_vec(),
+                doubts: report.doubts.to_vec(),
+                calibration: report.calibration.clone(),
+            })
+        })
+    })
+}
+
+fn from_pins<'a>(
+    given: &[Pins],
+    landmarks: &'a PinLandmarks,
+    kind: Option<&str>,
+) -> Result<Captures<'a>, Failure> {
+    let choose = Choose { landmarks, kind };
+    let mut captures = Captures::default();
+    let mut wrong = Vec::new();
+    for (name, holes, pixels, sigmas) in given {
+        let mark = |(pixel, sigma): (&[f64; 2], &f64)| Mark {
+            pixel: Point2::from(*pixel),
+            sigma_px: *sigma,
+        };
+        let marks: Vec<Mark> = pixels.iter().zip(sigmas).map(mark).collect();
+        let pins = match holes {
+            Some(holes) => holes.iter().map(|hole| choose.pin(name, *hole, None)).collect(),
+            None => {
+                Ok(landmarks.pins.iter().filter(|pin| kind.is_none_or(|k| pin.kind == k)).collect())
+            }
+        };
+        match pins {
+            Err(failure) => wrong.push(failure),
+            Ok(pins) => {
+                let pins: Vec<_> = pins;
+                let labelled = holes.is_some();
+                captures.records.push(CaptureRecord {
+                    file: name.clone(),
+                    pins_expected: labelled.then_some(pins.len()),
+                    pins_found: marks.len(),
+                });
+                captures.marked.push(MarkedCapture { marks, pins, labelled });
+            }
+        }
+    }
+    Failure::all(wrong).map_or(Ok(captures), Err)
+}

@@ -1,0 +1,184 @@
+//! Cameras: vectorised, without copies of what comes in or goes out.
+
+use fabkit::camera::files::{self, Format};
+use fabkit::camera::{self, CameraEstimate, Point2, Point3};
+use fabkit::failure::{Exit, Failure};
+use fabkit::geometry::NominalCamera;
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::arrays::rows;
+use crate::errors::{OrRaise, exception};
+
+/// A camera, and how sure it is.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Camera {
+    pub estimate: CameraEstimate,
+}
+
+type Array2<'py> = Bound<'py, PyArray2<f64>>;
+type Array3<'py> = Bound<'py, PyArray3<f64>>;
+
+impl Camera {
+    pub fn nominal(py: Python<'_>, nominal: &NominalCamera) -> PyResult<Self> {
+        let NominalCamera { width_px, height_px, field_of_view, .. } = *nominal;
+        Self::equidistant(py, width_px, height_px, field_of_view.rad())
+    }
+
+    /// In fabkit's own format, which keeps everything.
+    pub fn text(&self) -> Result<String, Failure> {
+        files::write(&self.estimate, Format::Fabkit).map_err(Failure::bug)
+    }
+}
+
+#[pymethods]
+impl Camera {
+    /// See [`camera::Camera::equidistant`].
+    #[staticmethod]
+    fn equidistant(
+        py: Python<'_>,
+        width_px: u32,
+        height_px: u32,
+        field_of_view_rad: f64,
+    ) -> PyResult<Self> {
+        let camera = camera::Camera::equidistant(width_px, height_px, field_of_view_rad);
+        let camera = camera.map_err(|error| Failure::plain(Exit::BadInput, error)).or_raise(py)?;
+        Ok(Self { estimate: camera.into() })
+    }
+
+    /// Reads a camera file of any format.
+    #[staticmethod]
+    fn from_text(py: Python<'_>, text: &str, file: &str) -> PyResult<Self> {
+        let wrong = |error: files::InvalidCameraFile| {
+            let faults = error.faults.iter().map(|fault| match file {
+                "" => fault.to_string(),
+                _ => format!("{file}: {fault}"),
+            });
+            let faults: Vec<String> = faults.collect();
+            Failure::plain(Exit::BadInput, faults.join("\nerror: "))
+        };
+        Ok(Self { estimate: files::read(text).map_err(wrong).or_raise(py)? })
+    }
+
+    /// The content of a camera file.
+    fn to_text(&self, py: Python<'_>, format: &str) -> PyResult<String> {
+        let known = || Format::ALL.iter().map(|format| format.name());
+        let Some(format) = Format::ALL.iter().find(|known| known.name() == format) else {
+            let unknown = fabkit::bodies::UnknownName::new("camera format", format, known());
+            return Err(exception(py, unknown));
+        };
+        let text = files::write(&self.estimate, *format);
+        let hint = "`fabkit` keeps everything";
+        text.map_err(|error| Failure::new(Exit::BadInput, error, hint)).or_raise(py)
+    }
+
+    /// The same kind of camera with other numbers and no covariance.
+    fn with_parameters(&self, py: Python<'_>, parameters: Vec<f64>) -> PyResult<Self> {
+        let camera = self.estimate.camera().with_parameters(&parameters);
+        let camera = camera.map_err(|error| Failure::plain(Exit::BadInput, error)).or_raise(py)?;
+        Ok(Self { estimate: camera.into() })
+    }
+
+    fn size_px(&self) -> (u32, u32) {
+        let camera = self.estimate.camera();
+        (camera.width_px(), camera.height_px())
+    }
+
+    fn lens(&self) -> &'static str {
+        self.estimate.camera().lens().model_name()
+    }
+
+    fn interface(&self) -> &'static str {
+        self.estimate.camera().interface().kind_name()
+    }
+
+    fn angle_limit_rad(&self) -> f64 {
+        self.estimate.camera().angle_limit_rad()
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, f64)> {
+        self.estimate.camera().parameters()
+    }
+
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
+        let Some(covariance) = self.estimate.covariance() else { return Ok(None) };
+        // Symmetric: column by column is row by row.
+        let flat = PyArray1::from_slice(py, covariance.as_slice());
+        flat.reshape([covariance.nrows(), covariance.ncols()]).map(Some)
+    }
+
+    fn project<'py>(
+        &self,
+        py: Python<'py>,
+        points_in_camera: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Array2<'py>> {
+        let points: Vec<[f64; 3]> = rows(py, "points", &points_in_camera)?;
+        let camera = self.estimate.camera();
+        let pixels: Vec<[f64; 2]> = py.detach(|| {
+            let pixel = |point: &[f64; 3]| match camera.project(&Point3::from(*point)) {
+                Ok(pixel) => [pixel.x, pixel.y],
+                Err(_) => [f64::NAN; 2],
+            };
+            points.iter().map(pixel).collect()
+        });
+        PyArray1::from_vec(py, pixels.into_flattened()).reshape([points.len(), 2])
+    }
+
+    /// Pixels, (n, 2); by the point, (n, 2, 3); by the parameters, (n, 2, p).
+    fn project_with_jacobians<'py>(
+        &self,
+        py: Python<'py>,
+        points_in_camera: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<(Array2<'py>, Array3<'py>, Array3<'py>)> {
+        let points: Vec<[f64; 3]> = rows(py, "points", &points_in_camera)?;
+        let camera = self.estimate.camera();
+        let (count, parameters) = (points.len(), camera.parameter_count());
+        let (pixels, by_point, by_parameters) = py.detach(|| {
+            let mut pixels = Vec::with_capacity(2 * count);
+            let mut by_point = Vec::with_capacity(6 * count);
+            let mut by_parameters = Vec::with_capacity(2 * parameters * count);
+            for point in &points {
+                let Ok(projection) = camera.project_with_jacobians(&Point3::from(*point)) else {
+                    pixels.extend([f64::NAN; 2]);
+                    by_point.extend([f64::NAN; 6]);
+                    by_parameters.extend(std::iter::repeat_n(f64::NAN, 2 * parameters));
+                    continue;
+                };
+                pixels.extend([projection.pixel.x, projection.pixel.y]);
+                by_point.extend(
+                    projection.by_point.row_iter().flat_map(|row| [row[0], row[1], row[2]]),
+                );
+                by_parameters.extend(projection.by_parameters.iter().map(|column| column.x));
+                by_parameters.extend(projection.by_parameters.iter().map(|column| column.y));
+            }
+            (pixels, by_point, by_parameters)
+        });
+        Ok((
+            PyArray1::from_vec(py, pixels).reshape([count, 2])?,
+            PyArray1::from_vec(py, by_point).reshape([count, 2, 3])?,
+            PyArray1::from_vec(py, by_parameters).reshape([count, 2, parameters])?,
+        ))
+    }
+
+    /// Origins and unit directions of rays, (n, 3) each.
+    fn unproject<'py>(
+        &self,
+        py: Python<'py>,
+        pixels: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<(Array2<'py>, Array2<'py>)> {
+        let pixels: Vec<[f64; 2]> = rows(py, "pixels", &pixels)?;
+        let camera = self.estimate.camera();
+        let (origins, directions): (Vec<[f64; 3]>, Vec<[f64; 3]>) = py.detach(|| {
+            let ray = |pixel: &[f64; 2]| match camera.unproject(&Point2::from(*pixel)) {
+                Ok(ray) => (ray.origin_in_camera.into(), ray.direction.into()),
+                Err(_) => ([f64::NAN; 3], [f64::NAN; 3]),
+            };
+            pixels.iter().map(ray).unzip()
+        });
+        let shape = [pixels.len(), 3];
+        Ok((
+            PyArray1::from_vec(py, origins.into_flattened()).reshape(shape)?,
+            PyArray1::from_vec(py, directions.into_flattened()).reshape(shape)?,
+        ))
+    }
+}

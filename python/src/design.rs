@@ -1,0 +1,222 @@
+//! Sensors and their fixtures.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fabkit::bodies::{self, BodyRef};
+use fabkit::commands::{check, show};
+use fabkit::exporting::ExportFailure;
+use fabkit::failure::Failure;
+use fabkit::pictures::{self, Shot};
+use fabkit::source::Source;
+use fabkit::{checks, designs, fixtures};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::arrays;
+use crate::camera::Camera;
+use crate::errors::OrRaise;
+use crate::mesh::Mesh;
+use crate::running::{Interrupted, run};
+
+/// Names of the built-in sensors.
+#[pyfunction]
+pub fn sensors() -> Vec<&'static str> {
+    designs::builtin_names()
+}
+
+/// Reads a sensor: a built-in one or one of its presets by name, or a file.
+#[pyfunction]
+pub fn load(
+    py: Python<'_>,
+    sensor: &str,
+    preset: Option<&str>,
+    overrides: Vec<String>,
+) -> PyResult<Project> {
+    let loaded = py.detach(|| {
+        let source = match preset {
+            None => Source::find(sensor)?,
+            Some(preset) => Source::preset(sensor, preset)?,
+        };
+        let project = source.load(&overrides)?;
+        Ok::<_, Failure>((source, project))
+    });
+    let (source, project) = loaded.or_raise(py)?;
+    Ok(Project { source: Arc::new(source), project: Arc::new(project) })
+}
+
+/// A sensor with the parameters of its fixtures.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Project {
+    pub source: Arc<Source>,
+    pub project: Arc<fixtures::Project>,
+}
+
+#[pymethods]
+impl Project {
+    fn design(&self) -> Design {
+        Design { design: Arc::new(self.project.design.clone()) }
+    }
+
+    fn fixture_names(&self) -> Vec<&'static str> {
+        self.project.fixture_names()
+    }
+
+    fn fixture_summary(&self, name: &str) -> Option<&'static str> {
+        self.project.summary(name)
+    }
+
+    fn fixture(&self, py: Python<'_>, name: String) -> PyResult<Design> {
+        let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
+        let design = run(py, Interrupted::Leave, None, move |_| {
+            project.fixture(&name).map_err(|error| source.failure(error))
+        })?;
+        Ok(Design { design: Arc::new(design) })
+    }
+
+    /// IDs of the presses whose places are known, in order.
+    fn presses(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
+        run(py, Interrupted::Leave, None, move |_| {
+            let mut ids = Vec::new();
+            for presses in project.presses() {
+                let presses = presses.map_err(|error| source.failure(error))?;
+                ids.extend(presses.into_iter().map(|press| press.id));
+            }
+            Ok(ids)
+        })
+    }
+
+    /// A `fabkit-check` document, of the sensor or of a fixture.
+    fn check(&self, py: Python<'_>, fixture: Option<String>) -> PyResult<String> {
+        let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
+        run(py, Interrupted::Leave, None, move |_| {
+            let (design, report) = match &fixture {
+                None => (project.design.clone(), checks::check(&project.design.sensor)),
+                Some(name) => {
+                    let failed = |error| source.failure(error);
+                    let report = project.check_fixture(name).map_err(failed)?;
+                    (project.fixture(name).map_err(failed)?, report)
+                }
+            };
+            let report = report.map_err(Failure::bug)?;
+            Ok(check::document(&design, &report).to_string())
+        })
+    }
+
+    /// The camera as designed.
+    fn camera(&self, py: Python<'_>) -> PyResult<Camera> {
+        Camera::nominal(py, &self.project.design.sensor.camera)
+    }
+
+    /// Camera frame to sensor frame, (4, 4).
+    fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::pose(py, &self.project.design.sensor.camera.sensor_from_camera)
+    }
+}
+
+/// Names, (n, 3) points, (n, 3) unit axes.
+type Landmarks<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// A sensor, or a fixture made for one.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Design {
+    pub design: Arc<designs::Design>,
+}
+
+impl Design {
+    fn body(&self, py: Python<'_>, name: &str) -> PyResult<BodyRef<'_>> {
+        bodies::find(&self.design.sensor, name).or_raise(py)
+    }
+}
+
+#[pymethods]
+impl Design {
+    /// A `fabkit-show` document.
+    fn about(&self) -> String {
+        show::document(&self.design).to_string()
+    }
+
+    /// Files that come with the design: name and content.
+    fn companions<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
+        let files = self.design.companions.iter();
+        files.map(|file| (file.name.clone(), PyBytes::new(py, &file.bytes))).collect()
+    }
+
+    /// Named points of a body, in its frame.
+    fn landmarks<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Landmarks<'py>> {
+        let landmarks = self.body(py, body)?.landmarks;
+        let names = landmarks.iter().map(|landmark| landmark.name.clone()).collect();
+        let points = landmarks.iter().flat_map(|landmark| landmark.point.coords.data.0[0]);
+        let axes = landmarks.iter().flat_map(|landmark| landmark.axis.data.0[0]);
+        let shape = [landmarks.len(), 3];
+        let points = PyArray1::from_vec(py, points.collect()).reshape(shape)?;
+        let axes = PyArray1::from_vec(py, axes.collect()).reshape(shape)?;
+        Ok((names, points, axes))
+    }
+
+    fn mesh(&self, py: Python<'_>, body: String, tolerance_mm: f64) -> PyResult<Mesh> {
+        let (design, name) = (Arc::clone(&self.design), body.clone());
+        let mesh = run(py, Interrupted::Leave, None, move |_| {
+            let body = bodies::find(&design.sensor, &name)?;
+            fabkit::mesh::mesh(body.solid, tolerance_mm)
+                .map_err(|source| ExportFailure::Mesh { part: name.clone(), source }.into())
+        })?;
+        Mesh::new(py, body, mesh)
+    }
+
+    /// A PNG picture of a body, or of an assembly.
+    #[pyo3(signature = (body, assembly, exploded, section, size_px))]
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        body: Option<String>,
+        assembly: Option<String>,
+        exploded: bool,
+        section: bool,
+        size_px: [u32; 2],
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let design = Arc::clone(&self.design);
+        let bytes = run(py, Interrupted::Leave, None, move |_| {
+            let (sensor, shot) = (&design.sensor, Shot { size_px, section });
+            Ok(match body {
+                Some(name) => pictures::picture_of_body(&bodies::find(sensor, &name)?, shot)?,
+                None => {
+                    let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(sensor));
+                    pictures::picture_of_assembly(sensor, &assembly, exploded, shot)?
+                }
+            })
+        })?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Makes files in memory.
+    #[pyo3(signature = (parts, formats, tolerance_mm, nominal, process, bed_mm, stock_mm, kerf_mm, progress))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    fn exported(
+        &self,
+        py: Python<'_>,
+        parts: Vec<String>,
+        formats: Vec<String>,
+        tolerance_mm: Option<f64>,
+        nominal: bool,
+        process: Option<PathBuf>,
+        bed_mm: Option<[f64; 2]>,
+        stock_mm: Option<[f64; 2]>,
+        kerf_mm: Option<f64>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<crate::export::Exported> {
+        let wish = crate::export::Wish {
+            parts,
+            formats,
+            tolerance_mm,
+            nominal,
+            process,
+            bed_mm,
+            stock_mm,
+            kerf_mm,
+        };
+        crate::export::exported(py, &self.design, wish, progress)
+    }
+}

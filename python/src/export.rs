@@ -1,0 +1,135 @@
+//! Files of a design: made in memory, then written whole or not at all.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fabkit::bodies::{self, Kind, UnknownName};
+use fabkit::designs::Design;
+use fabkit::export::Bed;
+use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions, Format};
+use fabkit::failure::{Exit, Failure};
+use fabkit::source::read_profile;
+use fabkit::staging::{OutputFile, write_all};
+use fabkit::verifier::Verifier;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::errors::exception;
+use crate::running::{Interrupted, run};
+
+/// Made by another kernel, and not one of [`Format`].
+const STEP: &str = "step";
+const FORMATS: [Format; 7] = [
+    Format::Stl,
+    Format::ThreeMf,
+    Format::Dxf,
+    Format::Svg,
+    Format::Png,
+    Format::Tree,
+    Format::Samples,
+];
+
+/// What to export; what is left out is as in the command.
+pub struct Wish {
+    pub parts: Vec<String>,
+    pub formats: Vec<String>,
+    pub tolerance_mm: Option<f64>,
+    pub nominal: bool,
+    pub process: Option<PathBuf>,
+    pub bed_mm: Option<[f64; 2]>,
+    pub stock_mm: Option<[f64; 2]>,
+    pub kerf_mm: Option<f64>,
+}
+
+impl Wish {
+    /// The options, and whether STEP is wanted too.
+    fn options(self) -> Result<(ExportOptions, bool), Failure> {
+        let usual = ExportOptions::default();
+        let wants_step = self.formats.iter().any(|word| word == STEP);
+        let known = || FORMATS.iter().map(|format| format.word()).chain([STEP]);
+        let mut formats = Vec::new();
+        for word in self.formats.iter().filter(|word| *word != STEP) {
+            let format = FORMATS.iter().find(|format| format.word() == word);
+            formats.push(*format.ok_or_else(|| UnknownName::new("format", word, known()))?);
+        }
+        formats.sort();
+        formats.dedup();
+        let lengths = self.bed_mm.into_iter().chain(self.stock_mm).flatten().chain(self.kerf_mm);
+        if let Some(length) = lengths.into_iter().find(|mm| !(0.0..=5000.0).contains(mm)) {
+            let message = format!("{length} mm; the limits are 0 mm and 5000 mm");
+            return Err(Failure::plain(Exit::BadInput, message));
+        }
+        let options = ExportOptions {
+            parts: self.parts,
+            formats,
+            tolerance_mm: self.tolerance_mm.unwrap_or(usual.tolerance_mm),
+            bed: self.bed_mm.map_or(usual.bed, |size_mm| Bed { size_mm, ..usual.bed }),
+            stock: self.stock_mm.map_or(DEFAULT_STOCK, |size_mm| Bed { size_mm, ..DEFAULT_STOCK }),
+            kerf_mm: self.kerf_mm,
+            profile: self.process.as_deref().map(read_profile).transpose()?,
+            nominal: self.nominal,
+        };
+        Ok((options, wants_step))
+    }
+}
+
+/// All files of an export, in memory.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Exported {
+    exported: Arc<exporting::Exported>,
+}
+
+pub fn exported(
+    py: Python<'_>,
+    design: &Arc<Design>,
+    wish: Wish,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Exported> {
+    let design = Arc::clone(design);
+    let exported = run(py, Interrupted::Leave, progress, move |link| {
+        let (options, wants_step) = wish.options()?;
+        let all = bodies::bodies(&design.sensor);
+        let parts = all.iter().filter(|body| body.kind == Kind::Part).count();
+        link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });
+        let mut exported = exporting::export(&design, &options, &|_| link.step())?;
+        if wants_step {
+            exported.add(Verifier::find()?.step_files(&design, &options.parts)?)?;
+        }
+        Ok(exported)
+    })?;
+    Ok(Exported { exported: Arc::new(exported) })
+}
+
+#[pymethods]
+impl Exported {
+    /// The list of contents, as JSON.
+    fn manifest(&self, py: Python<'_>) -> PyResult<String> {
+        let bytes = self.exported.manifest.to_json();
+        let bytes = bytes.map_err(|error| exception(py, Failure::bug(error)))?;
+        Ok(String::from_utf8(bytes)?)
+    }
+
+    /// Name and content of each file, the manifest last.
+    fn files<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
+        let files = self.exported.files.iter();
+        files.map(|file| (file.name.clone(), PyBytes::new(py, &file.bytes))).collect()
+    }
+
+    /// Writes them all, or none.
+    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let exported = Arc::clone(&self.exported);
+        run(py, Interrupted::Wait, None, move |link| {
+            Ok(write_all(&folder, &exported.files, &|| link.is_cancelled())?)
+        })
+    }
+}
+
+/// Writes files, by name and content, all or none.
+#[pyfunction]
+pub fn write_files(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
+    let files: Vec<OutputFile> =
+        files.into_iter().map(|(name, bytes)| OutputFile { name, bytes }).collect();
+    run(py, Interrupted::Wait, None, move |link| {
+        Ok(write_all(&folder, &files, &|| link.is_cancelled())?)
+    })
+}

@@ -1,0 +1,127 @@
+//! Ground truth: what a camera sees of a sensor's surface.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fabkit::camera::files::PoseFile;
+use fabkit::export::png;
+use fabkit::failure::{Exit, Failure};
+use fabkit::ground_truth::{Viewpoint, arrays, picture};
+use fabkit::scene::{self, Cast, press_failure, viewpoint_from_files};
+use numpy::{PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::arrays;
+use crate::camera::Camera;
+use crate::design::Project;
+use crate::errors::{OrRaise, exception};
+use crate::running::{Interrupted, run};
+
+/// A PNG picture of a map, with a colour for each value and a scale.
+#[pyfunction]
+pub fn false_color<'py>(
+    py: Python<'py>,
+    map: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let width_px = u32::try_from(map.shape()[1]).unwrap_or(u32::MAX);
+    let values = map.as_slice()?;
+    if values.is_empty() {
+        let failure = Failure::plain(Exit::BadInput, "a map without pixels has no picture");
+        return Err(exception(py, failure));
+    }
+    let bytes = py.detach(|| {
+        let picture = picture(width_px, values);
+        png(picture.width_px, picture.height_px, &picture.rgb).map_err(Failure::bug)
+    });
+    Ok(PyBytes::new(py, &bytes.or_raise(py)?))
+}
+
+/// A camera at its place, and the surface that it sees.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Scene {
+    pub sensor: String,
+    pub scene: Arc<scene::Scene>,
+}
+
+#[pymethods]
+impl Scene {
+    /// Camera and pose are the design's, or what files say, or what is given.
+    #[new]
+    #[pyo3(signature = (project, sensor, camera_file, pose_file, camera, camera_from_sensor, covariance))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    fn new(
+        py: Python<'_>,
+        project: &Project,
+        sensor: String,
+        camera_file: Option<PathBuf>,
+        pose_file: Option<PathBuf>,
+        camera: Option<PyRef<'_, Camera>>,
+        camera_from_sensor: Option<[[f64; 4]; 4]>,
+        covariance: Option<[[f64; 6]; 6]>,
+    ) -> PyResult<Self> {
+        let project = Arc::clone(&project.project);
+        let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
+        let pose = camera_from_sensor.map(|camera_from_sensor| PoseFile {
+            camera_from_sensor,
+            covariance,
+            camera: None,
+        });
+        let scene = py.detach(|| {
+            let files =
+                viewpoint_from_files(&project, camera_file.as_deref(), pose_file.as_deref())?;
+            let viewpoint = if text.is_some() || pose.is_some() {
+                let nominal = &project.design.sensor.camera;
+                let mut given = Viewpoint::new(nominal, text.as_deref(), pose.as_ref())
+                    .map_err(|error| Failure::plain(Exit::BadInput, error))?;
+                // One of the two may still be a file's.
+                if text.is_none() {
+                    given.estimate = files.estimate;
+                }
+                if pose.is_none() {
+                    given.sensor_from_camera = files.sensor_from_camera;
+                    given.pose_covariance = files.pose_covariance;
+                }
+                given
+            } else {
+                files
+            };
+            scene::Scene::new(project, viewpoint)
+        });
+        Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
+    }
+
+    fn camera(&self) -> Camera {
+        Camera { estimate: self.scene.viewpoint.estimate.clone() }
+    }
+
+    fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::pose(py, &self.scene.viewpoint.sensor_from_camera)
+    }
+
+    /// Share of the surface that is seen, and the area of all of it, mm2.
+    fn coverage(&self) -> (f64, f64) {
+        (self.scene.coverage.area, self.scene.coverage.area_mm2)
+    }
+
+    /// Casts a press; the arrays of `fabkit depth -o FILE.npz`, by name.
+    fn cast<'py>(
+        &self,
+        py: Python<'py>,
+        presses: Vec<String>,
+        samples: u32,
+        membrane_mm: f64,
+        print_sigma_mm: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
+        let seen = run(py, Interrupted::Leave, None, move |_| {
+            let press = |id: &String| {
+                scene.project.press(id).map_err(|error| press_failure(&sensor, error))
+            };
+            let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
+            let cast = Cast { presses: &presses, samples, membrane_mm, print_sigma_mm };
+            scene.cast(&cast, |seen| Ok(arrays(seen.map, seen.sigma_mm)))
+        })?;
+        arrays::dictionary(py, seen)
+    }
+}

@@ -1,0 +1,130 @@
+"""Calibration from arrays: what went in comes out."""
+
+import numpy as np
+import pytest
+from fabkit.calibrate import Corners, Pins
+
+import fabkit
+
+
+@pytest.fixture(scope="module")
+def board():
+    return fabkit.calibrate.boards("rtac0")["checkerboard"]
+
+
+@pytest.fixture(scope="module")
+def truth(rtac0):
+    return rtac0.camera.with_parameters({"fx_px": 300.0, "fy_px": 301.0, "cx_px": 325.0})
+
+
+def rotation(vector):
+    """Rodrigues' formula."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector / angle
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def views(board, camera, sigma_px, count=12):
+    random = np.random.default_rng(7)
+    corners = np.column_stack([board.corners_mm, np.zeros(len(board.corners_mm))])
+    corners -= corners.mean(0)
+    for _ in range(count):
+        turned = corners @ rotation(random.normal(size=3) * 0.4).T
+        pixels = camera.project(turned + random.normal(size=3) * [15, 15, 8] + [0, 0, 90])
+        inside = ((pixels > 0) & (pixels < [639, 479])).all(1)
+        noise = random.normal(size=pixels.shape) * sigma_px
+        yield Corners(np.flatnonzero(inside), (pixels + noise)[inside], sigma_px)
+
+
+def test_intrinsics_from_corners(rtac0, board, truth):
+    found = fabkit.calibrate.intrinsics(
+        rtac0, board, list(views(board, truth, 0.1)), models=["kannala-brandt"]
+    )
+    # Two coordinates of 0.1 px; 12 views of hundreds of corners tell that to a few percent.
+    assert found.rms_px == pytest.approx(0.1 * np.sqrt(2), rel=0.05)
+    sigmas = found.camera.sigmas
+    for name in ("fx_px", "fy_px", "cx_px", "cy_px"):
+        error = abs(found.camera.parameters[name] - truth.parameters[name])
+        assert error < 4 * sigmas[name], name
+    assert found.camera.covariance.shape == (8, 8)
+    assert found.document["format"] == "fabkit-intrinsics"
+
+
+def render(board, square_px=22):
+    """Draw a board squarely, each pixel the mean of its area."""
+    columns, rows = board.document["squares"]
+    over = 4
+    squares = np.indices((rows, columns)).sum(0) % 2
+    small = np.kron(squares, np.ones((square_px * over, square_px * over)))
+    # Shifted by parts of a pixel, on white.
+    page = np.ones((480 * over, 640 * over))
+    page[37 : 37 + small.shape[0], 41 : 41 + small.shape[1]] = 0.1 + 0.8 * small
+    picture = page.reshape(480, over, 640, over).mean((1, 3))
+    corners = board.corners_mm / board.document["square_mm"] * square_px
+    return picture, corners + np.array([41, 37]) / over - 0.5
+
+
+@pytest.mark.parametrize("detector", ["fabkit", "opencv"])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float64])
+def test_corners_are_found(board, detector, dtype):
+    if detector == "opencv":
+        pytest.importorskip("cv2")
+    picture, expected = render(board)
+    if dtype != np.float64:
+        picture = np.rint(picture * np.iinfo(dtype).max).astype(dtype)
+    found = fabkit.calibrate.find_corners(picture, board, detector=detector)
+    assert len(found.ids) == len(expected)
+    # Turned by half a turn the board looks the same.
+    errors = [np.abs(found.pixels - e[found.ids]).max() for e in (expected, expected[::-1])]
+    # OpenCV's are 0.12 px off here, all the same way.
+    assert min(errors) < (0.1 if detector == "fabkit" else 0.2)
+
+
+def test_pictures_that_cannot_be_used_say_why(rtac0, board):
+    grey = np.full((480, 640), 0.5)
+    with pytest.raises(fabkit.FabkitError, match="no contrast"):
+        fabkit.calibrate.find_corners(grey, board, detector="fabkit")
+    random = np.random.default_rng(3)
+    pictures = [random.random((480, 640)) for _ in range(3)]
+    with pytest.raises(fabkit.FabkitError, match="view 1") as caught:
+        fabkit.calibrate.intrinsics(rtac0, board, pictures, detector="fabkit")
+    assert "10 to 20 pictures" in caught.value.hint
+    with pytest.raises(fabkit.FabkitError, match="640 x 480"):
+        fabkit.calibrate.intrinsics(rtac0, board, [grey[:100]], detector="fabkit")
+    for wrong in (grey.astype(int), grey[0], np.zeros((4, 4, 2))):
+        with pytest.raises(fabkit.FabkitError, match=r"dtype|shape"):
+            fabkit.calibrate.find_corners(wrong, board)
+
+
+def test_extrinsics_from_pins(rtac0, tmp_path):
+    dome = rtac0.fixtures["pin-dome"]
+    pins = dome.landmarks[dome.landmarks["kind"] == "long"]
+    moved = np.eye(4)
+    moved[:3, :3] = rotation(np.array([0.01, -0.02, 0.015]))
+    moved[:3, 3] = [0.2, -0.15, 0.1]
+    pose = np.linalg.inv(rtac0.sensor_from_camera) @ moved
+    contacts = pins["contact_in_sensor_mm"] @ pose[:3, :3].T + pose[:3, 3]
+    pixels = rtac0.camera.project(contacts)
+    seen = np.flatnonzero(
+        np.isfinite(pixels).all(1) & ((pixels > 0) & (pixels < [640, 480])).all(1)
+    )
+    random = np.random.default_rng(5)
+    captures = []
+    for _ in range(12):
+        few = random.choice(seen, 5, replace=False)
+        noise = random.normal(size=(5, 2)) * 0.05
+        captures.append(Pins(pixels[few] + noise, pins["hole"][few].tolist(), 0.05))
+    found = fabkit.calibrate.extrinsics(rtac0, rtac0.camera, captures, pin="long")
+    error = np.linalg.inv(found.camera_from_sensor) @ pose
+    sigma = np.sqrt(np.diagonal(found.covariance))
+    assert np.abs(error[:3, 3]).max() < 5 * sigma[3:].max() + 1e-3
+    assert np.abs(error[:3, :3] - np.eye(3)).max() < 5 * sigma[:3].max() + 1e-4
+    # What is written is what ground truth reads.
+    found.save(tmp_path / "pose.yaml")
+    by_file = fabkit.depth.Scene(rtac0, pose=tmp_path / "pose.yaml")
+    by_result = fabkit.depth.Scene(rtac0, pose=found)
+    np.testing.assert_allclose(by_file.sensor_from_camera, by_result.sensor_from_camera, atol=1e-12)
+    assert by_file.camera == by_result.camera
+    with pytest.raises(fabkit.FabkitError, match="no hole 99"):
+        fabkit.calibrate.extrinsics(rtac0, rtac0.camera, [Pins(pixels[:2], [1, 99])], pin="long")

@@ -1,0 +1,75 @@
+"""Ctrl-C, in the package and in its command."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals are sent as on POSIX")
+
+LONG = """
+import signal, sys, threading, time
+import fabkit
+sensor = fabkit.load("uvdtact")
+start = time.monotonic()
+threading.Timer(0.5, lambda: signal.raise_signal(signal.SIGINT)).start()
+try:
+    {call}
+    print("finished", flush=True)
+except KeyboardInterrupt:
+    print("interrupted", time.monotonic() - start, flush=True)
+sys.exit(7)
+"""
+
+
+@pytest.mark.parametrize(
+    "call", ["sensor.check()", "sensor.export('{folder}', tolerance_mm=5e-4, progress=False)"]
+)
+def test_long_calls_stop(call, tmp_path):
+    folder = tmp_path / "out"
+    script = LONG.format(call=call.format(folder=folder))
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    # The interpreter lives on, and ends as its script says.
+    assert done.returncode == 7, done.stderr
+    word, seconds = done.stdout.split()
+    assert word == "interrupted"
+    # Looked for every 25 ms; the rest is for busy machines. The work itself takes several seconds.
+    assert float(seconds) < 0.5 + 1.0
+    assert not folder.exists()
+
+
+def test_a_progress_that_raises_stops_the_work(rtac0, tmp_path):
+    def progress(done, count):
+        raise RuntimeError(f"{done} of {count}")
+
+    with pytest.raises(RuntimeError, match="0 of 16"):
+        rtac0.export(tmp_path / "out", formats=["stl"], tolerance_mm=5e-4, progress=progress)
+    assert not (tmp_path / "out").exists()
+
+
+def test_progress_is_told(rtac0, tmp_path):
+    told = []
+    rtac0.export(tmp_path, formats=["stl"], progress=lambda *at: told.append(at))
+    assert told[-1] == (16, 16)
+    assert told == sorted(told)
+
+
+def test_the_command_stops_as_it_should():
+    line = [sys.executable, "-m", "fabkit", "check", "uvdtact"]
+    process = subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, text = process.communicate(timeout=5)
+    assert (process.returncode, text) == (130, "error: interrupted\n")
+
+
+def test_the_command_is_the_command(command):
+    import fabkit
+
+    assert command("--version") == f"fabkit {fabkit.__version__}\n"
+    done = command("lst", check=False)
+    assert done.returncode == 2
+    assert "a similar subcommand exists: 'list'" in done.stderr

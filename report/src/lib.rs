@@ -1,0 +1,21 @@
+//! Reports as one HTML file each: the page, and drawings as inline SVG.
+//!
+//! Pages need no network and no script, and print on paper. Drawings are in px of their own, y down.
+//!
+//! ```
+//! use fabkit_report::{Plot, page};
+//! let mut plot = Plot::between([[10.0, 20.0], [0.0, 1.0]], ["radius, mm", "seen"]);
+//! plot.dot([15.0, 0.4], "#1f4e79", "variant 3");
+//! let html = page("A sweep", &format!("<figure>{}</figure>\n", plot.finish("seen against radius")));
+//! assert!(html.contains("<svg") && !html.contains("http"));
+//! ```
+
+#![forbid(unsafe_code)]
+
+mod page;
+mod plot;
+mod svg;
+
+pub use page::page;
+pub use plot::{Plot, step};
+pub use svg::{EMPTY, FLOOR, FRAME, Svg, VECTOR, escape, shade};

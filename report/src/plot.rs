@@ -1,0 +1,142 @@
+//! Points over two axes.
+
+use crate::Svg;
+
+const GRID: &str = r##"stroke="#e3e3e3""##;
+const SIZE: [f64; 2] = [640.0, 260.0];
+/// Left, top, right, bottom.
+const MARGIN: [f64; 4] = [46.0, 10.0, 12.0, 34.0];
+
+/// A plot of points over two axes.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    svg: Svg,
+    /// Ends of the axes.
+    ranges: [[f64; 2]; 2],
+}
+
+impl Plot {
+    /// Axes that begin at 0; `limits` are their ends, `ticks` their steps.
+    pub fn new(limits: [f64; 2], ticks: [f64; 2], names: [&str; 2]) -> Self {
+        Self::with_ticks(limits.map(|limit| [0.0, limit.max(1e-9)]), ticks, names)
+    }
+
+    /// Axes from the first to the second value each, horizontal and vertical, a little wider, with
+    /// round ticks.
+    pub fn between(ranges: [[f64; 2]; 2], names: [&str; 2]) -> Self {
+        let ranges = ranges.map(|[low, high]| {
+            // A range without width still needs an axis.
+            let half = (0.54 * (high - low)).max(1e-3 * low.abs().max(high.abs())).max(1e-9);
+            let middle = 0.5 * (low + high);
+            [middle - half, middle + half]
+        });
+        let ticks =
+            [step(ranges[0][1] - ranges[0][0], 8.0), step(ranges[1][1] - ranges[1][0], 5.0)];
+        Self::with_ticks(ranges, ticks, names)
+    }
+
+    fn with_ticks(ranges: [[f64; 2]; 2], ticks: [f64; 2], names: [&str; 2]) -> Self {
+        let mut plot = Self { svg: Svg::new(SIZE[0], SIZE[1]), ranges };
+        let bottom = SIZE[1] - MARGIN[3];
+        let [[x_low, _], [y_low, _]] = ranges;
+        for value in marks(ranges[0], ticks[0]) {
+            let x = plot.at([value, y_low])[0];
+            plot.svg.line([x, MARGIN[1]], [x, bottom], GRID);
+            plot.svg.text([x, bottom + 14.0], "middle", &tidy(value, ticks[0]));
+        }
+        for value in marks(ranges[1], ticks[1]) {
+            let y = plot.at([x_low, value])[1];
+            plot.svg.line([MARGIN[0], y], [SIZE[0] - MARGIN[2], y], GRID);
+            plot.svg.text([MARGIN[0] - 5.0, y + 4.0], "end", &tidy(value, ticks[1]));
+        }
+        plot.svg.text([(MARGIN[0] + SIZE[0]) / 2.0, SIZE[1] - 4.0], "middle", names[0]);
+        plot.svg.text([MARGIN[0] + 4.0, MARGIN[1] + 8.0], "start", names[1]);
+        plot
+    }
+
+    fn at(&self, point: [f64; 2]) -> [f64; 2] {
+        let width = SIZE[0] - MARGIN[0] - MARGIN[2];
+        let height = SIZE[1] - MARGIN[1] - MARGIN[3];
+        let share = |axis: usize| {
+            let [low, high] = self.ranges[axis];
+            (point[axis] - low) / (high - low)
+        };
+        [MARGIN[0] + width * share(0), MARGIN[1] + height * (1.0 - share(1).clamp(0.0, 1.0))]
+    }
+
+    /// A point in a colour, with what it says when pointed at.
+    pub fn dot(&mut self, point: [f64; 2], fill: &str, title: &str) {
+        let at = self.at(point);
+        self.svg.dot(at, 3.0, fill, title);
+    }
+
+    /// A straight line between two points; `style` are SVG attributes.
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], style: &str) {
+        let (from, to) = (self.at(from), self.at(to));
+        self.svg.line(from, to, style);
+    }
+
+    /// A horizontal line; `style` are SVG attributes.
+    pub fn level(&mut self, value: f64, style: &str) {
+        let [low, high] = self.ranges[0];
+        self.line([low, value], [high, value], style);
+    }
+
+    /// The plot as an element, with what it shows in words.
+    pub fn finish(self, label: &str) -> String {
+        self.svg.finish(label)
+    }
+}
+
+/// A step for an axis: 1, 2 or 5 times a power of ten, about `count` of them up to `limit`.
+pub fn step(limit: f64, count: f64) -> f64 {
+    let rough = (limit / count).max(1e-12);
+    let power = 10f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+    steps.into_iter().find(|step| *step >= rough).unwrap_or(rough)
+}
+
+/// The multiples of a step within a range.
+fn marks([low, high]: [f64; 2], tick: f64) -> impl Iterator<Item = f64> {
+    let first = (low / tick - 1e-3).ceil();
+    let last = (high / tick + 1e-3).floor();
+    // A step from `step` gives a few; anything else is no reason to fill the memory.
+    (0..1000)
+        .map(move |i| first + f64::from(i))
+        .take_while(move |i| *i <= last)
+        .map(move |i| i * tick)
+}
+
+/// As many digits as the step has.
+fn tidy(value: f64, tick: f64) -> String {
+    let digits = (-tick.log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{:.digits$}", value + 0.0);
+    if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) {
+        "0".into()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_lie_within() {
+        assert_eq!(marks([0.0, 1.0], 0.25).collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(marks([11.9, 15.2], 1.0).collect::<Vec<_>>(), [12.0, 13.0, 14.0, 15.0]);
+        assert_eq!((step(3.3, 8.0), step(0.07, 5.0)), (0.5, 0.02));
+        assert_eq!(
+            (tidy(-0.0, 0.5), tidy(1.5, 0.5), tidy(200.0, 50.0)),
+            ("0".into(), "1.5".into(), "200".into())
+        );
+    }
+
+    #[test]
+    fn a_range_without_width_has_an_axis() {
+        let plot = Plot::between([[3.0, 3.0], [0.0, 0.0]], ["x", "y"]);
+        let [x, y] = plot.at([3.0, 0.0]);
+        assert!((x - 337.0).abs() < 0.5 && y.is_finite(), "{x} {y}");
+    }
+}

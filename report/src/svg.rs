@@ -1,0 +1,93 @@
+//! Small drawings as inline SVG.
+
+use std::fmt::Write;
+
+// Looks are attributes and not style sheets, which not every program that prints HTML applies to
+// drawings.
+
+/// The border of an image.
+pub const FRAME: &str = r##"fill="#fafafa" stroke="#999""##;
+/// A part of an image where nothing was seen.
+pub const EMPTY: &str = r##"fill="#fbe9d0""##;
+/// A residual.
+pub const VECTOR: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
+/// What no model can go below.
+pub const FLOOR: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""##;
+
+/// A drawing that grows.
+#[derive(Clone, Debug)]
+pub struct Svg {
+    width: f64,
+    height: f64,
+    body: String,
+}
+
+impl Svg {
+    /// An empty drawing.
+    pub fn new(width: f64, height: f64) -> Self {
+        Self { width, height, body: String::new() }
+    }
+
+    /// A straight line; `style` are SVG attributes.
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], style: &str) {
+        let _ = write!(
+            self.body,
+            r#"<line {style} x1="{:.1}" y1="{:.1}" x2="{:.1}" y2="{:.1}"/>"#,
+            from[0], from[1], to[0], to[1]
+        );
+    }
+
+    /// A dot in a colour of its own, with what it says when pointed at.
+    pub fn dot(&mut self, centre: [f64; 2], radius: f64, fill: &str, title: &str) {
+        let _ = write!(
+            self.body,
+            r#"<circle cx="{:.1}" cy="{:.1}" r="{radius:.1}" fill="{fill}"><title>{}</title></circle>"#,
+            centre[0],
+            centre[1],
+            escape(title)
+        );
+    }
+
+    /// A rectangle from its upper left corner; `style` are SVG attributes.
+    pub fn rect(&mut self, corner: [f64; 2], size: [f64; 2], style: &str) {
+        let _ = write!(
+            self.body,
+            r#"<rect {style} x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}"/>"#,
+            corner[0], corner[1], size[0], size[1]
+        );
+    }
+
+    /// Anchored at `start`, `middle` or `end`.
+    pub fn text(&mut self, at: [f64; 2], anchor: &str, text: &str) {
+        let _ = write!(
+            self.body,
+            r##"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}" font-size="12" fill="#444">{}</text>"##,
+            at[0],
+            at[1],
+            escape(text)
+        );
+    }
+
+    /// The drawing as an element, with what it shows in words.
+    pub fn finish(self, label: &str) -> String {
+        format!(
+            "<svg viewBox=\"0 0 {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
+            self.width,
+            self.height,
+            escape(label),
+            self.body
+        )
+    }
+}
+
+/// From pale to dark for 0 to 1, readable in grey as well.
+pub fn shade(part: f64) -> String {
+    let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
+    let mix = |from: f64, to: f64| (from + (to - from) * part).round() as u8;
+    format!("#{:02x}{:02x}{:02x}", mix(255.0, 122.0), mix(237.0, 4.0), mix(160.0, 3.0))
+}
+
+/// Text that is safe inside HTML.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,28 @@
+//! What pictures of the pin dome's pins will tell of the camera.
+
+use fabkit_calibration::model::Parameter;
+use fabkit_fixtures::{FixtureError, Project};
+
+use super::Computed;
+
+pub(super) fn compute(project: &Project, computed: &mut Computed) {
+    let forecast = match project.pin_dome_forecast() {
+        Ok(Ok(forecast)) => forecast,
+        Ok(Err(why)) => return computed.notes.push(format!("pin dome: {why}")),
+        // Flat sensors have none.
+        Err(FixtureError::Unsuitable { .. }) => return,
+        Err(FixtureError::Invalid(invalid)) => {
+            let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
+            return computed.notes.push(format!("pin dome: {}", messages.join("; ")));
+        }
+        Err(error) => return computed.notes.push(format!("pin dome: {error}")),
+    };
+    computed.put("dome_position_sigma_mm", forecast.pose.position_sigma_mm);
+    computed.put("dome_rotation_sigma_deg", forecast.pose.rotation_sigma_deg);
+    let offset = Parameter::SeatingOffset;
+    match forecast.with_offset.sigma(offset).filter(|_| forecast.with_offset.is_observable(offset))
+    {
+        Some(sigma_mm) => computed.put("dome_seating_sigma_mm", sigma_mm),
+        None => computed.notes.push("pin dome: the seating offset is not observable".into()),
+    }
+}

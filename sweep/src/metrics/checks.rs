@@ -1,0 +1,33 @@
+//! The rules of `fabkit check`.
+
+use fabkit_checks::{Rule, Severity, check};
+use fabkit_geometry::Sensor;
+
+use super::Computed;
+
+pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) {
+    let report = match check(sensor) {
+        Ok(report) => report,
+        Err(invalid) => return computed.notes.push(format!("checks: {invalid}")),
+    };
+    let severities = [
+        ("check_errors", Severity::Error),
+        ("check_warnings", Severity::Warning),
+        ("check_notes", Severity::Note),
+    ];
+    for (name, severity) in severities {
+        let count = report.findings.iter().filter(|finding| finding.severity == severity).count();
+        computed.put(name, count as f64);
+    }
+    computed.put("overlaps", report.of(Rule::Interference).count() as f64);
+    let pulls = report.examined.iter().any(|e| e.rule == Rule::Demolding && e.count > 0);
+    if pulls {
+        // Each of the rule's findings states one of the two, by its unit.
+        let largest = |unit: &str| {
+            let measured = report.of(Rule::Demolding).filter_map(|finding| finding.measured);
+            measured.filter(|m| m.unit == unit).map(|m| m.value).fold(0.0, f64::max)
+        };
+        computed.put("undercut_mm2", largest("mm2"));
+        computed.put("demolding_strain", largest("strain"));
+    }
+}

@@ -1,0 +1,122 @@
+//! What the camera follows: features that repeat under one of a few names.
+
+use std::collections::BTreeSet;
+
+use fabkit_geometry::{
+    Assembly, Body, InvalidSolid, Placement, Point3, Pose, Ray, Sensor, Solid, Vector3,
+};
+use nalgebra::Matrix3x2;
+
+use super::{Computed, camera};
+
+/// How sensors call what their camera follows; a number comes after it.
+const WORDS: [&str; 3] = ["marker", "dimple", "dot"];
+
+/// One marker, sensor frame.
+struct Marker {
+    body: Body,
+    sensor_from_marker: Pose,
+    /// Middle of its box.
+    centre: Point3<f64>,
+    /// Of a ball around `centre` that holds it, mm.
+    reach_mm: f64,
+    /// Across its axis, mm.
+    widths_mm: [f64; 2],
+}
+
+pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
+    let markers = markers(sensor)?;
+    let Some(camera) = camera::nominal(sensor) else { return Ok(()) };
+    if markers.is_empty() {
+        return Ok(());
+    }
+    let sensor_from_camera = &sensor.camera.sensor_from_camera;
+    let camera_from_sensor = sensor_from_camera.inverse();
+    let widths: Vec<f64> = markers
+        .iter()
+        .filter_map(|marker| {
+            let at =
+                camera.project_with_jacobians(&camera_from_sensor.point(marker.centre)).ok()?;
+            if !camera.sees(&at.pixel) {
+                return None;
+            }
+            let across = [Vector3::x(), Vector3::y()]
+                .map(|axis| camera_from_sensor.vector(marker.sensor_from_marker.vector(axis)));
+            let px_per_mm = at.by_point * Matrix3x2::from_columns(&across);
+            let [a, b] = marker.widths_mm;
+            Some((a * b * px_per_mm.determinant().abs()).sqrt())
+        })
+        .collect();
+    computed.put("marker_count", markers.len() as f64);
+    computed.put("markers_seen", widths.len() as f64);
+    computed.put_spread("marker_px", widths);
+    if let Some((seen, _)) = camera::seen(sensor, &camera)?
+        && !seen.is_empty()
+    {
+        let eye = sensor_from_camera.point(Point3::origin());
+        let hidden = seen.iter().filter(|place| hides(&markers, &eye, &place.point_in_sensor));
+        computed.put("occlusion", hidden.count() as f64 / seen.len() as f64);
+    }
+    Ok(())
+}
+
+/// The markers of the first body of the sensor in use that has any: layers before parts, because a
+/// mold has the same features.
+fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
+    let layers = sensor.layers.iter().map(|layer| (&layer.solid, &layer.placements));
+    let parts = sensor.parts.iter().map(|part| (&part.solid, &part.placements));
+    let in_use = |placements: &[Placement]| {
+        placements.iter().find(|p| p.assembly == Assembly::sensor()).map(|p| p.assembly_from_body)
+    };
+    for (solid, placements) in layers.chain(parts) {
+        let Some(sensor_from_body) = in_use(placements) else { continue };
+        let found = of_body(solid, &sensor_from_body)?;
+        if !found.is_empty() {
+            return Ok(found);
+        }
+    }
+    Ok(Vec::new())
+}
+
+fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, InvalidSolid> {
+    let mut names = BTreeSet::new();
+    let mut markers = Vec::new();
+    for leaf in solid.leaves() {
+        let Some((word, number)) = leaf.feature.rsplit_once(' ') else { continue };
+        let is_marker = WORDS.contains(&word) && number.parse::<u32>().is_ok();
+        // A feature of several primitives is measured by its first.
+        if !is_marker || !names.insert(leaf.feature) {
+            continue;
+        }
+        let body = Body::new(leaf.primitive)?;
+        let bounds = body.bounds();
+        let size = bounds.max - bounds.min;
+        let sensor_from_marker = sensor_from_body.then_in(leaf.root_from_leaf);
+        markers.push(Marker {
+            centre: sensor_from_marker.point(bounds.centre()),
+            reach_mm: 0.5 * size.norm(),
+            widths_mm: [size.x, size.y],
+            sensor_from_marker,
+            body,
+        });
+    }
+    Ok(markers)
+}
+
+/// Whether a marker stands between the eye and a place.
+fn hides(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
+    let sight = place - eye;
+    let length_mm = sight.norm();
+    let direction = sight / length_mm;
+    markers.iter().any(|marker| {
+        let to_centre = marker.centre - eye;
+        let along = to_centre.dot(&direction);
+        let beside_mm = (to_centre - along * direction).norm();
+        if beside_mm > marker.reach_mm || along < 0.0 || along - marker.reach_mm > length_mm {
+            return false;
+        }
+        let from = marker.sensor_from_marker.inverse();
+        let ray = Ray { origin: from.point(*eye), direction: from.vector(direction) };
+        marker.body.crossings(&ray).iter().any(|c| c.entering && c.t < length_mm)
+    })
+}

@@ -1,0 +1,108 @@
+//! Volumes, masses, cost and time of everything that a lab makes, molds and tools included.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_geometry::measure::ray_volume;
+use fabkit_geometry::{Action, Body, InvalidSolid, Process, Sensor, Solid};
+
+use super::Computed;
+use super::stock::{self, Pace};
+
+/// Lines through each body: good to about 1e-3 of its volume.
+const LINES: u32 = 2_000;
+
+const MM3_PER_CM3: f64 = 1e3;
+const G_PER_KG: f64 = 1e3;
+
+#[derive(Default)]
+struct Sum {
+    volume_mm3: f64,
+    /// `None` once a material is unknown: a sum that leaves something out would mislead.
+    mass_g: Option<f64>,
+}
+
+pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
+    let mut by_material: BTreeMap<&str, Sum> = BTreeMap::new();
+    let mut cost_usd = Some(0.0);
+    let mut unknown = BTreeSet::new();
+    let mut add = |material, volume_mm3: f64, density: Option<f64>, waste: f64| -> Option<f64> {
+        let known = stock::of(material);
+        let density = density.or(known.map(|stock| stock.density_g_per_cm3));
+        let mass_g = density.map(|density| density * volume_mm3 / MM3_PER_CM3);
+        let sum = by_material.entry(material).or_insert(Sum { volume_mm3: 0.0, mass_g: Some(0.0) });
+        sum.volume_mm3 += volume_mm3;
+        sum.mass_g = sum.mass_g.zip(mass_g).map(|(a, b)| a + b);
+        let usd = known.zip(mass_g).map(|(k, g)| g * (1.0 + waste) / G_PER_KG * k.usd_per_kg);
+        cost_usd = cost_usd.zip(usd).map(|(a, b)| a + b);
+        if mass_g.is_none() || usd.is_none() {
+            unknown.insert(material.to_owned());
+        }
+        mass_g
+    };
+
+    let mut parts = Sum { volume_mm3: 0.0, mass_g: Some(0.0) };
+    let mut print_h = 0.0;
+    let mut tallest_h: BTreeMap<Process, f64> = BTreeMap::new();
+    for part in &sensor.parts {
+        let volume_mm3 = volume(&part.solid)? * f64::from(part.quantity);
+        let mass_g = add(&part.material, volume_mm3, None, 0.0);
+        parts.volume_mm3 += volume_mm3;
+        parts.mass_g = parts.mass_g.zip(mass_g).map(|(a, b)| a + b);
+        match stock::pace(part.process) {
+            Some(Pace::Volume(mm3_per_h)) => print_h += volume_mm3 / mm3_per_h,
+            Some(Pace::Height(mm_per_h)) => {
+                let on_bed = Body::new(&part.solid.clone().placed(part.bed_from_part))?.bounds();
+                let hours = (on_bed.max.z - on_bed.min.z) / mm_per_h;
+                let tallest = tallest_h.entry(part.process).or_insert(0.0);
+                *tallest = tallest.max(hours);
+            }
+            None => {}
+        }
+    }
+    let mixes = mixes(sensor);
+    let mut layers = Sum { volume_mm3: 0.0, mass_g: Some(0.0) };
+    for layer in &sensor.layers {
+        let volume_mm3 = volume(&layer.solid)?;
+        let mix = mixes.get(layer.name.as_str());
+        let waste = mix.map_or(0.0, |(_, waste)| *waste);
+        let mass_g = add(&layer.material, volume_mm3, mix.map(|(density, _)| *density), waste);
+        layers.volume_mm3 += volume_mm3;
+        layers.mass_g = layers.mass_g.zip(mass_g).map(|(a, b)| a + b);
+    }
+
+    for (name, sum) in [("parts", &parts), ("layers", &layers)] {
+        computed.put(&format!("{name}_volume_mm3"), sum.volume_mm3);
+        if let Some(mass_g) = sum.mass_g {
+            computed.put(&format!("{name}_mass_g"), mass_g);
+        }
+    }
+    for (material, sum) in &by_material {
+        computed.put(&format!("volume_mm3[{material}]"), sum.volume_mm3);
+        if let Some(mass_g) = sum.mass_g {
+            computed.put(&format!("mass_g[{material}]"), mass_g);
+        }
+    }
+    if let Some(usd) = cost_usd {
+        computed.put("material_cost_usd", usd);
+    }
+    computed.put("print_time_h", print_h + tallest_h.values().sum::<f64>());
+    for material in unknown {
+        computed.notes.push(format!("density or price of `{material}` is not known"));
+    }
+    Ok(())
+}
+
+fn volume(solid: &Solid) -> Result<f64, InvalidSolid> {
+    // A body without bounds has no volume, and cannot be made either.
+    Ok(ray_volume(&Body::new(solid)?, LINES).map_or(f64::INFINITY, |volume| volume.value_mm3))
+}
+
+/// Density, g/cm3, and waste of the layers that are poured or sprayed.
+fn mixes(sensor: &Sensor) -> BTreeMap<&str, (f64, f64)> {
+    let mixes = sensor.chain.iter().filter_map(|step| match &step.action {
+        Action::Pour(pour) => Some((&*pour.layer, (pour.mix.density_g_per_cm3, pour.waste))),
+        Action::Spray(spray) => Some((&*spray.layer, (spray.mix.density_g_per_cm3, spray.waste))),
+        _ => None,
+    });
+    mixes.collect()
+}

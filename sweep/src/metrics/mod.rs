@@ -1,0 +1,259 @@
+//! What can be known of a variant: one table of metrics, computed in groups.
+
+mod calibration;
+mod camera;
+mod checks;
+mod markers;
+mod masses;
+mod meshes;
+mod stock;
+mod walls;
+
+use std::collections::BTreeMap;
+
+use fabkit_fixtures::Project;
+use fabkit_geometry::InvalidSolid;
+
+/// What is computed together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// What the camera sees of the surface, as designed and without refraction.
+    Camera,
+    /// Markers, dimples, dots: whatever the camera follows.
+    Markers,
+    /// Volumes, masses, cost, time.
+    Masses,
+    /// Walls of printed parts.
+    Walls,
+    /// What calibration will tell.
+    Calibration,
+    /// All rules of `fabkit check`; takes seconds.
+    Checks,
+    /// Triangles; takes tenths of a second.
+    Meshes,
+}
+
+/// All groups, in the order of tables.
+pub const GROUPS: [Group; 7] = [
+    Group::Camera,
+    Group::Markers,
+    Group::Masses,
+    Group::Walls,
+    Group::Calibration,
+    Group::Checks,
+    Group::Meshes,
+];
+
+impl Group {
+    /// As written in plans.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Markers => "markers",
+            Self::Masses => "masses",
+            Self::Walls => "walls",
+            Self::Calibration => "calibration",
+            Self::Checks => "checks",
+            Self::Meshes => "meshes",
+        }
+    }
+
+    /// Whether a plan that names no metrics leaves it out.
+    pub fn is_slow(self) -> bool {
+        matches!(self, Self::Checks | Self::Meshes)
+    }
+}
+
+/// One column of the table, or one for each material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Metric {
+    /// With its unit.
+    pub name: &'static str,
+    /// What it is computed with.
+    pub group: Group,
+    /// For people.
+    pub summary: &'static str,
+    /// Whether its columns are `name[material]`.
+    pub per_material: bool,
+}
+
+impl Metric {
+    /// Whether a column is one of this metric.
+    pub(crate) fn covers(&self, column: &str) -> bool {
+        match self.per_material {
+            false => self.name == column,
+            true => column
+                .strip_prefix(self.name)
+                .is_some_and(|rest| rest.starts_with('[') && rest.ends_with(']')),
+        }
+    }
+}
+
+const fn metric(group: Group, name: &'static str, summary: &'static str) -> Metric {
+    Metric { name, group, summary, per_material: false }
+}
+
+const fn per_material(name: &'static str, summary: &'static str) -> Metric {
+    Metric { name, group: Group::Masses, summary, per_material: true }
+}
+
+/// Every built-in metric, in the order of tables.
+pub const METRICS: &[Metric] = &[
+    metric(Group::Camera, "surface_area_mm2", "area of the sensing surface"),
+    metric(Group::Camera, "coverage", "share of that area that lies in the picture"),
+    metric(
+        Group::Camera,
+        "mm_per_px_min",
+        "root of the area on the surface that one pixel sees, where that is least",
+    ),
+    metric(Group::Camera, "mm_per_px_median", "the same, for half of the area seen"),
+    metric(Group::Camera, "mm_per_px_max", "the same, where that is most"),
+    metric(
+        Group::Camera,
+        "range_mm_per_px_min",
+        "how much the distance to the surface changes over one pixel, where that is least: what a pixel's error makes of depth",
+    ),
+    metric(Group::Camera, "range_mm_per_px_median", "the same, for half of the area seen"),
+    metric(Group::Camera, "range_mm_per_px_max", "the same, where that is most"),
+    metric(Group::Markers, "marker_count", "number of markers, dimples or dots"),
+    metric(Group::Markers, "markers_seen", "how many of them have their centre in the picture"),
+    metric(
+        Group::Markers,
+        "marker_px_min",
+        "width of a marker in the picture: diameter of the disc of its area, of the least one",
+    ),
+    metric(Group::Markers, "marker_px_median", "the same, for half of the markers seen"),
+    metric(Group::Markers, "marker_px_max", "the same, of the largest one"),
+    metric(Group::Markers, "occlusion", "share of the surface seen that lies behind a marker"),
+    metric(Group::Masses, "parts_volume_mm3", "volume of all parts, by their quantities"),
+    metric(Group::Masses, "parts_mass_g", "mass of all parts, solid"),
+    metric(Group::Masses, "layers_volume_mm3", "volume of all that is cast"),
+    metric(Group::Masses, "layers_mass_g", "mass of all that is cast, without waste"),
+    metric(
+        Group::Masses,
+        "material_cost_usd",
+        "rough price of all materials, waste of pours included",
+    ),
+    metric(Group::Masses, "print_time_h", "rough time on printers, as if solid"),
+    per_material("volume_mm3", "volume of each material"),
+    per_material("mass_g", "mass of each material"),
+    metric(
+        Group::Walls,
+        "smallest_wall_mm",
+        "thinnest wall of a printed part that lines meet, up to 5 mm",
+    ),
+    metric(
+        Group::Calibration,
+        "dome_position_sigma_mm",
+        "standard deviation of the camera's place after calibration in the pin dome",
+    ),
+    metric(Group::Calibration, "dome_rotation_sigma_deg", "the same of its direction"),
+    metric(Group::Calibration, "dome_seating_sigma_mm", "the same of the dome's seating offset"),
+    metric(Group::Checks, "check_errors", "findings that keep the sensor from being built"),
+    metric(Group::Checks, "check_warnings", "findings that may"),
+    metric(Group::Checks, "check_notes", "findings worth knowing"),
+    metric(
+        Group::Checks,
+        "overlaps",
+        "pairs of bodies that overlap where no press fit is declared",
+    ),
+    metric(
+        Group::Checks,
+        "undercut_mm2",
+        "largest area of a rigid tool that lies behind what was cast",
+    ),
+    metric(Group::Checks, "demolding_strain", "largest strain of a soft tool that is peeled off"),
+    metric(
+        Group::Meshes,
+        "mesh_triangles",
+        "triangles of all parts at a chord tolerance of 0.05 mm",
+    ),
+    metric(Group::Meshes, "mesh_volume_mm3", "volume of their meshes, by quantities"),
+    metric(Group::Meshes, "mesh_area_mm2", "area of their meshes, by quantities"),
+];
+
+/// What a plan computes that names no metrics.
+pub(crate) fn default_metrics() -> Vec<&'static Metric> {
+    METRICS.iter().filter(|metric| !metric.group.is_slow()).collect()
+}
+
+/// The metrics of a word: one, or those of a group.
+pub(crate) fn named(word: &str) -> Vec<&'static Metric> {
+    METRICS.iter().filter(|metric| metric.name == word || metric.group.word() == word).collect()
+}
+
+/// Every word that [`named`] knows.
+pub(crate) fn words() -> Vec<&'static str> {
+    let groups = GROUPS.iter().map(|group| group.word());
+    groups.chain(METRICS.iter().map(|metric| metric.name)).collect()
+}
+
+/// Whether a column is one of a built-in metric.
+pub(crate) fn is_metric(column: &str) -> bool {
+    METRICS.iter().any(|metric| metric.covers(column))
+}
+
+/// Values by column, and why others are missing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Computed {
+    pub values: BTreeMap<String, f64>,
+    pub notes: Vec<String>,
+}
+
+impl Computed {
+    fn put(&mut self, name: &str, value: f64) {
+        // `-0` reads badly.
+        self.values.insert(name.to_owned(), value + 0.0);
+    }
+
+    /// `name_min`, `name_median` and `name_max`; nothing of nothing.
+    fn put_spread(&mut self, name: &str, mut values: Vec<f64>) {
+        values.sort_by(f64::total_cmp);
+        if let (Some(first), Some(last)) = (values.first(), values.last()) {
+            self.put(&format!("{name}_min"), *first);
+            self.put(&format!("{name}_median"), values[values.len() / 2]);
+            self.put(&format!("{name}_max"), *last);
+        }
+    }
+}
+
+/// Computes metrics, each group once.
+pub(crate) fn compute(
+    project: &Project,
+    wanted: &[&'static Metric],
+    computed: &mut Computed,
+) -> Result<(), InvalidSolid> {
+    let sensor = &project.design.sensor;
+    for group in GROUPS {
+        if !wanted.iter().any(|metric| metric.group == group) {
+            continue;
+        }
+        match group {
+            Group::Camera => camera::compute(sensor, computed)?,
+            Group::Markers => markers::compute(sensor, computed)?,
+            Group::Masses => masses::compute(sensor, computed)?,
+            Group::Walls => walls::compute(sensor, computed)?,
+            Group::Calibration => calibration::compute(project, computed),
+            Group::Checks => checks::compute(sensor, computed),
+            Group::Meshes => meshes::compute(sensor, computed),
+        }
+    }
+    computed.values.retain(|name, _| wanted.iter().any(|metric| metric.covers(name)));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_name_their_columns() {
+        for (i, a) in METRICS.iter().enumerate() {
+            assert!(METRICS[..i].iter().all(|b| b.name != a.name), "{}", a.name);
+            assert!(GROUPS.iter().all(|group| group.word() != a.name));
+        }
+        assert!(is_metric("mass_g[black PLA]") && !is_metric("mass_g") && is_metric("coverage"));
+        assert_eq!(named("calibration").len(), 3);
+        assert!(default_metrics().iter().all(|metric| !metric.group.is_slow()));
+    }
+}

@@ -1,0 +1,25 @@
+//! Walls of printed parts.
+
+use fabkit_checks::{print_limits, thinnest_wall};
+use fabkit_geometry::{Body, InvalidSolid, Sensor};
+
+use super::Computed;
+
+/// Thicker walls than this are no limit for anybody, mm.
+const LIMIT_MM: f64 = 5.0;
+/// Lines through each part in each of three directions: walls narrower than a thirtieth of the part
+/// may be missed.
+const LINES: usize = 600;
+
+pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
+    let mut smallest_mm: Option<f64> = None;
+    for part in sensor.parts.iter().filter(|part| print_limits(part.process).is_some()) {
+        let found = thinnest_wall(&Body::new(&part.solid)?, LIMIT_MM, LINES);
+        let wall_mm = found.map_or(LIMIT_MM, |(wall_mm, _)| wall_mm);
+        smallest_mm = Some(smallest_mm.map_or(wall_mm, |smallest| smallest.min(wall_mm)));
+    }
+    if let Some(smallest_mm) = smallest_mm {
+        computed.put("smallest_wall_mm", smallest_mm);
+    }
+    Ok(())
+}

@@ -1,0 +1,160 @@
+//! One parameter and the values that it takes.
+
+use fabkit_designs::parameters::Kind;
+
+use super::quantity;
+use crate::row::Value;
+
+/// A parameter that is varied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Its path, for example `surface.radius`.
+    pub path: String,
+    /// What it is.
+    pub(super) kind: Kind,
+    pub(super) values: Values,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Values {
+    /// As written.
+    List(Vec<String>),
+    /// In the unit of the kind.
+    Range(Range),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range {
+    pub from: f64,
+    pub to: f64,
+    /// Equal ratios instead of equal differences.
+    pub log: bool,
+    /// `None`: everything between, which only samples can have.
+    pub steps: Option<usize>,
+}
+
+impl Range {
+    /// `share` of the way, 0 to 1.
+    fn at(&self, share: f64) -> f64 {
+        let Self { from, to, log, .. } = *self;
+        // The ends are hit exactly.
+        match share {
+            0.0 => from,
+            1.0 => to,
+            _ if log => quantity::tidy(from * (to / from).powf(share)),
+            _ => quantity::tidy(from + (to - from) * share),
+        }
+    }
+}
+
+impl Axis {
+    /// Its column's name: the path with its unit.
+    pub fn column(&self) -> String {
+        format!("{}{}", self.path, quantity::suffix(self.kind))
+    }
+
+    /// What may be asked of it, for those who choose values themselves: a range of numbers in the
+    /// column's unit (`low`, `high`, `log`, `steps`, `whole`) or a list (`choices`), as JSON; and the
+    /// unit that numbers are written with.
+    pub fn space(&self) -> serde_json::Value {
+        let unit = quantity::suffix(self.kind).trim_start_matches('_');
+        match &self.values {
+            Values::List(choices) => {
+                serde_json::json!({ "path": self.path, "unit": unit, "choices": choices })
+            }
+            Values::Range(Range { from, to, log, steps }) => serde_json::json!({
+                "path": self.path,
+                "unit": unit,
+                "low": from,
+                "high": to,
+                "log": log,
+                "steps": steps,
+                "whole": self.kind == Kind::Count,
+            }),
+        }
+    }
+
+    /// How many values it takes; `None` for a range of which only samples are drawn.
+    pub(super) fn len(&self) -> Option<usize> {
+        match &self.values {
+            Values::List(values) => Some(values.len()),
+            Values::Range(range) => range.steps,
+        }
+    }
+
+    /// The value of a number below [`Axis::len`], as it is written in files.
+    pub(super) fn nth(&self, index: usize) -> String {
+        match &self.values {
+            Values::List(values) => values[index.min(values.len() - 1)].clone(),
+            Values::Range(range) => {
+                let last = range.steps.map_or(1, |steps| steps.max(2) - 1);
+                self.show(range.at(index as f64 / last as f64))
+            }
+        }
+    }
+
+    /// The value at a share of the axis, 0 up to but not 1.
+    pub(super) fn at(&self, share: f64) -> String {
+        match (&self.values, self.len()) {
+            (_, Some(len)) => self.nth(((share * len as f64) as usize).min(len - 1)),
+            (Values::Range(range), None) => self.show(range.at(share)),
+            (Values::List(_), None) => String::new(),
+        }
+    }
+
+    fn show(&self, value: f64) -> String {
+        let value = if self.kind == Kind::Count { value.round() } else { value };
+        quantity::show(self.kind, value)
+    }
+
+    /// A text of this axis as a cell of a table.
+    pub(super) fn cell(&self, text: &str) -> Value {
+        match quantity::parse(self.kind, text) {
+            Some(number) => Value::Number(number),
+            None => Value::Text(text.to_owned()),
+        }
+    }
+
+    /// The number of the value in the middle.
+    pub(crate) fn middle(&self) -> Option<Value> {
+        let len = self.len()?;
+        Some(self.cell(&self.nth((len - 1) / 2)))
+    }
+
+    /// The words of an axis without numbers, in order.
+    pub(crate) fn words(&self) -> Option<&[String]> {
+        match &self.values {
+            Values::List(values) if !quantity::is_numeric(self.kind) => Some(values),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn range(kind: Kind, from: f64, to: f64, log: bool, steps: Option<usize>) -> Axis {
+        Axis { path: "a".into(), kind, values: Values::Range(Range { from, to, log, steps }) }
+    }
+
+    #[test]
+    fn ranges_hit_their_ends_and_round_numbers() {
+        let axis = range(Kind::Length, 0.1, 0.7, false, Some(7));
+        let all: Vec<String> = (0..7).map(|i| axis.nth(i)).collect();
+        assert_eq!(all, ["0.1 mm", "0.2 mm", "0.3 mm", "0.4 mm", "0.5 mm", "0.6 mm", "0.7 mm"]);
+        let axis = range(Kind::Number, 1.0, 1000.0, true, Some(4));
+        assert_eq!((0..4).map(|i| axis.nth(i)).collect::<Vec<_>>(), ["1", "10", "100", "1000"]);
+        let axis = range(Kind::Count, 4.0, 8.0, false, Some(5));
+        assert_eq!(axis.nth(3), "7");
+        assert_eq!(range(Kind::Angle, 90.0, 120.0, false, Some(2)).nth(1), "120 deg");
+    }
+
+    #[test]
+    fn a_share_of_steps_is_a_step() {
+        let axis = range(Kind::Count, 4.0, 6.0, false, Some(3));
+        let all: Vec<String> = [0.0, 0.3, 0.34, 0.66, 0.67, 0.999].map(|u| axis.at(u)).into();
+        assert_eq!(all, ["4", "4", "5", "5", "6", "6"]);
+        assert_eq!(range(Kind::Length, 1.0, 3.0, false, None).at(0.25), "1.5 mm");
+    }
+}

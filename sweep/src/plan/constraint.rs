@@ -1,0 +1,226 @@
+//! What must hold: comparisons of parameters, metrics and numbers.
+
+use std::collections::BTreeMap;
+
+use fabkit_designs::parameters::{Kind, suggestion};
+
+use super::Known;
+use super::quantity;
+
+/// One comparison, for example `surface.radius <= 0.5 * envelope.diameter`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constraint {
+    /// As written.
+    pub text: String,
+    left: Term,
+    relation: Relation,
+    right: Term,
+}
+
+/// What a name or number of a constraint is measured in; `None` for plain numbers.
+type Unit = Option<&'static str>;
+
+#[derive(Clone, Debug, PartialEq)]
+struct Term {
+    factor: f64,
+    what: Operand,
+    unit: Unit,
+    text: String,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Operand {
+    Number,
+    Parameter(String),
+    Metric(String),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Relation {
+    Less,
+    AtMost,
+    More,
+    AtLeast,
+    Equal,
+    Unequal,
+}
+
+/// The longer sign first, where one begins another.
+const RELATIONS: [(&str, Relation); 6] = [
+    ("<=", Relation::AtMost),
+    (">=", Relation::AtLeast),
+    ("==", Relation::Equal),
+    ("!=", Relation::Unequal),
+    ("<", Relation::Less),
+    (">", Relation::More),
+];
+
+impl Relation {
+    fn holds(self, left: f64, right: f64) -> bool {
+        match self {
+            Self::Less => left < right,
+            Self::AtMost => left <= right,
+            Self::More => left > right,
+            Self::AtLeast => left >= right,
+            Self::Equal => left == right,
+            Self::Unequal => left != right,
+        }
+    }
+}
+
+/// What is wrong with a constraint, and what to do.
+pub(super) type Wrong = (String, String);
+
+/// Values by name: parameters and metrics in the units of their columns.
+pub(crate) type Numbers = BTreeMap<String, f64>;
+
+impl Constraint {
+    /// Reads `TERM RELATION TERM`, where a term is a name, a number with its unit, or
+    /// `NUMBER * NAME`.
+    pub(super) fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
+        let found = RELATIONS.iter().filter_map(|(sign, r)| Some((text.find(sign)?, *sign, *r)));
+        // At one place the longer sign counts, and it stands first in the table.
+        let Some((at, sign, relation)) = found.min_by_key(|(at, ..)| *at) else {
+            return Err((
+                format!("`{text}` is not a comparison"),
+                "write for example `smallest_wall_mm >= 0.8` or `surface.radius < 14 mm`".into(),
+            ));
+        };
+        let left = Term::read(&text[..at], known)?;
+        let right = Term::read(&text[at + sign.len()..], known)?;
+        for (one, other) in [(&left, &right), (&right, &left)] {
+            let unit = one.unit.unwrap_or("");
+            let Operand::Parameter(path) = &one.what else {
+                if let (Some(a), Some(b)) = (one.unit, other.unit)
+                    && a != b
+                {
+                    let message = format!("`{}` is in {a}, `{}` in {b}", one.text, other.text);
+                    return Err((message, "compare values of one unit".into()));
+                }
+                continue;
+            };
+            if one.unit.is_some() && other.what == Operand::Number && other.unit.is_none() {
+                let message = format!("`{path}` has a unit, `{}` has none", other.text);
+                return Err((message, format!("write `{} {unit}`", other.text)));
+            }
+            if other.unit.is_some() && one.unit != other.unit {
+                let message = format!("`{}` and `{}` are not of one unit", one.text, other.text);
+                return Err((message, "compare values of one unit".into()));
+            }
+        }
+        Ok(Self { text: text.trim().to_owned(), left, relation, right })
+    }
+
+    /// Whether parameters alone decide it.
+    pub(crate) fn is_of_parameters(&self) -> bool {
+        [&self.left, &self.right].iter().all(|term| !matches!(term.what, Operand::Metric(_)))
+    }
+
+    /// Whether it speaks of a parameter.
+    pub(super) fn mentions(&self, path: &str) -> bool {
+        let is_it = |term: &Term| matches!(&term.what, Operand::Parameter(p) if p == path);
+        is_it(&self.left) || is_it(&self.right)
+    }
+
+    /// Why it does not hold; `None` if it does.
+    pub(crate) fn broken(&self, parameters: &Numbers, metrics: &Numbers) -> Option<String> {
+        let both = [&self.left, &self.right].map(|term| match &term.what {
+            Operand::Number => Ok(term.factor),
+            Operand::Parameter(path) => {
+                parameters.get(path).map(|value| term.factor * value).ok_or(path)
+            }
+            Operand::Metric(name) => metrics.get(name).map(|value| term.factor * value).ok_or(name),
+        });
+        match both {
+            [Err(name), _] | [_, Err(name)] => {
+                Some(format!("{} cannot hold: {name} does not apply", self.text))
+            }
+            [Ok(left), Ok(right)] if self.relation.holds(left, right) => None,
+            [Ok(left), Ok(right)] => Some(format!(
+                "{} does not hold: {} against {}",
+                self.text,
+                self.left.shown(left),
+                self.right.shown(right)
+            )),
+        }
+    }
+
+    /// How far it is from holding, in the unit of its terms; infinite where a term is missing.
+    pub(crate) fn distance(&self, parameters: &Numbers) -> (f64, String) {
+        let of = |term: &Term| match &term.what {
+            Operand::Number => Some(term.factor),
+            Operand::Parameter(path) => Some(term.factor * parameters.get(path)?),
+            Operand::Metric(_) => None,
+        };
+        match (of(&self.left), of(&self.right)) {
+            (Some(left), Some(right)) => {
+                let shown = [self.left.shown(left), self.right.shown(right)];
+                ((left - right).abs(), shown.join(" against "))
+            }
+            _ => (f64::INFINITY, String::new()),
+        }
+    }
+}
+
+impl Term {
+    fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
+        let text = text.trim();
+        let term = |factor, what, unit| Self { factor, what, unit, text: text.to_owned() };
+        if text.is_empty() {
+            let hint = "write a name or a number on both sides".into();
+            return Err(("one side of the comparison is empty".into(), hint));
+        }
+        for (kind, unit) in
+            [(Kind::Number, None), (Kind::Length, Some("mm")), (Kind::Angle, Some("deg"))]
+        {
+            if let Some(number) = quantity::parse(kind, text) {
+                return Ok(term(number, Operand::Number, unit));
+            }
+        }
+        let (factor, name) = match text.split_once('*') {
+            None => (1.0, text),
+            Some((factor, name)) => match quantity::parse(Kind::Number, factor) {
+                Some(factor) => (factor, name.trim()),
+                None => {
+                    let message = format!("`{}` is not a number", factor.trim());
+                    return Err((message, "write `NUMBER * NAME`, for example `0.5 * a.b`".into()));
+                }
+            },
+        };
+        if let Some(setting) = known.parameters.get(name) {
+            return match quantity::is_numeric(setting.kind) {
+                true => {
+                    let unit = Some(quantity::suffix(setting.kind).trim_start_matches('_'));
+                    let unit = unit.filter(|unit| !unit.is_empty());
+                    Ok(term(factor, Operand::Parameter(name.into()), unit))
+                }
+                false => Err((
+                    format!("`{name}` is not a number"),
+                    "only numbers, lengths and angles can be compared".into(),
+                )),
+            };
+        }
+        if known.is_computed(name) {
+            let unit = ["mm", "deg"].into_iter().find(|unit| name.ends_with(&format!("_{unit}")));
+            return Ok(term(factor, Operand::Metric(name.into()), unit));
+        }
+        if crate::metrics::is_metric(name) {
+            let message = format!("`{name}` is not among the metrics of this plan");
+            return Err((message, format!("add `{name}` to `metrics`")));
+        }
+        let names = known.names();
+        let hint = suggestion(name, names.iter().map(String::as_str), "known are");
+        // A list of all parameters helps nobody.
+        let hint = if hint.starts_with("known are") {
+            "`fabkit show SENSOR` lists the parameters, the docs list the metrics".into()
+        } else {
+            hint
+        };
+        Err((format!("`{name}` is neither a parameter nor a metric"), hint))
+    }
+
+    fn shown(&self, value: f64) -> String {
+        let value = quantity::tidy(value);
+        self.unit.map_or(format!("{value}"), |unit| format!("{value} {unit}"))
+    }
+}

@@ -1,0 +1,364 @@
+//! What to vary, and what to know of each variant.
+
+mod axis;
+mod constraint;
+mod quantity;
+mod reading;
+mod sampling;
+mod schema;
+
+use std::collections::BTreeMap;
+
+use fabkit_designs::parameters::{InvalidDesign, Kind};
+use fabkit_fixtures::Project;
+use serde::{Deserialize, Serialize};
+
+pub use axis::Axis;
+pub use constraint::Constraint;
+pub(crate) use constraint::Numbers;
+pub use schema::json_schema;
+
+use crate::metrics::{self, Computed, Metric};
+use crate::row::{Row, Status, Value};
+
+/// Most variants of one plan.
+pub const MAX_VARIANTS: usize = 100_000;
+/// Most axes of one plan.
+pub const MAX_AXES: usize = sampling::MAX_DIMENSIONS;
+
+/// Everything that a plan is made from: enough to make it again on another machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanSource {
+    /// Name of the plan for messages.
+    pub file: String,
+    /// The plan, YAML.
+    pub text: String,
+    /// Name of the sensor's file for messages.
+    pub sensor_file: String,
+    /// The sensor, YAML.
+    pub sensor_yaml: String,
+    /// Metrics that somebody else computes, by name.
+    pub custom_metrics: Vec<String>,
+}
+
+impl PlanSource {
+    /// Without metrics of somebody else.
+    pub fn new(file: &str, text: &str, sensor_file: &str, sensor_yaml: &str) -> Self {
+        Self {
+            file: file.into(),
+            text: text.into(),
+            sensor_file: sensor_file.into(),
+            sensor_yaml: sensor_yaml.into(),
+            custom_metrics: Vec::new(),
+        }
+    }
+}
+
+/// Why a text is no source of a plan.
+#[derive(Debug, thiserror::Error)]
+#[error("this is not the source of a plan: {0}")]
+pub struct InvalidSource(#[from] serde_json::Error);
+
+impl PlanSource {
+    /// As one line of JSON, to be sent elsewhere.
+    ///
+    /// # Errors
+    /// None that texts can cause.
+    pub fn to_json(&self) -> Result<String, InvalidSource> {
+        Ok(serde_json::to_string(self)?)
+    }
+
+    /// Reads what [`PlanSource::to_json`] wrote.
+    ///
+    /// # Errors
+    /// [`InvalidSource`].
+    pub fn from_json(json: &str) -> Result<Self, InvalidSource> {
+        Ok(serde_json::from_str(json)?)
+    }
+}
+
+/// How variants are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// Every combination of the axes' values; the last axis changes fastest.
+    Grid,
+    /// This many points of a scrambled Halton sequence.
+    Sample(usize),
+}
+
+/// Which way is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// The smaller, the better.
+    Min,
+    /// The larger, the better.
+    Max,
+}
+
+impl Direction {
+    /// As written in plans.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Min => "min",
+            Self::Max => "max",
+        }
+    }
+}
+
+/// A metric to be made small or large.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Objective {
+    /// Its name.
+    pub metric: String,
+    /// Which way is better.
+    pub direction: Direction,
+}
+
+/// A parameter as the sensor has it.
+#[derive(Clone, Debug)]
+pub(crate) struct Base {
+    pub kind: Kind,
+    pub value: String,
+}
+
+/// What names in a plan may refer to.
+#[derive(Debug)]
+pub(crate) struct Known {
+    pub parameters: BTreeMap<String, Base>,
+    pub metrics: Vec<&'static Metric>,
+    pub custom: Vec<String>,
+}
+
+impl Known {
+    /// Whether rows will have a metric of this name.
+    fn is_computed(&self, name: &str) -> bool {
+        let of = |metric: &&'static Metric| metric.covers(name);
+        self.custom.iter().any(|custom| custom == name) || self.metrics.iter().any(of)
+    }
+
+    fn names(&self) -> Vec<String> {
+        let metrics = self.metrics.iter().map(|metric| metric.name.to_owned());
+        self.parameters.keys().cloned().chain(metrics).chain(self.custom.clone()).collect()
+    }
+}
+
+/// One variant: its number and what it changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variant {
+    /// From 0.
+    pub number: usize,
+    /// `path=value`, as for `--set`: what the plan fixes, then the axes.
+    pub overrides: Vec<String>,
+    /// The values of the axes, in their order.
+    pub values: Vec<Value>,
+}
+
+/// A plan that can be carried out.
+#[derive(Debug)]
+pub struct Plan {
+    pub(crate) source: PlanSource,
+    /// The sensor as the plan names it.
+    pub(crate) sensor: String,
+    pub(crate) seed: u64,
+    pub(crate) sampling: Sampling,
+    pub(crate) axes: Vec<Axis>,
+    pub(crate) fixed: Vec<String>,
+    pub(crate) constraints: Vec<Constraint>,
+    pub(crate) objectives: Vec<Objective>,
+    pub(crate) known: Known,
+    len: usize,
+}
+
+impl Plan {
+    /// The sensor that a plan names: a built-in one, or a file.
+    ///
+    /// # Errors
+    /// A text that cannot be read, or names no sensor.
+    pub fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
+        reading::sensor_of(file, text)
+    }
+
+    /// Reads a plan.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the plan, with its lines; then what is wrong with its sensor; then
+    /// constraints on parameters that no variant fulfils.
+    pub fn new(source: PlanSource) -> Result<Self, InvalidDesign> {
+        reading::read(source)
+    }
+
+    /// How many variants there are.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none, which [`Plan::new`] refuses.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The sensor as the plan names it.
+    pub fn sensor(&self) -> &str {
+        &self.sensor
+    }
+
+    /// What is varied.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// What is to be made small or large.
+    pub fn objectives(&self) -> &[Objective] {
+        &self.objectives
+    }
+
+    /// The metrics that rows have, if they apply.
+    pub fn metrics(&self) -> &[&'static Metric] {
+        &self.known.metrics
+    }
+
+    /// What the plan is made from.
+    pub fn source(&self) -> &PlanSource {
+        &self.source
+    }
+
+    /// BLAKE3 over everything that decides the rows: plan, sensor, version. Hexadecimal.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let PlanSource { text, sensor_yaml, custom_metrics, .. } = &self.source;
+        for part in [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics.join("\n")] {
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// A variant.
+    ///
+    /// # Panics
+    /// From [`Plan::len`] on.
+    pub fn variant(&self, number: usize) -> Variant {
+        assert!(number < self.len, "there are {} variants, not {number}", self.len);
+        let texts: Vec<String> = match self.sampling {
+            Sampling::Grid => {
+                let mut rest = number;
+                let mut indices = vec![0; self.axes.len()];
+                for (index, axis) in indices.iter_mut().zip(&self.axes).rev() {
+                    let len = axis.len().unwrap_or(1);
+                    *index = rest % len;
+                    rest /= len;
+                }
+                self.axes.iter().zip(indices).map(|(axis, index)| axis.nth(index)).collect()
+            }
+            Sampling::Sample(_) => {
+                let shares = sampling::halton(number as u64, self.axes.len(), self.seed);
+                self.axes.iter().zip(shares).map(|(axis, share)| axis.at(share)).collect()
+            }
+        };
+        self.variant_at(number, &texts)
+    }
+
+    /// A variant that the plan does not number itself: the value of each axis, in their order, as
+    /// sensor files write it. What cannot be built has a row that says so.
+    pub fn variant_at(&self, number: usize, texts: &[String]) -> Variant {
+        let pairs = || self.axes.iter().zip(texts);
+        let set = pairs().map(|(axis, text)| format!("{}={text}", axis.path));
+        Variant {
+            number,
+            overrides: self.fixed.iter().cloned().chain(set).collect(),
+            values: pairs().map(|(axis, text)| axis.cell(text)).collect(),
+        }
+    }
+
+    /// Builds a variant and computes its row. The same row whenever and wherever it is asked for.
+    ///
+    /// # Panics
+    /// From [`Plan::len`] on.
+    pub fn evaluate(&self, number: usize) -> Row {
+        let nothing = &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(Vec::new());
+        match self.evaluate_with(&self.variant(number), nothing) {
+            Ok(row) => row,
+            Err(never) => match never {},
+        }
+    }
+
+    /// As [`Plan::evaluate`], with metrics that somebody else computes. `custom` is asked for variants
+    /// that can be built and fulfil the constraints on parameters; it answers names and values.
+    ///
+    /// # Errors
+    /// Those of `custom`.
+    pub fn evaluate_with<E>(
+        &self,
+        variant: &Variant,
+        custom: &mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>,
+    ) -> Result<Row, E> {
+        let mut row = Row::new(variant.number, variant.values.clone());
+        let parameters = self.numbers(variant);
+        let broken = |of_parameters: bool, metrics: &Numbers| {
+            let asked = self.constraints.iter().filter(|c| c.is_of_parameters() == of_parameters);
+            asked.filter_map(|c| c.broken(&parameters, metrics)).collect::<Vec<_>>()
+        };
+        let early = broken(true, &Numbers::new());
+        if !early.is_empty() {
+            row.refuse(Status::Excluded, "constraint", early.join("; "));
+            return Ok(row);
+        }
+        let project = match self.load(variant) {
+            Ok(project) => project,
+            Err(invalid) => {
+                let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
+                row.refuse(Status::Invalid, "design", messages.join("; "));
+                return Ok(row);
+            }
+        };
+        let mut computed = Computed::default();
+        if let Err(why) = metrics::compute(&project, &self.known.metrics, &mut computed) {
+            row.refuse(Status::Invalid, "design", why.to_string());
+            return Ok(row);
+        }
+        computed.values.extend(custom(variant, &project)?);
+        let is_number = |value: &f64| value.is_finite();
+        let wrong: Vec<String> = computed
+            .values
+            .iter()
+            .filter(|(_, value)| !is_number(value))
+            .map(|(name, value)| format!("{name} is {value}"))
+            .collect();
+        computed.values.retain(|_, value| is_number(value));
+        row.metrics = computed.values;
+        row.notes = computed.notes;
+        if !wrong.is_empty() {
+            row.refuse(Status::Failed, "not-finite", wrong.join("; "));
+            return Ok(row);
+        }
+        let late = broken(false, &row.metrics);
+        if !late.is_empty() {
+            row.refuse(Status::Excluded, "constraint", late.join("; "));
+        }
+        Ok(row)
+    }
+
+    /// Builds a variant's design with its fixtures.
+    ///
+    /// # Errors
+    /// Everything that keeps it from being built.
+    pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
+        let PlanSource { sensor_file, sensor_yaml, .. } = &self.source;
+        fabkit_fixtures::load(sensor_file, sensor_yaml, &variant.overrides)
+    }
+
+    /// The parameters of a variant that constraints speak of.
+    fn numbers(&self, variant: &Variant) -> Numbers {
+        let spoken_of = |path: &str| self.constraints.iter().any(|c| c.mentions(path));
+        let base = self.known.parameters.iter().filter(|(path, _)| spoken_of(path));
+        let base = base.filter_map(|(path, base)| {
+            Some((path.clone(), quantity::parse(base.kind, &base.value)?))
+        });
+        let axes = self.axes.iter().zip(&variant.values);
+        let axes = axes.filter_map(|(axis, value)| Some((axis.path.clone(), value.number()?)));
+        // The axes' values replace the sensor's own.
+        base.chain(axes).collect()
+    }
+}

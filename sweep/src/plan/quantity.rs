@@ -1,0 +1,57 @@
+//! Numbers that parameters are: in one unit each, to and from text.
+
+use fabkit_designs::parameters::Kind;
+use fabkit_geometry::{Angle, Length};
+
+/// What a column of such a parameter ends in.
+pub fn suffix(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Length => "_mm",
+        Kind::Angle => "_deg",
+        _ => "",
+    }
+}
+
+/// Whether values of the kind lie on a line.
+pub fn is_numeric(kind: Kind) -> bool {
+    matches!(kind, Kind::Length | Kind::Angle | Kind::Count | Kind::Number)
+}
+
+/// A text as a number: mm, degrees, or plain; `None` for what is none.
+pub fn parse(kind: Kind, text: &str) -> Option<f64> {
+    let text = text.trim();
+    match kind {
+        Kind::Length => text.parse::<Length>().ok().map(Length::mm),
+        Kind::Angle => text.parse::<Angle>().ok().map(|angle| tidy(angle.deg())),
+        Kind::Count => text.parse::<u32>().ok().map(f64::from),
+        Kind::Number => text.parse::<f64>().ok().filter(|number| number.is_finite()),
+        Kind::Switch | Kind::Text | Kind::List => None,
+    }
+}
+
+/// A number as it would be written in a sensor's file.
+pub fn show(kind: Kind, value: f64) -> String {
+    match kind {
+        Kind::Length => format!("{value} mm"),
+        Kind::Angle => format!("{value} deg"),
+        _ => format!("{value}"),
+    }
+}
+
+/// How such a value is written, for messages.
+pub fn example(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Length => "a length such as `12 mm`",
+        Kind::Angle => "an angle such as `120 deg`",
+        Kind::Count => "a whole number",
+        Kind::Number => "a number",
+        Kind::Switch => "`true` or `false`",
+        Kind::Text => "a word",
+        Kind::List => "a list",
+    }
+}
+
+/// Without the last digits, which are rounding: twelve are left.
+pub fn tidy(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,405 @@
+//! YAML to a plan, with everything that is wrong at once.
+
+mod axes;
+
+use fabkit_designs::parameters::tree::{Content, Entry, Node, Position, parse};
+use fabkit_designs::parameters::{InvalidDesign, Kind, Problem, shown, suggestion};
+
+use super::{
+    Base, Constraint, Direction, Known, MAX_AXES, MAX_VARIANTS, Numbers, Objective, Plan,
+    PlanSource, Sampling, quantity,
+};
+use crate::metrics::{self, Metric};
+
+/// The version of the file format that is read.
+const FORMAT: &str = "1";
+
+const KEYS: [&str; 9] =
+    ["format", "sensor", "seed", "sample", "set", "axes", "constraints", "metrics", "objectives"];
+
+/// Collects problems with their places.
+pub(super) struct Reading<'a> {
+    file: &'a str,
+    problems: Vec<Problem>,
+}
+
+impl Reading<'_> {
+    fn problem(&mut self, at: Position, path: &str, value: &str, message: String, hint: String) {
+        self.problems.push(Problem {
+            file: self.file.into(),
+            line: Some(at.line),
+            column: Some(at.column),
+            path: shown(path),
+            value: shown(value),
+            message,
+            hint: Some(hint),
+        });
+    }
+
+    fn scalar<'n>(&mut self, key: &str, node: &'n Node) -> Option<&'n str> {
+        match &node.content {
+            Content::Scalar(text) => Some(text.trim()),
+            _ => {
+                let message = format!("{key} must be one value");
+                self.problem(node.position, key, "", message, format!("write `{key}: VALUE`"));
+                None
+            }
+        }
+    }
+
+    fn map<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Entry] {
+        match &node.content {
+            Content::Map(entries) => entries,
+            _ => {
+                let message = format!("{key} must be keys with values");
+                let hint = format!("write `{key}:`, then indented lines `NAME: ...`");
+                self.problem(node.position, key, "", message, hint);
+                &[]
+            }
+        }
+    }
+
+    fn list<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Node] {
+        match &node.content {
+            Content::List(items) => items,
+            _ => {
+                let message = format!("{key} must be a list");
+                self.problem(node.position, key, "", message, format!("write `{key}: [a, b]`"));
+                &[]
+            }
+        }
+    }
+
+    fn count(&mut self, key: &str, node: &Node, limits: [u64; 2]) -> Option<u64> {
+        let text = self.scalar(key, node)?;
+        match text.parse::<u64>() {
+            Ok(count) if (limits[0]..=limits[1]).contains(&count) => Some(count),
+            _ => {
+                let [low, high] = limits;
+                let message = format!(
+                    "{key} is {}; it must be a whole number from {low} to {high}",
+                    shown(text)
+                );
+                self.problem(node.position, key, text, message, "write digits only".into());
+                None
+            }
+        }
+    }
+
+    fn refuse<T>(self) -> Result<T, InvalidDesign> {
+        Err(self.invalid())
+    }
+
+    fn invalid(mut self) -> InvalidDesign {
+        self.problems.sort_by_key(|problem| (problem.line, problem.column));
+        InvalidDesign { problems: self.problems }
+    }
+}
+
+fn entries(file: &str, text: &str) -> Result<(Vec<Entry>, Vec<Problem>), InvalidDesign> {
+    let invalid = |problem| InvalidDesign { problems: vec![problem] };
+    let (root, twice) = parse(text).map_err(|fault| invalid(fault.in_file(file)))?;
+    let twice = twice.into_iter().map(|fault| fault.in_file(file)).collect();
+    match root.content {
+        Content::Map(entries) => Ok((entries, twice)),
+        _ => {
+            let mut reading = Reading { file, problems: twice };
+            let message = "this is no plan of a sweep: it has no keys".into();
+            let hint = "begin with `format: 1`, `sensor: NAME` and `axes:`".into();
+            reading.problem(root.position, "", "", message, hint);
+            reading.refuse()
+        }
+    }
+}
+
+fn find<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Entry> {
+    entries.iter().find(|entry| entry.key == key)
+}
+
+/// The sensor that a plan names.
+pub(super) fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
+    let (entries, problems) = entries(file, text)?;
+    let mut reading = Reading { file, problems };
+    let found = match find(&entries, "sensor") {
+        Some(entry) => reading.scalar("sensor", &entry.value).map(str::to_owned),
+        None => {
+            let (at, names) = (Position { line: 1, column: 1 }, fabkit_designs::builtin_names());
+            let hint = format!("write `sensor: NAME` with one of {}, or a path", names.join(", "));
+            reading.problem(at, "sensor", "", "the sensor is missing".into(), hint);
+            None
+        }
+    };
+    found.map_or_else(|| reading.refuse(), Ok)
+}
+
+/// Reads a plan.
+pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
+    let sensor = sensor_of(&source.file, &source.text)?;
+    let (entries, problems) = entries(&source.file, &source.text)?;
+    let mut reading = Reading { file: &source.file, problems };
+    check_keys(&mut reading, &entries);
+    let (fixed, places) = fixed(&mut reading, &entries);
+
+    // The sensor with what is fixed, which tells what parameters there are.
+    let project = fabkit_fixtures::load(&source.sensor_file, &source.sensor_yaml, &fixed);
+    let project = match project {
+        Ok(project) => project,
+        Err(invalid) => {
+            let placed = invalid.problems.into_iter().map(|problem| {
+                // What was set stands in the plan.
+                let at = places
+                    .iter()
+                    .find(|(path, _)| problem.file == "--set" && problem.path == *path);
+                match at {
+                    Some((_, at)) => Problem {
+                        file: source.file.clone(),
+                        line: Some(at.line),
+                        column: Some(at.column),
+                        ..problem
+                    },
+                    None => problem,
+                }
+            });
+            let mut invalid = reading.invalid();
+            invalid.problems.extend(placed);
+            return Err(invalid);
+        }
+    };
+    let base = |s: &fabkit_designs::parameters::Setting| {
+        (s.path.clone(), Base { kind: s.kind, value: s.value.clone() })
+    };
+    let mut known = Known {
+        parameters: project.settings().map(base).collect(),
+        metrics: Vec::new(),
+        custom: source.custom_metrics.clone(),
+    };
+    let node = |key: &str| find(&entries, key).map(|entry| &entry.value);
+    known.metrics = match node("metrics") {
+        Some(node) => metrics_of(&mut reading, node),
+        None => metrics::default_metrics(),
+    };
+    let seed = node("seed").and_then(|n| reading.count("seed", n, [0, u64::MAX])).unwrap_or(0);
+    let sample = node("sample").map(|n| reading.count("sample", n, [1, MAX_VARIANTS as u64]));
+    let sampling = match sample {
+        None => Sampling::Grid,
+        Some(count) => Sampling::Sample(count.unwrap_or(1) as usize),
+    };
+    let axes = match find(&entries, "axes") {
+        Some(entry) => {
+            let axes = axes::read(&mut reading, &entry.value, &known, sampling);
+            for axis in &axes {
+                if let Some((_, at)) = places.iter().find(|(path, _)| *path == axis.path) {
+                    let message = format!("{} is set, and is an axis too", axis.path);
+                    reading.problem(*at, &axis.path, "", message, "keep one of them".into());
+                }
+            }
+            axes
+        }
+        None => {
+            let at = Position { line: 1, column: 1 };
+            let hint = "write `axes:`, then for example `  camera.depth: [6 mm, 8 mm]`".into();
+            reading.problem(at, "axes", "", "the plan has no axes".into(), hint);
+            Vec::new()
+        }
+    };
+    let mut constraints = Vec::new();
+    for item in node("constraints").map(|node| reading.list("constraints", node)).unwrap_or(&[]) {
+        let Some(text) = reading.scalar("constraints", item) else { continue };
+        match Constraint::read(text, &known) {
+            Ok(constraint) => constraints.push((constraint, item.position)),
+            Err((message, hint)) => {
+                reading.problem(item.position, "constraints", text, message, hint);
+            }
+        }
+    }
+    let objectives = match node("objectives") {
+        Some(node) => objectives_of(&mut reading, node, &known),
+        None => Vec::new(),
+    };
+    let len = match sampling {
+        Sampling::Sample(count) => count,
+        Sampling::Grid => {
+            let lens = axes.iter().filter_map(|axis| axis.len());
+            let len = lens.fold(1usize, usize::saturating_mul);
+            if len > MAX_VARIANTS {
+                let at = find(&entries, "axes").map(|entry| entry.key_position);
+                let message = format!("the axes have {len} combinations; at most {MAX_VARIANTS}");
+                let hint = "take fewer steps, or add `sample: 1000` to draw some of them".into();
+                reading.problem(
+                    at.unwrap_or(Position { line: 1, column: 1 }),
+                    "axes",
+                    "",
+                    message,
+                    hint,
+                );
+            }
+            len
+        }
+    };
+    if !reading.problems.is_empty() {
+        return reading.refuse();
+    }
+    let (constraints, places): (Vec<_>, Vec<_>) = constraints.into_iter().unzip();
+    let plan = Plan {
+        sensor,
+        seed,
+        sampling,
+        axes,
+        fixed,
+        constraints,
+        objectives,
+        known,
+        len,
+        source: source.clone(),
+    };
+    require_a_variant(&mut reading, &plan, &places);
+    if reading.problems.is_empty() { Ok(plan) } else { reading.refuse() }
+}
+
+/// Constraints on parameters must leave at least one variant.
+fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
+    let early: Vec<(usize, &Constraint)> =
+        plan.constraints.iter().enumerate().filter(|(_, c)| c.is_of_parameters()).collect();
+    if early.is_empty() {
+        return;
+    }
+    let none = Numbers::new();
+    let mut kept = vec![0usize; early.len()];
+    let mut nearest: Vec<(f64, String)> = vec![(f64::INFINITY, String::new()); early.len()];
+    for number in 0..plan.len() {
+        let parameters = plan.numbers(&plan.variant(number));
+        let mut holds_all = true;
+        for (i, (_, constraint)) in early.iter().enumerate() {
+            if constraint.broken(&parameters, &none).is_none() {
+                kept[i] += 1;
+                continue;
+            }
+            holds_all = false;
+            let found = constraint.distance(&parameters);
+            if found.0 < nearest[i].0 {
+                nearest[i] = found;
+            }
+        }
+        if holds_all {
+            return;
+        }
+    }
+    let alone: Vec<usize> = (0..early.len()).filter(|i| kept[*i] == 0).collect();
+    let all = plan.len();
+    for i in &alone {
+        let (index, constraint) = early[*i];
+        let message = format!("`{}` excludes all {all} variants", constraint.text);
+        let hint = format!("the nearest to it is {}", nearest[*i].1);
+        reading.problem(places[index], "constraints", &constraint.text, message, hint);
+    }
+    if alone.is_empty() {
+        let counts =
+            early.iter().zip(&kept).map(|((_, c), kept)| format!("`{}` leaves {kept}", c.text));
+        let hint = counts.collect::<Vec<_>>().join(", ");
+        let message = format!("the constraints together exclude all {all} variants");
+        reading.problem(places[early[0].0], "constraints", "", message, hint);
+    }
+}
+
+fn check_keys(reading: &mut Reading, entries: &[Entry]) {
+    for entry in entries {
+        if !KEYS.contains(&&*entry.key) {
+            let message = format!("`{}` is not a key of a sweep", shown(&entry.key));
+            let hint = suggestion(&entry.key, KEYS, "the keys are");
+            reading.problem(entry.key_position, &entry.key, &entry.key, message, hint);
+        }
+    }
+    let hint = || format!("begin the file with `format: {FORMAT}`");
+    match find(entries, "format") {
+        None => {
+            let at = Position { line: 1, column: 1 };
+            reading.problem(at, "format", "", "the format is missing".into(), hint());
+        }
+        Some(entry) => {
+            if let Some(word) = reading.scalar("format", &entry.value)
+                && word != FORMAT
+            {
+                let message =
+                    format!("format is `{}`; this version of fabkit reads {FORMAT}", shown(word));
+                reading.problem(entry.value.position, "format", word, message, hint());
+            }
+        }
+    }
+}
+
+/// What is the same in all variants, as overrides, and where each stands.
+fn fixed(reading: &mut Reading, entries: &[Entry]) -> (Vec<String>, Vec<(String, Position)>) {
+    let Some(entry) = find(entries, "set") else { return Default::default() };
+    let mut overrides = Vec::new();
+    let mut places = Vec::new();
+    for entry in reading.map("set", &entry.value) {
+        if let Some(text) = axes::value_text(reading, &entry.key, &entry.value) {
+            overrides.push(format!("{}={text}", entry.key));
+            places.push((entry.key.clone(), entry.key_position));
+        }
+    }
+    (overrides, places)
+}
+
+fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
+    let mut wanted = Vec::new();
+    for item in reading.list("metrics", node) {
+        let Some(word) = reading.scalar("metrics", item) else { continue };
+        let found = metrics::named(word);
+        if found.is_empty() {
+            let message = format!("`{}` is not a metric", shown(word));
+            let hint = suggestion(word, metrics::words(), "the metrics are");
+            reading.problem(item.position, "metrics", word, message, hint);
+        }
+        wanted.extend(found);
+    }
+    // In the order of the table, each once.
+    let is_wanted = |metric: &&Metric| wanted.iter().any(|w: &&Metric| w.name == metric.name);
+    metrics::METRICS.iter().filter(is_wanted).collect()
+}
+
+fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objective> {
+    let mut objectives = Vec::new();
+    for entry in reading.map("objectives", node) {
+        let name = entry.key.as_str();
+        if !known.is_computed(name) {
+            let (message, hint) = match metrics::is_metric(name) {
+                true => (
+                    format!("`{name}` is not among the metrics of this plan"),
+                    format!("add `{name}` to `metrics`"),
+                ),
+                false => {
+                    let names = known.metrics.iter().map(|metric| metric.name);
+                    let names: Vec<&str> = names.chain(known.custom.iter().map(|c| &**c)).collect();
+                    let hint = suggestion(name, names, "the metrics are");
+                    (format!("`{}` is not a metric", shown(name)), hint)
+                }
+            };
+            reading.problem(entry.key_position, "objectives", name, message, hint);
+        }
+        let Some(word) = reading.scalar(name, &entry.value) else { continue };
+        let directions = [Direction::Min, Direction::Max];
+        match directions.into_iter().find(|direction| direction.word() == word) {
+            Some(direction) => objectives.push(Objective { metric: name.into(), direction }),
+            None => {
+                let message = format!("`{}` is neither `min` nor `max`", shown(word));
+                let hint = format!("write `{name}: min` or `{name}: max`");
+                reading.problem(entry.value.position, name, word, message, hint);
+            }
+        }
+    }
+    objectives
+}
+
+/// Whether a text is a value of a kind, as far as that can be told without the sensor.
+fn is_of(kind: Kind, text: &str) -> bool {
+    match kind {
+        Kind::Switch => matches!(text, "true" | "false"),
+        Kind::Text => !text.is_empty(),
+        Kind::List => text.starts_with('['),
+        _ => quantity::parse(kind, text).is_some(),
+    }
+}
+
+/// Limits that reading an axis needs.
+const LIMITS: [usize; 2] = [MAX_AXES, MAX_VARIANTS];

@@ -1,0 +1,195 @@
+//! The axes of a plan.
+
+use fabkit_designs::parameters::tree::{Content, Entry, Node, Position};
+use fabkit_designs::parameters::{Kind, shown, suggestion};
+
+use super::super::axis::{Axis, Range, Values};
+use super::super::{Known, Sampling, quantity};
+use super::{LIMITS, Reading, find, is_of};
+
+const KEYS: [&str; 4] = ["from", "to", "steps", "scale"];
+
+pub(super) fn read(
+    reading: &mut Reading,
+    node: &Node,
+    known: &Known,
+    sampling: Sampling,
+) -> Vec<Axis> {
+    let entries = reading.map("axes", node);
+    let [most, _] = LIMITS;
+    if entries.is_empty() && matches!(node.content, Content::Map(_)) || entries.len() > most {
+        let message = format!("there are {} axes; there must be 1 to {most}", entries.len());
+        let hint = "name the parameters to vary, for example `camera.depth: [6 mm, 8 mm]`".into();
+        reading.problem(node.position, "axes", "", message, hint);
+    }
+    let axes = entries.iter().filter_map(|entry| axis(reading, entry, known, sampling));
+    axes.collect()
+}
+
+fn axis(reading: &mut Reading, entry: &Entry, known: &Known, sampling: Sampling) -> Option<Axis> {
+    let path = entry.key.as_str();
+    let Some(base) = known.parameters.get(path) else {
+        let message = format!("the axis `{}` is not a parameter of the sensor", shown(path));
+        let hint = parameter_hint(path, known);
+        reading.problem(entry.key_position, path, path, message, hint);
+        return None;
+    };
+    let kind = base.kind;
+    let values = match &entry.value.content {
+        Content::List(items) if !items.is_empty() => {
+            let mut texts = Vec::new();
+            for item in items {
+                let text = value_text(reading, path, item)?;
+                if !is_of(kind, &text) {
+                    let message =
+                        format!("{path} takes {}, not `{}`", quantity::example(kind), shown(&text));
+                    let hint = format!("the sensor has {}", base.value);
+                    reading.problem(item.position, path, &text, message, hint);
+                    return None;
+                }
+                texts.push(text);
+            }
+            Values::List(texts)
+        }
+        Content::Map(parts) => Values::Range(range(reading, path, kind, parts, entry, sampling)?),
+        _ => {
+            let message = format!("the axis {path} has no values");
+            let hint = "write `[a, b, c]`, or `{from: a, to: b, steps: 5}`".into();
+            reading.problem(entry.key_position, path, "", message, hint);
+            return None;
+        }
+    };
+    Some(Axis { path: path.into(), kind, values })
+}
+
+fn range(
+    reading: &mut Reading,
+    path: &str,
+    kind: Kind,
+    parts: &[Entry],
+    entry: &Entry,
+    sampling: Sampling,
+) -> Option<Range> {
+    let before = reading.problems.len();
+    if !quantity::is_numeric(kind) {
+        let message = format!("{path} is no number and has no range");
+        reading.problem(entry.key_position, path, "", message, "write `[a, b, c]`".into());
+        return None;
+    }
+    for part in parts {
+        if !KEYS.contains(&&*part.key) {
+            let message = format!("`{}` is not a key of an axis", shown(&part.key));
+            let hint = suggestion(&part.key, KEYS, "the keys are");
+            reading.problem(part.key_position, path, &part.key, message, hint);
+        }
+    }
+    let mut end = |key: &str| {
+        let Some(part) = find(parts, key) else {
+            let message = format!("the axis {path} lacks `{key}`");
+            let hint = "write `{from: a, to: b, steps: 5}`".into();
+            reading.problem(entry.key_position, path, "", message, hint);
+            return None;
+        };
+        let text = reading.scalar(key, &part.value)?;
+        let number = quantity::parse(kind, text);
+        if number.is_none() {
+            let message =
+                format!("`{key}` of {path} is `{}`, not {}", shown(text), quantity::example(kind));
+            let hint = "write a number with its unit, as in the sensor's file".into();
+            reading.problem(part.value.position, path, text, message, hint);
+        }
+        number
+    };
+    let (from, to) = (end("from"), end("to"));
+    let log = match find(parts, "scale").and_then(|part| {
+        reading.scalar("scale", &part.value).map(|word| (word, part.value.position))
+    }) {
+        None | Some(("linear", _)) => false,
+        Some(("log", at)) => {
+            if from.into_iter().chain(to).any(|end| end <= 0.0) {
+                let message = format!("{path} reaches 0 or less, where there is no logarithm");
+                reading.problem(at, path, "log", message, "begin above 0".into());
+            }
+            true
+        }
+        Some((word, at)) => {
+            let message = format!("`{}` is no scale", shown(word));
+            reading.problem(at, path, word, message, "write `linear` or `log`".into());
+            false
+        }
+    };
+    let (from, to) = (from?, to?);
+    if from >= to {
+        let message = format!("the axis {path} goes from {from} to {to}; it must grow");
+        reading.problem(entry.key_position, path, "", message, "exchange the two ends".into());
+        return None;
+    }
+    let steps = steps(reading, path, kind, parts, entry.key_position, ([from, to], log), sampling);
+    (reading.problems.len() == before).then_some(Range { from, to, log, steps })
+}
+
+fn steps(
+    reading: &mut Reading,
+    path: &str,
+    kind: Kind,
+    parts: &[Entry],
+    at: Position,
+    ([from, to], log): ([f64; 2], bool),
+    sampling: Sampling,
+) -> Option<usize> {
+    let [_, most] = LIMITS;
+    let whole = (kind == Kind::Count && !log).then_some((to - from) as usize + 1);
+    let Some(part) = find(parts, "steps") else {
+        // Between whole numbers there is nothing; everything else is drawn, if it is drawn.
+        if whole.is_none() && sampling == Sampling::Grid {
+            let message = format!("the axis {path} lacks `steps`");
+            let hint = "write `steps: 5`, or draw a sample with `sample: 1000`".into();
+            reading.problem(at, path, "", message, hint);
+        }
+        return whole;
+    };
+    let steps = reading.count("steps", &part.value, [2, most as u64])? as usize;
+    if let Some(whole) = whole
+        && !(whole - 1).is_multiple_of(steps - 1)
+    {
+        let message = format!("{steps} steps from {from} to {to} are no whole numbers");
+        let hint = format!("leave `steps` out for all {whole}, or list the values");
+        reading.problem(part.value.position, path, "", message, hint);
+    }
+    Some(steps)
+}
+
+/// A value as text for an override: one value, or a list of values.
+pub(super) fn value_text(reading: &mut Reading, path: &str, node: &Node) -> Option<String> {
+    match &node.content {
+        Content::Scalar(text) => Some(text.trim().to_owned()),
+        Content::List(items) => {
+            let mut texts = Vec::new();
+            for item in items {
+                texts.push(reading.scalar(path, item)?.to_owned());
+            }
+            Some(format!("[{}]", texts.join(", ")))
+        }
+        Content::Map(_) | Content::Nothing => {
+            let message = format!("{path} must be one value or a list");
+            reading.problem(node.position, path, "", message, format!("write `{path}: VALUE`"));
+            None
+        }
+    }
+}
+
+fn parameter_hint(path: &str, known: &Known) -> String {
+    let paths: Vec<&str> = known.parameters.keys().map(String::as_str).collect();
+    let hint = suggestion(path, paths.iter().copied(), "");
+    if hint.starts_with("did you mean") {
+        return hint;
+    }
+    // The last word alone: `radius` for `surface.radius`.
+    let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
+    let word = last(path);
+    let same: Vec<&str> = paths.into_iter().filter(|path| last(path) == word).take(3).collect();
+    match same.is_empty() {
+        true => "`fabkit show SENSOR` lists every parameter".into(),
+        false => fabkit_designs::parameters::did_you_mean(&same),
+    }
+}

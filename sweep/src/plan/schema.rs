@@ -1,0 +1,89 @@
+//! JSON Schema (draft-07) of plans.
+
+use serde_json::{Value, json};
+
+use super::{MAX_AXES, MAX_VARIANTS};
+use crate::metrics::{GROUPS, METRICS, Metric};
+
+/// The schema of sweep files, for editors.
+pub fn json_schema() -> Value {
+    let groups = GROUPS.iter().map(|group| {
+        let summary = format!("All metrics of the group {}.", group.word());
+        json!({ "const": group.word(), "description": summary })
+    });
+    let metrics = METRICS.iter().map(|metric| {
+        let Metric { name, group, summary, .. } = metric;
+        json!({ "const": name, "description": format!("{}: {summary}.", group.word()) })
+    });
+    let names: Vec<Value> = groups.chain(metrics).collect();
+    let plain = json!({ "type": ["string", "number", "boolean"] });
+    let value = json!({ "anyOf": [plain, { "type": "array", "items": plain }] });
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "fabkit sweep",
+        "description": "Many variants of one sensor, and what to know of each.",
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["format", "sensor", "axes"],
+        "properties": {
+            "format": { "const": 1, "description": "Version of the file format." },
+            "sensor": {
+                "type": "string",
+                "description": "A built-in sensor, or a path relative to this file's folder.",
+            },
+            "seed": {
+                "type": "integer",
+                "minimum": 0,
+                "description": "Which sample is drawn; 0 if left out.",
+            },
+            "sample": {
+                "type": "integer",
+                "minimum": 1,
+                "maximum": MAX_VARIANTS,
+                "description": "Draw this many variants evenly instead of all combinations.",
+            },
+            "set": {
+                "type": "object",
+                "additionalProperties": value,
+                "description": "Parameters that are the same in all variants.",
+            },
+            "axes": {
+                "type": "object",
+                "minProperties": 1,
+                "maxProperties": MAX_AXES,
+                "description": "Parameters that are varied, by path.",
+                "additionalProperties": {
+                    "anyOf": [
+                        { "type": "array", "minItems": 1, "items": value },
+                        {
+                            "type": "object",
+                            "additionalProperties": false,
+                            "required": ["from", "to"],
+                            "properties": {
+                                "from": plain,
+                                "to": plain,
+                                "steps": { "type": "integer", "minimum": 2, "maximum": MAX_VARIANTS },
+                                "scale": { "enum": ["linear", "log"] },
+                            },
+                        },
+                    ],
+                },
+            },
+            "constraints": {
+                "type": "array",
+                "items": { "type": "string" },
+                "description": "Comparisons of parameters, metrics and numbers; all must hold.",
+            },
+            "metrics": {
+                "type": "array",
+                "items": { "anyOf": names },
+                "description": "Metrics or groups of them; if left out, all that need no mesh and no check.",
+            },
+            "objectives": {
+                "type": "object",
+                "additionalProperties": { "enum": ["min", "max"] },
+                "description": "Metrics to be made small or large: they make the Pareto front.",
+            },
+        },
+    })
+}

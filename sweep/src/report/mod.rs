@@ -1,0 +1,180 @@
+//! A sweep as one HTML file: what became of the variants, the front, and what depends on what.
+
+mod plots;
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use fabkit_report::{escape, page};
+
+use crate::metrics::METRICS;
+use crate::plan::{Plan, Sampling};
+use crate::row::{Status, Value};
+use crate::table::Table;
+
+/// Rows of the front that are listed one by one.
+const MOST_LISTED: usize = 50;
+/// Reasons that are listed one by one.
+const MOST_REASONS: usize = 12;
+/// Metrics that are drawn if the plan has no objectives.
+const MOST_DRAWN: usize = 4;
+
+/// The report on a table.
+pub fn report(plan: &Plan, table: &Table) -> String {
+    let drawn = drawn(plan, table);
+    let mut body = summary(plan, table);
+    body += &reasons(table);
+    body += &empty(table);
+    body += &front(plan, table);
+    body += &plots::front(plan, table);
+    body += &plots::sensitivity(plan, table, &drawn);
+    body += &plots::pairs(plan, table, &drawn);
+    body += &legend(table);
+    page(&format!("Sweep of {}", plan.sensor()), &body)
+}
+
+/// The objectives, or the first metrics that change.
+fn drawn(plan: &Plan, table: &Table) -> Vec<String> {
+    if !plan.objectives().is_empty() {
+        return plan.objectives().iter().map(|objective| objective.metric.clone()).collect();
+    }
+    let changes = |name: &&String| {
+        let mut values = table.rows().iter().filter_map(|row| row.metrics.get(*name));
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    table.metrics().iter().filter(changes).take(MOST_DRAWN).cloned().collect()
+}
+
+fn row(cells: &[String]) -> String {
+    let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+    format!("<tr>{cells}</tr>\n")
+}
+
+fn heading(cells: &[&str]) -> String {
+    let cells: String = cells.iter().map(|cell| format!("<th>{}</th>", escape(cell))).collect();
+    format!("<tr>{cells}</tr>\n")
+}
+
+fn summary(plan: &Plan, table: &Table) -> String {
+    let chosen = match plan.sampling {
+        Sampling::Grid => "all combinations of the axes' values".to_owned(),
+        Sampling::Sample(count) => {
+            format!("{count} points of a scrambled Halton sequence, seed {}", plan.seed)
+        }
+    };
+    let mut rows = vec![
+        ["sensor".to_owned(), plan.sensor().to_owned()],
+        ["variants".to_owned(), format!("{}: {chosen}", table.rows().len())],
+    ];
+    for status in Status::ALL {
+        let count = table.rows().iter().filter(|row| row.status == status).count();
+        rows.push([status.word().to_owned(), count.to_string()]);
+    }
+    let axes: Vec<String> = plan.axes().iter().map(|axis| axis.column()).collect();
+    rows.push(["axes".to_owned(), axes.join(", ")]);
+    let constraints: Vec<&str> = plan.constraints.iter().map(|c| c.text.as_str()).collect();
+    if !constraints.is_empty() {
+        rows.push(["constraints".to_owned(), constraints.join("; ")]);
+    }
+    rows.push(["plan".to_owned(), plan.hash()[..16].to_owned()]);
+    format!("<table>{}</table>\n", rows.iter().map(|cells| row(cells)).collect::<String>())
+}
+
+/// Why variants are not ok, the most frequent first. Reasons that differ in their numbers alone are one;
+/// the first stands for all.
+fn reasons(table: &Table) -> String {
+    let mut counts: BTreeMap<(Status, String), (usize, &str)> = BTreeMap::new();
+    for row in table.rows() {
+        if let Some(reason) = &row.reason {
+            let kind: String = reason.chars().filter(|c| !c.is_ascii_digit()).collect();
+            counts.entry((row.status, kind.replace('.', ""))).or_insert((0, reason)).0 += 1;
+        }
+    }
+    if counts.is_empty() {
+        return String::new();
+    }
+    let kinds = counts.len();
+    let mut counts: Vec<_> =
+        counts.into_iter().map(|((status, _), count)| (status, count)).collect();
+    // Stable: in the order of statuses where counts are equal.
+    counts.sort_by_key(|(_, (count, _))| std::cmp::Reverse(*count));
+    let mut html = String::from("<h2>Why variants are not ok</h2>\n<table>");
+    html += &heading(&["for example", "status", "variants"]);
+    for (status, (count, example)) in counts.iter().take(MOST_REASONS) {
+        html += &row(&[(*example).to_owned(), status.word().to_owned(), count.to_string()]);
+    }
+    html += "</table>\n";
+    if kinds > MOST_REASONS {
+        let _ = writeln!(html, "<p>And {} more; all are in the table.</p>", kinds - MOST_REASONS);
+    }
+    html
+}
+
+fn empty(table: &Table) -> String {
+    let empty = table.empty_metrics();
+    if empty.is_empty() || table.rows().iter().all(|row| row.status != Status::Ok) {
+        return String::new();
+    }
+    let names: Vec<String> = empty.iter().map(|name| escape(name)).collect();
+    let notes: std::collections::BTreeSet<&str> =
+        table.rows().iter().flat_map(|row| row.notes.iter().map(String::as_str)).collect();
+    let notes: String =
+        notes.iter().take(MOST_REASONS).map(|n| format!("<li>{}</li>\n", escape(n))).collect();
+    format!(
+        "<h2>What does not apply</h2>\n<p>No variant has {}.</p>\n<ul>{notes}</ul>\n",
+        names.join(", ")
+    )
+}
+
+fn front(plan: &Plan, table: &Table) -> String {
+    if plan.objectives().is_empty() {
+        return String::new();
+    }
+    let on_front: Vec<_> =
+        table.rows().iter().enumerate().filter(|(i, _)| table.is_on_front(*i)).collect();
+    let objectives: Vec<String> =
+        plan.objectives().iter().map(|o| format!("{}, {}", o.metric, o.direction.word())).collect();
+    let axes: Vec<String> = plan.axes().iter().map(|axis| axis.column()).collect();
+    let names: Vec<&str> =
+        ["variant"].into_iter().chain(axes.iter().chain(&objectives).map(String::as_str)).collect();
+    let mut html = format!(
+        "<h2>Pareto front</h2>\n<p>{} of {} variants: no other one is at least as good in every \
+         objective and better in one.</p>\n<table>",
+        on_front.len(),
+        table.rows().len()
+    );
+    html += &heading(&names);
+    for (_, found) in on_front.iter().take(MOST_LISTED) {
+        let mut cells = vec![found.variant.to_string()];
+        cells.extend(found.parameters.iter().map(|value| match value {
+            Value::Number(number) => digits(*number),
+            Value::Text(text) => text.clone(),
+        }));
+        let value = |name: &str| found.metrics.get(name).map_or(String::new(), |v| digits(*v));
+        cells.extend(plan.objectives().iter().map(|o| value(&o.metric)));
+        html += &row(&cells);
+    }
+    html += "</table>\n";
+    if on_front.len() > MOST_LISTED {
+        let _ = writeln!(html, "<p>And {} more.</p>", on_front.len() - MOST_LISTED);
+    }
+    html
+}
+
+/// What the columns are.
+fn legend(table: &Table) -> String {
+    let mut html = String::from("<h2>Metrics</h2>\n<table>");
+    for metric in METRICS {
+        if table.metrics().iter().any(|name| metric.covers(name)) {
+            html += &row(&[metric.name.to_owned(), metric.summary.to_owned()]);
+        }
+    }
+    html + "</table>\n"
+}
+
+/// Five digits.
+fn digits(value: f64) -> String {
+    let text = format!("{value:.4e}");
+    text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
+}

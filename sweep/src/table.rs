@@ -1,0 +1,163 @@
+//! All rows as one table: CSV and Parquet.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use fabkit_export::{Column, ExportError, parquet};
+
+use crate::pareto::front;
+use crate::plan::Plan;
+use crate::row::{Row, Status, Value};
+
+/// The rows of a plan in order, and their columns.
+#[derive(Clone, Debug)]
+pub struct Table {
+    rows: Vec<Row>,
+    /// Names of the axes' columns.
+    axes: Vec<String>,
+    /// Names of the metrics' columns.
+    metrics: Vec<String>,
+    /// Whether a row is on the Pareto front.
+    pareto: Vec<bool>,
+    has_objectives: bool,
+}
+
+impl Table {
+    /// Puts rows in order. Columns are the plan's metrics in the order of their table, those of
+    /// materials by name, then those that somebody else computed.
+    pub fn new(plan: &Plan, mut rows: Vec<Row>) -> Self {
+        rows.sort_by_key(|row| row.variant);
+        rows.dedup_by_key(|row| row.variant);
+        let found: BTreeSet<&str> =
+            rows.iter().flat_map(|row| row.metrics.keys().map(String::as_str)).collect();
+        let mut metrics: Vec<String> = Vec::new();
+        for metric in plan.metrics() {
+            match metric.per_material {
+                false => metrics.push(metric.name.to_owned()),
+                true => metrics.extend(
+                    found.iter().filter(|name| metric.covers(name)).map(|name| (*name).to_owned()),
+                ),
+            }
+        }
+        metrics.extend(plan.source().custom_metrics.iter().cloned());
+        let directions: Vec<_> = plan.objectives().iter().map(|o| o.direction).collect();
+        let costs: Vec<Vec<Option<f64>>> = rows
+            .iter()
+            .map(|row| {
+                let value = |name: &str| row.metrics.get(name).copied();
+                let is_ok = row.status == Status::Ok;
+                plan.objectives().iter().map(|o| value(&o.metric).filter(|_| is_ok)).collect()
+            })
+            .collect();
+        let pareto = front(&costs, &directions);
+        let axes = plan.axes().iter().map(|axis| axis.column()).collect();
+        Self { rows, axes, metrics, pareto, has_objectives: !directions.is_empty() }
+    }
+
+    /// The rows, in order.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Names of the metrics' columns.
+    pub fn metrics(&self) -> &[String] {
+        &self.metrics
+    }
+
+    /// Whether a row, counted from 0, is on the Pareto front.
+    pub fn is_on_front(&self, row: usize) -> bool {
+        self.pareto.get(row).copied().unwrap_or(false)
+    }
+
+    /// The metrics of the plan that no row has.
+    pub fn empty_metrics(&self) -> Vec<&str> {
+        let is_empty =
+            |name: &&String| !self.rows.iter().any(|row| row.metrics.contains_key(*name));
+        self.metrics.iter().filter(is_empty).map(String::as_str).collect()
+    }
+
+    /// Comma-separated values (RFC 4180, but lines end as in Unix), numbers with all their digits.
+    pub fn to_csv(&self) -> String {
+        let columns = self.columns();
+        let names: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
+        let mut csv = names.join(",") + "\n";
+        for i in 0..self.rows.len() {
+            for (k, (_, column)) in columns.iter().enumerate() {
+                if k > 0 {
+                    csv.push(',');
+                }
+                // Writing to a string cannot fail.
+                let _ = match column {
+                    Column::Integers(values) => write!(csv, "{}", values[i]),
+                    Column::Numbers(values) => {
+                        values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
+                    }
+                    Column::Texts(values) => {
+                        values[i].as_ref().map_or(Ok(()), |text| write!(csv, "{}", quoted(text)))
+                    }
+                    Column::Flags(values) => {
+                        values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
+                    }
+                };
+            }
+            csv.push('\n');
+        }
+        csv
+    }
+
+    /// The same as a Parquet file; empty cells are null.
+    ///
+    /// # Errors
+    /// None that rows of one plan can cause.
+    pub fn to_parquet(&self) -> Result<Vec<u8>, ExportError> {
+        parquet("sweep", &self.columns())
+    }
+
+    fn columns(&self) -> Vec<(String, Column)> {
+        let texts = |text: &dyn Fn(&Row) -> Option<String>| {
+            Column::Texts(self.rows.iter().map(text).collect())
+        };
+        let notes = |row: &Row| (!row.notes.is_empty()).then(|| row.notes.join("; "));
+        let flag = |on: &bool| self.has_objectives.then_some(*on);
+        let mut columns = vec![
+            (
+                "variant".to_owned(),
+                Column::Integers(self.rows.iter().map(|r| r.variant as i64).collect()),
+            ),
+            ("status".to_owned(), texts(&|row| Some(row.status.word().to_owned()))),
+            ("error_code".to_owned(), texts(&|row| row.error_code.clone())),
+            ("reason".to_owned(), texts(&|row| row.reason.clone())),
+            ("notes".to_owned(), texts(&notes)),
+            ("pareto".to_owned(), Column::Flags(self.pareto.iter().map(flag).collect())),
+        ];
+        for (i, name) in self.axes.iter().enumerate() {
+            let values = || self.rows.iter().map(|row| row.parameters.get(i));
+            let is_number = values().all(|value| matches!(value, None | Some(Value::Number(_))));
+            let column = match is_number {
+                true => Column::Numbers(values().map(|v| v.and_then(Value::number)).collect()),
+                false => Column::Texts(values().map(|v| v.map(shown)).collect()),
+            };
+            columns.push((name.clone(), column));
+        }
+        for name in &self.metrics {
+            let values = self.rows.iter().map(|row| row.metrics.get(name).copied());
+            columns.push((name.clone(), Column::Numbers(values.collect())));
+        }
+        columns
+    }
+}
+
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Number(number) => number.to_string(),
+        Value::Text(text) => text.clone(),
+    }
+}
+
+/// A cell in quotes if it needs them.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}

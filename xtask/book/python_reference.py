@@ -1,0 +1,141 @@
+"""Writes the reference of the Python package as Markdown, from signatures and docstrings.
+
+    python python_reference.py PACKAGE_FOLDER
+
+Reads the sources without importing them: what is not built can be documented all the same. Public is
+what `__all__` of a module names, or without it every name without a leading underscore.
+"""
+
+import ast
+import inspect
+import re
+import sys
+from pathlib import Path
+
+WIDEST = 88
+
+
+def main(package):
+    modules = {
+        path.stem: ast.parse(path.read_text())
+        for path in sorted(package.glob("*.py"))
+        if path.stem == "__init__" or not path.stem.startswith("_")
+    }
+    top = modules.pop("__init__")
+    print(prose(ast.get_docstring(top)))
+    exported = names_in(top)
+    home = {
+        node.name: node
+        for tree in modules.values()
+        for node in tree.body
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef))
+    }
+    print(f"\n## {package.name}")
+    for name in exported:
+        if name in home:
+            describe(home[name], f"{package.name}.")
+    for stem, tree in modules.items():
+        # What is used by its module's name; the rest stands above.
+        public = [node for node in tree.body if is_public(node) and node.name not in exported]
+        if "__all__" in assigned(tree):
+            public = [node for node in public if node.name in names_in(tree)]
+        if not public:
+            continue
+        print(f"\n## {package.name}.{stem}\n")
+        print(prose(ast.get_docstring(tree)))
+        for node in public:
+            describe(node, f"{package.name}.{stem}.")
+
+
+def assigned(tree):
+    return {
+        target.id: node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+
+
+def names_in(tree):
+    return sorted(ast.literal_eval(assigned(tree)["__all__"]), key=str.lower)
+
+
+def is_public(node):
+    return isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_")
+
+
+def describe(node, prefix):
+    if isinstance(node, ast.FunctionDef):
+        print(f"\n### {prefix}{node.name}\n")
+        print(f"```text\n{signature(node)}\n```\n")
+        print(prose(ast.get_docstring(node)))
+        return
+    print(f"\n### {prefix}{node.name}\n")
+    print(prose(ast.get_docstring(node)))
+    for member, text in documented(node):
+        print(f"\n#### {node.name}.{member.name if hasattr(member, 'name') else member}\n")
+        if isinstance(member, ast.FunctionDef):
+            print(f"```text\n{signature(member)}\n```\n")
+        print(prose(text))
+
+
+def documented(of):
+    """Methods, properties, and fields with a string below them; aliases of the class are none."""
+    for node, after in zip(of.body, [*of.body[1:], None], strict=True):
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            yield node, ast.get_docstring(node)
+        elif (
+            isinstance(node, ast.AnnAssign)
+            and not node.target.id.startswith("_")
+            and isinstance(after, ast.Expr)
+            and isinstance(after.value, ast.Constant)
+        ):
+            yield node.target.id, f"`{ast.unparse(node.annotation)}`. {after.value.value}"
+
+
+def signature(node):
+    decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
+    returns = ast.unparse(node.returns) if node.returns else "None"
+    if any("property" in decorator for decorator in decorators):
+        return f"{node.name}: {returns}"
+    arguments = node.args
+    arguments.args = [a for a in arguments.args if a.arg not in ("self", "cls")]
+    # With the spaces that belong around the default of an annotated argument.
+    listed = re.sub(r"(: [^=,]+(?:\[[^=]*\])?[^=,]*)=", r"\1 = ", ast.unparse(arguments))
+    line = f"{node.name}({listed}) -> {returns}"
+    if len(line) <= WIDEST:
+        return line
+    # Commas between arguments, not those inside brackets.
+    parts = re.split(r", (?![^\[(]*[\])])", listed)
+    return f"{node.name}(\n" + "".join(f"    {part},\n" for part in parts) + f") -> {returns}"
+
+
+def prose(text):
+    """Docstrings as Markdown: examples in blocks, code in single backquotes, sections as lists."""
+    lines, block = [], []
+    source = [*inspect.cleandoc(text or "").splitlines(), ""]
+    for line, below in zip(source, [*source[1:], ""], strict=True):
+        if line.lstrip().startswith(">>>") or (block and line.strip()):
+            block.append(line)
+            continue
+        if block:
+            lines += ["```pycon", *inspect.cleandoc("\n".join(block)).splitlines(), "```"]
+            block = []
+        line = re.sub(r":\w+:`~?\.?([^`]+)`", r"`\1`", line).replace("``", "`")
+        if re.fullmatch(r"-{3,}", below):
+            lines += [f"**{line}**", ""]
+        elif re.fullmatch(r"-{3,}", line):
+            continue
+        elif line and not line.startswith(" ") and below.startswith("    "):
+            # What is described below it, indented.
+            lines.append(f"- `{line}`:")
+        elif line.startswith("    "):
+            lines[-1] += " " + line.strip()
+        else:
+            lines.append(line)
+    return "\n".join(lines).strip()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

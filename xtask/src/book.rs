@@ -1,0 +1,143 @@
+//! `cargo xtask book`: the reference is what the command says, and every block of the book runs.
+
+mod command;
+mod expected;
+mod markdown;
+mod pages;
+mod structure;
+mod sweep;
+mod yaml;
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use crate::run::{built, cargo, check, exists, in_ci, root, skip, tool};
+use pages::Runner;
+
+/// What generated pages say of themselves.
+const GENERATED: &str = "<!-- Made by `cargo xtask book`; do not edit. -->";
+
+/// A page as it should be.
+pub struct Output {
+    /// Below `docs/`.
+    path: PathBuf,
+    text: String,
+}
+
+/// Writes the reference, checks contents and links, runs every block, and makes the HTML pages.
+///
+/// With a word, only pages with it in their path run.
+///
+/// # Errors
+/// Everything that is not as the book says.
+pub fn run(only: Option<&str>) -> Result<(), String> {
+    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
+    let fabkit = built("release", "fabkit");
+    let chosen = env::var_os("FABKIT_PYTHON").map(|python| Ok(python.into()));
+    let python = match chosen.unwrap_or_else(crate::python::environment) {
+        Ok(python) => Some(python),
+        Err(why) => {
+            skip("the book's commands and programs", &why)?;
+            None
+        }
+    };
+    reference(&fabkit, python.as_deref())?;
+    let docs = root().join("docs");
+    let pages = structure::pages(&docs)?;
+    let mut faults = structure::faults(&docs, &pages)?;
+    if let Some(python) = python {
+        let package = match importable(&python, "fabkit") {
+            true => None,
+            false => Some(crate::python_package::unpacked()?),
+        };
+        let mut runner = Runner::new(&fabkit, &python, package.as_deref())?;
+        for (path, page) in &pages {
+            if only.is_none_or(|word| path.to_string_lossy().contains(word)) {
+                faults.extend(run_page(&mut runner, path, page).err());
+            }
+        }
+        for block in &runner.skipped {
+            println!("xtask: NOT RUN {block}");
+        }
+        println!("xtask: ran {} commands and programs of the book", runner.ran);
+    }
+    if !faults.is_empty() {
+        return Err(faults.join("\n"));
+    }
+    html(&docs)
+}
+
+fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(), String> {
+    let folder = built("book-runs", "").join(path.with_extension(""));
+    let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(failed)?;
+    }
+    fs::create_dir_all(&folder).map_err(failed)?;
+    let (before, start) = (runner.ran, Instant::now());
+    runner.page(path, page, &folder)?;
+    if runner.ran > before {
+        println!("xtask: {} ({:.1} s)", path.display(), start.elapsed().as_secs_f64());
+    }
+    fs::remove_dir_all(&folder).map_err(failed)
+}
+
+/// Brings the generated pages up to date; in continuous integration they must be.
+fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
+    let schema = output(Command::new(fabkit).arg("schema"))?;
+    let mut outputs = yaml::pages(&schema)?;
+    outputs.push(sweep::page(&output(Command::new(fabkit).args(["schema", "--sweep"]))?)?);
+    outputs.push(command::page(fabkit)?);
+    if let Some(python) = python {
+        let script = root().join("xtask/book/python_reference.py");
+        let text = output(Command::new(python).arg(script).arg(root().join("python/fabkit")))?;
+        let text = format!("# Python\n\n{GENERATED}\n\n{text}");
+        outputs.push(Output { path: PathBuf::from("reference/python.md"), text });
+    }
+    for Output { path, text } in outputs {
+        let place = root().join("docs").join(&path);
+        if fs::read_to_string(&place).is_ok_and(|have| have == text) {
+            continue;
+        }
+        if in_ci() {
+            let path = path.display();
+            return Err(format!("docs/{path} is not up to date: run `cargo xtask book`"));
+        }
+        fs::write(&place, text).map_err(|e| format!("{}: {e}", place.display()))?;
+        println!("xtask: wrote docs/{}", path.display());
+    }
+    Ok(())
+}
+
+/// The book as HTML pages in `target/book`, if mdBook is here: the pages read as well without.
+fn html(docs: &Path) -> Result<(), String> {
+    let Some(mdbook) = ["mdbook".into(), tool("mdbook")].into_iter().find(|p| exists(p)) else {
+        return skip(
+            "the book as HTML pages",
+            "mdbook is not here; `cargo install --locked --root .tools mdbook` brings it",
+        );
+    };
+    check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
+}
+
+fn importable(python: &Path, module: &str) -> bool {
+    let import = format!("import {module}");
+    Command::new(python).args(["-c", &import]).output().is_ok_and(|o| o.status.success())
+}
+
+/// What a program prints.
+fn output(command: &mut Command) -> Result<String, String> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command.output().map_err(|e| format!("{name}: {e}"))?;
+    if !output.status.success() {
+        return Err(format!(
+            "{name}: {}\n{}",
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        ));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}

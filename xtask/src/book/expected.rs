@@ -1,0 +1,116 @@
+//! Commands with the output that a page shows below them.
+
+/// A command of a `console` block.
+#[derive(Debug, PartialEq)]
+pub struct Step {
+    /// Line in the block, from 0.
+    pub line: usize,
+    /// What the shell runs.
+    pub command: String,
+    /// What the page shows; nothing if it shows nothing.
+    pub shown: Vec<String>,
+}
+
+/// Reads a `console` block: commands after `$ `, continued after a backslash, and their output.
+///
+/// # Errors
+/// Output before the first command.
+pub fn steps(text: &str) -> Result<Vec<Step>, String> {
+    let mut steps: Vec<Step> = Vec::new();
+    let mut continues = false;
+    for (line, content) in text.lines().enumerate() {
+        match (content.strip_prefix("$ "), steps.last_mut()) {
+            (Some(command), _) => {
+                steps.push(Step { line, command: command.to_owned(), shown: Vec::new() });
+            }
+            (None, Some(step)) if continues => step.command += &format!("\n{content}"),
+            (None, Some(step)) => step.shown.push(content.trim_end().to_owned()),
+            (None, None) => return Err(format!("`{content}` is the output of no command")),
+        }
+        continues = content.ends_with('\\') && steps.last().is_some_and(|s| s.shown.is_empty());
+    }
+    Ok(steps)
+}
+
+/// Whether output is what a page shows, where a line `...` stands for any lines, and `...` within a
+/// line for any text. Otherwise the first line that the output lacks.
+pub fn compare(shown: &[String], output: &str) -> Result<(), String> {
+    let output: Vec<&str> = output.trim_end().lines().map(str::trim_end).collect();
+    match unmatched(shown, &output) {
+        None => Ok(()),
+        Some("") => Err("there is more output than is shown".into()),
+        Some(line) => Err(format!("the output lacks `{line}`")),
+    }
+}
+
+/// Nothing if all is matched; else the first line that no way of matching reaches.
+fn unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
+    // All numbers of output lines that the lines shown so far may stand for.
+    let mut reached = vec![0];
+    for line in shown {
+        let next: Vec<usize> = if line == "..." {
+            (reached.first().copied().unwrap_or_default()..=output.len()).collect()
+        } else {
+            let matching = |&&at: &&usize| output.get(at).is_some_and(|have| fits(line, have));
+            reached.iter().filter(matching).map(|at| at + 1).collect()
+        };
+        if next.is_empty() {
+            return Some(line);
+        }
+        reached = next;
+    }
+    (!reached.contains(&output.len())).then_some("")
+}
+
+/// Whether a line is what is shown, `...` being any text.
+fn fits(shown: &str, have: &str) -> bool {
+    let mut parts = shown.split("...");
+    let Some(mut rest) = parts.next().and_then(|first| have.strip_prefix(first)) else {
+        return false;
+    };
+    let mut parts = parts.peekable();
+    if parts.peek().is_none() {
+        return rest.is_empty();
+    }
+    while let Some(part) = parts.next() {
+        if parts.peek().is_none() {
+            return rest.ends_with(part);
+        }
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_told_from_output() {
+        let steps = steps("$ a\n1\n\n2\n$ b \\\n  c\n3\n").unwrap();
+        assert_eq!(steps[0].shown, ["1", "", "2"]);
+        assert_eq!((steps[1].line, steps[1].command.as_str()), (4, "b \\\n  c"));
+        assert_eq!(steps[1].shown, ["3"]);
+        assert!(super::steps("1\n").is_err());
+    }
+
+    #[test]
+    fn gaps_match_anything_and_nothing_else_does() {
+        let matches = |shown: &str, output: &str| {
+            let shown: Vec<String> = shown.lines().map(str::to_owned).collect();
+            compare(&shown, output)
+        };
+        assert_eq!(matches("a\n...\nc", "a\nb\nb\nc\n"), Ok(()));
+        assert_eq!(matches("a\n...\nc", "a\nc\n"), Ok(()));
+        assert_eq!(matches("...\nc\nd", "c\nx\nc\nd\n"), Ok(()));
+        assert_eq!(matches("took ... s (...)", "took 0.1 s (ok)"), Ok(()));
+        assert_eq!(matches("...", ""), Ok(()));
+        assert_eq!(matches("a\nb", "a"), Err("the output lacks `b`".into()));
+        assert_eq!(matches("a", "a\nb"), Err("there is more output than is shown".into()));
+        assert!(matches("took ... s", "took 0.1 ms").is_err());
+        assert!(matches("ab...ba", "aba").is_err());
+    }
+}

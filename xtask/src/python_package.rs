@@ -1,0 +1,96 @@
+//! `cargo xtask python`: the Python package as its users get it, from the wheel.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::python::{interpreter, uv};
+use crate::run::{built, check, exists, root};
+
+const REQUIREMENTS: &str = "python/requirements-dev.txt";
+
+/// Builds the wheel, installs it into an environment of its own, runs tests and examples, and checks
+/// types and style.
+pub fn run() -> Result<(), String> {
+    let folder = folder();
+    let python = environment(&folder)?;
+    let tool = |name: &str| {
+        let mut command = Command::new(python.with_file_name(name));
+        command.current_dir(root());
+        command
+    };
+    check(tool("ruff").args(["check", "--quiet", "."]))?;
+    check(tool("ruff").args(["format", "--check", "--quiet", "."]))?;
+
+    let wheels = wheels(&folder, &python)?;
+    check(
+        Command::new(uv()?)
+            .args(["pip", "install", "--quiet", "--no-deps", "--reinstall", "--no-cache"])
+            .arg("--python")
+            .arg(&python)
+            .args(wheels),
+    )?;
+    check(tool("pyright").arg("--pythonpath").arg(&python))?;
+    // Tests, and the examples in the docstrings of what is installed.
+    let mut pytest = Command::new(&python);
+    pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "python/tests"]);
+    check(pytest.current_dir(root()))
+}
+
+/// A folder with the package alone, for the `PYTHONPATH` of any interpreter.
+pub fn unpacked() -> Result<PathBuf, String> {
+    let folder = folder();
+    let python = environment(&folder)?;
+    let package = folder.join("package");
+    check(
+        Command::new(uv()?)
+            .args(["pip", "install", "--quiet", "--no-deps", "--reinstall", "--no-cache"])
+            .arg("--python")
+            .arg(&python)
+            .arg("--target")
+            .arg(&package)
+            .args(wheels(&folder, &python)?),
+    )?;
+    Ok(package)
+}
+
+fn folder() -> PathBuf {
+    built("python", "").components().collect()
+}
+
+/// Builds the wheel, alone in its folder.
+fn wheels(folder: &Path, python: &Path) -> Result<Vec<PathBuf>, String> {
+    let wheels = folder.join("wheels");
+    if wheels.is_dir() {
+        fs::remove_dir_all(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
+    }
+    // Release, as always with wheels: what the workspace's release build has made is used.
+    let mut maturin = Command::new(python.with_file_name("maturin"));
+    maturin.args(["build", "--release", "--locked", "--quiet", "--out"]).arg(&wheels);
+    check(maturin.current_dir(root()))?;
+    wheels_in(&wheels)
+}
+
+/// The interpreter of the package's environment, which is made or brought up to date first.
+fn environment(folder: &Path) -> Result<PathBuf, String> {
+    let venv = folder.join("venv");
+    let python = interpreter(&venv);
+    let requirements = root().join(REQUIREMENTS);
+    let wanted = fs::read_to_string(&requirements).map_err(|e| format!("{REQUIREMENTS}: {e}"))?;
+    let stamp = venv.join("fabkit-requirements.txt");
+    if exists(&python) && fs::read_to_string(&stamp).is_ok_and(|have| have == wanted) {
+        return Ok(python);
+    }
+    let uv = uv()?;
+    check(Command::new(&uv).args(["venv", "--quiet", "--clear"]).arg(&venv))?;
+    let install = ["pip", "install", "--quiet", "--python"];
+    check(Command::new(&uv).args(install).arg(&python).arg("--requirements").arg(requirements))?;
+    fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+    Ok(python)
+}
+
+fn wheels_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
+    let entries = fs::read_dir(folder).map_err(failed)?;
+    entries.map(|entry| Ok(entry.map_err(failed)?.path())).collect()
+}

@@ -9,7 +9,10 @@ use fabkit::camera::files::read_pose;
 use fabkit::depth::truth::{DepthMap, Surface};
 use fabkit::fixtures::{Press, PressError, Project};
 use fabkit::geometry::TouchSurface;
-use fabkit::ground_truth::{Coverage, Deepest, Viewpoint, coverage, deepest, pressers};
+use fabkit::ground_truth::{
+    Coverage, Deepest, Viewpoint, coverage, deepest, penetration, pressers,
+};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::failure::{Exit, Failure};
@@ -30,6 +33,8 @@ pub const MAX_RAYS: u64 = fabkit::pictures::MAX_PIXELS;
 const LITTLE: f64 = 0.5;
 /// A press may go this much past the soft layer: rounding.
 const SLACK_MM: f64 = 1e-6;
+/// Faults that are listed one by one.
+pub(crate) const MOST_FAULTS: usize = 50;
 
 /// A sensor whose surface a camera sees.
 #[derive(Clone, Debug)]
@@ -99,12 +104,12 @@ impl Scene {
         look: impl FnOnce(Seen) -> Result<R, Failure>,
     ) -> Result<R, Failure> {
         self.check(cast)?;
+        self.check_depths(cast.presses.iter().map(|press| (press.id.as_str(), press)))?;
         let pressers = pressers(cast.presses).map_err(Failure::bug)?;
         let rays = self.viewpoint.rays(cast.samples);
         let surface = Surface::cast(self.touch()?, &rays).map_err(Failure::bug)?;
         let rigid = surface.pressed(&pressers);
         let deepest = deepest(&rigid, self.touch()?);
-        self.check_depth(&rigid, deepest)?;
         let map = rigid.with_membrane(cast.membrane_mm);
         let sigma_mm = map.sigma_mm(&self.viewpoint.uncertainty(cast.print_sigma_mm));
         look(Seen { map: &map, sigma_mm: &sigma_mm, deepest, surface_px: surface.seen() })
@@ -135,22 +140,45 @@ impl Scene {
         Err(Failure::new(Exit::Limit, message, "ask for fewer --samples"))
     }
 
-    /// What is below the soft layer does not give way, so that there is no such press.
-    fn check_depth(&self, map: &DepthMap, deepest: Option<Deepest>) -> Result<(), Failure> {
-        let soft_mm = self.touch()?.soft_mm;
-        let Some(Deepest { depth_mm, point_in_sensor: at, label }) = deepest else { return Ok(()) };
-        if depth_mm <= soft_mm + SLACK_MM {
+    /// Refuses presses, by the names they go by, that reach below the soft layer: what is there does
+    /// not give way, so that nobody can take a picture of such a press.
+    ///
+    /// # Errors
+    /// Every press that is too deep, with how deep and where.
+    pub fn check_depths<'a>(
+        &self,
+        presses: impl Iterator<Item = (&'a str, &'a Press)>,
+    ) -> Result<(), Failure> {
+        let touch = self.touch()?;
+        let bodies: Vec<_> = presses
+            .flat_map(|(name, press)| press.bodies.iter().map(move |body| (name, body)))
+            .collect();
+        let found = bodies.par_iter().map(|(_, body)| penetration(touch, body));
+        let found: Vec<_> = found.collect::<Result<_, _>>().map_err(Failure::bug)?;
+        let too_deep: Vec<String> = bodies
+            .iter()
+            .zip(found)
+            .filter_map(|((name, body), deepest)| {
+                let deepest =
+                    deepest.filter(|deepest| deepest.depth_mm > touch.soft_mm + SLACK_MM)?;
+                let at = deepest.point_in_sensor;
+                let body = if body.name == *name { "it" } else { &body.name };
+                Some(format!(
+                    "`{name}`: {body} goes {:.3} mm deep at ({:.2}, {:.2}, {:.2}) mm, but the rigid \
+                     shell begins {} mm below the surface",
+                    deepest.depth_mm, at.x, at.y, at.z, touch.soft_mm,
+                ))
+            })
+            .collect();
+        if too_deep.is_empty() {
             return Ok(());
         }
-        let message = format!(
-            "{} goes {depth_mm:.3} mm deep at ({:.2}, {:.2}, {:.2}) mm, but the rigid shell begins \
-             {soft_mm} mm below the surface",
-            map.names()[usize::from(label)],
-            at.x,
-            at.y,
-            at.z,
-        );
-        Err(Failure::new(Exit::BadInput, message, "press less deep"))
+        let (count, shown) = (too_deep.len(), too_deep.len().min(MOST_FAULTS));
+        let mut message = too_deep[..shown].join("\nerror: ");
+        if count > shown {
+            message += &format!("\nerror: and {} more", count - shown);
+        }
+        Err(Failure::new(Exit::BadInput, message, "press less deep, or leave these out"))
     }
 
     /// For people; more of it where something may be wrong.

@@ -148,11 +148,16 @@ impl Source {
             let hint = format!("{}; a file of your own ends in .yaml", unknown.hint());
             return Err(Failure::new(Exit::BadInput, unknown, hint));
         };
+        Ok(Self::of_text(main))
+    }
+
+    /// A sensor whose text came from elsewhere; `main.file` names it in messages.
+    pub fn of_text(main: SourceText) -> Self {
         let defaults = fixtures::default_files()
             .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
         let others = designs::builtin_names().into_iter().filter_map(builtin).chain(defaults);
         let others = others.filter(|other| other.file != main.file).collect();
-        Ok(Self { main, others })
+        Self { main, others }
     }
 
     /// Finds a built-in variant of a built-in sensor: `rtac0` and `published-2025`.

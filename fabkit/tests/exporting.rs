@@ -137,6 +137,24 @@ fn only_what_is_asked_for_is_made() {
 }
 
 #[test]
+fn only_files_that_are_compensated_say_so() {
+    let mut mold = part("mold", Solid::cuboid(10.0, 10.0, 10.0));
+    mold.shrinkage = 0.01;
+    let compensation = |formats: &[Format]| {
+        let options = ExportOptions { formats: formats.to_vec(), ..ExportOptions::default() };
+        let exported = export(&design(vec![mold.clone()]), &options, &|_| ()).unwrap();
+        let [mold] = &exported.manifest.parts[..] else { panic!("one part") };
+        (mold.compensation.scale, mold.bounds_in_file_mm.max.x, mold.compensation.note.clone())
+    };
+    for nominal in [&[][..], &[Format::Tree], &[Format::Png, Format::Tree, Format::Samples]] {
+        assert_eq!(compensation(nominal), (1.0, 10.0, "none".into()), "{nominal:?}");
+    }
+    let (scale, size_mm, note) = compensation(&[Format::Stl, Format::Tree]);
+    assert!((scale * 0.99 - 1.0).abs() < 1e-12 && (size_mm * 0.99 - 10.0).abs() < 1e-5);
+    assert!(note.contains("shrinkage"), "{note}");
+}
+
+#[test]
 fn a_mesh_that_fails_names_its_part() {
     let empty = Solid::sphere(1.0).minus(Solid::sphere(2.0));
     for (solid, text) in [(empty, "empty"), (Solid::below(1.0), "unbounded")] {

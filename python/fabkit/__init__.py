@@ -13,7 +13,7 @@ tip; the camera frame is OpenCV's, +z forward, +x right, +y down. A pose is name
 (dtype('float64'), dtype('uint32'))
 """
 
-from fabkit import calibrate, dataset, depth
+from fabkit import calibrate, dataset, depth, sweep
 from fabkit._fabkit import __version__
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
@@ -44,4 +44,5 @@ __all__ = [
     "export",
     "load",
     "sensors",
+    "sweep",
 ]

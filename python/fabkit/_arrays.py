@@ -17,7 +17,7 @@ def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
     given = np.asarray(values)
     if given.dtype.kind not in "fiu":
         raise invalid(f"{name} has the dtype {given.dtype}; it must hold real numbers")
-    return np.ascontiguousarray(given, dtype=np.float64)
+    return np.asarray(given, dtype=np.float64, order="C")
 
 
 def rows(values: ArrayLike, columns: int, name: str) -> tuple[NDArray[np.float64], tuple[int, ...]]:

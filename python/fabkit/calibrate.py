@@ -176,7 +176,7 @@ class Intrinsics:
     @property
     def rms_px(self) -> float:
         """Root mean square length of all residuals, px."""
-        return self.document["rms_px"]
+        return self.document["reprojection_rms_px"]
 
     @property
     def warnings(self) -> list[str]:
@@ -426,7 +426,7 @@ def _with_opencv(
     else:
         size = (columns - 1, rows - 1)
         seen, found = cv2.findChessboardCornersSB(bytes_, size, flags=cv2.CALIB_CB_ACCURACY)
-        ids = np.arange(size[0] * size[1]) if seen else None
+        ids = list(range(size[0] * size[1])) if seen else None
     which = np.array([] if ids is None else ids, dtype=np.uint32).reshape(-1)
     if which.size == 0 and not missing_ok:
         raise invalid(f"{name}: OpenCV finds no {board.kind} `{board.name}`")

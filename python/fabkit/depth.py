@@ -10,6 +10,7 @@ from fabkit import _arrays, _fabkit
 from fabkit.calibrate import Extrinsics
 from fabkit.cameras import Camera
 from fabkit.designs import Sensor, load
+from fabkit.errors import invalid
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -110,6 +111,8 @@ class Scene:
             pose_file = os.fspath(pose)
         elif pose is not None:
             matrix = _arrays.matrix(pose, 4, "pose")
+            if matrix[3] != [0, 0, 0, 1]:
+                raise invalid(f"the last row of pose is {matrix[3]}; it must be [0, 0, 0, 1]")
         given = isinstance(camera, Camera)
         self._native = _fabkit.Scene(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]

@@ -6,6 +6,8 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
+from fabkit import _fabkit
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -112,10 +114,7 @@ def invalid(message: str, hint: str | None = None) -> InvalidInputError:
 
 def unknown(what: str, name: object, known: list[str]) -> UnknownNameError:
     """Make an error for a name that is not among those known, with the closest one as a hint."""
-    from difflib import get_close_matches
-
-    closest = get_close_matches(str(name), known, n=1, cutoff=0.5)
-    hint = f"did you mean `{closest[0]}`?" if closest else f"known: {', '.join(known) or 'none'}"
+    hint = _fabkit.hint(str(name), known)
     message = f"there is no {what} `{name}`"
     return UnknownNameError(_with(message, hint), problems=(Problem(message, hint),))
 

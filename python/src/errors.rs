@@ -1,8 +1,15 @@
 //! Failures as exceptions of `fabkit.errors`.
 
+use fabkit::bodies::UnknownName;
 use fabkit::failure::Failure;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+/// What to say to somebody who asked for a name that is not among those known.
+#[pyfunction]
+pub fn hint(name: &str, known: Vec<String>) -> String {
+    UnknownName::new("name", name, known.iter().map(String::as_str)).hint()
+}
 
 /// What the command would print and `--json` would say, as the exception made from it.
 pub fn exception(py: Python<'_>, failure: impl Into<Failure>) -> PyErr {

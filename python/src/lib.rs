@@ -15,6 +15,7 @@ mod export;
 mod mesh;
 mod running;
 mod scene;
+mod sweep;
 
 /// `fabkit._fabkit`.
 #[pyo3::pymodule]
@@ -32,11 +33,15 @@ mod _fabkit {
     #[pymodule_export]
     use crate::design::{Design, Project, load, sensors};
     #[pymodule_export]
+    use crate::errors::hint;
+    #[pymodule_export]
     use crate::export::{Exported, write_files};
     #[pymodule_export]
     use crate::mesh::Mesh;
     #[pymodule_export]
     use crate::scene::{Scene, false_color};
+    #[pymodule_export]
+    use crate::sweep::{SweepPlan, SweepStore, run_sweep, save_sweep};
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]

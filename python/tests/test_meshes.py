@@ -18,7 +18,7 @@ def test_arrays_are_what_they_promise(rtac0):
 
 
 def test_trimesh_measures_the_same(rtac0):
-    for body in [rtac0.parts["shell"], rtac0.parts["base"], rtac0.layers["coat"]]:
+    for body in [rtac0.parts["shell"], rtac0.parts["base"], rtac0.layers["black-coat"]]:
         mesh = body.mesh(tolerance_mm=0.02)
         theirs = mesh.to_trimesh()
         assert theirs.is_watertight

@@ -47,8 +47,8 @@ mod table;
 pub use metrics::{GROUPS, Group, METRICS, Metric};
 pub use pareto::front;
 pub use plan::{
-    Axis, Constraint, Direction, MAX_AXES, MAX_VARIANTS, Objective, Plan, PlanSource, Sampling,
-    Variant, json_schema,
+    Axis, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, Objective, Plan,
+    PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;
 pub use row::{InvalidRow, Row, Status, Value};

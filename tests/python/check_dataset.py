@@ -5,9 +5,12 @@ that `fabkit depth` writes for the same presses.
 """
 
 import json
+import shutil
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -33,19 +36,47 @@ def same(a, b):
     return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(bits(a), bits(b))
 
 
-def check(fabkit, folder):
-    run(fabkit, "dataset", "rtac0", "-o", folder / "lazy", *SET)
-    run(fabkit, "dataset", "rtac0", "-o", folder / "all", "--materialise", *SET)
+# Turned about its axis and shifted, so that the seam runs through chunks.
+CROOKED = """camera_from_sensor:
+- [0.9945218953682733, -0.10452846326765347, 0, 0.6]
+- [0.10452846326765347, 0.9945218953682733, 0, 0]
+- [0, 0, 1, 7]
+- [0, 0, 0, 1]
+"""
+
+
+def captures(folder, names, shape):
+    """A picture of noise for each half."""
+    random = np.random.default_rng(1)
+    folder.mkdir()
+    for name in names:
+        for side in ("left", "right"):
+            write_png(folder / f"{name}-{side}.png", random.integers(1, 255, (*shape, 3), np.uint8))
+
+
+def write_png(path, pixels):
+    height, width, _ = pixels.shape
+
+    def part(kind, content):
+        return (struct.pack(">I", len(content)) + kind + content
+                + struct.pack(">I", zlib.crc32(kind + content)))
+
+    rows = b"".join(b"\0" + row.tobytes() for row in pixels)
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", header)
+                     + part(b"IDAT", zlib.compress(rows, 1)) + part(b"IEND", b""))
+
+
+def check_halves(fabkit, folder, view):
+    """Halves against single maps."""
     about = json.loads((folder / "lazy/dataset.json").read_text())
     names = [pattern["name"] for pattern in about["patterns"]]
     assert len(names) == COUNT
-
-    # Halves against single maps.
     lazy, written = (zarr.open(folder / name, mode="r") for name in ("lazy", "all"))
     reference = np.load(folder / "lazy/reference.npz")
     for half, press in enumerate(names + [f"{name}-flipped" for name in names]):
         file = folder / "map.npz"
-        run(fabkit, "depth", "rtac0", "--press", press, "-o", file, *SET)
+        run(fabkit, "depth", "rtac0", "--press", press, "-o", file, *view)
         single = np.load(file)
         indentation = np.nan_to_num(single["indentation_mm"], nan=0.0).astype(np.float32)
         for dataset in (lazy, written):
@@ -57,14 +88,42 @@ def check(fabkit, folder):
         restored = (reference["range_mm"] - single["indentation_mm"])[seen]
         assert np.allclose(restored, single["range_mm"][seen], rtol=0, atol=1e-12)
 
-    # Stitched by Python and by fabkit.
+
+def check_samples(folder):
+    """Stitched by Python and by fabkit."""
+    written, arrays = zarr.open(folder / "all", mode="r"), set()
     for split in ("train", "validation", "test", "mixed"):
         truth = StitchedTruth(folder / "lazy", split)
         for index, (left, right) in enumerate(truth.halves_of):
             sample = left * COUNT + right - COUNT
             for name, stitched in truth[index].items():
+                arrays.add(name)
                 assert same(stitched, written[f"samples/{name}"][sample]), (sample, name)
-    print(f"check_dataset: {COUNT} patterns, {2 * COUNT} maps, {COUNT**2} samples equal to the bit")
+    # Many at once: readers may join what lies side by side in a file.
+    for name in arrays:
+        array = written[f"samples/{name}"]
+        assert all(same(array[:][i], array[i]) for i in range(0, COUNT**2, 7)), name
+    return written["samples/label"].chunks, sorted(arrays)
+
+
+def check(fabkit, folder):
+    pose = folder / "pose.yaml"
+    pose.write_text(CROOKED)
+    about = f"{COUNT} patterns, {2 * COUNT} maps, {COUNT**2} samples equal to the bit"
+    for kind, view in (("straight", SET), ("crooked", [*SET, "--pose", pose])):
+        place = folder / kind
+        place.mkdir()
+        pictures = []
+        if kind == "crooked":
+            names = [f"semi-dome-{number:03}" for number in range(1, COUNT + 1)]
+            captures(place / "captures", names, (480, 640))
+            pictures = ["--captures", place / "captures"]
+        run(fabkit, "dataset", "rtac0", "-o", place / "lazy", *view, *pictures)
+        run(fabkit, "dataset", "rtac0", "-o", place / "all", "--materialise", *view, *pictures)
+        check_halves(fabkit, place, view)
+        chunks, arrays = check_samples(place)
+        print(f"check_dataset: {kind} seam: {about} in chunks of {chunks}: {', '.join(arrays)}")
+        shutil.rmtree(place)
 
 
 if __name__ == "__main__":

@@ -195,6 +195,26 @@ fn patterns_from_a_file_are_read_and_refused_line_by_line() {
     assert!(run.stdout.contains("2 halves press nothing"), "{run:?}");
 }
 
+#[test]
+fn presses_past_the_rigid_shell_are_refused_all_at_once() {
+    let root = folder();
+    let list = "a = pin-1-long\nb = hemisphere@40deg,180deg,1mm + pin-2-long\nc = pin-3-short\n";
+    fs::write(root.path().join("list.txt"), list).unwrap();
+    let deep = "fixtures.pin_dome.pins.lengths=[5mm,6.4mm]";
+    let run = dataset(root.path(), &["--presses", "list.txt", "--set", deep]);
+    let expected = [
+        "`a`: pin 1 goes 1.750 mm deep at (0.00, 0.00, 19.25) mm, but the rigid shell begins 1.5 mm",
+        "`b`: pin 2 goes 1.750 mm deep",
+        "leave these out",
+    ];
+    assert_says(&run, 2, &expected);
+    assert!(!run.stderr.contains("pin 3") && !run.stderr.contains("hemisphere"), "{run:?}");
+    assert!(!root.path().join("set").exists());
+    // A tenth of a millimetre above the shell.
+    let fits = "fixtures.pin_dome.pins.lengths=[5mm,6.05mm]";
+    dataset(root.path(), &["--presses", "list.txt", "--set", fits]).ok();
+}
+
 /// A picture of one value; the camera's size unless told otherwise.
 fn picture(width: u32, value: u8) -> Vec<u8> {
     fabkit::export::png(width, 72, &vec![value; 3 * width as usize * 72]).unwrap()

@@ -89,6 +89,12 @@ fn presses_and_poses_that_cannot_be_are_refused() {
     assert_says(&depth(&["--press", "hemisphere@30deg,0deg,1"]), 2, &["depth: ", "no unit"]);
     let deep = depth(&["--press", "hemisphere@30deg,0deg,3mm"]);
     assert_says(&deep, 2, &["3 mm is out of range", "1.5 mm, where the rigid shell begins"]);
+    // Pins and halves as well as tools; what their own rules allow may still be too deep.
+    let long = ["--set", "fixtures.pin_dome.pins.lengths=[5mm,6.4mm]", "--press", "pin-1-long"];
+    let expected = ["`pin-1-long`: pin 1 goes 1.750 mm deep", "rigid shell begins 1.5 mm below"];
+    assert_says(&depth(&long), 2, &expected);
+    let deep = ["--set", "fixtures.semi_domes.depth.deepest=1.6mm", "--press", "semi-dome-001"];
+    assert_says(&depth(&deep), 2, &["deepest is 1.6 mm", "1.500 mm thick"]);
     assert_says(&depth(&[]), 2, &["--press", "--reference"]);
     let run = fabkit(root.path(), &["depth", "rtac0", "--reference", "-o", "a.txt"]);
     assert_says(&run, 2, &["a.txt does not name a .npz file"]);

@@ -1,4 +1,5 @@
-"""STEP files (AP242) with true faces, names and colours, through the OpenCascade rebuild.
+"""STEP files (AP242) with true faces, named parts and features, and colours, through the OpenCascade
+rebuild.
 
 Each file is read back before it counts: valid, named, with the faces that were written, and with the
 exact volume.
@@ -26,10 +27,11 @@ from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_SOLID
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS_Shape
+from OCP.TopoDS import TopoDS_Face, TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
 from . import __version__, document
+from .face_names import face_names
 from .kernels import occt
 from .kernels.with_cadquery import solid
 from .measured import RebuildError
@@ -81,14 +83,14 @@ class StepJob:
 
     def _part(self) -> tuple[list[str], dict[str, int]]:
         file = _File()
-        tree, shape, exact = _load(self.folder, self.name)
-        file.add(tree, shape)
+        body = _load(self.folder, self.name)
+        file.add(body)
         path = self.output / f"{self.name}.step"
         file.write(path, self.name)
         read, names = _read(path)
         if names != [self.name]:
             raise RebuildError(f"the file names {names}, not {self.name}")
-        _same(shape, read, exact)
+        _same(body.shape, read, body.volume_mm3)
         return [self.name], occt.face_types(read)
 
     def _assembly(self) -> tuple[list[str], dict[str, int]]:
@@ -104,15 +106,15 @@ class StepJob:
             ]
             if not placements:
                 continue
-            tree, shape, exact = _load(self.folder, name)
-            label = file.add(tree, shape)
+            body = _load(self.folder, name)
+            label = file.add(body)
             for number, pose in enumerate(placements, 1):
                 place = TopLoc_Location(occt.rigid(pose))
                 component = file.shapes.AddComponent(root, label, place)
                 title = name if len(placements) == 1 else f"{name} {number}"
                 TDataStd_Name.Set_s(component, TCollection_ExtendedString(title))
                 parts.append(name)
-                volume += exact
+                volume += body.volume_mm3
         file.shapes.UpdateAssemblies()
         path = self.output / f"{self.name}.step"
         file.write(path, self.name)
@@ -123,8 +125,17 @@ class StepJob:
         return parts, occt.face_types(read)
 
 
-def _load(folder: Path, name: str) -> tuple[dict, TopoDS_Shape, float]:
-    """A body's tree, its solid, and its exact volume, mm^3."""
+@dataclass(frozen=True)
+class _Body:
+    """A body's tree, its solid with faces and their features' names, and its exact volume, mm^3."""
+
+    tree: dict
+    shape: TopoDS_Shape
+    faces: list[tuple[TopoDS_Face, str]]
+    volume_mm3: float
+
+
+def _load(folder: Path, name: str) -> _Body:
     tree = document.read(folder / f"{name}.tree.json")
     samples = document.read_samples(folder / f"{name}.samples.json")
     shape = _plain(solid(tree).wrapped)
@@ -132,7 +143,9 @@ def _load(folder: Path, name: str) -> tuple[dict, TopoDS_Shape, float]:
         raise RebuildError(f"{name}: OpenCascade calls its own shape invalid")
     volume = samples["figures"]["volume_mm3"]
     _same_volume(occt.volume_mm3(shape), volume)
-    return tree, shape, volume
+    probe = occt.Probe(shape)
+    names = face_names(tree, samples, probe)
+    return _Body(tree, shape, list(zip(probe.faces, names)), volume)
 
 
 def _plain(shape: TopoDS_Shape) -> TopoDS_Shape:
@@ -170,9 +183,14 @@ class _File:
         self.shapes = XCAFDoc_DocumentTool.ShapeTool_s(self.document.Main())
         self.colors = XCAFDoc_DocumentTool.ColorTool_s(self.document.Main())
 
-    def add(self, tree: dict, shape: TopoDS_Shape) -> TDF_Label:
+    def add(self, body: _Body) -> TDF_Label:
         """A body; placements refer to the label."""
-        label = self.shapes.AddShape(shape, False)
+        tree = body.tree
+        label = self.shapes.AddShape(body.shape, False)
+        for face, name in body.faces:
+            if name:
+                of_face = self.shapes.AddSubShape(label, face)
+                TDataStd_Name.Set_s(of_face, TCollection_ExtendedString(name))
         TDataStd_Name.Set_s(label, TCollection_ExtendedString(tree["name"]))
         rgb = Quantity_Color(*(channel / 255 for channel in tree["color"]), Quantity_TOC_sRGB)
         color = Quantity_ColorRGBA(rgb, tree["opacity"])
@@ -185,6 +203,7 @@ class _File:
         # 5 is AP242 in its first edition.
         Interface_Static.SetIVal_s("write.step.schema", 5)
         Interface_Static.SetCVal_s("write.step.unit", "MM")
+        Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)
         writer.SetNameMode(True)
         writer.SetColorMode(True)
         writer.Transfer(self.document)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import tempfile
 import unittest
@@ -68,6 +69,11 @@ class Documents(CopiedExports):
         text = (export.folder / "base.step").read_text()
         for words in ("PRODUCT('base'", "AP242", "SI_UNIT(.MILLI.,.METRE.)", "COLOUR_RGB"):
             self.assertIn(words, text)
+        # Faces carry the names of their features: four holes are one cylinder each.
+        names = re.findall(r"ADVANCED_FACE\('([^']*)'", text)
+        self.assertEqual(len(names), 42)
+        for hole in range(1, 5):
+            self.assertEqual(names.count(f"camera screw hole {hole}"), 1)
         samples = json.loads((export.folder / "base.samples.json").read_text())
         gmsh.initialize()
         self.addCleanup(gmsh.finalize)

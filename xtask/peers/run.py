@@ -7,12 +7,13 @@ machine is as busy for one as for the other. Needs numpy, and for the peers what
 import argparse
 import json
 import os
+import resource
+import signal
 import statistics
 import struct
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,8 +22,9 @@ import numpy
 
 TOLERANCE_MM = 0.01
 PEERS = ("manifold3d", "cadquery", "build123d")
-RUNS = {"fabkit": 7, "manifold3d": 7, "cadquery": 1, "build123d": 1}
-LIMIT_S = 900
+RUNS = {"fabkit": 5, "manifold3d": 5, "cadquery": 1, "build123d": 1}
+# What one build may take, CPU s. Without a limit, a boolean of hundreds of tools may never end.
+LIMIT_CPU_S = 60
 START, END = "<!-- bench-peers -->\n", "<!-- end -->\n"
 
 
@@ -64,19 +66,25 @@ class Part:
         return self.tree.name.removesuffix(".tree.json")
 
 
+def limit_cpu():
+    """In the child."""
+    resource.setrlimit(resource.RLIMIT_CPU, (LIMIT_CPU_S, LIMIT_CPU_S + 5))
+
+
 def spawn(command):
     """Runs a process and asks the system what it used."""
     start = time.perf_counter()
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complained:
-        process = subprocess.Popen(command, stdout=said, stderr=complained)
-        timer = threading.Timer(LIMIT_S, process.kill)
-        timer.start()
+        process = subprocess.Popen(
+            command, stdout=said, stderr=complained, preexec_fn=limit_cpu
+        )
         _, status, usage = os.wait4(process.pid, 0)
-        timer.cancel()
         process.returncode = os.waitstatus_to_exitcode(status)
         wall_s = time.perf_counter() - start
         said.seek(0)
         complained.seek(0)
+        if process.returncode == -signal.SIGXCPU:
+            raise RuntimeError(f"stopped after {LIMIT_CPU_S} s")
         if process.returncode != 0:
             words = complained.read().decode(errors="replace").strip().splitlines()
             raise RuntimeError(words[-1] if words else f"ended by signal {-process.returncode}")
@@ -141,7 +149,7 @@ def build(part, kernels, commands, folder):
 def in_words(part, kernel):
     """For whoever waits."""
     if kernel in part.failures:
-        return f"{kernel} failed ({part.failures[kernel]})"
+        return f"{kernel} {part.failures[kernel]}"
     return f"{kernel} {part.results[kernel].cpu_s:.3f} s"
 
 
@@ -159,7 +167,8 @@ def rows(title, parts, kernels):
     for kernel in kernels:
         done = [p for p in parts if kernel in p.results and "fabkit" in p.results]
         if not done:
-            lines.append(f"| {title} | {kernel} | failed |  |  |  |  |  |  |  |")
+            reason = next((p.failures[kernel] for p in parts if kernel in p.failures), "failed")
+            lines.append(f"| {title} | {kernel} | {reason} |  |  |  |  |  |  |  |")
             continue
         results = [p.results[kernel] for p in done]
         total = {n: sum(getattr(r, n) for r in results) for n in ("cpu_s", "process_cpu_s", "wall_s")}

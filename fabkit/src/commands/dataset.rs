@@ -21,12 +21,9 @@ use crate::cli::{Dataset, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
-use crate::scene::{Scene, press_failure};
+use crate::scene::{MOST_FAULTS, Scene, press_failure};
 use crate::source::MAX_YAML_BYTES;
 use crate::table::grouped;
-
-/// Faults of captures that are listed one by one.
-const MOST_FAULTS: usize = 50;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
@@ -35,6 +32,9 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         return probes::run(args, &scene);
     }
     let named = patterns(args, &scene)?;
+    let presses =
+        named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
+    scene.check_depths(presses)?;
     let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
     let patterns = patterns.map_err(Failure::bug)?;
     let rays = scene.viewpoint.rays(1);

@@ -14,7 +14,7 @@ mod progress;
 mod render;
 mod schema;
 pub mod show;
-mod sweep;
+pub mod sweep;
 mod verify;
 mod view;
 

@@ -26,7 +26,7 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
 }
 
 fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
-    let Finished { variants, found, counts, on_front, all_excluded, empty_metrics } = finished;
+    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
     let folder = folder.display().to_string();
     let seconds = start.elapsed().as_secs_f64();
     let became: Vec<String> = Status::ALL
@@ -48,23 +48,29 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
     if !empty_metrics.is_empty() {
         text += &format!("no variant has {}; report.html says why\n", empty_metrics.join(", "));
     }
-    if let Some(why) = all_excluded {
+    if let Some(why) = none_left {
         text += &format!("error: no variant is left: {why}\n");
     }
+    let json = document(Path::new(&folder), finished);
+    Report { text, json, failed: none_left.is_some() }
+}
+
+/// What `--json` says of a finished sweep.
+pub fn document(folder: &Path, finished: &Finished) -> Value {
+    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
     let status: Map<String, Value> =
         Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
-    let json = json!({
+    json!({
         "format": "fabkit-sweep-report",
         "version": 1,
-        "folder": folder,
+        "folder": folder.display().to_string(),
         "variants": variants,
         "rows_found": found,
         "status": status,
         "pareto": on_front,
         "empty_metrics": empty_metrics,
-        "all_excluded": all_excluded,
-    });
-    Report { text, json, failed: all_excluded.is_some() }
+        "none_left": none_left,
+    })
 }
 
 impl From<SweepError> for Failure {

@@ -15,7 +15,7 @@ pub(super) fn compensation(
     is_drawn: bool,
 ) -> Compensation {
     let mut found = Compensation { scale: 1.0, kerf_mm: 0.0, print: None, note: "none".into() };
-    if options.nominal {
+    if !options.compensates() {
         return found;
     }
     let mut notes = Vec::new();
@@ -55,7 +55,7 @@ pub(super) fn compensation(
 
 /// The profile that a body's files make up for.
 fn profile<'a>(body: &BodyRef, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
-    let profile = options.profile.as_ref().filter(|_| !options.nominal)?;
+    let profile = options.profile.as_ref().filter(|_| options.compensates())?;
     (body.process == Some(profile.process.process())).then_some(profile)
 }
 

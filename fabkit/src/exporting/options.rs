@@ -41,6 +41,11 @@ impl Format {
         matches!(self, Self::Dxf | Self::Svg)
     }
 
+    /// Whether it makes up for what making does to sizes. The others show the design.
+    fn is_compensated(self) -> bool {
+        matches!(self, Self::Stl | Self::ThreeMf | Self::Dxf | Self::Svg)
+    }
+
     pub(super) fn file_name(self, part: &str) -> String {
         match self {
             Self::Tree | Self::Samples => format!("{part}.{}.json", self.word()),
@@ -69,6 +74,13 @@ pub struct ExportOptions {
     /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf, and no
     /// profile.
     pub nominal: bool,
+}
+
+impl ExportOptions {
+    /// Whether any file may differ from the design.
+    pub(super) fn compensates(&self) -> bool {
+        !self.nominal && self.formats.iter().any(|format| format.is_compensated())
+    }
 }
 
 /// The 600 x 300 mm of a common desktop laser, pieces 3 mm apart.

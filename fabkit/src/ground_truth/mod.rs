@@ -3,11 +3,13 @@
 
 mod coverage;
 mod files;
+mod penetration;
 mod presses;
 pub mod probes;
 mod viewpoint;
 
 pub use coverage::{Coverage, coverage};
 pub use files::{GREY_STEP_MM, Shown, arrays, cloud, grey, picture, tiff};
+pub use penetration::{Penetration, penetration};
 pub use presses::{Deepest, deepest, pressers};
 pub use viewpoint::{InvalidViewpoint, Viewpoint};

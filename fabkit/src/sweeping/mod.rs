@@ -111,6 +111,17 @@ pub fn run(
     store.finish(plan, cancelled)
 }
 
+/// Writes the tables and the report of rows that somebody else chose, in a folder of their own.
+///
+/// # Errors
+/// A folder that is not empty; no files.
+pub fn save(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<Finished, SweepError> {
+    if folder.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(SweepError::NotEmpty { folder: folder.into() });
+    }
+    store::write_tables(folder, plan, rows, &|| false)
+}
+
 /// How many variants became what, in the order of [`Status::ALL`].
 fn counts(rows: &[Row]) -> [usize; 4] {
     Status::ALL.map(|status| rows.iter().filter(|row| row.status == status).count())

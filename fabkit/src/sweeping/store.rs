@@ -81,8 +81,8 @@ pub struct Finished {
     pub counts: [usize; 4],
     /// How many are on the Pareto front.
     pub on_front: usize,
-    /// Why variants are excluded, if all are: the constraints that most of them break.
-    pub all_excluded: Option<String>,
+    /// Why no variant is left, if none is.
+    pub none_left: Option<String>,
     /// Metrics that no variant has.
     pub empty_metrics: Vec<String>,
 }
@@ -166,42 +166,10 @@ impl Store {
             let missing = self.all - rows.len();
             return Err(SweepError::Unfinished { missing, all: self.all });
         }
-        let table = Table::new(plan, rows.into_values().collect());
-        let counts = counts(table.rows());
-        let front: Vec<usize> = (0..table.rows().len()).filter(|i| table.is_on_front(*i)).collect();
-        let by_status: serde_json::Map<String, Value> =
-            Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
-        let empty_metrics: Vec<String> =
-            table.empty_metrics().into_iter().map(str::to_owned).collect();
-        let document = json!({
-            "format": "fabkit-sweep",
-            "version": 1,
-            "fabkit": fabkit_export::VERSION,
-            "sensor": plan.sensor(),
-            "plan_hash": self.hash,
-            "variants": self.all,
-            "status": by_status,
-            "pareto": front,
-            "empty_metrics": empty_metrics,
-        });
-        let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
-        let files = [
-            file("sweep.csv", table.to_csv().into_bytes()),
-            file("sweep.parquet", table.to_parquet()?),
-            file("report.html", report(plan, &table).into_bytes()),
-            file(FINISHED, format!("{document:#}\n").into_bytes()),
-        ];
-        write_all(&self.folder, &files, cancelled)?;
+        let finished = write_tables(&self.folder, plan, rows.into_values().collect(), cancelled)?;
         let partial = self.folder.join(PARTIAL);
         fs::remove_dir_all(&partial).map_err(|e| failed("remove", &partial, e))?;
-        Ok(Finished {
-            variants: self.all,
-            found: self.found.len(),
-            counts,
-            on_front: front.len(),
-            all_excluded: all_excluded(table.rows()),
-            empty_metrics,
-        })
+        Ok(Finished { found: self.found.len(), ..finished })
     }
 
     /// The plan's hash that a document names.
@@ -274,23 +242,77 @@ fn failed(action: &'static str, path: &Path, source: io::Error) -> SweepError {
     SweepError::Io { action, path: path.into(), source }
 }
 
-/// The constraints that exclude variants, if that is all that became of them.
-fn all_excluded(rows: &[Row]) -> Option<String> {
-    let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
-    if excluded.clone().count() < rows.len() {
+/// Writes the tables and the report of rows, whichever variants they are of.
+pub(super) fn write_tables(
+    folder: &Path,
+    plan: &Plan,
+    rows: Vec<Row>,
+    cancelled: &dyn Fn() -> bool,
+) -> Result<Finished, SweepError> {
+    let table = Table::new(plan, rows);
+    let rows = table.rows();
+    let counts = counts(rows);
+    let on_front = |(i, row): (usize, &Row)| table.is_on_front(i).then_some(row.variant);
+    let front: Vec<usize> = rows.iter().enumerate().filter_map(on_front).collect();
+    let by_status: serde_json::Map<String, Value> =
+        Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
+    let empty_metrics: Vec<String> = table.empty_metrics().into_iter().map(str::to_owned).collect();
+    let document = json!({
+        "format": "fabkit-sweep",
+        "version": 1,
+        "fabkit": fabkit_export::VERSION,
+        "sensor": plan.sensor(),
+        "plan_hash": plan.hash(),
+        "variants": rows.len(),
+        "status": by_status,
+        "pareto": front,
+        "empty_metrics": empty_metrics,
+    });
+    let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
+    let files = [
+        file("sweep.csv", table.to_csv().into_bytes()),
+        file("sweep.parquet", table.to_parquet()?),
+        file("report.html", report(plan, &table).into_bytes()),
+        file(FINISHED, format!("{document:#}\n").into_bytes()),
+    ];
+    write_all(folder, &files, cancelled)?;
+    Ok(Finished {
+        variants: rows.len(),
+        found: 0,
+        counts,
+        on_front: front.len(),
+        none_left: none_left(rows),
+        empty_metrics,
+    })
+}
+
+/// Why no variant is left, if none is: the constraints that exclude most, or an example of why others
+/// cannot be built.
+fn none_left(rows: &[Row]) -> Option<String> {
+    if rows.iter().any(|row| row.status == Status::Ok) {
         return None;
     }
+    let all = rows.len();
     // The reasons begin with the constraint's own text.
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for row in excluded {
-        for reason in row.reason.as_deref().unwrap_or_default().split("; ") {
-            let text = reason.split(" does not hold").next().unwrap_or(reason);
-            *counts.entry(text).or_default() += 1;
-        }
+    let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
+    for reason in excluded.flat_map(|row| row.reason.as_deref().unwrap_or_default().split("; ")) {
+        let ends = [" does not hold", " cannot hold"];
+        let text = ends.iter().find_map(|end| reason.split_once(end)).map_or(reason, |(t, _)| t);
+        *counts.entry(text).or_default() += 1;
     }
     let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
-    let all = rows.len();
-    let told = counts.iter().map(|(text, count)| format!("`{text}` excludes {count} of {all}"));
-    Some(told.collect::<Vec<_>>().join(", "))
+    let mut told: Vec<String> =
+        counts.iter().map(|(text, count)| format!("`{text}` excludes {count} of {all}")).collect();
+    let others: Vec<&Row> = rows.iter().filter(|row| row.status != Status::Excluded).collect();
+    if let [first, ..] = others[..] {
+        let why = first.reason.as_deref().unwrap_or_default();
+        told.push(format!(
+            "{} cannot be built, variant {} because {why}",
+            others.len(),
+            first.variant
+        ));
+    }
+    Some(told.join(", "))
 }

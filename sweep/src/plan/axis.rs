@@ -53,6 +53,27 @@ impl Axis {
         format!("{}{}", self.path, quantity::suffix(self.kind))
     }
 
+    /// What may be asked of it, for those who choose values themselves: a range of numbers in the
+    /// column's unit (`low`, `high`, `log`, `steps`, `whole`) or a list (`choices`), as JSON; and the
+    /// unit that numbers are written with.
+    pub fn space(&self) -> serde_json::Value {
+        let unit = quantity::suffix(self.kind).trim_start_matches('_');
+        match &self.values {
+            Values::List(choices) => {
+                serde_json::json!({ "path": self.path, "unit": unit, "choices": choices })
+            }
+            Values::Range(Range { from, to, log, steps }) => serde_json::json!({
+                "path": self.path,
+                "unit": unit,
+                "low": from,
+                "high": to,
+                "log": log,
+                "steps": steps,
+                "whole": self.kind == Kind::Count,
+            }),
+        }
+    }
+
     /// How many values it takes; `None` for a range of which only samples are drawn.
     pub(super) fn len(&self) -> Option<usize> {
         match &self.values {

@@ -55,6 +55,29 @@ impl PlanSource {
     }
 }
 
+/// Why a text is no source of a plan.
+#[derive(Debug, thiserror::Error)]
+#[error("this is not the source of a plan: {0}")]
+pub struct InvalidSource(#[from] serde_json::Error);
+
+impl PlanSource {
+    /// As one line of JSON, to be sent elsewhere.
+    ///
+    /// # Errors
+    /// None that texts can cause.
+    pub fn to_json(&self) -> Result<String, InvalidSource> {
+        Ok(serde_json::to_string(self)?)
+    }
+
+    /// Reads what [`PlanSource::to_json`] wrote.
+    ///
+    /// # Errors
+    /// [`InvalidSource`].
+    pub fn from_json(json: &str) -> Result<Self, InvalidSource> {
+        Ok(serde_json::from_str(json)?)
+    }
+}
+
 /// How variants are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
@@ -234,7 +257,13 @@ impl Plan {
                 self.axes.iter().zip(shares).map(|(axis, share)| axis.at(share)).collect()
             }
         };
-        let pairs = || self.axes.iter().zip(&texts);
+        self.variant_at(number, &texts)
+    }
+
+    /// A variant that the plan does not number itself: the value of each axis, in their order, as
+    /// sensor files write it. What cannot be built has a row that says so.
+    pub fn variant_at(&self, number: usize, texts: &[String]) -> Variant {
+        let pairs = || self.axes.iter().zip(texts);
         let set = pairs().map(|(axis, text)| format!("{}={text}", axis.path));
         Variant {
             number,
@@ -248,8 +277,8 @@ impl Plan {
     /// # Panics
     /// From [`Plan::len`] on.
     pub fn evaluate(&self, number: usize) -> Row {
-        let nothing = &mut |_: &Variant| Ok::<_, std::convert::Infallible>(Vec::new());
-        match self.evaluate_with(number, nothing) {
+        let nothing = &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(Vec::new());
+        match self.evaluate_with(&self.variant(number), nothing) {
             Ok(row) => row,
             Err(never) => match never {},
         }
@@ -260,17 +289,13 @@ impl Plan {
     ///
     /// # Errors
     /// Those of `custom`.
-    ///
-    /// # Panics
-    /// From [`Plan::len`] on.
     pub fn evaluate_with<E>(
         &self,
-        number: usize,
-        custom: &mut dyn FnMut(&Variant) -> Result<Vec<(String, f64)>, E>,
+        variant: &Variant,
+        custom: &mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>,
     ) -> Result<Row, E> {
-        let variant = self.variant(number);
-        let mut row = Row::new(number, variant.values.clone());
-        let parameters = self.numbers(&variant);
+        let mut row = Row::new(variant.number, variant.values.clone());
+        let parameters = self.numbers(variant);
         let broken = |of_parameters: bool, metrics: &Numbers| {
             let asked = self.constraints.iter().filter(|c| c.is_of_parameters() == of_parameters);
             asked.filter_map(|c| c.broken(&parameters, metrics)).collect::<Vec<_>>()
@@ -280,7 +305,7 @@ impl Plan {
             row.refuse(Status::Excluded, "constraint", early.join("; "));
             return Ok(row);
         }
-        let project = match self.load(&variant) {
+        let project = match self.load(variant) {
             Ok(project) => project,
             Err(invalid) => {
                 let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
@@ -293,7 +318,7 @@ impl Plan {
             row.refuse(Status::Invalid, "design", why.to_string());
             return Ok(row);
         }
-        computed.values.extend(custom(&variant)?);
+        computed.values.extend(custom(variant, &project)?);
         let is_number = |value: &f64| value.is_finite();
         let wrong: Vec<String> = computed
             .values

@@ -252,12 +252,12 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         len,
         source: source.clone(),
     };
-    exclude_nothing_or_less(&mut reading, &plan, &places);
+    require_a_variant(&mut reading, &plan, &places);
     if reading.problems.is_empty() { Ok(plan) } else { reading.refuse() }
 }
 
 /// Constraints on parameters must leave at least one variant.
-fn exclude_nothing_or_less(reading: &mut Reading, plan: &Plan, places: &[Position]) {
+fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
     let early: Vec<(usize, &Constraint)> =
         plan.constraints.iter().enumerate().filter(|(_, c)| c.is_of_parameters()).collect();
     if early.is_empty() {

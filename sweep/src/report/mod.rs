@@ -81,25 +81,28 @@ fn summary(plan: &Plan, table: &Table) -> String {
     format!("<table>{}</table>\n", rows.iter().map(|cells| row(cells)).collect::<String>())
 }
 
-/// Why variants are not ok, the most frequent first.
+/// Why variants are not ok, the most frequent first. Reasons that differ in their numbers alone are one;
+/// the first stands for all.
 fn reasons(table: &Table) -> String {
-    let mut counts: BTreeMap<(Status, &str), usize> = BTreeMap::new();
+    let mut counts: BTreeMap<(Status, String), (usize, &str)> = BTreeMap::new();
     for row in table.rows() {
         if let Some(reason) = &row.reason {
-            // The value that is out of place differs from row to row; the rest says what it is.
-            *counts.entry((row.status, reason)).or_default() += 1;
+            let kind: String = reason.chars().filter(|c| !c.is_ascii_digit()).collect();
+            counts.entry((row.status, kind.replace('.', ""))).or_insert((0, reason)).0 += 1;
         }
     }
     if counts.is_empty() {
         return String::new();
     }
     let kinds = counts.len();
-    let mut counts: Vec<_> = counts.into_iter().collect();
-    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
+    let mut counts: Vec<_> =
+        counts.into_iter().map(|((status, _), count)| (status, count)).collect();
+    // Stable: in the order of statuses where counts are equal.
+    counts.sort_by_key(|(_, (count, _))| std::cmp::Reverse(*count));
     let mut html = String::from("<h2>Why variants are not ok</h2>\n<table>");
-    html += &heading(&["reason", "status", "variants"]);
-    for ((status, reason), count) in counts.iter().take(MOST_REASONS) {
-        html += &row(&[(*reason).to_owned(), status.word().to_owned(), count.to_string()]);
+    html += &heading(&["for example", "status", "variants"]);
+    for (status, (count, example)) in counts.iter().take(MOST_REASONS) {
+        html += &row(&[(*example).to_owned(), status.word().to_owned(), count.to_string()]);
     }
     html += "</table>\n";
     if kinds > MOST_REASONS {

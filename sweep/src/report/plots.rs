@@ -123,15 +123,19 @@ pub(super) fn sensitivity(plan: &Plan, table: &Table, metrics: &[String]) -> Str
     let mut html = String::new();
     for metric in metrics {
         let mut row_html = String::new();
-        for (index, axis) in plan.axes().iter().enumerate().take(MAX_AXES) {
-            let curve = curve(plan, table, index, metric);
+        let axes = plan.axes().iter().enumerate().take(MAX_AXES);
+        let curves: Vec<_> = axes.map(|(i, axis)| (axis, curve(plan, table, i, metric))).collect();
+        // One scale for all, so that what matters little looks like it.
+        let Some(y) = range(curves.iter().flat_map(|(_, c)| c.iter().map(|p| p[1]))) else {
+            continue;
+        };
+        for (axis, curve) in &curves {
             let Some(x) = range(curve.iter().map(|p| p[0])) else { continue };
-            let Some(y) = range(curve.iter().map(|p| p[1])) else { continue };
             let mut plot = Plot::between([x, y], [&name(axis), metric]);
             for pair in curve.windows(2) {
                 plot.line(pair[0], pair[1], CURVE);
             }
-            for point in &curve {
+            for point in curve {
                 plot.dot(*point, OK, &format!("{}", point[1]));
             }
             let label = format!("{metric} as {} changes alone", axis.column());

@@ -127,10 +127,10 @@ class Probe:
     def __init__(self, shape: TopoDS_Shape):
         self.shape = shape
         found = subshapes(shape, TopAbs_FACE)
-        faces = [TopoDS.Face_s(found.FindKey(i)) for i in range(1, found.Extent() + 1)]
-        self.faces = [IntCurvesFace_Intersector(face, EDGE_MM) for face in faces]
+        self.faces = [TopoDS.Face_s(found.FindKey(i)) for i in range(1, found.Extent() + 1)]
+        self.intersectors = [IntCurvesFace_Intersector(face, EDGE_MM) for face in self.faces]
         corners = []
-        for face in faces:
+        for face in self.faces:
             box = Bnd_Box()
             BRepBndLib.Add_s(face, box, False)
             box.SetGap(BOX_MM)
@@ -143,15 +143,22 @@ class Probe:
         return [self._crossings(*line) for line in zip(origins, directions)]
 
     def _crossings(self, origin: numpy.ndarray, direction: numpy.ndarray) -> numpy.ndarray:
-        line = gp_Lin(gp_Pnt(*map(float, origin)), gp_Dir(*map(float, direction)))
-        hits = []
-        for index in self._near(origin, direction):
-            face = self.faces[index]
-            face.Perform(line, -1e5, 1e5)
-            if face.IsDone():
-                hits += [face.WParameter(i) for i in range(1, face.NbPnt() + 1)]
+        hits = [hit for _, of_face in self.faces_met(origin, direction) for hit in of_face]
         hits = numpy.sort(numpy.array(hits))
         return hits[numpy.diff(hits, prepend=-numpy.inf) > EDGE_MM]
+
+    def faces_met(
+        self, origin: numpy.ndarray, direction: numpy.ndarray
+    ) -> list[tuple[int, list[float]]]:
+        """The faces that a line crosses, by number, and where, mm along its unit direction."""
+        line = gp_Lin(gp_Pnt(*map(float, origin)), gp_Dir(*map(float, direction)))
+        met = []
+        for index in self._near(origin, direction):
+            face = self.intersectors[index]
+            face.Perform(line, -1e5, 1e5)
+            if face.IsDone() and face.NbPnt() > 0:
+                met.append((int(index), [face.WParameter(i) for i in range(1, face.NbPnt() + 1)]))
+        return met
 
     def _near(self, origin: numpy.ndarray, direction: numpy.ndarray) -> numpy.ndarray:
         # Slabs: a coordinate along which the line does not move is either within or never.

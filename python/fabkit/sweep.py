@@ -1,0 +1,469 @@
+"""Design sweeps: many variants of one sensor, and what each of them is worth.
+
+A plan (``fabkit schema --sweep`` describes it) names a sensor, the parameters to vary, constraints
+and metrics. :func:`run` computes one row for each variant, on threads of this machine or on any
+executor, and writes ``sweep.csv``, ``sweep.parquet`` and ``report.html``. Rows depend on the plan
+alone, so that the tables are the same bytes wherever they are computed.
+
+>>> import fabkit, tempfile
+>>> plan = fabkit.sweep.load({
+...     "sensor": "rtac0",
+...     "axes": {"camera.depth": {"from": "6 mm", "to": "7 mm", "steps": 3}},
+...     "metrics": ["coverage"],
+... })
+>>> len(plan), plan.evaluate(0).parameters
+(3, {'camera.depth_mm': 6.0})
+>>> with tempfile.TemporaryDirectory() as folder:
+...     fabkit.sweep.run(plan, folder).status["ok"]
+3
+"""
+
+from __future__ import annotations
+
+import csv
+import functools
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from fabkit import _fabkit
+from fabkit._progress import shown
+from fabkit.designs import Sensor
+from fabkit.errors import FabkitError, InvalidInputError, Problem, invalid, unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable
+    from os import PathLike
+
+    from fabkit._progress import Progress
+
+Metric: TypeAlias = Callable[[Sensor], float]
+"""What a variant is worth: a function of the sensor."""
+
+# Rows that are lost at most if a worker is.
+_MOST_TOGETHER = 16
+_CONNECT_SECONDS = 10
+
+
+class MetricError(InvalidInputError):
+    """A metric of one's own that raised, or gave something other than a finite number."""
+
+    def __init__(self, metric: str, variant: int, why: str) -> None:
+        text = f"the metric `{metric}` of variant {variant} {why}"
+        hint = "finished rows are kept: correct it, and go on with resume=True"
+        super().__init__(f"{text}\n  = help: {hint}", problems=(Problem(text, hint),))
+        self.metric = metric
+        """Its name."""
+        self.variant = variant
+        """Number of the variant."""
+        self.why = why
+        """What it did."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (type(self), (self.metric, self.variant, self.why))
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter that is varied: a range of numbers, or a list of choices."""
+
+    path: str
+    """For example ``camera.depth``."""
+    unit: str
+    """``mm``, ``deg``, or empty."""
+    choices: tuple[str, ...] | None = None
+    """As sensor files write them; ``None`` for a range."""
+    low: float = 0.0
+    """In the axis's unit."""
+    high: float = 0.0
+    """In the axis's unit."""
+    log: bool = False
+    """Whether equal ratios are equal steps."""
+    steps: int | None = None
+    """How many values, if only some."""
+    whole: bool = False
+    """Whether only whole numbers are values."""
+
+    def text(self, value: object) -> str:
+        """Write a value as sensor files do: numbers get the axis's unit."""
+        if isinstance(value, str):
+            return value
+        if isinstance(value, bool):
+            return str(value).lower()
+        number = int(value) if self.whole else value  # pyright: ignore[reportArgumentType, reportCallIssue, reportUnknownVariableType]
+        return f"{number} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is known of one variant."""
+
+    variant: int
+    """Its number."""
+    status: str
+    """``ok``, ``excluded``, ``invalid`` or ``failed``."""
+    error_code: str | None
+    """``design``, ``constraint`` or ``not-finite``."""
+    reason: str | None
+    """Why it is not ok."""
+    notes: list[str]
+    """Why cells are empty that might have been filled."""
+    parameters: dict[str, float | str]
+    """Values of the axes, by column."""
+    metrics: dict[str, float]
+    """Those that apply, by column."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A finished sweep."""
+
+    folder: Path
+    """Where ``sweep.csv``, ``sweep.parquet``, ``sweep.json`` and ``report.html`` are."""
+    variants: int
+    """How many rows the tables have."""
+    status: dict[str, int]
+    """How many variants became what."""
+    pareto: int
+    """How many are on the Pareto front."""
+
+    def rows(self) -> list[dict[str, str]]:
+        """Read the table, each row by column, as text."""
+        with (self.folder / "sweep.csv").open(newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+
+class Plan:
+    """A plan that can be carried out; see :func:`load`."""
+
+    def __init__(self, native: _fabkit.SweepPlan) -> None:
+        self._native = native
+        self.sensor = native.sensor()
+        """The sensor as the plan names it."""
+        self.columns = native.columns()
+        """The column of each axis."""
+        self.objectives = dict(native.objectives())
+        """``min`` or ``max``, by metric."""
+        self.axes = [_axis(json.loads(space)) for space in native.space()]
+        """What is varied, in order."""
+
+    def __len__(self) -> int:
+        """Count the variants."""
+        return self._native.count()
+
+    def overrides(self, variant: int) -> dict[str, str]:
+        """Tell what a variant changes, for :func:`fabkit.load`."""
+        return dict(text.split("=", 1) for text in self._native.overrides(variant))
+
+    def evaluate(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> Row:
+        """Compute the row of a variant."""
+        return self._row(self._native.row(variant, None, _asked(self, variant, metrics)))
+
+    def _row(self, line: str) -> Row:
+        about: dict[str, Any] = json.loads(line)
+        values = dict(zip(self.columns, about.pop("parameters"), strict=True))
+        return Row(parameters=values, **about)
+
+
+class Explorer:
+    """Variants that somebody else chooses, such as an optimiser: ask and tell.
+
+    >>> import fabkit
+    >>> plan = {"sensor": "rtac0", "axes": {"camera.depth": {"from": "6 mm", "to": "7 mm"}},
+    ...         "sample": 1, "metrics": ["coverage"], "objectives": {"coverage": "max"}}
+    >>> explorer = fabkit.sweep.Explorer(plan)
+    >>> near, far = (explorer.tell({"camera.depth": depth}) for depth in (6.0, 7.0))
+    >>> near.metrics["coverage"] < far.metrics["coverage"]
+    True
+    """
+
+    def __init__(
+        self,
+        plan: Plan | Mapping[str, object] | str | PathLike[str],
+        metrics: Mapping[str, Metric] | None = None,
+    ) -> None:
+        self.plan = load(plan, metrics=metrics or ())
+        """What may be varied, and what is computed."""
+        self._metrics = metrics
+        self._lines: list[str] = []
+
+    def ask(self, trial: Any) -> dict[str, object]:
+        """Ask an Optuna trial, or anything with its ``suggest_...`` methods, for values."""
+        values: dict[str, object] = {}
+        for axis in self.plan.axes:
+            if axis.choices is not None:
+                values[axis.path] = trial.suggest_categorical(axis.path, list(axis.choices))
+            elif axis.whole:
+                low, high = int(axis.low), int(axis.high)
+                values[axis.path] = trial.suggest_int(axis.path, low, high, log=axis.log)
+            else:
+                suggest = trial.suggest_float
+                values[axis.path] = suggest(axis.path, axis.low, axis.high, log=axis.log)
+        return values
+
+    def tell(self, values: Mapping[str, object]) -> Row:
+        """Compute the row of a variant: a value for each axis, numbers in the axis's unit."""
+        known = [axis.path for axis in self.plan.axes]
+        for path in values:
+            if path not in known:
+                raise unknown("axis", path, known)
+        missing = [path for path in known if path not in values]
+        if missing:
+            raise invalid(f"no value for {', '.join(missing)}")
+        number = len(self._lines)
+        texts = [axis.text(values[axis.path]) for axis in self.plan.axes]
+        asked = _asked(self.plan, number, self._metrics)
+        line = self.plan._native.row(number, texts, asked)  # pyright: ignore[reportPrivateUsage]
+        self._lines.append(line)
+        return self.plan._row(line)  # pyright: ignore[reportPrivateUsage]
+
+    def objectives(self, row: Row) -> list[float] | None:
+        """List what is to be made small or large, in the plan's order; ``None`` for no good row."""
+        names = self.plan.objectives
+        if row.status != "ok" or any(name not in row.metrics for name in names):
+            return None
+        return [row.metrics[name] for name in names]
+
+    def save(self, out: str | PathLike[str]) -> Sweep:
+        """Write the tables of all rows so far into a new folder."""
+        native = self.plan._native  # pyright: ignore[reportPrivateUsage]
+        return _sweep(_fabkit.save_sweep(os.fspath(out), native, self._lines))
+
+
+def load(
+    plan: Plan | Mapping[str, object] | str | PathLike[str],
+    *,
+    metrics: Iterable[str] = (),
+) -> Plan:
+    """Read a plan.
+
+    Parameters
+    ----------
+    plan
+        A YAML file, or the same as a mapping; ``format`` may be left out of a mapping.
+    metrics
+        Names of metrics of one's own, which constraints and objectives may use.
+
+    Raises
+    ------
+    FabkitError
+        Everything that is wrong with the plan or its sensor; a constraint on parameters that
+        excludes all variants.
+    """
+    names = list(metrics)
+    if isinstance(plan, Plan):
+        return plan
+    if isinstance(plan, Mapping):
+        text = json.dumps({"format": 1, **plan}, indent=2)
+        return Plan(_fabkit.SweepPlan.of_text("plan", text, "", names))
+    return Plan(_fabkit.SweepPlan.read(os.fspath(plan), names))
+
+
+def run(
+    plan: Plan | Mapping[str, object] | str | PathLike[str],
+    out: str | PathLike[str],
+    *,
+    executor: Any = None,
+    metrics: Mapping[str, Metric] | None = None,
+    resume: bool = False,
+    progress: Progress = None,
+    retries: int = 3,
+) -> Sweep:
+    """Compute a row for each variant of a plan, and write the tables.
+
+    Parameters
+    ----------
+    plan
+        A YAML file, or the same as a mapping, or a :class:`Plan`.
+    out
+        A new folder.
+    executor
+        ``None`` for threads of this machine; anything with the interface of
+        ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its scheduler,
+        ``"tcp://host:8786"``. Workers need fabkit, not the plan's files.
+    metrics
+        Metrics of one's own by name, each a function of the variant's :class:`fabkit.Sensor`. They
+        must be importable where they are called, unless the executor can send functions.
+    resume
+        Go on where an earlier run of the same plan was stopped.
+    progress
+        See :mod:`fabkit`: a bar where tqdm is installed, or a function of done and all.
+    retries
+        How often rows are tried again that a worker lost.
+
+    Raises
+    ------
+    MetricError
+        A metric that raised or gave no finite number; finished rows are kept.
+    FabkitError
+        A plan that cannot be, no variant that is left, an executor that cannot be reached or is
+        broken; a folder that is not empty.
+    """
+    metrics = dict(metrics or {})
+    plan = load(plan, metrics=metrics)
+    native = plan._native  # pyright: ignore[reportPrivateUsage]
+    with shown(progress, "variants") as told:
+        if executor is None and not metrics:
+            return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, told))
+        with _submitter(executor, retries) as submit:
+            store = _fabkit.SweepStore.open(os.fspath(out), native, resume)
+            missing = store.missing()
+            together = min(max(len(missing) // 64, 1), _MOST_TOGETHER)
+            tasks = [missing[i : i + together] for i in range(0, len(missing), together)]
+            done = len(plan) - len(missing)
+            for lines in _computed(submit, native.source(), tasks, metrics, retries):
+                store.put(lines)
+                done += len(lines)
+                if told is not None:
+                    told(done, len(plan))
+        return _sweep(store.finish())
+
+
+def _computed(
+    submit: Callable[..., Future[Any]] | None,
+    source: str,
+    tasks: list[list[int]],
+    metrics: dict[str, Metric],
+    retries: int,
+) -> Generator[list[str]]:
+    """Yield rows as they come, each variant's once; what is finished comes before what is raised."""
+    if submit is None:
+        for task in tasks:
+            lines, error = _rows(source, task, metrics)
+            yield lines
+            if error is not None:
+                raise error
+        return
+    failure: Exception | None = None
+    pending: dict[Future[Any], tuple[list[int], int]] = {}
+    try:
+        for task in tasks:
+            pending[submit(_rows, source, task, metrics)] = (task, 0)
+        while pending:
+            ready, _ = wait(pending, return_when=FIRST_COMPLETED)
+            for future in ready:
+                task, tries = pending.pop(future)
+                error = None if future.cancelled() else future.exception()
+                if future.cancelled():
+                    continue
+                if error is None:
+                    lines, wrong = future.result()
+                    yield lines
+                    failure = failure or wrong
+                elif failure is None and tries < retries and not isinstance(error, BrokenExecutor):
+                    pending[submit(_rows, source, task, metrics)] = (task, tries + 1)
+                else:
+                    failure = failure or _lost(task, tries, error)
+            if failure is not None:
+                for future in pending:
+                    future.cancel()
+                pending = {f: task for f, task in pending.items() if not f.cancelled()}
+        if failure is not None:
+            raise failure
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+def _lost(task: list[int], tries: int, error: BaseException) -> FabkitError:
+    text = f"variants {task[0]} to {task[-1]} failed {tries + 1} times: {error!r}"
+    hint = "finished rows are kept: go on with resume=True"
+    problem = Problem(text, hint)
+    lost = FabkitError(f"{text}\n  = help: {hint}", code="io", exit_code=4, problems=(problem,))
+    lost.__cause__ = error
+    return lost
+
+
+def _rows(
+    source: str, numbers: list[int], metrics: dict[str, Metric]
+) -> tuple[list[str], MetricError | None]:
+    """Compute rows, here or on a worker; an error comes with the rows before it."""
+    plan = _plan(source)
+    native = plan._native  # pyright: ignore[reportPrivateUsage]
+    if not metrics:
+        return native.rows(numbers), None
+    lines: list[str] = []
+    for number in numbers:
+        try:
+            lines.append(native.row(number, None, _asked(plan, number, metrics)))
+        except MetricError as error:
+            return lines, error
+    return lines, None
+
+
+@functools.lru_cache(maxsize=4)
+def _plan(source: str) -> Plan:
+    return Plan(_fabkit.SweepPlan.of_source(source))
+
+
+def _asked(
+    plan: Plan, variant: int, metrics: Mapping[str, Metric] | None
+) -> Callable[[_fabkit.Project], list[tuple[str, float]]] | None:
+    """Make the function that computes one's own metrics of a variant."""
+    if not metrics:
+        return None
+
+    def ask(project: _fabkit.Project) -> list[tuple[str, float]]:
+        sensor = Sensor(project, plan.sensor)
+        values: list[tuple[str, float]] = []
+        for name, metric in metrics.items():
+            try:
+                value = float(metric(sensor))
+            except Exception as error:
+                raise MetricError(name, variant, f"raised {error!r}") from error
+            if not math.isfinite(value):
+                raise MetricError(name, variant, f"is {value}")
+            values.append((name, value))
+        return values
+
+    return ask
+
+
+@contextmanager
+def _submitter(executor: Any, retries: int) -> Generator[Callable[..., Future[Any]] | None]:
+    """Yield what takes tasks; ``None`` for nobody."""
+    if isinstance(executor, str):
+        with _client(executor) as client:
+            yield client.get_executor(pure=False, retries=retries).submit
+    elif executor is None:
+        yield None
+    elif hasattr(executor, "get_executor"):
+        yield executor.get_executor(pure=False, retries=retries).submit
+    elif hasattr(executor, "submit"):
+        yield executor.submit
+    else:
+        hint = "give an executor of concurrent.futures, a Dask client, or a scheduler's address"
+        raise invalid(f"{executor!r} is no executor: it has no `submit`", hint)
+
+
+def _client(address: str) -> Any:
+    """Connect to a Dask scheduler."""
+    try:
+        from distributed import Client  # pyright: ignore
+    except ImportError as error:
+        message = f"Dask is needed to reach {address}"
+        raise invalid(message, 'pip install "fabkit-cad[dask]"') from error
+    try:
+        return Client(address, timeout=_CONNECT_SECONDS)  # pyright: ignore
+    except (OSError, ValueError) as error:
+        text = f"there is no scheduler at {address}: {error}"
+        raise FabkitError(text, code="io", exit_code=4) from error
+
+
+def _axis(space: dict[str, Any]) -> Axis:
+    choices = space.pop("choices", None)
+    return Axis(choices=None if choices is None else tuple(choices), **space)
+
+
+def _sweep(document: str) -> Sweep:
+    about: dict[str, Any] = json.loads(document)
+    if about["none_left"] is not None:
+        hint = f"the rows are in {about['folder']}"
+        raise invalid(f"no variant is left: {about['none_left']}", hint)
+    return Sweep(Path(about["folder"]), about["variants"], about["status"], about["pareto"])

@@ -1,0 +1,253 @@
+//! Design sweeps: plans, rows as lines of JSON, and the folder they end up in.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use fabkit::commands::sweep::document;
+use fabkit::diagnostics::SourceText;
+use fabkit::failure::{Exit, Failure};
+use fabkit::fixtures;
+use fabkit::source::Source;
+use fabkit::sweep::{Plan, PlanSource, Row, Variant};
+use fabkit::sweeping::{self, Store};
+use pyo3::prelude::*;
+
+use crate::design::Project;
+use crate::errors::{OrRaise, exception};
+use crate::running::{Interrupted, run};
+
+/// A plan that can be carried out.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct SweepPlan {
+    plan: Arc<Plan>,
+    /// The sensor that is varied, for those who are handed one.
+    sensor: Arc<Source>,
+}
+
+impl SweepPlan {
+    fn new(plan: Plan) -> Self {
+        let PlanSource { sensor_file, sensor_yaml, .. } = plan.source();
+        let main = SourceText { file: sensor_file.clone(), text: sensor_yaml.clone() };
+        Self { sensor: Arc::new(Source::of_text(main)), plan: Arc::new(plan) }
+    }
+
+    fn variant(&self, number: usize) -> Result<Variant, Failure> {
+        if number < self.plan.len() {
+            return Ok(self.plan.variant(number));
+        }
+        let message = format!("there is no variant {number}: there are {}", self.plan.len());
+        Err(Failure::plain(Exit::BadInput, message))
+    }
+}
+
+#[pymethods]
+impl SweepPlan {
+    #[staticmethod]
+    fn read(py: Python<'_>, path: &str, custom: Vec<String>) -> PyResult<Self> {
+        let plan = py.detach(|| sweeping::read_plan(Path::new(path), &custom));
+        Ok(Self::new(plan.or_raise(py)?))
+    }
+
+    /// A path of a sensor is relative to `folder`.
+    #[staticmethod]
+    fn of_text(
+        py: Python<'_>,
+        file: &str,
+        text: &str,
+        folder: &str,
+        custom: Vec<String>,
+    ) -> PyResult<Self> {
+        let plan = py.detach(|| sweeping::plan(file, text, Path::new(folder), &custom));
+        Ok(Self::new(plan.or_raise(py)?))
+    }
+
+    /// The plan of [`SweepPlan::source`], on any machine.
+    #[staticmethod]
+    fn of_source(py: Python<'_>, source: &str) -> PyResult<Self> {
+        let plan = py.detach(|| {
+            let source = PlanSource::from_json(source).map_err(Failure::bug)?;
+            Plan::new(source).map_err(|invalid| Failure::Design(invalid, Vec::new()))
+        });
+        Ok(Self::new(plan.or_raise(py)?))
+    }
+
+    fn source(&self, py: Python<'_>) -> PyResult<String> {
+        self.plan.source().to_json().map_err(|error| exception(py, Failure::bug(error)))
+    }
+
+    /// As the plan names it.
+    fn sensor(&self) -> &str {
+        self.plan.sensor()
+    }
+
+    fn count(&self) -> usize {
+        self.plan.len()
+    }
+
+    /// What may be asked of each axis, as JSON.
+    fn space(&self) -> Vec<String> {
+        self.plan.axes().iter().map(|axis| axis.space().to_string()).collect()
+    }
+
+    /// The column of each axis.
+    fn columns(&self) -> Vec<String> {
+        self.plan.axes().iter().map(|axis| axis.column()).collect()
+    }
+
+    /// Metric and `min` or `max`.
+    fn objectives(&self) -> Vec<(String, &'static str)> {
+        let objectives = self.plan.objectives().iter();
+        objectives.map(|o| (o.metric.clone(), o.direction.word())).collect()
+    }
+
+    fn overrides(&self, py: Python<'_>, number: usize) -> PyResult<Vec<String>> {
+        Ok(self.variant(number).or_raise(py)?.overrides)
+    }
+
+    /// Rows of variants, as lines of JSON.
+    fn rows(&self, py: Python<'_>, numbers: Vec<usize>) -> PyResult<Vec<String>> {
+        let plan = Arc::clone(&self.plan);
+        for number in &numbers {
+            self.variant(*number).or_raise(py)?;
+        }
+        run(py, Interrupted::Leave, None, move |link| {
+            let mut lines = Vec::with_capacity(numbers.len());
+            for number in numbers {
+                if link.is_cancelled() {
+                    break;
+                }
+                lines.push(plan.evaluate(number).to_line().map_err(Failure::bug)?);
+            }
+            Ok(lines)
+        })
+    }
+
+    /// The row of a variant, or of the values of the axes as `texts`; `custom` is given the variant and
+    /// answers names and values.
+    fn row(
+        &self,
+        py: Python<'_>,
+        number: usize,
+        texts: Option<Vec<String>>,
+        custom: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let variant = match texts {
+            None => self.variant(number).or_raise(py)?,
+            Some(texts) => self.plan.variant_at(number, &texts),
+        };
+        let (plan, sensor) = (Arc::clone(&self.plan), Arc::clone(&self.sensor));
+        let row = py.detach(move || {
+            let mut ask = |_: &Variant, project: &fixtures::Project| {
+                let Some(custom) = &custom else { return Ok(Vec::new()) };
+                Python::attach(|py| {
+                    let project = Arc::new(project.clone());
+                    let project = Project { source: Arc::clone(&sensor), project };
+                    custom.call1(py, (project,))?.extract::<Vec<(String, f64)>>(py)
+                })
+            };
+            plan.evaluate_with(&variant, &mut ask)
+        })?;
+        row.to_line().map_err(|error| exception(py, Failure::bug(error)))
+    }
+}
+
+/// The folder of a sweep.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct SweepStore {
+    plan: Arc<Plan>,
+    folder: String,
+    /// Empty once it is finished.
+    store: Mutex<Option<Store>>,
+}
+
+impl SweepStore {
+    fn with<T>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Option<Store>) -> Result<T, Failure> + Send,
+    ) -> PyResult<T>
+    where
+        T: Send,
+    {
+        let result = py.detach(|| match self.store.lock() {
+            Ok(mut store) => work(&mut store),
+            Err(error) => Err(Failure::bug(error)),
+        });
+        result.or_raise(py)
+    }
+}
+
+fn finished() -> Failure {
+    Failure::bug("the sweep is finished")
+}
+
+#[pymethods]
+impl SweepStore {
+    #[staticmethod]
+    fn open(py: Python<'_>, folder: String, plan: &SweepPlan, resume: bool) -> PyResult<Self> {
+        let plan = Arc::clone(&plan.plan);
+        let store = py.detach(|| Store::open(Path::new(&folder), &plan, resume)).or_raise(py)?;
+        Ok(Self { plan, folder, store: Mutex::new(Some(store)) })
+    }
+
+    /// Variants whose rows are missing.
+    fn missing(&self, py: Python<'_>) -> PyResult<Vec<usize>> {
+        self.with(py, |store| Ok(store.as_ref().ok_or_else(finished)?.missing()))
+    }
+
+    fn put(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<()> {
+        self.with(py, |store| {
+            let rows = rows(&lines)?;
+            Ok(store.as_ref().ok_or_else(finished)?.put(&rows)?)
+        })
+    }
+
+    /// Writes the tables; a `fabkit-sweep-report` document.
+    fn finish(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |store| {
+            let store = store.take().ok_or_else(finished)?;
+            let finished = store.finish(&self.plan, &|| false)?;
+            Ok(document(Path::new(&self.folder), &finished).to_string())
+        })
+    }
+}
+
+fn rows(lines: &[String]) -> Result<Vec<Row>, Failure> {
+    let rows = lines.iter().map(|line| Row::from_line(line)).collect::<Result<_, _>>();
+    rows.map_err(Failure::bug)
+}
+
+/// Computes and writes a sweep on all threads; a `fabkit-sweep-report` document.
+#[pyfunction]
+#[pyo3(signature = (folder, plan, resume, progress))]
+pub fn run_sweep(
+    py: Python<'_>,
+    folder: String,
+    plan: &SweepPlan,
+    resume: bool,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let plan = Arc::clone(&plan.plan);
+    run(py, Interrupted::Wait, progress.as_ref(), move |link| {
+        let folder = Path::new(&folder);
+        let show = |done, _, all| link.show(done, all);
+        let finished = sweeping::run(folder, &plan, resume, &show, &|| link.is_cancelled())?;
+        Ok(document(folder, &finished).to_string())
+    })
+}
+
+/// Writes the tables of rows that an optimiser chose; a `fabkit-sweep-report` document.
+#[pyfunction]
+pub fn save_sweep(
+    py: Python<'_>,
+    folder: &str,
+    plan: &SweepPlan,
+    lines: Vec<String>,
+) -> PyResult<String> {
+    let folder = Path::new(folder);
+    let saved = py.detach(|| {
+        let finished = sweeping::save(folder, &plan.plan, rows(&lines)?)?;
+        Ok::<_, Failure>(document(folder, &finished).to_string())
+    });
+    saved.or_raise(py)
+}

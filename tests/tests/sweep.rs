@@ -1,0 +1,285 @@
+//! Sweeps by the real binary: the same bytes however they are computed, killed and resumed, refused
+//! with the culprit's name; and their metrics against other ways to the same figures.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use fabkit::sweep::{Plan, PlanSource, Row, Status};
+use fabkit_tests::{Run, command, fabkit};
+
+const SMALL: &str = "
+format: 1
+sensor: rtac0
+set: {camera.field_of_view: 150 deg}
+axes:
+  camera.depth: {from: 6 mm, to: 8 mm, steps: 3}
+  translucent_gel.thickness: [1.4 mm, 1.5 mm, 2.9 mm]
+metrics: [coverage, mm_per_px_median, parts_mass_g, calibration, marker_count]
+constraints: [camera.depth + 0]
+objectives: {coverage: max, mm_per_px_median: min}
+";
+
+/// The plan above with its constraints replaced.
+fn small(constraints: &str) -> String {
+    SMALL.replace("[camera.depth + 0]", constraints)
+}
+
+fn folder(plan: &str) -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("sweep.yaml"), plan).unwrap();
+    root
+}
+
+fn sweep(root: &Path, more: &[&str]) -> Run {
+    fabkit(root, &[&["sweep", "sweep.yaml", "-o", "out"], more].concat())
+}
+
+fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(root.join("out")).unwrap().map(Result::unwrap);
+    entries.map(|e| (e.file_name().into_string().unwrap(), fs::read(e.path()).unwrap())).collect()
+}
+
+fn assert_says(run: &Run, code: i32, texts: &[&str]) {
+    assert_eq!(run.code, Some(code), "{run:?}");
+    for text in texts {
+        assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
+    }
+}
+
+/// Lines of a table as cells by column; no cell of these plans but `reason` has a comma.
+fn table(root: &Path) -> Vec<BTreeMap<String, String>> {
+    let csv = fs::read_to_string(root.join("out/sweep.csv")).unwrap();
+    let cells = |line: &str| {
+        let (mut cells, mut quoted) = (vec![String::new()], false);
+        for c in line.chars() {
+            match c {
+                '"' => quoted = !quoted,
+                ',' if !quoted => cells.push(String::new()),
+                c => cells.last_mut().unwrap().push(c),
+            }
+        }
+        cells
+    };
+    let mut lines = csv.lines();
+    let names = cells(lines.next().unwrap());
+    lines.map(|line| names.iter().cloned().zip(cells(line)).collect()).collect()
+}
+
+#[test]
+fn a_small_sweep_has_a_row_for_each_variant() {
+    let root = folder(&small("[camera.depth <= 0.5 * surface.radius, dome_position_sigma_mm < 1]"));
+    let run = sweep(root.path(), &["--threads", "1"]).ok();
+    assert!(run.stdout.contains("9 variants: 4 ok, 3 excluded, 2 invalid"), "{}", run.stdout);
+    let names: Vec<String> = files(root.path()).into_keys().collect();
+    assert_eq!(names, ["report.html", "sweep.csv", "sweep.json", "sweep.parquet"]);
+
+    let rows = table(root.path());
+    let depths: Vec<&str> = rows.iter().map(|row| &*row["camera.depth_mm"]).collect();
+    assert_eq!(depths, ["6", "6", "6", "7", "7", "7", "8", "8", "8"]);
+    let number = |row: usize, name: &str| rows[row][name].parse::<f64>().unwrap();
+    assert!(number(0, "coverage") < number(3, "coverage"), "further back, more is seen");
+    // The constraint on parameters goes before the design that cannot be.
+    assert_eq!((&*rows[8]["status"], &*rows[8]["error_code"]), ("excluded", "constraint"));
+    assert!(rows[8]["reason"].contains("8 mm against 7.5 mm"), "{}", rows[8]["reason"]);
+    assert_eq!((&*rows[2]["status"], &*rows[2]["error_code"]), ("invalid", "design"));
+    assert!(rows[2]["reason"].contains("translucent_gel.thickness"), "{}", rows[2]["reason"]);
+    assert!(rows[2]["coverage"].is_empty() && rows[0]["marker_count"].is_empty());
+    // What is further back sees more and larger pixels: both are on the front.
+    assert_eq!(
+        (&*rows[0]["pareto"], &*rows[3]["pareto"], &*rows[8]["pareto"]),
+        ("true", "true", "false")
+    );
+    let report = fs::read_to_string(root.path().join("out/report.html")).unwrap();
+    for text in ["Pareto front", "One at a time", "Pairs", "No variant has marker_count"] {
+        assert!(report.contains(text), "no `{text}`");
+    }
+    assert!(!report.contains("http") && !report.contains("<script"));
+
+    // Any number of threads, any folder: the same bytes.
+    let other =
+        folder(&small("[camera.depth <= 0.5 * surface.radius, dome_position_sigma_mm < 1]"));
+    sweep(other.path(), &["--threads", "4"]).ok();
+    assert_eq!(files(root.path()), files(other.path()));
+}
+
+#[test]
+fn killed_and_resumed_it_ends_with_the_same_bytes() {
+    let plan = "format: 1\nsensor: rtac0\nsample: 300\nseed: 7\naxes:\n  \
+                camera.depth: {from: 6 mm, to: 7 mm}\n  camera.field_of_view: {from: 120 deg, to: \
+                170 deg}\nmetrics: [camera, calibration]\n";
+    let (whole, killed) = (folder(plan), folder(plan));
+    let start = Instant::now();
+    sweep(whole.path(), &[]).ok();
+    let usual = start.elapsed();
+    let mut kept = 0;
+    for kill in 1..=6u32 {
+        let more: &[&str] = if killed.path().join("out").exists() { &["--resume"] } else { &[] };
+        let mut child = command(killed.path())
+            .args([&["sweep", "sweep.yaml", "-o", "out"], more].concat())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        sleep(usual * kill / 12 + Duration::from_millis(5));
+        let _ = child.kill();
+        child.wait().unwrap();
+        kept = fs::read_dir(killed.path().join("out/sweep.partial")).map_or(kept, Iterator::count);
+    }
+    if !killed.path().join("out/sweep.json").exists() {
+        assert!(kept > 1, "nothing was kept");
+        sweep(killed.path(), &["--resume"]).ok();
+    }
+    assert_eq!(files(killed.path()), files(whole.path()));
+
+    // Finished, it is left alone; another plan is not mixed with it.
+    assert_says(&sweep(whole.path(), &[]), 2, &["out is not empty", "--resume"]);
+    fs::write(whole.path().join("sweep.yaml"), plan.replace("seed: 7", "seed: 8")).unwrap();
+    assert_says(&sweep(whole.path(), &["--resume"]), 2, &["holds another sweep"]);
+}
+
+#[test]
+fn what_is_wrong_with_a_plan_is_told_at_once_with_its_lines() {
+    let plan = "\
+format: 1
+sensor: rtac0
+sead: 3
+axes:
+  surface.raduis: [14 mm, 15 mm]
+  camera.depth: {from: 8 mm, to: 6 mm, steps: 3}
+  camera.width_px: [640, six]
+  camera.field_of_view: {from: 100, to: 120 deg, steps: 2}
+  tube.wall: {from: 1 mm, to: 1.2 mm}
+metrics: [coverrage]
+constraints: [surface.radius >= 12, smallest_wall_mm >= 0.8, depth < 3 mm]
+objectives: {coverage: most}
+";
+    let root = folder(plan);
+    let texts = [
+        "`sead` is not a key of a sweep",
+        "did you mean `seed`?",
+        "sweep.yaml:5:3",
+        "did you mean `surface.radius`",
+        "camera.depth goes from 8 to 6",
+        "camera.width_px takes a whole number, not `six`",
+        "`from` of camera.field_of_view is `100`, not an angle",
+        "tube.wall lacks `steps`",
+        "`coverrage` is not a metric",
+        "did you mean `coverage`?",
+        "`surface.radius` has a unit, `12` has none",
+        "`smallest_wall_mm` is not among the metrics of this plan",
+        "`depth` is neither a parameter nor a metric",
+        "`most` is neither `min` nor `max`",
+    ];
+    assert_says(&sweep(root.path(), &[]), 2, &texts);
+    assert!(!root.path().join("out").exists());
+
+    let missing = folder("format: 1\nsensor: rtac9\naxes: {camera.depth: [6 mm]}\n");
+    assert_says(&sweep(missing.path(), &[]), 2, &["rtac9"]);
+    let set = folder(
+        "format: 1\nsensor: rtac0\nset: {surface.radius: 900 mm}\naxes: {leds.count: [8]}\n",
+    );
+    assert_says(&sweep(set.path(), &[]), 2, &["sweep.yaml:3:7", "surface.radius is 900 mm"]);
+    assert_says(&sweep(folder("").path(), &[]), 2, &["no plan of a sweep"]);
+    let large = folder(&small("[]").replace("steps: 3", "steps: 90000"));
+    assert_says(&sweep(large.path(), &[]), 2, &["270000 combinations; at most 100000"]);
+}
+
+#[test]
+fn constraints_that_exclude_everything_are_named() {
+    // Known before anything is built.
+    let root = folder(&small("[camera.depth < 5 mm, camera.depth < 7 mm]"));
+    let texts = ["`camera.depth < 5 mm` excludes all 9 variants", "6 mm against 5 mm"];
+    let run = sweep(root.path(), &[]);
+    assert_says(&run, 2, &texts);
+    assert!(!run.stderr.contains("`camera.depth < 7 mm` excludes"));
+    let root = folder(&small("[camera.depth < 7 mm, camera.depth > 7 mm]"));
+    assert_says(
+        &sweep(root.path(), &[]),
+        2,
+        &["together exclude all 9", "`camera.depth < 7 mm` leaves 3"],
+    );
+    // Known afterwards: the table is there.
+    let root = folder(&small("[coverage > 2]").replace(", 2.9 mm", ""));
+    let run = sweep(root.path(), &[]);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(
+        run.stdout.contains("no variant is left: `coverage > 2` excludes 6 of 6"),
+        "{}",
+        run.stdout
+    );
+    assert_eq!(table(root.path()).len(), 6);
+}
+
+/// The row of a built-in sensor as it is: one axis that says what the file says.
+fn row(sensor: &str, axis: &str, metrics: &str) -> Row {
+    let text = format!("format: 1\nsensor: {sensor}\naxes: {{{axis}}}\nmetrics: [{metrics}]\n");
+    let yaml = fabkit::designs::builtin_yaml(sensor).unwrap();
+    let plan = Plan::new(PlanSource::new("sweep.yaml", &text, sensor, yaml)).unwrap();
+    let row = plan.evaluate(0);
+    assert_eq!(row.status, Status::Ok, "{sensor}: {:?}", row.reason);
+    row
+}
+
+#[test]
+fn metrics_agree_with_other_ways_to_them() {
+    let rtac0 = row("rtac0", "leds.count: [8]", "camera, masses, meshes, calibration, walls");
+    let of = |name: &str| rtac0.metrics[name];
+    // 2 pi r (r + h) of a hemisphere on a wall.
+    let area_mm2 = 2.0 * std::f64::consts::PI * 15.0 * 21.0;
+    assert!((of("surface_area_mm2") / area_mm2 - 1.0).abs() < 1e-6);
+    // Lines against triangles at a chord tolerance of 0.05 mm, which shrink a 12 mm cylinder by 0.3 %.
+    assert!(
+        (of("parts_volume_mm3") / of("mesh_volume_mm3") - 1.0).abs() < 5e-3,
+        "{:?}",
+        rtac0.metrics
+    );
+    let by_material: f64 =
+        rtac0.metrics.iter().filter(|(name, _)| name.starts_with("mass_g[")).map(|(_, g)| g).sum();
+    let total = of("parts_mass_g") + of("layers_mass_g");
+    assert!((by_material / total - 1.0).abs() < 1e-12);
+    // As `fabkit check` tells it, to its digits.
+    let root = tempfile::tempdir().unwrap();
+    let run = fabkit(root.path(), &["check", "rtac0/pin-dome"]);
+    let told = format!("place to {:.4} mm", of("dome_position_sigma_mm"));
+    assert!(run.stdout.contains(&told), "no `{told}` in {}", run.stdout);
+    let told = format!("seating offset to {:.4} mm", of("dome_seating_sigma_mm"));
+    assert!(run.stdout.contains(&told), "no `{told}` in {}", run.stdout);
+
+    // The coverage that `fabkit depth` tells from 20 000 other places.
+    let touch = |sensor: &str| {
+        let yaml = fabkit::designs::builtin_yaml(sensor).unwrap();
+        fabkit::designs::load(sensor, yaml, &[]).unwrap().sensor
+    };
+    let sensor = touch("rtac0");
+    let viewpoint = fabkit::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
+    let coverage =
+        fabkit::ground_truth::coverage(sensor.touch.as_ref().unwrap(), &viewpoint).unwrap();
+    assert!((of("coverage") - coverage.area).abs() < 4e-3, "{} {}", of("coverage"), coverage.area);
+}
+
+#[test]
+fn markers_are_found_and_flat_sensors_have_empty_cells() {
+    let expected = [
+        ("shadowtac", "camera.width_px: [1920]", 217.0),
+        ("uvdtact", "camera.width_px: [400]", 85.0),
+        ("tactip", "camera.pixels: [30]", 57.0),
+    ];
+    for (sensor, axis, count) in expected {
+        let row = row(sensor, axis, "markers");
+        assert_eq!(row.metrics["marker_count"], count, "{sensor}");
+        let of = |name: &str| row.metrics[name];
+        assert!(of("marker_px_min") <= of("marker_px_median"), "{sensor}");
+        assert!((0.0..1.0).contains(&of("occlusion")), "{sensor}: {}", of("occlusion"));
+    }
+    // 57 dots of 1 mm in a picture of 30 px that shows 17.9 mm: 1.7 px each.
+    let tactip = row("tactip", "camera.pixels: [30]", "markers");
+    let width_px = tactip.metrics["marker_px_median"];
+    assert!((width_px - 30.0 / 17.866).abs() < 0.1, "{width_px}");
+    let fluidic = row("fluidic", "camera.width_px: [640]", "camera, calibration, masses");
+    assert!(!fluidic.metrics.contains_key("coverage") && fluidic.notes.is_empty());
+    assert!(fluidic.metrics["parts_mass_g"] > 0.0);
+}

@@ -18,7 +18,7 @@ use parry3d_f64::shape::TriMesh;
 const TOLERANCE_MM: f64 = 1e-4;
 /// Every other column and row, so that the test takes seconds.
 const STEP_PX: usize = 2;
-/// Two halves from each side, 16 protrusions of all kinds but one or two.
+/// Two halves from each side.
 const PRESSES: [&str; 4] =
     ["semi-dome-003", "semi-dome-017-flipped", "semi-dome-029", "semi-dome-058-flipped"];
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use fabkit_geometry::{Aabb, Body, Crossing, Point3, Pose, Ray, Vector3};
 
 /// Boxes grow by this much, so that a surface lying in its own box's face is not lost to rounding.
-const BOX_SLACK_MM: f64 = 1e-6;
+pub(crate) const BOX_SLACK_MM: f64 = 1e-6;
 
 /// Bodies in their places, with a bounding-volume hierarchy over their boxes.
 #[derive(Clone, Debug)]
@@ -223,7 +223,8 @@ pub(crate) fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
 
 /// Where a ray enters a box, if it is in it anywhere in the range (the slab method of Kay and
 /// Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986).
-fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
+#[inline]
+pub(crate) fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
     let (mut entry, mut exit) = (range.start, range.end);
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);

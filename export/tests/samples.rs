@@ -141,6 +141,36 @@ fn points_and_landmarks_lie_where_they_are_said_to_lie() {
 }
 
 #[test]
+fn no_line_follows_the_edge_on_which_a_landmark_lies() {
+    let solid = Solid::cylinder(4.0, 2.0);
+    let at = |name: &str, x: f64, axis: Vector3<f64>| Landmark {
+        name: name.into(),
+        point: Point3::new(x, 0.0, 2.0),
+        axis,
+    };
+    // The first line runs along the wall and the second along the top; the third enters the solid.
+    let landmarks = [
+        at("wall", 4.0, Vector3::z()),
+        at("edge", 4.0, Vector3::x()),
+        at("top", 1.0, Vector3::z()),
+    ];
+    let (design_hash, sensor, name) = ("0123", "test", "disc");
+    let document =
+        SamplesDocument { design_hash, sensor, name, solid: &solid, landmarks: &landmarks };
+    let parsed: Value = serde_json::from_slice(&samples(&document).unwrap()).unwrap();
+    let lines = parsed["lines"].as_array().unwrap();
+    let along = |of: &str, axis: Vector3<f64>| {
+        let through = lines.iter().filter(|line| line["of"] == of);
+        through.filter(|line| vector(&line["direction"]).dot(&axis).abs() > 0.999).count()
+    };
+    assert_eq!(along("landmark wall", Vector3::z()), 0);
+    assert_eq!(along("landmark edge", Vector3::x()), 0);
+    assert_eq!(along("landmark top", Vector3::z()), 1);
+    let found = parsed["landmarks"].as_array().unwrap();
+    assert!(found.iter().all(|landmark| landmark["lies_in"] == "surface"), "{found:?}");
+}
+
+#[test]
 fn the_same_body_gives_the_same_bytes() {
     assert_eq!(document(), document());
 }

@@ -24,6 +24,8 @@ use crate::source::{MAX_YAML_BYTES, Source};
 pub const MEMBRANE_LIMITS_MM: [f64; 2] = [0.0, 10.0];
 /// Standard deviation of printed and cast surfaces, smallest and largest, mm.
 pub const SIGMA_LIMITS_MM: [f64; 2] = [0.0, 1.0];
+/// What is left out on either side of a seam, smallest and largest, mm.
+pub const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
 /// Most rays along each side of a pixel.
 pub const MAX_SAMPLES: u32 = 8;
 /// Most rays of one cast: the same limit as for pictures.
@@ -122,16 +124,8 @@ impl Scene {
             let message = format!("{samples} samples; the limits are 1 and {MAX_SAMPLES}");
             return Err(Failure::plain(Exit::BadInput, message));
         }
-        for (name, value_mm, [least, most]) in [
-            ("membrane", cast.membrane_mm, MEMBRANE_LIMITS_MM),
-            ("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM),
-        ] {
-            if !(least..=most).contains(&value_mm) {
-                let message =
-                    format!("{name}: {value_mm} mm; the limits are {least} mm and {most} mm");
-                return Err(Failure::plain(Exit::BadInput, message));
-            }
-        }
+        within("membrane", cast.membrane_mm, MEMBRANE_LIMITS_MM)?;
+        within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
         let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
         if u64::from(width) * u64::from(height) <= MAX_RAYS {
             return Ok(());
@@ -201,6 +195,18 @@ impl Scene {
     pub fn coverage_json(&self) -> Value {
         json!({ "area": self.coverage.area, "area_mm2": self.coverage.area_mm2 })
     }
+}
+
+/// Checks a length that did not come through the command line.
+///
+/// # Errors
+/// A value outside its limits, or no number.
+pub fn within(name: &str, value_mm: f64, [least, most]: [f64; 2]) -> Result<(), Failure> {
+    if (least..=most).contains(&value_mm) {
+        return Ok(());
+    }
+    let message = format!("{name}: {value_mm} mm; the limits are {least} mm and {most} mm");
+    Err(Failure::plain(Exit::BadInput, message))
 }
 
 fn touch(project: &Project) -> Result<&TouchSurface, Failure> {

@@ -11,13 +11,20 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fabkit import _fabkit
+from fabkit._progress import shown
+from fabkit.depth import Scene
 from fabkit.errors import FabkitError, Problem, invalid
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from os import PathLike
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
+
+    from fabkit._progress import Progress
+    from fabkit.calibrate import Extrinsics
+    from fabkit.cameras import Camera
+    from fabkit.designs import Sensor
 
     Split = Literal["train", "validation", "test", "mixed"]
 
@@ -133,3 +140,69 @@ def open(folder: str | PathLike[str], split: Split | None = None) -> Dataset:
         No data set there, an unfinished or a damaged one.
     """
     return Dataset(folder, split)
+
+
+def write(
+    sensor: Sensor | str,
+    folder: str | PathLike[str],
+    *,
+    presses: str | PathLike[str] | None = None,
+    camera: Camera | str | PathLike[str] | None = None,
+    pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
+    captures: str | PathLike[str] | None = None,
+    membrane_mm: float = 0.0,
+    seam_margin_mm: float = 0.5,
+    seed: int = 1,
+    materialise: bool = False,
+    resume: bool = False,
+    progress: Progress = None,
+) -> Dataset:
+    """Write a data set as ``fabkit dataset`` does, byte for byte, and open it.
+
+    Parameters
+    ----------
+    sensor
+        A sensor, or the name of one.
+    folder
+        Where; it must be empty or not exist, unless ``resume``.
+    presses
+        A text file of patterns for the left side, one a line; all semi-domes without it.
+    camera, pose
+        As for :class:`fabkit.depth.Scene`.
+    captures
+        Pictures of the halves, to be stitched like them: a folder, or a CSV file.
+    membrane_mm
+        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm.
+    seam_margin_mm
+        Leave out what lies this near to the seam between the halves, 0 mm to 10 mm.
+    seed
+        Which patterns are for training, validation and test.
+    materialise
+        Write all stitched samples, not only the halves that they consist of.
+    resume
+        Go on where an earlier call with the same arguments was stopped.
+    progress
+        ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
+
+    Raises
+    ------
+    FabkitError
+        A folder that is not empty, presses and captures that cannot be had, a full disk.
+    KeyboardInterrupt
+        Finished files stay for ``resume``.
+    """
+    scene = Scene(sensor, camera=camera, pose=pose)
+    with shown(progress, f"data set of {scene.sensor.name}") as tell:
+        _fabkit.write_dataset(
+            scene._native,  # pyright: ignore[reportPrivateUsage]
+            os.fspath(folder),
+            None if presses is None else os.fspath(presses),
+            None if captures is None else os.fspath(captures),
+            membrane_mm,
+            seam_margin_mm,
+            seed,
+            materialise,
+            resume,
+            tell,
+        )
+    return Dataset(folder)

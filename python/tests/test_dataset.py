@@ -50,6 +50,28 @@ def test_halves_are_what_the_camera_sees(folders, rtac0):
         np.testing.assert_allclose(range_mm[mask], truth.range_mm[mask], rtol=0, atol=1.2e-7)
 
 
+def test_a_data_set_from_python_is_the_commands(folders, rtac0, tmp_path):
+    told = []
+    presses = folders / "presses.txt"
+    data = fabkit.dataset.write(
+        rtac0, tmp_path / "mine", presses=presses, progress=lambda *at: told.append(at)
+    )
+    assert len(data) == 9
+    assert told[-1][0] == told[-1][1]
+
+    def tree(folder):
+        files = (path for path in folder.rglob("*") if path.is_file())
+        return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+    assert tree(tmp_path / "mine") == tree(folders / "stitched")
+    with pytest.raises(fabkit.FabkitError, match="not empty"):
+        fabkit.dataset.write(rtac0, tmp_path / "mine", presses=presses)
+    # Nothing is left to do.
+    fabkit.dataset.write(rtac0, tmp_path / "mine", presses=presses, resume=True)
+    with pytest.raises(fabkit.FabkitError, match="seam_margin_mm: -1 mm"):
+        fabkit.dataset.write(rtac0, tmp_path / "other", seam_margin_mm=-1)
+
+
 def test_splits_share_nothing(folders):
     sizes = {
         split: len(fabkit.dataset.open(folders / "stitched", split))

@@ -73,3 +73,12 @@ def test_the_command_is_the_command(command):
     done = command("lst", check=False)
     assert done.returncode == 2
     assert "a similar subcommand exists: 'list'" in done.stderr
+
+
+def test_progress_is_a_bar_where_there_is_tqdm(rtac0, tmp_path, capsys):
+    pytest.importorskip("tqdm")
+    rtac0.export(tmp_path, formats=["stl"], progress=True)
+    assert "export rtac0" in capsys.readouterr().err
+    # Nobody looks at a file.
+    rtac0.export(tmp_path, formats=["stl"])
+    assert capsys.readouterr().err == ""

@@ -102,8 +102,8 @@ def test_landmarks(command, rtac0, tmp_path):
 
 
 def test_documents(command, rtac0):
-    dome = rtac0.fixtures["pin-dome"]
-    assert dome.check().document == command("check", "rtac0/pin-dome", "--json")
+    coupon = rtac0.fixtures["coupon"]
+    assert coupon.check().document == command("check", "rtac0/coupon", "--json")
     shown = command("show", "rtac0", "--json")
     assert rtac0.design_hash == shown["design_hash"]
     assert [p.value for p in rtac0.parameters.values()] == [p["value"] for p in shown["parameters"]]

@@ -33,8 +33,9 @@ from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 from . import __version__, document
 from .face_names import face_names
 from .kernels import occt
-from .kernels.with_cadquery import solid
+from .kernels.with_cadquery import StorableCadquery
 from .measured import RebuildError
+from .walk import build
 
 # Relative difference of volumes, written and exact; STEP has 15 digits.
 VOLUME = 1e-6
@@ -138,7 +139,7 @@ class _Body:
 def _load(folder: Path, name: str) -> _Body:
     tree = document.read(folder / f"{name}.tree.json")
     samples = document.read_samples(folder / f"{name}.samples.json")
-    shape = _plain(solid(tree).wrapped)
+    shape = _plain(build(tree["solid"], StorableCadquery()).wrapped)
     if not BRepCheck_Analyzer(shape).IsValid():
         raise RebuildError(f"{name}: OpenCascade calls its own shape invalid")
     volume = samples["figures"]["volume_mm3"]

@@ -85,6 +85,12 @@ class Documents(CopiedExports):
         volume, exact = gmsh.model.occ.getMass(*solids[0]), samples["figures"]["volume_mm3"]
         self.assertLess(abs(volume - exact), 1e-4 * exact)
 
+    def test_surfaces_parallel_to_an_ellipsoid_are_in_step_files(self):
+        export = self.export("uvdtact", "black-gel")
+        answer = StepJob(export.folder, export.folder, "black-gel").run()
+        self.assertEqual((answer["passed"], answer["reason"]), (True, ""))
+        self.assertEqual(answer["faces"], {"plane": 1, "surfaceofrevolution": 2})
+
     def test_the_same_design_gives_the_same_step_bytes(self):
         export = self.export("rtac0", "diffuser")
         written = []

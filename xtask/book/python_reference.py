@@ -39,12 +39,18 @@ def main(package):
         public = [node for node in tree.body if is_public(node) and node.name not in exported]
         if "__all__" in assigned(tree):
             public = [node for node in public if node.name in names_in(tree)]
-        if not public:
+        if not public or (stem in opened(top, package.name) and stem not in exported):
             continue
         print(f"\n## {package.name}.{stem}\n")
         print(prose(ast.get_docstring(tree)))
         for node in public:
             describe(node, f"{package.name}.{stem}.")
+
+
+def opened(tree, package):
+    """Modules that the package takes names from: what they keep is theirs."""
+    imports = [node.module for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return {module.removeprefix(f"{package}.") for module in imports}
 
 
 def assigned(tree):
@@ -73,31 +79,37 @@ def describe(node, prefix):
         return
     print(f"\n### {prefix}{node.name}\n")
     print(prose(ast.get_docstring(node)))
-    for member, text in documented(node):
-        print(f"\n#### {node.name}.{member.name if hasattr(member, 'name') else member}\n")
-        if isinstance(member, ast.FunctionDef):
-            print(f"```text\n{signature(member)}\n```\n")
-        print(prose(text))
-
-
-def documented(of):
-    """Methods, properties, and fields with a string below them; aliases of the class are none."""
-    for node, after in zip(of.body, [*of.body[1:], None], strict=True):
-        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
-            yield node, ast.get_docstring(node)
+    fields, methods = [], []
+    for member, after in zip(node.body, [*node.body[1:], None], strict=True):
+        if isinstance(member, ast.FunctionDef) and not member.name.startswith("_"):
+            text = ast.get_docstring(member) or ""
+            # A table has no room for an example.
+            kind = fields if is_property(member) and ">>>" not in text else methods
+            kind.append((member.name, member.returns, text, member))
         elif (
-            isinstance(node, ast.AnnAssign)
-            and not node.target.id.startswith("_")
+            isinstance(member, ast.AnnAssign)
+            and not member.target.id.startswith("_")
             and isinstance(after, ast.Expr)
             and isinstance(after.value, ast.Constant)
         ):
-            yield node.target.id, f"`{ast.unparse(node.annotation)}`. {after.value.value}"
+            fields.append((member.target.id, member.annotation, after.value.value, None))
+    if fields:
+        print("\n| | type | |\n|---|---|---|")
+    for name, of, text, _ in fields:
+        cells = f"`{name}`", f"`{ast.unparse(of)}`", " ".join(prose(text).split())
+        print("".join(f"| {cell.replace('|', chr(92) + '|')} " for cell in cells) + "|")
+    for name, _, text, method in methods:
+        print(f"\n#### {node.name}.{name}\n\n```text\n{signature(method)}\n```\n")
+        print(prose(text))
+
+
+def is_property(node):
+    return any("property" in ast.unparse(decorator) for decorator in node.decorator_list)
 
 
 def signature(node):
-    decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
     returns = ast.unparse(node.returns) if node.returns else "None"
-    if any("property" in decorator for decorator in decorators):
+    if is_property(node):
         return f"{node.name}: {returns}"
     arguments = node.args
     arguments.args = [a for a in arguments.args if a.arg not in ("self", "cls")]

@@ -123,9 +123,11 @@ fn html(docs: &Path) -> Result<(), String> {
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
 }
 
+/// Whether an interpreter has a module, wherever it runs: a folder of that name is none.
 fn importable(python: &Path, module: &str) -> bool {
-    let import = format!("import {module}");
-    Command::new(python).args(["-c", &import]).output().is_ok_and(|o| o.status.success())
+    let mut import = Command::new(python);
+    import.args(["-c", &format!("import {module}")]).current_dir(env::temp_dir());
+    import.output().is_ok_and(|output| output.status.success())
 }
 
 /// What a program prints.

@@ -1,71 +1,25 @@
 //! Casting: the reference surface once per camera, pressers once per press.
 
-use fabkit_geometry::{
-    Body, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
-};
+use fabkit_geometry::{InvalidSolid, Scratch, TouchSurface, Vector3};
 use rayon::prelude::*;
 
 use super::PixelRays;
-use super::ball::Ball;
 use super::inside::Inside;
 use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
+use super::presser::{Presser, Reach};
 use super::tiles::Tile;
 
 /// A crossing nearer than this to where a ray starts is that start itself, mm.
 pub(super) const START_MM: f64 = 1e-9;
 
-/// A rigid body that is pressed into the surface.
-#[derive(Clone, Debug)]
-pub struct Presser {
-    /// For the list of labels, for example `protrusion 3`.
-    pub name: String,
-    /// Its shape.
-    body: Body,
-    sensor_from_body: Pose,
-    body_from_sensor: Pose,
-    /// Around it, sensor frame; `None` where nothing is.
-    ball: Option<Ball>,
-}
-
-impl Presser {
-    /// A solid in its place.
-    ///
-    /// # Errors
-    /// A solid that is none.
-    pub fn new(
-        name: impl Into<String>,
-        solid: &Solid,
-        sensor_from_body: Pose,
-    ) -> Result<Self, InvalidSolid> {
-        let body = Body::new(solid)?;
-        let ball = Ball::around(&body.bounds(), &sensor_from_body);
-        let body_from_sensor = sensor_from_body.inverse();
-        Ok(Self { name: name.into(), body, sensor_from_body, body_from_sensor, ball })
-    }
-
-    /// Whether a point of the sensor frame lies inside.
-    pub fn contains(&self, point_in_sensor: &Point3<f64>) -> bool {
-        self.body.contains(&self.body_from_sensor.point(*point_in_sensor))
-    }
-
-    /// Where a ray first enters, with the normal out of the presser in the sensor frame.
-    fn entry(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
-        let ray_in_body = Ray {
-            origin: self.body_from_sensor.point(ray.origin),
-            direction: self.body_from_sensor.vector(ray.direction),
-        };
-        let crossing = self.body.first_crossing(&ray_in_body, START_MM, true, scratch)?;
-        Some((crossing.t, self.sensor_from_body.vector(crossing.normal)))
-    }
-}
-
 /// The sensing surface as one camera sees it without contact.
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
     rays: &'a PixelRays,
+    touch: TouchSurface,
+    inside: Inside,
     /// Row by row; `NaN` where the surface is not seen.
     range_mm: Vec<f64>,
-    normal: Vec<Vector3<f64>>,
 }
 
 impl<'a> Surface<'a> {
@@ -74,22 +28,33 @@ impl<'a> Surface<'a> {
     /// # Errors
     /// Dimensions that make no solid.
     pub fn cast(touch: &TouchSurface, rays: &'a PixelRays) -> Result<Self, InvalidSolid> {
-        let inside = Inside::new(touch)?;
-        let width = rays.width_px() as usize;
-        let mut range_mm = vec![f64::NAN; rays.len()];
-        let mut normal = vec![Vector3::repeat(f64::NAN); rays.len()];
-        range_mm.par_chunks_mut(width).zip(normal.par_chunks_mut(width)).enumerate().for_each_init(
+        let (inside, touch) = (Inside::new(touch)?, touch.clone());
+        let mut surface = Self { rays, touch, inside, range_mm: Vec::new() };
+        surface.range_mm = surface.exits(f64::NAN, |range_mm, _| range_mm);
+        Ok(surface)
+    }
+
+    /// Something of each ray's exit, by its range and the outward normal there.
+    #[inline]
+    fn exits<T: Clone + Send>(
+        &self,
+        unseen: T,
+        of: impl Fn(f64, Vector3<f64>) -> T + Sync,
+    ) -> Vec<T> {
+        let width = self.rays.width_px() as usize;
+        let mut all = vec![unseen; self.rays.len()];
+        all.par_chunks_mut(width).enumerate().for_each_init(
             Scratch::default,
-            |scratch, (row, (range_mm, normal))| {
-                for column in 0..width {
-                    let Some(ray) = rays.ray(row * width + column) else { continue };
-                    if let Some((range, outward)) = inside.exit(&ray, scratch) {
-                        (range_mm[column], normal[column]) = (range, outward);
+            |scratch, (row, values)| {
+                for (column, value) in values.iter_mut().enumerate() {
+                    let Some(ray) = self.rays.ray(row * width + column) else { continue };
+                    if let Some((range_mm, outward)) = self.inside.exit(&ray, scratch) {
+                        *value = of(range_mm, outward);
                     }
                 }
             },
         );
-        Ok(Self { rays, range_mm, normal })
+        all
     }
 
     /// The rays it was cast with.
@@ -102,9 +67,10 @@ impl<'a> Surface<'a> {
         &self.range_mm
     }
 
-    /// Unit normals out of the gel, sensor frame; `NaN` where the surface is not seen.
-    pub fn normal_in_sensor(&self) -> &[Vector3<f64>] {
-        &self.normal
+    /// Unit normals out of the gel, sensor frame; `NaN` where the surface is not seen. Computed at
+    /// each call: most maps are only asked for their ranges.
+    pub fn normal_in_sensor(&self) -> Vec<Vector3<f64>> {
+        self.exits(Vector3::repeat(f64::NAN), |_, outward| outward)
     }
 
     /// How many pixels see the surface.
@@ -130,11 +96,17 @@ impl<'a> Surface<'a> {
     pub fn pressed(&self, pressers: &[Presser]) -> DepthMap<'_> {
         let mut map = self.untouched();
         map.names.extend(pressers.iter().map(|presser| presser.name.clone()));
+        let reached = pressers.iter().map(|presser| presser.reach(&self.touch));
+        let reached: Vec<_> = (SURFACE_LABEL + 1..)
+            .zip(pressers)
+            .zip(reached)
+            .filter_map(|((label, presser), reach)| Some((label, presser, reach?)))
+            .collect();
         let hits: Vec<Vec<Touched>> = self
             .rays
             .tiles()
             .par_iter()
-            .map_init(Scratch::default, |scratch, tile| self.press_tile(tile, pressers, scratch))
+            .map_init(Scratch::default, |scratch, tile| self.press_tile(tile, &reached, scratch))
             .collect();
         map.moved.reserve_exact(hits.iter().map(Vec::len).sum());
         for Touched { pixel, range_mm, normal, label } in hits.into_iter().flatten() {
@@ -144,9 +116,14 @@ impl<'a> Surface<'a> {
         map
     }
 
-    fn press_tile(&self, tile: &Tile, pressers: &[Presser], scratch: &mut Scratch) -> Vec<Touched> {
-        let balls = (SURFACE_LABEL + 1..).zip(pressers).filter_map(|(l, p)| Some((l, p, p.ball?)));
-        let near: Vec<_> = balls.filter(|(_, _, ball)| tile.may_meet(ball)).collect();
+    fn press_tile(
+        &self,
+        tile: &Tile,
+        pressers: &[(u16, &Presser, Reach)],
+        scratch: &mut Scratch,
+    ) -> Vec<Touched> {
+        let near = pressers.iter().filter(|(_, _, reach)| tile.may_meet(&reach.ball));
+        let near: Vec<_> = near.collect();
         let mut touched = Vec::new();
         if near.is_empty() {
             return touched;
@@ -154,12 +131,15 @@ impl<'a> Surface<'a> {
         for pixel in tile.pixels(self.rays.width_px()) {
             let Some(ray) = self.rays.ray(pixel) else { continue };
             let mut nearest_mm = self.range_mm[pixel];
+            // Where the surface is not seen nothing presses into it.
+            if nearest_mm.is_nan() {
+                continue;
+            }
             let mut first = None;
-            for (label, presser, ball) in &near {
-                // Where the surface is not seen, nearest is NaN and nothing is nearer.
-                if ball.may_meet(&ray)
-                    && let Some((range_mm, normal)) = presser.entry(&ray, scratch)
-                    && range_mm < nearest_mm
+            for (label, presser, reach) in &near {
+                if reach.ball.may_meet(&ray)
+                    && let Some((range_mm, normal)) =
+                        presser.entry(&ray, reach, nearest_mm, scratch)
                 {
                     nearest_mm = range_mm;
                     // Out of the gel is into the presser.

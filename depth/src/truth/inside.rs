@@ -11,6 +11,7 @@ use super::cast::START_MM;
 /// Dome and wall together are convex, so that a ray leaves through the dome if it is above the
 /// dome's centre there, else through the wall. Both are asked in closed form where there is one:
 /// this is asked once for every pixel, and nothing else is.
+#[derive(Clone, Debug)]
 pub(super) struct Inside {
     dome: Dome,
     radius_mm: f64,
@@ -20,6 +21,7 @@ pub(super) struct Inside {
     foot_z_mm: f64,
 }
 
+#[derive(Clone, Debug)]
 enum Dome {
     /// Its radius is that of the wall.
     Sphere,
@@ -57,14 +59,13 @@ impl Inside {
 
     /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
     /// through the housing, which is nothing to see.
-    #[inline]
+    // Inlined, so that where only the range is wanted no normal is computed.
+    #[inline(always)]
     pub(super) fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
         let through_dome = match &self.dome {
             Dome::Sphere => self.exit_sphere(ray),
             Dome::Ellipsoid(per_mm) => self.exit_ellipsoid(ray, per_mm),
-            Dome::Offset(body) => {
-                body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
-            }
+            Dome::Offset(body) => exit_body(body, ray, scratch),
         };
         let z_mm = |range_mm: f64| ray.origin.z + range_mm * ray.direction.z;
         let above = through_dome.filter(|(range_mm, _)| z_mm(*range_mm) >= self.centre_z_mm);
@@ -79,7 +80,7 @@ impl Inside {
 
     /// The discriminant from the foot of the perpendicular (Haines et al., "Precision Improvements
     /// for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
-    #[inline]
+    #[inline(always)]
     fn exit_sphere(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
         let origin = ray.origin - Point3::new(0.0, 0.0, self.centre_z_mm);
         let b = origin.dot(&ray.direction);
@@ -94,7 +95,7 @@ impl Inside {
     }
 
     /// The sphere of radius 1 in coordinates scaled by one over the half axes.
-    #[inline]
+    #[inline(always)]
     fn exit_ellipsoid(&self, ray: &Ray, per_mm: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let centre = Point3::new(0.0, 0.0, self.centre_z_mm);
         let origin = (ray.origin - centre).component_mul(per_mm);
@@ -111,7 +112,7 @@ impl Inside {
     }
 
     /// The endless cylinder; a ray along its axis never leaves.
-    #[inline]
+    #[inline(always)]
     fn exit_wall(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
         let (o, d) = (ray.origin.coords.xy(), ray.direction.xy());
         let a = d.norm_squared();
@@ -127,4 +128,9 @@ impl Inside {
         (range_mm > START_MM && range_mm.is_finite())
             .then_some((range_mm, Vector3::new(at.x, at.y, 0.0)))
     }
+}
+
+#[inline(never)]
+fn exit_body(body: &Body, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+    body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
 }

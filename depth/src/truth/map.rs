@@ -16,8 +16,7 @@ pub struct DepthMap<'a> {
     pub(super) range_mm: Vec<f64>,
     pub(super) label: Vec<u16>,
     pub(super) names: Vec<String>,
-    /// Pixels whose normals are not the surface's. Most are, and many maps are only asked for
-    /// their ranges.
+    /// Pixels whose normals are not the surface's; of two entries for one the later counts.
     pub(super) moved: Vec<(u32, Vector3<f64>)>,
 }
 
@@ -37,9 +36,9 @@ impl DepthMap<'_> {
         &self.range_mm
     }
 
-    /// Unit normals out of the gel, sensor frame; put together at each call.
+    /// Unit normals out of the gel, sensor frame. Computed at each call.
     pub fn normal_in_sensor(&self) -> Vec<Vector3<f64>> {
-        let mut normals = self.surface.normal_in_sensor().to_vec();
+        let mut normals = self.surface.normal_in_sensor();
         for &(pixel, normal) in &self.moved {
             normals[pixel as usize] = normal;
         }

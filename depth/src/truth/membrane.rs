@@ -71,7 +71,6 @@ impl DepthMap<'_> {
         }
         let points: Vec<Point3<f64>> = self.point_in_sensor().collect();
         for pixel in moved {
-            // Of two entries for one pixel the later one counts.
             let normal = self.normal_from_neighbours(&points, pixel);
             self.moved.extend(normal.map(|normal| (pixel as u32, normal)));
         }

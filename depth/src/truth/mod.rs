@@ -26,14 +26,16 @@ mod inside;
 mod map;
 mod membrane;
 mod picture;
+mod presser;
 mod rays;
 mod sigma;
 mod stitch;
 mod tiles;
 
-pub use cast::{Presser, Surface};
+pub use cast::Surface;
 pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 pub use picture::{false_color, scale_color};
+pub use presser::Presser;
 pub use rays::PixelRays;
 pub use sigma::Uncertainty;
 pub use stitch::{Seam, Side};

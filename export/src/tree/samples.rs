@@ -21,6 +21,8 @@ const POINTS: usize = 96;
 const GRAZING: f64 = 0.05;
 /// Crossings nearer to each other than this may merge in a kernel with tolerances, mm.
 const CLOSE_MM: f64 = 1e-4;
+/// A landmark's line must find the same when it is moved by this, more than kernels may be off, mm.
+const ASIDE_MM: f64 = 0.02;
 /// A landmark nearer to the surface than this lies on it, mm.
 const TOUCH_MM: f64 = 1e-7;
 
@@ -163,6 +165,17 @@ impl Caster<'_> {
         })
     }
 
+    /// Whether a line moved by a little finds as many crossings. One that follows a face or an edge does
+    /// not, and what a kernel finds there is chance.
+    fn is_clear(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
+        let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
+        let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
+        let count = |origin| self.body.crossings(&Ray { origin, direction }).len();
+        [side, -side, direction.cross(&side), side.cross(&direction)]
+            .into_iter()
+            .all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
+    }
+
     /// Lines through a jittered grid over the mesh's shadow; returns what each stands for, mm^2.
     fn bundle(
         &mut self,
@@ -255,14 +268,20 @@ impl Caster<'_> {
         // Oblique: neither the plane that a landmark lies on nor the side of a slot is followed.
         let across = side + 0.11 * other + 0.31 * axis;
         let of = format!("landmark {}", landmark.name);
-        let mut touches = false;
-        for direction in [axis, across] {
-            let origin = landmark.point - reach_mm * direction.normalize();
+        for direction in [axis, across.normalize()] {
+            let origin = landmark.point - reach_mm * direction;
+            if self.is_clear(origin, direction) {
+                lines.extend(self.line(&of, origin, direction));
+            }
+        }
+        // Of these some enter the solid, even from an edge and along whatever faces there are.
+        let oblique = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]]
+            .map(|[a, b]| axis + 0.83 * a * side + 0.61 * b * other);
+        let touches = [axis, across].into_iter().chain(oblique).any(|direction| {
             let ray = Ray { origin: landmark.point, direction: direction.normalize() };
             let hits = self.body.crossings(&ray);
-            touches |= hits.iter().any(|c| (c.t * c.normal.dot(&ray.direction)).abs() < TOUCH_MM);
-            lines.extend(self.line(&of, origin, direction));
-        }
+            hits.iter().any(|c| (c.t * c.normal.dot(&ray.direction)).abs() < TOUCH_MM)
+        });
         if touches {
             "surface"
         } else if self.body.contains(&landmark.point) {

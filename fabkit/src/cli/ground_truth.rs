@@ -6,9 +6,8 @@ use clap::{Args, ValueEnum};
 use fabkit::ground_truth::Shown;
 
 use super::{Design, length_within};
-use crate::scene::{MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM};
+use crate::scene::{MARGIN_LIMITS_MM, MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM};
 
-const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
 const MAX_PROBES: i64 = 10_000_000;
 

@@ -31,7 +31,58 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     if args.probes {
         return probes::run(args, &scene);
     }
-    let named = patterns(args, &scene)?;
+    let order = Order {
+        presses: args.presses.as_deref(),
+        captures: args.captures.as_deref(),
+        membrane_mm: args.view.membrane,
+        seam_margin_mm: args.seam_margin,
+        seed: args.seed,
+        materialise: args.materialise,
+        resume: args.resume,
+    };
+    prepare(&scene, &args.design.sensor, &order, |job| {
+        if let Some(path) = &args.contact_sheet {
+            write_sheet(path, job, args.seed)?;
+        }
+        interrupt::begin_writing()?;
+        let progress = Progress::new(global, "files");
+        let show = |done, found, all| progress.show(done, found, all);
+        let written = dataset::write(&args.output, job, &show, &interrupt::requested);
+        progress.clear();
+        Ok(report(args, &scene, job.plan, &written.map_err(failure)?, start))
+    })
+}
+
+/// What a data set is made of, besides what the camera sees.
+#[derive(Clone, Debug)]
+pub struct Order<'a> {
+    /// List of patterns; all semi-domes without it.
+    pub presses: Option<&'a Path>,
+    /// Pictures of the halves.
+    pub captures: Option<&'a Path>,
+    /// Radius of the transition around contacts, mm.
+    pub membrane_mm: f64,
+    /// What is left out on either side of the seam, mm.
+    pub seam_margin_mm: f64,
+    /// Which patterns are for what.
+    pub seed: u64,
+    /// Write the stitched samples too.
+    pub materialise: bool,
+    /// Go on where an earlier run was stopped.
+    pub resume: bool,
+}
+
+/// Reads what an order names, casts the surface, and hands the job over.
+///
+/// # Errors
+/// Presses and captures that cannot be had, and what `work` says.
+pub fn prepare<R>(
+    scene: &Scene,
+    sensor: &str,
+    order: &Order,
+    work: impl FnOnce(&Job) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    let named = patterns(order, sensor, scene)?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
     scene.check_depths(presses)?;
@@ -39,30 +90,19 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let patterns = patterns.map_err(Failure::bug)?;
     let rays = scene.viewpoint.rays(1);
     let surface = Surface::cast(scene.touch()?, &rays).map_err(Failure::bug)?;
-    let seam = Seam::new(&surface, SEAM_NORMAL, args.seam_margin);
-    let captures = captures(args, &named, [rays.width_px(), rays.height_px()])?;
-    let plan = Plan::new(&patterns, args.seed, about(args, &scene, &named, captures.as_ref()));
-    let job = Job {
+    let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
+    let captures = captures(order, &named, [rays.width_px(), rays.height_px()])?;
+    let plan = Plan::new(&patterns, order.seed, about(order, scene, &named, captures.as_ref()));
+    work(&Job {
         surface: &surface,
         seam: &seam,
         patterns: &patterns,
-        membrane_mm: args.view.membrane,
+        membrane_mm: order.membrane_mm,
         plan: &plan,
         captures: captures.as_ref(),
-        materialise: args.materialise,
-        resume: args.resume,
-    };
-
-    if let Some(path) = &args.contact_sheet {
-        write_sheet(path, &job, args.seed)?;
-    }
-    interrupt::begin_writing()?;
-    let progress = Progress::new(global, "files");
-    let show = |done, found, all| progress.show(done, found, all);
-    let written = dataset::write(&args.output, &job, &show, &interrupt::requested);
-    progress.clear();
-    let written = written.map_err(failure)?;
-    Ok(report(args, &scene, &plan, &written, start))
+        materialise: order.materialise,
+        resume: order.resume,
+    })
 }
 
 fn write_sheet(path: &Path, job: &Job, seed: u64) -> Result<(), Failure> {
@@ -78,10 +118,10 @@ fn write_sheet(path: &Path, job: &Job, seed: u64) -> Result<(), Failure> {
     Ok(write_all(folder.unwrap_or(Path::new(".")), &[file], &|| false)?)
 }
 
-fn patterns(args: &Dataset, scene: &Scene) -> Result<Vec<NamedPresses>, Failure> {
-    let Some(path) = &args.presses else {
+fn patterns(order: &Order, sensor: &str, scene: &Scene) -> Result<Vec<NamedPresses>, Failure> {
+    let Some(path) = order.presses else {
         return dataset::semi_domes(&scene.project).map_err(|error| match error {
-            NoPatterns::Press(error) => press_failure(&args.design.sensor, error),
+            NoPatterns::Press(error) => press_failure(sensor, error),
             other => {
                 let hint = "list presses in a text file and name it with --presses";
                 Failure::new(Exit::BadInput, other, hint)
@@ -99,17 +139,17 @@ fn patterns(args: &Dataset, scene: &Scene) -> Result<Vec<NamedPresses>, Failure>
             let hint = hint.unwrap_or("a line is `NAME = ID + ID`, or an ID alone".into());
             Failure::new(Exit::BadInput, message.join("\nerror: "), hint)
         }
-        NoPatterns::Press(error) => press_failure(&args.design.sensor, error),
+        NoPatterns::Press(error) => press_failure(sensor, error),
         NoPatterns::NoSemiDomes { .. } => Failure::plain(Exit::BadInput, error),
     })
 }
 
 fn captures(
-    args: &Dataset,
+    order: &Order,
     named: &[NamedPresses],
     size_px: [u32; 2],
 ) -> Result<Option<Captures>, Failure> {
-    let Some(place) = &args.captures else { return Ok(None) };
+    let Some(place) = order.captures else { return Ok(None) };
     let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
     let captures = Captures::read(place, &names, size_px).map_err(|InvalidCaptures(faults)| {
         let (count, shown) = (faults.len(), faults.len().min(MOST_FAULTS));
@@ -126,7 +166,7 @@ fn captures(
 
 /// What the folder says about itself besides its patterns.
 fn about(
-    args: &Dataset,
+    order: &Order,
     scene: &Scene,
     named: &[NamedPresses],
     captures: Option<&Captures>,
@@ -140,13 +180,13 @@ fn about(
         "captures_hash": captures.map(Captures::hash),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": scene.coverage_json(),
-        "seed": args.seed,
+        "seed": order.seed,
         "seam": {
             "left_to_right_in_sensor": <[f64; 3]>::from(SEAM_NORMAL),
-            "margin_mm": args.seam_margin,
+            "margin_mm": order.seam_margin_mm,
         },
-        "membrane_mm": args.view.membrane,
-        "contact": if args.view.membrane > 0.0 { "membrane" } else { "rigid" },
+        "membrane_mm": order.membrane_mm,
+        "contact": if order.membrane_mm > 0.0 { "membrane" } else { "rigid" },
         "units": { "length": "mm", "angle": "rad", "pixel": "px, centres at integers" },
         "frames": {
             "sensor": "right-handed; origin at the centre of the surface's base circle, +z toward \
@@ -191,7 +231,8 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
     Report { text, json, failed: false }
 }
 
-fn failure(error: DatasetError) -> Failure {
+/// Why a data set was not written, for people.
+pub fn failure(error: DatasetError) -> Failure {
     match &error {
         DatasetError::NotEmpty { .. } => Failure::new(
             Exit::BadInput,

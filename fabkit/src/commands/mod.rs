@@ -4,7 +4,7 @@
 pub mod calibrate;
 pub mod check;
 mod completions;
-mod dataset;
+pub mod dataset;
 mod depth;
 mod export;
 mod list;

@@ -10,8 +10,11 @@ use crate::{
 };
 
 /// A point's distance from the z axis and its height.
+#[inline]
 pub(crate) fn meridian(p: &Vector3<f64>) -> Vector2<f64> {
-    Vector2::new(p.x.hypot(p.y), p.z)
+    // Squares of lengths in mm neither overflow nor vanish; `hypot` minds that they may, and takes a
+    // tenth of the time of casting a torus.
+    Vector2::new((p.x * p.x + p.y * p.y).sqrt(), p.z)
 }
 
 /// Where the line may pass the surface that the ellipse, given in (distance from z, height),

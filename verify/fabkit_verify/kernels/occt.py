@@ -7,7 +7,7 @@ from collections import Counter
 import numpy
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import (
     BRepBuilderAPI_GTransform,
@@ -18,7 +18,9 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepClass3d import BRepClass3d_SolidClassifier
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.BRepGProp import BRepGProp
-from OCP.Geom import Geom_Ellipse, Geom_OffsetCurve
+from OCP.Geom import Geom_Ellipse, Geom_OffsetCurve, Geom_TrimmedCurve
+from OCP.GeomAbs import GeomAbs_C2, GeomAbs_CurveType
+from OCP.GeomConvert import GeomConvert_ApproxCurve
 from OCP.gp import gp_Ax2, gp_Dir, gp_GTrsf, gp_Lin, gp_Mat, gp_Pnt, gp_Trsf
 from OCP.GProp import GProp_GProps
 from OCP.IntCurvesFace import IntCurvesFace_Intersector
@@ -38,6 +40,8 @@ INTEGRATION = 1e-11
 # The same volume integrated twice, by OpenCascade and here, relative; and the largest error of a
 # centroid over the size of the solid.
 SAME_INTEGRAL = 1e-7
+# How closely a spline follows what STEP has no curve for, mm; far below OpenCascade's own 1e-7.
+SPLINE_MM = 1e-9
 # Hits on both faces at an edge are one crossing, mm.
 EDGE_MM = 1e-7
 # Faces' boxes are widened by this before lines are tested against them, mm.
@@ -71,8 +75,22 @@ def parallel_of_half_ellipse(across_mm: float, along_mm: float, offset_mm: float
     direction = gp_Dir(1, 0, 0) if across_mm >= along_mm else gp_Dir(0, 0, -1)
     ellipse = Geom_Ellipse(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, -1, 0), direction), long, short)
     first = -numpy.pi / 2 if across_mm >= along_mm else 0.0
-    curve = Geom_OffsetCurve(ellipse, offset_mm, gp_Dir(0, -1, 0))
+    curve = Geom_OffsetCurve(ellipse, offset_mm, gp_Dir(0, -1, 0)) if offset_mm else ellipse
     return BRepBuilderAPI_MakeEdge(curve, first, first + numpy.pi).Edge()
+
+
+def storable(edge: TopoDS_Edge) -> TopoDS_Edge:
+    """The edge, or a spline in its place: OpenCascade leaves revolutions of offset curves out of STEP
+    files without a word."""
+    adaptor = BRepAdaptor_Curve(edge)
+    if adaptor.GetType() != GeomAbs_CurveType.GeomAbs_OffsetCurve:
+        return edge
+    first, last = adaptor.FirstParameter(), adaptor.LastParameter()
+    curve = Geom_TrimmedCurve(BRep_Tool.Curve_s(edge, 0.0, 0.0), first, last)
+    spline = GeomConvert_ApproxCurve(curve, SPLINE_MM, GeomAbs_C2, 1000, 8)
+    if not spline.HasResult() or spline.MaxError() > SPLINE_MM:
+        raise RebuildError("no spline follows a parallel of an ellipse closely enough")
+    return BRepBuilderAPI_MakeEdge(spline.Curve()).Edge()
 
 
 def elliptic_arc(piece: Piece, to_space, up: tuple[int, int, int]) -> TopoDS_Edge:

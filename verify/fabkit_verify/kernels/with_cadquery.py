@@ -50,7 +50,7 @@ class Cadquery:
         )
 
     def ellipsoid_offset(self, equatorial_mm, polar_mm, offset_mm):
-        edge = occt.parallel_of_half_ellipse(equatorial_mm, polar_mm, offset_mm)
+        edge = self.meridian(equatorial_mm, polar_mm, offset_mm)
         height = polar_mm + offset_mm
         axis = cadquery.Edge.makeLine(
             cadquery.Vector(0, 0, height), cadquery.Vector(0, 0, -height)
@@ -59,6 +59,9 @@ class Cadquery:
         return cadquery.Solid.revolve(
             wire, [], 360, cadquery.Vector(0, 0, 0), cadquery.Vector(0, 0, 1)
         )
+
+    def meridian(self, across_mm, along_mm, offset_mm):
+        return occt.parallel_of_half_ellipse(across_mm, along_mm, offset_mm)
 
     def half_space(self, reach_mm):
         return self.cuboid([2 * reach_mm] * 3).moved(cadquery.Location((0, 0, -2 * reach_mm)))
@@ -78,6 +81,13 @@ class Cadquery:
 
     def placed(self, shape, pose):
         return shape.moved(cadquery.Location(occt.rigid(pose)))
+
+
+class StorableCadquery(Cadquery):
+    """Makes only what STEP files can hold."""
+
+    def meridian(self, across_mm, along_mm, offset_mm):
+        return occt.storable(super().meridian(across_mm, along_mm, offset_mm))
 
 
 def _wires(profile, to_space, up) -> list[cadquery.Wire]:

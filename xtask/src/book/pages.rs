@@ -160,6 +160,7 @@ impl Runner {
         let found = Command::new(&self.python)
             .args(["-c", &format!("import {module}")])
             .env("PYTHONPATH", &self.python_path)
+            .current_dir(env::temp_dir())
             .stderr(Stdio::null())
             .status()
             .is_ok_and(|status| status.success());

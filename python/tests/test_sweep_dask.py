@@ -68,8 +68,9 @@ def test_functions_travel_and_their_errors_come_back(client, tmp_path: Path) -> 
     metrics = {"twice": lambda sensor: 2 * float(sensor.parameters["camera.depth"].value[:-3])}
     sweep = fabkit.sweep.run(few, tmp_path / "out", executor=client, metrics=metrics)
     assert [row["twice"] for row in sweep.rows()] == ["12", "13"]
-    bad = {"bad": lambda _: float("x")}
-    with pytest.raises(fabkit.sweep.MetricError, match="`bad` of variant 0 raised ValueError"):
+    # The text of 6.5 mm is no whole number.
+    bad = {"bad": lambda sensor: int(sensor.parameters["camera.depth"].value[:-3])}
+    with pytest.raises(fabkit.sweep.MetricError, match="`bad` of variant 1 raised ValueError"):
         fabkit.sweep.run(few, tmp_path / "bad", executor=client, metrics=bad)
 
 

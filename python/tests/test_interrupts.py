@@ -58,11 +58,14 @@ def test_progress_is_told(rtac0, tmp_path):
 
 
 def test_the_command_stops_as_it_should():
-    line = [sys.executable, "-m", "fabkit", "check", "uvdtact"]
-    process = subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    time.sleep(1.0)
+    # As `fabkit check uvdtact`, which says when Python has started.
+    script = "import sys; from fabkit.__main__ import main; print('ready', flush=True); main()"
+    line = [sys.executable, "-c", script, "check", "uvdtact"]
+    process = subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
-    _, text = process.communicate(timeout=5)
+    _, text = process.communicate(timeout=30)
     assert (process.returncode, text) == (130, "error: interrupted\n")
 
 

@@ -9,6 +9,7 @@ mod json;
 mod maps;
 mod words;
 
+use fabkit_report::step;
 use nalgebra::Vector2;
 
 pub use intrinsics::{IntrinsicsReport, PictureRecord};
@@ -73,4 +74,12 @@ fn rms_px(residuals: impl Iterator<Item = Option<Vector2<f64>>>) -> Option<f64> 
         count += 1;
     }
     (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+/// How many times their length residuals are drawn, so that the longest one takes about this part of
+/// the picture's width: a round number, so that lengths can be judged.
+fn magnification(residuals_px: impl Iterator<Item = Vector2<f64>>, width_px: f64) -> f64 {
+    const LONGEST: f64 = 0.03;
+    let longest_px = residuals_px.map(|residual| residual.norm()).fold(1e-9, f64::max);
+    step(LONGEST * width_px / longest_px, 1.0)
 }

@@ -7,12 +7,10 @@ use fabkit_geometry::{Matrix3, Point3, Vector3};
 use fabkit_report::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use nalgebra::Vector2;
 
-use super::ExtrinsicsReport;
+use super::{ExtrinsicsReport, magnification};
 use crate::model::Observation;
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
-/// Residual vectors are drawn this many times their length.
-const MAGNIFIED: f64 = 10.0;
 /// Rings and places on a ring of the uncertainty maps.
 const RINGS: usize = 14;
 const PLACES: usize = 48;
@@ -62,13 +60,15 @@ impl ExtrinsicsReport<'_> {
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let mut svg = Svg::new(width, height);
         svg.rect([0.0, 0.0], [width, height], FRAME);
-        for (o, residual) in self.residuals() {
+        let residuals = self.residuals();
+        let magnified = magnification(residuals.iter().map(|(_, residual)| *residual), width);
+        for (o, residual) in residuals {
             let at = [o.pixel.x, o.pixel.y];
-            let end = o.pixel + residual * MAGNIFIED;
+            let end = o.pixel + residual * magnified;
             svg.line(at, [end.x, end.y], VECTOR);
             svg.dot(at, 2.5, "#1f4e79", &self.tooltip(o, residual));
         }
-        let caption = format!("residuals, {MAGNIFIED:.0} times their length");
+        let caption = format!("residuals, {magnified} times their length");
         svg.text([8.0, height - 8.0], "start", &caption);
         svg.finish("residual vectors on the image")
     }

@@ -5,11 +5,10 @@ use std::fmt::Write;
 use fabkit_report::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, page, step};
 use nalgebra::Vector2;
 
+use super::super::magnification;
 use super::IntrinsicsReport;
 use crate::intrinsics::{COVERAGE, Observation};
 
-/// Residuals are drawn this part of the image's width long at most.
-const LONGEST: f64 = 0.03;
 /// More dots make a plot slow and say no more.
 const MAX_DOTS: usize = 4000;
 
@@ -129,9 +128,7 @@ impl IntrinsicsReport<'_> {
             }
         }
         let residuals = self.residuals();
-        let longest = residuals.iter().map(|(.., r)| r.norm()).fold(1e-9, f64::max);
-        // A round number, so that lengths can be judged.
-        let magnified = step(LONGEST * width / longest, 1.0);
+        let magnified = magnification(residuals.iter().map(|(.., r)| *r), width);
         for (view, corner, residual) in &residuals {
             // Pixel centres are integers; the drawing begins at the first pixel's outer corner.
             let at = corner.pixel + Vector2::new(0.5, 0.5);

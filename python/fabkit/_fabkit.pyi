@@ -148,18 +148,22 @@ class Scene:
         self, presses: list[str], samples: int, membrane_mm: float, print_sigma_mm: float
     ) -> dict[str, Any]: ...
 
-def write_dataset(
-    scene: Scene,
-    folder: str,
-    presses: str | None,
-    captures: str | None,
-    membrane_mm: float,
-    seam_margin_mm: float,
-    seed: int,
-    materialise: bool,
-    resume: bool,
-    progress: _Progress,
-) -> list[str]: ...
+class DatasetOrder:
+    def __new__(
+        cls,
+        scene: Scene,
+        presses: str | None,
+        captures: str | None,
+        membrane_mm: float,
+        seam_margin_mm: float,
+        seed: int,
+        materialise: bool,
+    ) -> DatasetOrder: ...
+    def write(self, folder: str, resume: bool, progress: _Progress) -> list[str]: ...
+    def begin(self, folder: str, resume: bool) -> tuple[str, list[int]]: ...
+    def shard(self, number: int) -> tuple[str, list[tuple[str, bytes]]]: ...
+
+def keep_shard(folder: str, files: list[tuple[str, bytes]]) -> None: ...
 
 class Samples:
     def __new__(cls, folder: str) -> Samples: ...

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import json
 import os
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fabkit import _fabkit
+from fabkit._executors import completed, submitter
 from fabkit._progress import shown
 from fabkit.depth import Scene
 from fabkit.errors import FabkitError, Problem, invalid
@@ -155,7 +157,9 @@ def write(
     seed: int = 1,
     materialise: bool = False,
     resume: bool = False,
+    executor: Any = None,
     progress: Progress = None,
+    retries: int = 3,
 ) -> Dataset:
     """Write a data set as ``fabkit dataset`` does, byte for byte, and open it.
 
@@ -181,28 +185,65 @@ def write(
         Write all stitched samples, not only the halves that they consist of.
     resume
         Go on where an earlier call with the same arguments was stopped.
+    executor
+        Who casts the halves: ``None`` for threads of this machine; anything with the interface of
+        ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its scheduler.
+        Workers need fabkit, and see files that the arguments name under the same paths; what they
+        cast is sent back, and only this process writes.
     progress
         ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
+    retries
+        How often a shard of halves is tried again that a worker lost.
 
     Raises
     ------
     FabkitError
-        A folder that is not empty, presses and captures that cannot be had, a full disk.
+        A folder that is not empty, presses and captures that cannot be had, a full disk, an
+        executor that cannot be reached or is broken; finished files are kept.
     KeyboardInterrupt
         Finished files stay for ``resume``.
     """
     scene = Scene(sensor, camera=camera, pose=pose)
+    options = (
+        None if presses is None else os.fspath(presses),
+        None if captures is None else os.fspath(captures),
+        membrane_mm,
+        seam_margin_mm,
+        seed,
+        materialise,
+    )
+    order = _order(scene, options)
+    folder = os.fspath(folder)
     with shown(progress, f"data set of {scene.sensor.name}") as tell:
-        _fabkit.write_dataset(
-            scene._native,  # pyright: ignore[reportPrivateUsage]
-            os.fspath(folder),
-            None if presses is None else os.fspath(presses),
-            None if captures is None else os.fspath(captures),
-            membrane_mm,
-            seam_margin_mm,
-            seed,
-            materialise,
-            resume,
-            tell,
-        )
+        if executor is not None:
+            with submitter(executor, retries) as submit:
+                plan, missing = order.begin(folder, resume)
+                there = [None if path is None else os.path.abspath(path) for path in options[:2]]
+                work = functools.partial(_shard, scene, (*there, *options[2:]), plan)
+                tasks = [[number] for number in missing]
+                for files in completed(submit, work, tasks, retries, "shards"):
+                    _fabkit.keep_shard(folder, files)
+        order.write(folder, resume or executor is not None, tell)
     return Dataset(folder)
+
+
+def _order(scene: Scene, options: tuple[Any, ...]) -> _fabkit.DatasetOrder:
+    return _fabkit.DatasetOrder(scene._native, *options)  # pyright: ignore[reportPrivateUsage]
+
+
+def _shard(
+    scene: Scene, options: tuple[Any, ...], plan: str, numbers: list[int]
+) -> tuple[list[tuple[str, bytes]], FabkitError | None]:
+    """Cast shards of halves, here or on a worker."""
+    order = _order(scene, options)
+    files: list[tuple[str, bytes]] = []
+    for number in numbers:
+        of_plan, shard = order.shard(number)
+        if of_plan != plan:
+            text = f"a worker makes another data set, with the plan {of_plan} instead of {plan}"
+            hint = "do all workers have this version of fabkit, and the same files?"
+            problem = Problem(text, hint)
+            message = f"{text}\n  = help: {hint}"
+            return [], FabkitError(message, code="io", exit_code=4, problems=(problem,))
+        files += shard
+    return files, None

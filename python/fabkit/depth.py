@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fabkit import _arrays, _fabkit
 from fabkit.calibrate import Extrinsics
@@ -114,15 +114,23 @@ class Scene:
             if matrix[3] != [0, 0, 0, 1]:
                 raise invalid(f"the last row of pose is {matrix[3]}; it must be [0, 0, 0, 1]")
         given = isinstance(camera, Camera)
+        camera_file = None if isinstance(camera, Camera) or camera is None else os.fspath(camera)
+        of_pose = None if covariance is None else _arrays.matrix(covariance, 6, "pose_covariance")
+        self._given = (camera if given else camera_file, pose_file or matrix, of_pose)
         self._native = _fabkit.Scene(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]
             self.sensor.source,
-            None if given or camera is None else os.fspath(camera),
+            camera_file,
             pose_file,
             camera._native if given else None,  # pyright: ignore[reportPrivateUsage]
             matrix,
-            None if covariance is None else _arrays.matrix(covariance, 6, "pose_covariance"),
+            of_pose,
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # To another process of the same machine, or one that sees the same files.
+        there = [os.path.abspath(x) if isinstance(x, str) else x for x in self._given]
+        return (_scene, (self.sensor, *there))
 
     @property
     def camera(self) -> Camera:
@@ -151,6 +159,10 @@ class Scene:
         presses = [press] if isinstance(press, str) else list(press)
         seen = self._native.cast(presses, samples, membrane_mm, print_sigma_mm)
         return Truth(**seen)
+
+
+def _scene(sensor: Sensor, camera: Any, pose: Any, pose_covariance: Any) -> Scene:
+    return Scene(sensor, camera=camera, pose=pose, pose_covariance=pose_covariance)
 
 
 def cast(

@@ -82,7 +82,11 @@ def load(
         f"{path}={_yaml(path, value)}" for path, value in {**(overrides or {}), **named}.items()
     ]
     name = os.fspath(sensor)
-    return Sensor(_fabkit.load(name, preset, listed), name)
+    return _loaded(name, preset, listed)
+
+
+def _loaded(name: str, preset: str | None, listed: list[str]) -> Sensor:
+    return Sensor(_fabkit.load(name, preset, listed), name, (preset, listed))
 
 
 def _yaml(path: str, value: object) -> str:
@@ -327,14 +331,27 @@ class Sensor(Design):
     (['shell', 'base'], True)
     """
 
-    def __init__(self, project: _fabkit.Project, source: str) -> None:
+    def __init__(
+        self,
+        project: _fabkit.Project,
+        source: str,
+        changes: tuple[str | None, list[str]] | None = None,
+    ) -> None:
         super().__init__(project.design())
         self._project = project
+        self._changes = changes
         self.source = source
         """The name or path that it was loaded from."""
         names = project.fixture_names()
         self.fixtures = Named("fixture", names, lambda name: Fixture(project, name))
         """Calibration hardware, by name; each is designed when it is first asked for."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # To another process of the same machine, or one that sees the same files.
+        if self._changes is None:
+            raise TypeError("a variant of a sweep cannot be sent; send its plan and number")
+        is_file = self.source not in sensors()
+        return (_loaded, (os.path.abspath(self.source) if is_file else self.source, *self._changes))
 
     @property
     def camera(self) -> Camera:

@@ -26,19 +26,18 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fabkit import _fabkit
+from fabkit._executors import completed, submitter
 from fabkit._progress import shown
 from fabkit.designs import Sensor
-from fabkit.errors import FabkitError, InvalidInputError, Problem, invalid, unknown
+from fabkit.errors import InvalidInputError, Problem, invalid, unknown
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable
+    from collections.abc import Iterable
     from os import PathLike
 
     from fabkit._progress import Progress
@@ -48,7 +47,6 @@ Metric: TypeAlias = Callable[[Sensor], float]
 
 # Rows that are lost at most if a worker is.
 _MOST_TOGETHER = 16
-_CONNECT_SECONDS = 10
 
 
 class MetricError(InvalidInputError):
@@ -311,13 +309,14 @@ def run(
     with shown(progress, "variants") as told:
         if executor is None and not metrics:
             return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, told))
-        with _submitter(executor, retries) as submit:
+        with submitter(executor, retries) as submit:
             store = _fabkit.SweepStore.open(os.fspath(out), native, resume)
             missing = store.missing()
             together = min(max(len(missing) // 64, 1), _MOST_TOGETHER)
             tasks = [missing[i : i + together] for i in range(0, len(missing), together)]
             done = len(plan) - len(missing)
-            for lines in _computed(submit, native.source(), tasks, metrics, retries):
+            work = functools.partial(_rows, native.source(), metrics=metrics)
+            for lines in completed(submit, work, tasks, retries, "variants"):
                 store.put(lines)
                 done += len(lines)
                 if told is not None:
@@ -325,63 +324,8 @@ def run(
         return _sweep(store.finish())
 
 
-def _computed(
-    submit: Callable[..., Future[Any]] | None,
-    source: str,
-    tasks: list[list[int]],
-    metrics: dict[str, Metric],
-    retries: int,
-) -> Generator[list[str]]:
-    """Yield rows as they come, each variant's once; an error is raised after what is finished."""
-    if submit is None:
-        for task in tasks:
-            lines, error = _rows(source, task, metrics)
-            yield lines
-            if error is not None:
-                raise error
-        return
-    failure: Exception | None = None
-    pending: dict[Future[Any], tuple[list[int], int]] = {}
-    try:
-        for task in tasks:
-            pending[submit(_rows, source, task, metrics)] = (task, 0)
-        while pending:
-            ready, _ = wait(pending, return_when=FIRST_COMPLETED)
-            for future in ready:
-                task, tries = pending.pop(future)
-                error = None if future.cancelled() else future.exception()
-                if future.cancelled():
-                    continue
-                if error is None:
-                    lines, wrong = future.result()
-                    yield lines
-                    failure = failure or wrong
-                elif failure is None and tries < retries and not isinstance(error, BrokenExecutor):
-                    pending[submit(_rows, source, task, metrics)] = (task, tries + 1)
-                else:
-                    failure = failure or _lost(task, tries, error)
-            if failure is not None:
-                for future in pending:
-                    future.cancel()
-                pending = {f: task for f, task in pending.items() if not f.cancelled()}
-        if failure is not None:
-            raise failure
-    finally:
-        for future in pending:
-            future.cancel()
-
-
-def _lost(task: list[int], tries: int, error: BaseException) -> FabkitError:
-    text = f"variants {task[0]} to {task[-1]} failed {tries + 1} times: {error!r}"
-    hint = "finished rows are kept: go on with resume=True"
-    problem = Problem(text, hint)
-    lost = FabkitError(f"{text}\n  = help: {hint}", code="io", exit_code=4, problems=(problem,))
-    lost.__cause__ = error
-    return lost
-
-
 def _rows(
-    source: str, numbers: list[int], metrics: dict[str, Metric]
+    source: str, numbers: list[int], *, metrics: dict[str, Metric]
 ) -> tuple[list[str], MetricError | None]:
     """Compute rows, here or on a worker; an error comes with the rows before it."""
     plan = _plan(source)
@@ -423,37 +367,6 @@ def _asked(
         return values
 
     return ask
-
-
-@contextmanager
-def _submitter(executor: Any, retries: int) -> Generator[Callable[..., Future[Any]] | None]:
-    """Yield what takes tasks; ``None`` for nobody."""
-    if isinstance(executor, str):
-        with _client(executor) as client:
-            yield client.get_executor(pure=False, retries=retries).submit
-    elif executor is None:
-        yield None
-    elif hasattr(executor, "get_executor"):
-        yield executor.get_executor(pure=False, retries=retries).submit
-    elif hasattr(executor, "submit"):
-        yield executor.submit
-    else:
-        hint = "give an executor of concurrent.futures, a Dask client, or a scheduler's address"
-        raise invalid(f"{executor!r} is no executor: it has no `submit`", hint)
-
-
-def _client(address: str) -> Any:
-    """Connect to a Dask scheduler."""
-    try:
-        from distributed import Client  # pyright: ignore
-    except ImportError as error:
-        message = f"Dask is needed to reach {address}"
-        raise invalid(message, 'pip install "fabkit-cad[dask]"') from error
-    try:
-        return Client(address, timeout=_CONNECT_SECONDS)  # pyright: ignore
-    except (OSError, ValueError) as error:
-        text = f"there is no scheduler at {address}: {error}"
-        raise FabkitError(text, code="io", exit_code=4) from error
 
 
 def _axis(space: dict[str, Any]) -> Axis:

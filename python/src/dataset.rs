@@ -4,47 +4,124 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fabkit::commands::dataset::{self as order, Order};
-use fabkit::dataset::{ReadError, SampleArray, Written, write};
+use fabkit::dataset::{self, DatasetError, Job, SampleArray, Written};
 use fabkit::export::Element;
-use fabkit::failure::{Exit, Failure};
-use fabkit::scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, within};
+use fabkit::failure::Failure;
+use fabkit::scene::{self, MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, within};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::arrays::shaped;
 use crate::errors::OrRaise;
 use crate::running::{Interrupted, run};
 use crate::scene::Scene;
 
-/// Writes a data set; the halves of it that press nothing that the camera sees.
-#[pyfunction]
-#[pyo3(signature = (scene, folder, presses, captures, membrane_mm, seam_margin_mm, seed, materialise, resume, progress))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
-pub fn write_dataset(
-    py: Python<'_>,
-    scene: &Scene,
-    folder: PathBuf,
+/// What a data set is made of.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct DatasetOrder {
+    scene: Arc<scene::Scene>,
+    sensor: String,
     presses: Option<PathBuf>,
     captures: Option<PathBuf>,
     membrane_mm: f64,
     seam_margin_mm: f64,
     seed: u64,
     materialise: bool,
-    resume: bool,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Vec<String>> {
-    let (scene, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
-    let written: Written = run(py, Interrupted::Wait, progress, move |link| {
-        within("membrane_mm", membrane_mm, MEMBRANE_LIMITS_MM)?;
-        within("seam_margin_mm", seam_margin_mm, MARGIN_LIMITS_MM)?;
-        let (presses, captures) = (presses.as_deref(), captures.as_deref());
-        let order =
-            Order { presses, captures, membrane_mm, seam_margin_mm, seed, materialise, resume };
-        order::prepare(&scene, &sensor, &order, |job| {
-            let show = |done, _, all| link.show(done, all);
-            write(&folder, job, &show, &|| link.is_cancelled()).map_err(order::failure)
+}
+
+#[pymethods]
+impl DatasetOrder {
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        presses: Option<PathBuf>,
+        captures: Option<PathBuf>,
+        membrane_mm: f64,
+        seam_margin_mm: f64,
+        seed: u64,
+        materialise: bool,
+    ) -> PyResult<Self> {
+        within("membrane_mm", membrane_mm, MEMBRANE_LIMITS_MM).or_raise(py)?;
+        within("seam_margin_mm", seam_margin_mm, MARGIN_LIMITS_MM).or_raise(py)?;
+        let (scene, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
+        let order = Self {
+            scene,
+            sensor,
+            presses,
+            captures,
+            membrane_mm,
+            seam_margin_mm,
+            seed,
+            materialise,
+        };
+        Ok(order)
+    }
+
+    /// Writes it, or what is missing of it; the halves that press nothing that the camera sees.
+    #[pyo3(signature = (folder, resume, progress))]
+    fn write(
+        slf: Bound<'_, Self>,
+        folder: PathBuf,
+        resume: bool,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<String>> {
+        let order = slf.clone().unbind();
+        let written: Written = run(slf.py(), Interrupted::Wait, progress, move |link| {
+            order.get().prepare(resume, |job| {
+                let show = |done, _, all| link.show(done, all);
+                dataset::write(&folder, job, &show, &|| link.is_cancelled())
+            })
+        })?;
+        Ok(written.untouched)
+    }
+
+    /// Begins it, or goes on with it: the plan's hash, and numbers of the shards that are missing.
+    fn begin(slf: Bound<'_, Self>, folder: PathBuf, resume: bool) -> PyResult<(String, Vec<u64>)> {
+        let order = slf.clone().unbind();
+        run(slf.py(), Interrupted::Wait, None, move |_| {
+            order.get().prepare(resume, |job| dataset::begin(&folder, job))
         })
-    })?;
-    Ok(written.untouched)
+    }
+
+    /// The plan's hash, and the files of a shard: paths below the folder, and bytes.
+    fn shard<'py>(
+        slf: Bound<'py, Self>,
+        number: u64,
+    ) -> PyResult<(String, Vec<(String, Bound<'py, PyBytes>)>)> {
+        let (py, order) = (slf.py(), slf.clone().unbind());
+        let (plan, files) = run(py, Interrupted::Leave, None, move |_| {
+            order.get().prepare(true, |job| dataset::shard(job, number))
+        })?;
+        let files = files.into_iter().map(|(name, bytes)| (name, PyBytes::new(py, &bytes)));
+        Ok((plan, files.collect()))
+    }
+}
+
+impl DatasetOrder {
+    fn prepare<R>(
+        &self,
+        resume: bool,
+        work: impl FnOnce(&Job) -> Result<R, DatasetError>,
+    ) -> Result<R, Failure> {
+        let order = Order {
+            presses: self.presses.as_deref(),
+            captures: self.captures.as_deref(),
+            membrane_mm: self.membrane_mm,
+            seam_margin_mm: self.seam_margin_mm,
+            seed: self.seed,
+            materialise: self.materialise,
+            resume,
+        };
+        order::prepare(&self.scene, &self.sensor, &order, |job| work(job).map_err(order::failure))
+    }
+}
+
+/// Puts the files of a shard into the folder of its data set.
+#[pyfunction]
+pub fn keep_shard(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
+    py.detach(|| dataset::keep(&folder, &files)).map_err(order::failure).or_raise(py)
 }
 
 /// An array whose first axis counts samples.
@@ -57,7 +134,8 @@ pub struct Samples {
 impl Samples {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        let array = py.detach(|| SampleArray::open(&folder)).map_err(failure).or_raise(py)?;
+        let array =
+            py.detach(|| SampleArray::open(&folder)).map_err(order::read_failure).or_raise(py)?;
         Ok(Self { array })
     }
 
@@ -74,7 +152,8 @@ impl Samples {
     }
 
     fn sample<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
-        let bytes = py.detach(|| self.array.sample(index)).map_err(failure).or_raise(py)?;
+        let bytes =
+            py.detach(|| self.array.sample(index)).map_err(order::read_failure).or_raise(py)?;
         let shape = &self.array.shape()[1..];
         Ok(match self.array.element() {
             Element::U8 => shaped(py, bytes, shape)?.into_any(),
@@ -87,18 +166,5 @@ impl Samples {
                 shaped(py, values.collect(), shape)?.into_any()
             }
         })
-    }
-}
-
-fn failure(error: ReadError) -> Failure {
-    match error {
-        ReadError::Io { .. } => Failure::plain(Exit::Io, error),
-        ReadError::Damaged { .. } => {
-            Failure::new(Exit::Io, error, "delete that file and run `fabkit dataset --resume`")
-        }
-        ReadError::Foreign { .. } => {
-            Failure::new(Exit::BadInput, error, "read it with the Python package `zarr`")
-        }
-        ReadError::OutOfRange { .. } => Failure::plain(Exit::BadInput, error),
     }
 }

@@ -1,6 +1,8 @@
 """Data sets that the command wrote."""
 
+import concurrent.futures
 import multiprocessing
+import pickle
 
 import numpy as np
 import pytest
@@ -18,6 +20,11 @@ def folders(command, tmp_path_factory):
         presses = ["--presses", folder / "presses.txt"]
         command("dataset", "rtac0", *presses, *flags, "-o", folder / name)
     return folder
+
+
+def tree(folder):
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 def test_stitched_and_written_samples_are_equal(folders):
@@ -59,10 +66,6 @@ def test_a_data_set_from_python_is_the_commands(folders, rtac0, tmp_path):
     assert len(data) == 9
     assert told[-1][0] == told[-1][1]
 
-    def tree(folder):
-        files = (path for path in folder.rglob("*") if path.is_file())
-        return {str(path.relative_to(folder)): path.read_bytes() for path in files}
-
     assert tree(tmp_path / "mine") == tree(folders / "stitched")
     with pytest.raises(fabkit.FabkitError, match="not empty"):
         fabkit.dataset.write(rtac0, tmp_path / "mine", presses=presses)
@@ -70,6 +73,64 @@ def test_a_data_set_from_python_is_the_commands(folders, rtac0, tmp_path):
     fabkit.dataset.write(rtac0, tmp_path / "mine", presses=presses, resume=True)
     with pytest.raises(fabkit.FabkitError, match="seam_margin_mm: -1 mm"):
         fabkit.dataset.write(rtac0, tmp_path / "other", seam_margin_mm=-1)
+
+
+class Losing:
+    """An executor of this thread that loses its first tasks."""
+
+    def __init__(self, losses):
+        self.losses = losses
+        self.submitted = 0
+
+    def submit(self, work, *arguments):
+        """Do it at once, or lose it."""
+        self.submitted += 1
+        future = concurrent.futures.Future()
+        if self.submitted <= self.losses:
+            future.set_exception(RuntimeError("the worker died"))
+        else:
+            # As if it had travelled.
+            work, arguments = pickle.loads(pickle.dumps((work, arguments)))
+            future.set_result(work(*arguments))
+        return future
+
+
+@pytest.mark.parametrize("kind", ["stitched", "written"])
+def test_halves_cast_elsewhere_are_the_same_bytes(folders, rtac0, tmp_path, kind):
+    options = {"presses": folders / "presses.txt", "materialise": kind == "written"}
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as executor:
+        fabkit.dataset.write(rtac0, tmp_path / "mine", executor=executor, **options)
+    assert tree(tmp_path / "mine") == tree(folders / kind)
+
+
+def test_lost_shards_are_tried_again_and_finished_ones_are_kept(folders, rtac0, tmp_path):
+    options = {"presses": folders / "presses.txt"}
+    executor = Losing(losses=2)
+    fabkit.dataset.write(rtac0, tmp_path / "again", executor=executor, **options)
+    # Six halves are one shard.
+    assert executor.submitted == 3
+    assert tree(tmp_path / "again") == tree(folders / "stitched")
+
+    with pytest.raises(fabkit.FabkitError, match="shards 0 to 0 failed 2 times") as error:
+        fabkit.dataset.write(rtac0, tmp_path / "lost", executor=Losing(9), retries=1, **options)
+    assert "resume=True" in error.value.hint
+    fabkit.dataset.write(rtac0, tmp_path / "lost", resume=True, **options)
+    assert tree(tmp_path / "lost") == tree(folders / "stitched")
+
+
+def test_sensors_and_scenes_travel(rtac0, tmp_path):
+    file = tmp_path / "thin.yaml"
+    file.write_text("format: 1\nextends: rtac0\nname: thin\n")
+    sensor = fabkit.load(file, coat__thickness="0.1 mm")
+    there = pickle.loads(pickle.dumps(sensor))
+    assert there.parameters["coat.thickness"] == sensor.parameters["coat.thickness"]
+    pose = np.linalg.inv(rtac0.sensor_from_camera)
+    pose[2, 3] += 0.5
+    scene = fabkit.depth.Scene(rtac0, pose=pose, pose_covariance=np.eye(6) * 1e-4)
+    again = pickle.loads(pickle.dumps(scene))
+    np.testing.assert_array_equal(scene.cast().sigma_mm, again.cast().sigma_mm)
+    np.testing.assert_array_equal(scene.sensor_from_camera, again.sensor_from_camera)
 
 
 def test_splits_share_nothing(folders):

@@ -74,6 +74,21 @@ def test_functions_travel_and_their_errors_come_back(client, tmp_path: Path) -> 
         fabkit.sweep.run(few, tmp_path / "bad", executor=client, metrics=bad)
 
 
+def test_a_data_set_is_cast_on_the_cluster(client, tmp_path: Path) -> None:
+    presses = tmp_path / "presses.txt"
+    # Twenty patterns are three shards of halves.
+    presses.write_text("".join(f"semi-dome-{number:03}\n" for number in range(1, 21)))
+    there = fabkit.dataset.write("rtac0", tmp_path / "there", presses=presses, executor=client)
+    here = fabkit.dataset.write("rtac0", tmp_path / "here", presses=presses)
+    assert len(there) == len(here) == 400
+    files = sorted(path.relative_to(here.folder) for path in here.folder.rglob("*.*"))
+    shards = [path for path in here.folder.rglob("c/**/*") if path.is_file()]
+    assert len(shards) == 6
+    for path in [*(here.folder / file for file in files), *shards]:
+        same = there.folder / path.relative_to(here.folder)
+        assert same.read_bytes() == path.read_bytes()
+
+
 def test_an_unreachable_scheduler_is_named(tmp_path: Path) -> None:
     address = "tcp://127.0.0.1:9"
     with pytest.raises(fabkit.FabkitError, match=address):

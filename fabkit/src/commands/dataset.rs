@@ -6,7 +6,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit::dataset::{
-    self, Captures, DatasetError, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, Written,
+    self, Captures, DatasetError, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, ReadError,
+    Written,
 };
 use fabkit::depth::truth::{Seam, Surface};
 use fabkit::export::png;
@@ -233,6 +234,10 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
 
 /// Why a data set was not written, for people.
 pub fn failure(error: DatasetError) -> Failure {
+    let error = match error {
+        DatasetError::Read(error) => return read_failure(error),
+        other => other,
+    };
     match &error {
         DatasetError::NotEmpty { .. } => Failure::new(
             Exit::BadInput,
@@ -253,6 +258,20 @@ pub fn failure(error: DatasetError) -> Failure {
         DatasetError::Cancelled => {
             Failure::new(Exit::Interrupted, "interrupted", "--resume goes on from here")
         }
-        DatasetError::Export(_) => Failure::bug(error),
+        DatasetError::Export(_) | DatasetError::Read(_) => Failure::bug(error),
+    }
+}
+
+/// Why a data set cannot be read, for people.
+pub fn read_failure(error: ReadError) -> Failure {
+    match error {
+        ReadError::Io { .. } => Failure::plain(Exit::Io, error),
+        ReadError::Damaged { .. } => {
+            Failure::new(Exit::Io, error, "delete that file and run `fabkit dataset --resume`")
+        }
+        ReadError::Foreign { .. } => {
+            Failure::new(Exit::BadInput, error, "read it with the Python package `zarr`")
+        }
+        ReadError::OutOfRange { .. } => Failure::plain(Exit::BadInput, error),
     }
 }

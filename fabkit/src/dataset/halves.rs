@@ -1,14 +1,18 @@
 //! Casting every half press once.
 
+use std::ops::Range;
+use std::path::Path;
+
 use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Side};
 use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::Job;
+use super::read::SampleArray;
 use super::samples::Parts;
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
+use super::{Files, Job};
 
 /// Half presses in one file.
 const HALVES_PER_SHARD: u64 = 16;
@@ -60,24 +64,19 @@ pub(super) fn write(
     for (name, array) in NAMES.iter().zip(arrays) {
         store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
     }
-    let [indentations, labels] = arrays else { return Ok(Cast::default()) };
+    let Some(first) = arrays.first() else { return Ok(Cast::default()) };
     let shard = |shard: u64| -> Result<Cast, DatasetError> {
-        let name = |i: usize| format!("{}/{}", NAMES[i], arrays[i].shard_path(shard));
-        let names = [name(0), name(1)];
-        let places = indentations.samples_of(shard).map(|half| half as usize);
+        let names = shard_names(arrays, shard);
+        let places = as_usize(first.samples_of(shard));
         let is_there = names.iter().all(|name| store.has(name));
-        let halves: Vec<Half> = match is_there && tiling.is_none() {
-            true => Vec::new(),
-            false => places.clone().map(|half| cast_half(job, half)).collect(),
+        let halves: Vec<Half> = match (is_there, tiling) {
+            (true, None) => Vec::new(),
+            (true, Some(_)) => read_halves(store.folder(), places.clone())?,
+            (false, _) => places.clone().map(|half| cast_half(job, half)).collect(),
         };
-        store.put(&names[0], || {
-            let packed = halves.iter().map(|half| zarr_pack(&bytes_of_f32(&half.indentation_mm)));
-            Ok(indentations.shard(&packed.collect::<Result<Vec<_>, _>>()?))
-        })?;
-        store.put(&names[1], || {
-            let packed = halves.iter().map(|half| zarr_pack(&half.label));
-            Ok(labels.shard(&packed.collect::<Result<Vec<_>, _>>()?))
-        })?;
+        for ((name, array), values) in names.iter().zip(arrays).zip(VALUES) {
+            store.put(name, || pack(array, &halves, values))?;
+        }
         let of_shard = || places.clone().zip(&halves);
         let untouched =
             of_shard().filter(|(place, half)| !touches(job, *place, half)).map(|(place, _)| place);
@@ -87,13 +86,62 @@ pub(super) fn write(
         Ok((parts.collect::<Result<_, _>>()?, untouched.collect()))
     };
     let cast: Vec<Cast> =
-        (0..indentations.shards()).into_par_iter().map(shard).collect::<Result<_, _>>()?;
+        (0..first.shards()).into_par_iter().map(shard).collect::<Result<_, _>>()?;
     let mut all = Cast::default();
     for (parts, untouched) in cast {
         all.0.extend(parts);
         all.1.extend(untouched);
     }
     Ok(all)
+}
+
+/// The files of one shard, whatever is there already.
+pub(super) fn shard_files(
+    job: &Job,
+    arrays: &[ZarrArray],
+    shard: u64,
+) -> Result<Files, DatasetError> {
+    let Some(first) = arrays.first() else { return Ok(Files::new()) };
+    let places = as_usize(first.samples_of(shard));
+    let halves: Vec<Half> = places.into_par_iter().map(|half| cast_half(job, half)).collect();
+    let names = shard_names(arrays, shard);
+    let packed = names.into_iter().zip(arrays).zip(VALUES);
+    packed.map(|((name, array), values)| Ok((name, pack(array, &halves, values)?))).collect()
+}
+
+fn as_usize(range: Range<u64>) -> Range<usize> {
+    range.start as usize..range.end as usize
+}
+
+/// A shard's file in each array, in order.
+pub(super) fn shard_names(arrays: &[ZarrArray], shard: u64) -> Vec<String> {
+    let path = |(name, array): (&&str, &ZarrArray)| format!("{name}/{}", array.shard_path(shard));
+    NAMES.iter().zip(arrays).map(path).collect()
+}
+
+fn pack(
+    array: &ZarrArray,
+    halves: &[Half],
+    values: fn(&Half) -> Vec<u8>,
+) -> Result<Vec<u8>, DatasetError> {
+    let packed = halves.iter().map(|half| zarr_pack(&values(half)));
+    Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+}
+
+/// What is in each of [`NAMES`], little-endian.
+const VALUES: [fn(&Half) -> Vec<u8>; 2] =
+    [|half| bytes_of_f32(&half.indentation_mm), |half| half.label.clone()];
+
+/// What an earlier run, or somebody else, cast.
+fn read_halves(folder: &Path, places: Range<usize>) -> Result<Vec<Half>, DatasetError> {
+    let [indentations, labels] = NAMES.map(|name| SampleArray::open(&folder.join(name)));
+    let (indentations, labels) = (indentations?, labels?);
+    let half = |place| -> Result<Half, DatasetError> {
+        let bytes = indentations.sample(place)?;
+        let values = bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value));
+        Ok(Half { indentation_mm: values.collect(), label: labels.sample(place)? })
+    };
+    places.map(half).collect()
 }
 
 /// Casts one half: the left ones in order, then the right ones.

@@ -124,7 +124,7 @@ pub fn write(
     progress: OnProgress,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Written, DatasetError> {
-    let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
+    let [height, width] = size_px(job);
     let halves = halves::arrays(job, [height, width]);
     let tiling = job.materialise.then(|| Tiling::new(job.seam.sides(), width as usize));
     let tiling = tiling.as_ref();
@@ -159,4 +159,53 @@ pub fn write(
     let halves = 2 * job.patterns.len();
     let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();
     Ok(Written { halves, samples: job.patterns.len().pow(2), found, made, untouched })
+}
+
+/// Files by their paths below a data set's folder.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+/// Begins a data set, or goes on with one, whose halves are cast elsewhere: the hash of the plan, and
+/// which shards of halves are missing.
+///
+/// Each comes from [`shard`], goes into the folder by [`keep`], and [`write`] with
+/// [`resume`](Job::resume) does the rest.
+///
+/// # Errors
+/// As for [`write`].
+pub fn begin(folder: &Path, job: &Job) -> Result<(String, Vec<u64>), DatasetError> {
+    let store = store::Store::open(folder, job, 0, &|_, _, _| (), &|| false)?;
+    let halves = halves::arrays(job, size_px(job));
+    let is_missing = |shard: &u64| {
+        let names = halves::shard_names(&halves, *shard);
+        !names.iter().all(|name| store.has(name))
+    };
+    let all = halves.first().map_or(0, |array| array.shards());
+    Ok((plan_hash(job)?, (0..all).filter(is_missing).collect()))
+}
+
+/// A shard of halves, with the hash of the plan that it belongs to. It depends on the job alone: it
+/// can be computed on any machine, and as often as it gets lost.
+///
+/// # Errors
+/// Files that cannot be made.
+pub fn shard(job: &Job, number: u64) -> Result<(String, Files), DatasetError> {
+    let halves = halves::arrays(job, size_px(job));
+    Ok((plan_hash(job)?, halves::shard_files(job, &halves, number)?))
+}
+
+/// Puts the files of a shard into the folder of its data set, each whole or not at all.
+///
+/// # Errors
+/// The operating system's.
+pub fn keep(folder: &Path, files: &Files) -> Result<(), DatasetError> {
+    files.iter().try_for_each(|(name, bytes)| store::replace(folder, name, bytes))
+}
+
+fn plan_hash(job: &Job) -> Result<String, DatasetError> {
+    Ok(store::short_hash(&job.plan.document(job.materialise)?))
+}
+
+/// Rows and columns.
+fn size_px(job: &Job) -> [u32; 2] {
+    [job.surface.rays().height_px(), job.surface.rays().width_px()]
 }

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fabkit_export::ExportError;
 use serde_json::{Map, Value};
 
+use super::read::ReadError;
 use super::{Job, OnProgress};
 
 /// The plan of a finished data set.
@@ -54,6 +55,9 @@ pub enum DatasetError {
     /// A file that cannot be made.
     #[error(transparent)]
     Export(#[from] ExportError),
+    /// A half that an earlier run wrote cannot be read again.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// The caller asked to stop.
     #[error("stopped; `--resume` goes on from here")]
     Cancelled,
@@ -131,6 +135,11 @@ impl<'a> Store<'a> {
         Ok(true)
     }
 
+    /// Where the files are.
+    pub(super) fn folder(&self) -> &Path {
+        self.folder
+    }
+
     /// Whether an earlier run finished a file.
     pub(super) fn has(&self, name: &str) -> bool {
         self.folder.join(name).exists()
@@ -176,25 +185,29 @@ impl<'a> Store<'a> {
         Ok((found, self.made.load(Ordering::Relaxed)))
     }
 
-    /// Writes beside the place, syncs, and renames. A leftover of a killed run is overwritten:
-    /// each name is written by one thread of one run.
     fn replace(&self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
-        let place = self.folder.join(name);
-        let parent = place.parent().unwrap_or(self.folder);
-        fs::create_dir_all(parent).map_err(|e| failed("create the folder", parent, e))?;
-        let file_name = place.file_name().and_then(|n| n.to_str()).unwrap_or(name);
-        let temporary = parent.join(temporary_name(file_name));
-        let written = File::create(&temporary).and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.sync_all()
-        });
-        let renamed = written.and_then(|()| fs::rename(&temporary, &place));
-        renamed.map_err(|error| {
-            // Nothing half-written stays behind a full disk.
-            let _ = fs::remove_file(&temporary);
-            failed("write", &place, error)
-        })
+        replace(self.folder, name, bytes)
     }
+}
+
+/// Writes beside the place, syncs, and renames. A leftover of a killed run is overwritten: each name
+/// is written by one thread of one run.
+pub(super) fn replace(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
+    let place = folder.join(name);
+    let parent = place.parent().unwrap_or(folder);
+    fs::create_dir_all(parent).map_err(|e| failed("create the folder", parent, e))?;
+    let file_name = place.file_name().and_then(|n| n.to_str()).unwrap_or(name);
+    let temporary = parent.join(temporary_name(file_name));
+    let written = File::create(&temporary).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    let renamed = written.and_then(|()| fs::rename(&temporary, &place));
+    renamed.map_err(|error| {
+        // Nothing half-written stays behind a full disk.
+        let _ = fs::remove_file(&temporary);
+        failed("write", &place, error)
+    })
 }
 
 fn temporary_name(name: &str) -> String {
@@ -205,7 +218,7 @@ fn failed(action: &'static str, path: &Path, source: io::Error) -> DatasetError 
     DatasetError::Io { action, path: path.into(), source }
 }
 
-fn short_hash(bytes: &[u8]) -> String {
+pub(super) fn short_hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 

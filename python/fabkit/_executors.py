@@ -1,0 +1,109 @@
+"""Tasks on somebody else's executor: tried again where one is lost, results kept as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from fabkit.errors import FabkitError, Problem, invalid
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+Result = TypeVar("Result")
+Submit: TypeAlias = "Callable[..., Future[Any]] | None"
+"""What takes tasks; ``None`` to do them here."""
+
+_CONNECT_SECONDS = 10
+
+
+def completed(
+    submit: Submit,
+    work: Callable[[list[int]], tuple[Result, Exception | None]],
+    tasks: list[list[int]],
+    retries: int,
+    what: str,
+) -> Generator[Result]:
+    """Yield the result of each task as it comes; an error is raised after what is finished.
+
+    ``work`` gives its result and what went wrong after it; it must be the same wherever it is done
+    and however often. ``what`` are the things that tasks number, for messages.
+    """
+    if submit is None:
+        for task in tasks:
+            result, error = work(task)
+            yield result
+            if error is not None:
+                raise error
+        return
+    failure: Exception | None = None
+    pending: dict[Future[Any], tuple[list[int], int]] = {}
+    try:
+        for task in tasks:
+            pending[submit(work, task)] = (task, 0)
+        while pending:
+            ready, _ = wait(pending, return_when=FIRST_COMPLETED)
+            for future in ready:
+                task, tries = pending.pop(future)
+                error = None if future.cancelled() else future.exception()
+                if future.cancelled():
+                    continue
+                if error is None:
+                    result, wrong = future.result()
+                    yield result
+                    failure = failure or wrong
+                elif failure is None and tries < retries and not isinstance(error, BrokenExecutor):
+                    pending[submit(work, task)] = (task, tries + 1)
+                else:
+                    failure = failure or _lost(what, task, tries, error)
+            if failure is not None:
+                for future in pending:
+                    future.cancel()
+                pending = {f: task for f, task in pending.items() if not f.cancelled()}
+        if failure is not None:
+            raise failure
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+def _lost(what: str, task: list[int], tries: int, error: BaseException) -> FabkitError:
+    text = f"{what} {task[0]} to {task[-1]} failed {tries + 1} times: {error!r}"
+    hint = "what is finished is kept: go on with resume=True"
+    problem = Problem(text, hint)
+    lost = FabkitError(f"{text}\n  = help: {hint}", code="io", exit_code=4, problems=(problem,))
+    lost.__cause__ = error
+    return lost
+
+
+@contextmanager
+def submitter(executor: Any, retries: int) -> Generator[Submit]:
+    """Yield what takes tasks for an executor, a Dask client, or a scheduler's address."""
+    if isinstance(executor, str):
+        with _client(executor) as client:
+            yield client.get_executor(pure=False, retries=retries).submit
+    elif executor is None:
+        yield None
+    elif hasattr(executor, "get_executor"):
+        yield executor.get_executor(pure=False, retries=retries).submit
+    elif hasattr(executor, "submit"):
+        yield executor.submit
+    else:
+        hint = "give an executor of concurrent.futures, a Dask client, or a scheduler's address"
+        raise invalid(f"{executor!r} is no executor: it has no `submit`", hint)
+
+
+def _client(address: str) -> Any:
+    """Connect to a Dask scheduler."""
+    try:
+        from distributed import Client  # pyright: ignore
+    except ImportError as error:
+        message = f"Dask is needed to reach {address}"
+        raise invalid(message, 'pip install "fabkit-cad[dask]"') from error
+    try:
+        return Client(address, timeout=_CONNECT_SECONDS)  # pyright: ignore
+    except (OSError, ValueError) as error:
+        text = f"there is no scheduler at {address}: {error}"
+        raise FabkitError(text, code="io", exit_code=4) from error

@@ -16,6 +16,9 @@ use crate::errors::OrRaise;
 use crate::running::{Interrupted, run};
 use crate::scene::Scene;
 
+/// A file: its path below the folder, and its content.
+type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
+
 /// What a data set is made of.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct DatasetOrder {
@@ -86,10 +89,7 @@ impl DatasetOrder {
     }
 
     /// The plan's hash, and the files of a shard: paths below the folder, and bytes.
-    fn shard<'py>(
-        slf: Bound<'py, Self>,
-        number: u64,
-    ) -> PyResult<(String, Vec<(String, Bound<'py, PyBytes>)>)> {
+    fn shard<'py>(slf: Bound<'py, Self>, number: u64) -> PyResult<(String, Vec<NamedBytes<'py>>)> {
         let (py, order) = (slf.py(), slf.clone().unbind());
         let (plan, files) = run(py, Interrupted::Leave, None, move |_| {
             order.get().prepare(true, |job| dataset::shard(job, number))

@@ -167,11 +167,11 @@ pub type Files = Vec<(String, Vec<u8>)>;
 /// Begins a data set, or goes on with one, whose halves are cast elsewhere: the hash of the plan, and
 /// which shards of halves are missing.
 ///
-/// Each comes from [`shard`], goes into the folder by [`keep`], and [`write`] with
+/// Each comes from [`shard`], goes into the folder by [`keep`], and [`write()`] with
 /// [`resume`](Job::resume) does the rest.
 ///
 /// # Errors
-/// As for [`write`].
+/// As for [`write()`].
 pub fn begin(folder: &Path, job: &Job) -> Result<(String, Vec<u64>), DatasetError> {
     let store = store::Store::open(folder, job, 0, &|_, _, _| (), &|| false)?;
     let halves = halves::arrays(job, size_px(job));

@@ -4,10 +4,14 @@
 //! when all of them are there are they renamed, in order. Whatever fails, on the way out the
 //! temporary files are removed and the files that stood there before are as they were.
 
+mod lock;
+
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+pub use lock::FolderLock;
 
 /// A file to be written.
 #[derive(Clone, Debug)]
@@ -39,6 +43,14 @@ pub enum StagingError {
         /// What is there.
         found: &'static str,
     },
+    /// Another process writes into the folder.
+    #[error("{} is being written to by {holder}", .folder.display())]
+    Locked {
+        /// Which folder.
+        folder: PathBuf,
+        /// Who: `process 4711 (fabkit export rtac0)`.
+        holder: String,
+    },
     /// The caller asked to stop.
     #[error("stopped")]
     Cancelled,
@@ -50,6 +62,9 @@ impl StagingError {
         match self {
             Self::Io { source, .. } => io_hint(source),
             Self::Occupied { .. } => Some("move it away, or choose another place with -o"),
+            Self::Locked { .. } => {
+                Some("wait until it has finished, or choose another place with -o")
+            }
             Self::Cancelled => None,
         }
     }
@@ -164,14 +179,24 @@ impl<'a> Stage<'a> {
             entry.renamed = true;
         }
         self.committed = true;
-        // The names themselves reach the disk with the folder. Not every system can sync one, and
-        // the files are complete either way.
         let folders = self.entries.iter().filter_map(|entry| entry.place.parent());
-        for folder in folders.collect::<BTreeSet<&Path>>() {
-            let _ = File::open(folder).and_then(|folder| folder.sync_all());
-        }
-        Ok(())
+        folders.collect::<BTreeSet<&Path>>().into_iter().try_for_each(sync_folder)
     }
+}
+
+/// The names of files reach the disk with their folder. A system that cannot sync folders is no
+/// failure; one that can, and fails, is.
+fn sync_folder(folder: &Path) -> Result<(), StagingError> {
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        Err(error) if !cannot_sync_folders(&error) => Err(failed("sync the folder", folder, error)),
+        _ => Ok(()),
+    }
+}
+
+fn cannot_sync_folders(error: &io::Error) -> bool {
+    let cannot = [io::ErrorKind::Unsupported, io::ErrorKind::InvalidInput];
+    // Windows does not open folders as files at all.
+    cannot.contains(&error.kind()) || cfg!(windows)
 }
 
 impl Drop for Stage<'_> {

@@ -49,6 +49,8 @@ impl Default for CalibrationOptions {
 /// The result, with all that is needed to judge it.
 #[derive(Clone, Debug)]
 pub struct Calibration {
+    /// The camera as it was given.
+    pub given: Camera,
     /// The observations, with standard deviations that include the play of the pins.
     pub observations: Vec<Observation>,
     /// How well pins repeat, if any hole has pins in several captures.
@@ -68,9 +70,9 @@ impl Calibration {
         &self.selection.trials[self.selection.chosen]
     }
 
-    /// The pose alone, with the camera as given.
-    pub fn plain(&self) -> &Trial {
-        &self.selection.trials[0]
+    /// The pose alone, with the camera as given; `None` if that could not be fitted.
+    pub fn plain(&self) -> Option<&Trial> {
+        self.selection.trials.iter().find(|trial| trial.candidate == Candidate::PLAIN)
     }
 
     /// The chosen model.
@@ -90,9 +92,26 @@ pub enum CalibrationError {
         /// How many there are.
         pins: usize,
     },
-    /// No pose fits.
-    #[error(transparent)]
-    Solve(#[from] SolveError),
+    /// No explanation of the pixels can be fitted.
+    #[error("no explanation of the pixels can be fitted{}", reasons(.failed))]
+    NoExplanation {
+        /// Each with why, in the order in which they were tried.
+        failed: Vec<(Candidate, SolveError)>,
+    },
+}
+
+/// Every reason once, a line each, with the explanations that it stopped.
+fn reasons(failed: &[(Candidate, SolveError)]) -> String {
+    let mut by_reason: Vec<(&SolveError, Vec<String>)> = Vec::new();
+    for (candidate, error) in failed {
+        match by_reason.iter_mut().find(|(known, _)| *known == error) {
+            Some((_, names)) => names.push(candidate.to_string()),
+            None => by_reason.push((error, vec![candidate.to_string()])),
+        }
+    }
+    let line =
+        |(error, names): (&SolveError, Vec<String>)| format!("\n  {error} ({})", names.join(", "));
+    by_reason.into_iter().map(line).collect()
 }
 
 /// Calibrates from assigned pins.
@@ -101,7 +120,8 @@ pub enum CalibrationError {
 /// Where `nominal` is given, the distance from it takes part as what is known beforehand.
 ///
 /// # Errors
-/// [`CalibrationError`]: pins in one plane, too few pins, pins that cannot be seen.
+/// [`CalibrationError`]: pins in one plane; too few pins, or pins that cannot be seen, under every
+/// explanation.
 pub fn calibrate(
     camera: &Camera,
     observations: &[Observation],
@@ -124,13 +144,14 @@ pub fn calibrate(
     let mut model = Model::new(*camera, *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
     let selection =
-        selection::select(&model, &observations, captures, options.gel_index, options.loss)?;
+        selection::select(&model, &observations, captures, options.gel_index, options.loss)
+            .map_err(|failed| CalibrationError::NoExplanation { failed })?;
     let fit = &selection.trials[selection.chosen].fit;
     let coordinates = 2 * observations.len();
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
     let misfit = (fit.cost / freedom as f64).sqrt();
     let covariance = &fit.covariance * misfit.max(1.0).powi(2);
-    Ok(Calibration { observations, scatter, selection, covariance, misfit })
+    Ok(Calibration { given: *camera, observations, scatter, selection, covariance, misfit })
 }
 
 /// The pose that rays through the observed pixels give without a starting value; `None` for fewer

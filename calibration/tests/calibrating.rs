@@ -2,7 +2,9 @@
 
 mod support;
 
-use fabkit_calibration::extrinsics::{CalibrationError, CalibrationOptions, calibrate};
+use fabkit_calibration::extrinsics::{
+    CalibrationError, CalibrationOptions, SolveError, calibrate, refine,
+};
 use fabkit_calibration::model::{Model, Observation, Parameter};
 use fabkit_calibration::synthetic::{Bench, Noise};
 use fabkit_camera::{Camera, Flat, Interface, Intrinsics, Lens, OpenCv};
@@ -83,7 +85,8 @@ fn gel_before_the_lens_is_found() {
         let found = camera_position(&model.camera_from_sensor);
         (found - camera_position(&truth.camera_from_sensor)).norm()
     };
-    let (chosen_mm, plain_mm) = (error_mm(result.model()), error_mm(&result.plain().fit.model));
+    let (chosen_mm, plain_mm) =
+        (error_mm(result.model()), error_mm(&result.plain().unwrap().fit.model));
     assert!(chosen_mm < plain_mm / 3.0, "{chosen_mm} mm, plain {plain_mm} mm");
     let Interface::Flat(flat) = result.model().camera.interface() else { panic!() };
     assert!((flat.distance_mm - 4.0).abs() < 0.5, "{}", flat.distance_mm);
@@ -137,4 +140,66 @@ fn too_few_pins_and_pins_out_of_sight_are_refused_by_name() {
     let unseen = calibrate(&perspective, &observations, &behind, None, &options);
     let message = unseen.err().unwrap().to_string();
     assert!(message.contains("cannot be seen from the starting pose"), "{message}");
+}
+
+/// A lens in air before 6 mm of gel, told nothing of it: the pose alone explains the pins so badly
+/// that most of them count by their length, and reweighting creeps.
+#[test]
+fn a_bad_explanation_is_fitted_all_the_same() {
+    let pins = pins(&[("a", 0.5)]);
+    let gel = with_interface(Interface::Flat(Flat::in_air(6.0, 1.41)));
+    let truth = Model::new(gel, assembled(0.0));
+    let captures = captures(&pins, 20, 5, &mut Noise::new(49));
+    let observations = Bench::new(truth, 50).observe(&captures, 0.3).unwrap();
+    let mut start = Model::new(camera(), assembled(0.0));
+    start.expected_translation_mm = Some(*nominal().translation_mm());
+    let loss = CalibrationOptions::default().loss;
+    let fit = refine(&start, &Parameter::POSE, &observations, loss).unwrap();
+    // At rest: from there nothing is left to do.
+    let again = refine(&fit.model, &Parameter::POSE, &observations, loss).unwrap();
+    assert!((again.cost - fit.cost).abs() < 1e-3, "{} {}", again.cost, fit.cost);
+}
+
+/// The same where large residuals make the normal equations step too far, to and fro.
+#[test]
+fn a_step_too_far_is_shortened() {
+    let pins = pins(&[("a", 0.5)]);
+    let gel = with_interface(Interface::Flat(Flat::in_air(2.0, 1.41)));
+    let truth = Model::new(gel, assembled(0.0));
+    let captures = captures(&pins, 20, 5, &mut Noise::new(127));
+    let observations = Bench::new(truth, 128).observe(&captures, 0.3).unwrap();
+    let mut start = Model::new(camera(), assembled(0.0));
+    start.expected_translation_mm = Some(*nominal().translation_mm());
+    let parameters = [&Parameter::POSE[..], &[Parameter::FocalScale]].concat();
+    let loss = CalibrationOptions::default().loss;
+    let fit = refine(&start, &parameters, &observations, loss).unwrap();
+    let again = refine(&fit.model, &parameters, &observations, loss).unwrap();
+    assert!((again.cost - fit.cost).abs() < 1e-3, "{} {}", again.cost, fit.cost);
+}
+
+/// From where the pose alone sees no pin, a lens before gel is still begun at the design's pose: its
+/// explanations compete, and the plain one is a row with a reason.
+#[test]
+fn an_explanation_that_fails_leaves_the_choice_to_the_others() {
+    let pins = pins(&[("a", 0.5)]);
+    let intrinsics = Intrinsics { fx_px: 200.0, fy_px: 200.0, cx_px: 320.0, cy_px: 240.0 };
+    let lens = Lens::OpenCv(OpenCv::new(intrinsics, &[0.0; 5]).unwrap());
+    let perspective = |interface| Camera::new(640, 480, lens, interface).unwrap();
+    let gel = perspective(Interface::Flat(Flat::in_air(4.0, 1.41)));
+    let truth = Model::new(gel, assembled(0.0));
+    let captures = captures(&pins, 20, 5, &mut Noise::new(5));
+    let observations = Bench::new(truth, 6).observe(&captures, 0.3).unwrap();
+    let behind = Pose::translation(0.0, 0.0, -1000.0);
+    let (camera, options) = (perspective(Interface::None), CalibrationOptions::default());
+    let result = calibrate(&camera, &observations, &behind, Some(&nominal()), &options).unwrap();
+    assert!(result.plain().is_none());
+    assert_eq!(result.chosen().candidate.to_string(), "gel");
+    let (failed, error) = &result.selection.failed[0];
+    assert_eq!(failed.to_string(), "plain");
+    assert!(matches!(error, SolveError::Unseen { .. }), "{error}");
+    // Without a design's pose they all begin there, and every reason is told with their names.
+    let refused = calibrate(&camera, &observations, &behind, None, &options).unwrap_err();
+    let message = refused.to_string();
+    assert!(message.contains("cannot be seen from the starting pose"), "{message}");
+    assert!(message.contains("plain, ") && message.contains("gel+radial-3"), "{message}");
 }

@@ -92,19 +92,26 @@ impl Candidate {
         };
         let held: Vec<Parameter> =
             parameters.iter().copied().filter(|p| *p != INTERFACE_DISTANCE).collect();
-        let mut best: Result<Fit, SolveError> = Err(SolveError::NoConvergence { iterations: 0 });
+        let mut best: Option<Fit> = None;
+        let mut first_error = None;
         for distance_mm in INTERFACE_STARTS_MM {
             let Some(model) = behind_gel(start, distance_mm, index) else { continue };
-            let Ok(fixed) = refine(&model, &held, observations, loss) else { continue };
+            let fixed = match refine(&model, &held, observations, loss) {
+                Ok(fixed) => fixed,
+                Err(error) => {
+                    first_error.get_or_insert(error);
+                    continue;
+                }
+            };
             let free = refine(&fixed.model, &parameters, observations, loss);
             for fit in [Ok(fixed), free].into_iter().flatten() {
-                let better = best.as_ref().map_or(true, |best| fit.cost < best.cost);
+                let better = best.as_ref().is_none_or(|best| fit.cost < best.cost);
                 if better && gel_before_pins_mm(&fit.model, observations) > MIN_GEL_MM {
-                    best = Ok(fit);
+                    best = Some(fit);
                 }
             }
         }
-        best
+        best.ok_or(first_error.unwrap_or(SolveError::PinsInTheWay))
     }
 }
 

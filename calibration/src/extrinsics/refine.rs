@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector2};
 use crate::model::{Model, Observation, Parameter};
 use crate::observability::{Unobservable, unobservable};
 
-const MAX_ITERATIONS: usize = 100;
+const MAX_ITERATIONS: usize = 200;
 /// After a step that is shorter than this part of a standard deviation nothing is left to do: the
 /// next would be shorter by orders of magnitude.
 const LAST_STEP: f64 = 0.01;
@@ -18,6 +18,13 @@ const LAST_STEP: f64 = 0.01;
 const NO_STEP: f64 = 1e-6;
 const START_DAMPING: f64 = 1e-5;
 const MAX_DAMPING: f64 = 1e12;
+/// Steps taken as they come. Most fits need fewer; what takes longer creeps or swings along one
+/// direction, and then the best share of each step is looked for.
+const PATIENCE: usize = 10;
+/// Shares of a step that are tried besides all of it.
+const SHARES: [f64; 2] = [0.05, 50.0];
+/// A share this near to all of a step is not worth another look.
+const MUCH_THE_SAME: [f64; 2] = [0.7, 1.4];
 /// Correlation matrices with smaller eigenvalues are singular to working precision.
 const MIN_DIAGONAL: f64 = 1e-300;
 
@@ -71,6 +78,9 @@ pub enum SolveError {
         /// What can change without a trace.
         combinations: Vec<Unobservable>,
     },
+    /// Wherever a fit puts the surface of the gel, pins reach through it.
+    #[error("the surface of the gel would lie behind the pins that are nearest to the camera")]
+    PinsInTheWay,
     /// No step from the starting values makes the residuals smaller, yet they are not at rest.
     #[error("no convergence after {iterations} steps")]
     NoConvergence {
@@ -132,6 +142,7 @@ pub fn refine(
     }
     let mut normal = Normal::new(count);
     let mut tried_normal = Normal::new(count);
+    let mut spare_normal = Normal::new(count);
     let mut model = start.clone();
     let mut cost = normal.build(&model, parameters, observations, loss)?;
     let mut damping = START_DAMPING;
@@ -164,10 +175,20 @@ pub fn refine(
             damping *= 10.0;
             continue;
         }
-        let lower = tried.and_then(|tried| {
+        let whole = tried.and_then(|tried| {
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
-            (next <= cost).then_some((tried, next))
+            Some((tried, next))
         });
+        let share = whole.as_ref().and_then(|(_, next)| normal.best_share(&step, cost, *next));
+        let mut lower = whole.filter(|(_, next)| *next <= cost);
+        if let Some(share) = share.filter(|_| iterations > PATIENCE)
+            && let Some(tried) = model.stepped(parameters, (&step * share).as_slice())
+            && let Ok(next) = spare_normal.build(&tried, parameters, observations, loss)
+            && next < lower.as_ref().map_or(cost, |(_, whole)| *whole)
+        {
+            lower = Some((tried, next));
+            std::mem::swap(&mut tried_normal, &mut spare_normal);
+        }
         match lower {
             Some((tried, next)) => {
                 (model, cost) = (tried, next);
@@ -269,6 +290,21 @@ impl Normal {
         let factor = self.factor(damping)?;
         let scale = self.information.diagonal().map(|value| value.max(MIN_DIAGONAL).sqrt());
         Some(factor.solve(&self.gradient.component_div(&scale)).component_div(&scale))
+    }
+
+    /// The share of a step that lowers the cost most, if that is not about all of it: from the
+    /// parabola through the cost before, its slope, and the cost after the whole step.
+    ///
+    /// Reweighting takes steps that are too short where many pins count by their length, and the
+    /// normal equations take too long ones where residuals are large and the projection is bent:
+    /// they leave out its second derivatives. Both end in steps that shrink by a few percent each.
+    fn best_share(&self, step: &DVector<f64>, before: f64, after: f64) -> Option<f64> {
+        let slope = -2.0 * step.dot(&self.gradient);
+        let bend = after - before - slope;
+        let [least, most] = SHARES;
+        let share = if bend > 0.0 { (-0.5 * slope / bend).clamp(least, most) } else { most };
+        let [from, to] = MUCH_THE_SAME;
+        (!(from..=to).contains(&share)).then_some(share)
     }
 
     /// Length of a step in standard deviations.

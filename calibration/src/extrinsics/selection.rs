@@ -52,7 +52,8 @@ impl Trial {
 /// What was tried and which of it was chosen.
 #[derive(Clone, Debug)]
 pub struct Selection {
-    /// The pose alone first.
+    /// In the order in which they were tried: the pose alone first, if it could be fitted. At least
+    /// one.
     pub trials: Vec<Trial>,
     /// Index into `trials`.
     pub chosen: usize,
@@ -65,22 +66,29 @@ pub struct Selection {
 /// Fits all explanations that the landmarks allow and chooses one.
 ///
 /// First the optics, each with and without leaning pins and, if the pixels show it at all, a
-/// seating offset. The best of them is then offered a reseated dome.
+/// seating offset. The best of them is then offered a reseated dome. One that cannot be fitted, be
+/// it the plainest, leaves the choice to the others.
+///
+/// # Errors
+/// None can be fitted: all of them, with why.
 pub(super) fn select(
     start: &Model,
     observations: &[Observation],
     captures: usize,
     gel_index: f64,
     loss: Loss,
-) -> Result<Selection, SolveError> {
+) -> Result<Selection, Vec<(Candidate, SolveError)>> {
     let judge = |candidate| judge(candidate, start, observations, captures, loss);
-    let mut trials = vec![judge(Candidate::PLAIN)?];
+    let mut trials = Vec::new();
     let mut failed = Vec::new();
     let mut attempt = |candidate, trials: &mut Vec<Trial>| match judge(candidate) {
         Ok(trial) => trials.push(trial),
         Err(error) => failed.push((candidate, error)),
     };
-    let seating_shows = shows_seating(&trials[0], observations);
+    attempt(Candidate::PLAIN, &mut trials);
+    // Where the pose alone cannot be fitted, the start is as good a place to ask.
+    let plain = trials.first().map_or(start, |plain: &Trial| &plain.fit.model);
+    let seating_shows = shows_seating(plain, observations);
     let seats: &[bool] = if seating_shows { &[false, true] } else { &[false] };
     // A camera file that has an interface already is believed.
     let has_interface = start.camera.interface() != &Interface::None;
@@ -97,6 +105,9 @@ pub(super) fn select(
                 }
             }
         }
+    }
+    if trials.is_empty() {
+        return Err(failed);
     }
     let eligible = (0..trials.len())
         .filter(|i| !trials[*i].candidate.seating || !trials[*i].names(Parameter::SeatingOffset));
@@ -116,12 +127,12 @@ pub(super) fn select(
 }
 
 /// Whether the pixels tell a seating offset, if all else is as the camera file says.
-fn shows_seating(plain: &Trial, observations: &[Observation]) -> bool {
+fn shows_seating(plain: &Model, observations: &[Observation]) -> bool {
     if observations.iter().any(|o| o.contact.axis_in_sensor.is_none()) {
         return false;
     }
     let parameters = [&Parameter::POSE[..], &[Parameter::SeatingOffset]].concat();
-    let unknown = unobservable_from(&plain.fit.model, &parameters, observations);
+    let unknown = unobservable_from(plain, &parameters, observations);
     let named = |u: &Unobservable| u.terms.iter().any(|(p, _)| *p == Parameter::SeatingOffset);
     !unknown.iter().any(named)
 }

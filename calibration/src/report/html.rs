@@ -61,7 +61,9 @@ impl ExtrinsicsReport<'_> {
             ("rms, captures held out", px(chosen.held_out_rms_px)),
             (
                 "rms, plain model, fitted and held out",
-                format!("{}, {}", px(plain.rms_px), px(plain.held_out_rms_px)),
+                plain.map_or("not fitted".into(), |plain| {
+                    format!("{}, {}", px(plain.rms_px), px(plain.held_out_rms_px))
+                }),
             ),
             ("scatter of the same pin", scatter.map_or("not known".into(), |s| px(s.rms_px))),
         ];
@@ -109,6 +111,13 @@ impl ExtrinsicsReport<'_> {
                 trial.rms_px,
                 trial.held_out_rms_px,
                 trial.aicc
+            );
+        }
+        for (candidate, error) in &selection.failed {
+            let reason = escape(&error.to_string());
+            let _ = writeln!(
+                rows,
+                "<tr><td>{candidate}</td><td colspan=\"6\">not fitted: {reason}</td></tr>"
             );
         }
         format!(

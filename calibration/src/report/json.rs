@@ -34,10 +34,11 @@ impl ExtrinsicsReport<'_> {
             "held_out_rms_px": number(chosen.held_out_rms_px),
             "pin_scatter_rms_px": calibration.scatter.map(|s| s.rms_px),
             "pin_scatter_degrees_of_freedom": calibration.scatter.map(|s| s.degrees_of_freedom),
-            "plain": {
-                "reprojection_rms_px": number(calibration.plain().rms_px),
-                "held_out_rms_px": number(calibration.plain().held_out_rms_px),
-            },
+            // null where the pose alone could not be fitted; `not_fitted` says why.
+            "plain": calibration.plain().map(|plain| json!({
+                "reprojection_rms_px": number(plain.rms_px),
+                "held_out_rms_px": number(plain.held_out_rms_px),
+            })),
             "misfit": number(calibration.misfit),
             "model": {
                 "name": chosen.candidate.to_string(),

@@ -1,6 +1,6 @@
 //! The findings in plain words.
 
-use fabkit_camera::Interface;
+use fabkit_camera::{Camera, Interface};
 
 use super::ExtrinsicsReport;
 use crate::assignment::Doubt;
@@ -82,17 +82,24 @@ impl ExtrinsicsReport<'_> {
 
     /// Why the chosen explanation was chosen, and what the others say about causes.
     pub fn explanation(&self) -> Vec<String> {
-        let (plain, chosen) = (self.calibration.plain(), self.chosen());
+        let chosen = self.chosen();
+        let plain = match self.calibration.plain() {
+            Some(plain) => format!("has {:.2} px ({:.2} px).", plain.held_out_rms_px, plain.rms_px),
+            None => "could not be fitted.".into(),
+        };
         let mut text = vec![format!(
             "Chosen: {}, with {:.2} px rms on captures that were left out ({:.2} px on its own). \
-             The plain model, pose alone with the camera as calibrated in air, has {:.2} px \
-             ({:.2} px).",
-            chosen.candidate,
-            chosen.held_out_rms_px,
-            chosen.rms_px,
-            plain.held_out_rms_px,
-            plain.rms_px
+             The plain model, pose alone with the camera as calibrated in air, {plain}",
+            chosen.candidate, chosen.held_out_rms_px, chosen.rms_px,
         )];
+        let failed = &self.calibration.selection.failed;
+        if !failed.is_empty() {
+            let each = failed.iter().map(|(candidate, error)| format!("{candidate}: {error}"));
+            text.push(format!(
+                "Could not be fitted, and took no part in the choice: {}.",
+                each.collect::<Vec<_>>().join("; ")
+            ));
+        }
         if let Some(scatter) = self.calibration.scatter {
             text.push(format!(
                 "The same pin pressed again is seen {:.2} px rms from its own mean ({} degrees of \
@@ -175,9 +182,8 @@ impl ExtrinsicsReport<'_> {
         let at = fit.parameters.iter().position(|found| *found == parameter)?;
         let sigma = self.calibration.covariance[(at, at)].max(0.0).sqrt();
         if parameter == Parameter::FocalScale {
-            // Against the camera as given, which the plain model left alone.
-            let fx_px = |trial: &Trial| trial.fit.model.camera.lens().intrinsics().fx_px;
-            let ratio = fx_px(self.chosen()) / fx_px(self.calibration.plain());
+            let fx_px = |camera: &Camera| camera.lens().intrinsics().fx_px;
+            let ratio = fx_px(&fit.model.camera) / fx_px(&self.calibration.given);
             return Some((ratio - 1.0, ratio * sigma));
         }
         Some((fit.model.value(parameter)?, sigma))

@@ -176,7 +176,7 @@ pub fn landmarks_of(dome: &Design) -> Result<PinLandmarks, Failure> {
 fn cannot_calibrate(error: CalibrationError) -> Failure {
     let hint = match &error {
         CalibrationError::OnePlane { .. } => "press pins in holes of at least two rings",
-        CalibrationError::Solve(_) => {
+        CalibrationError::NoExplanation { .. } => {
             "is the camera's file the one of this camera, and are the landmarks this dome's?"
         }
     };
@@ -196,7 +196,8 @@ fn summary(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> String 
     );
     let _ = writeln!(text, "  model                    {}", chosen.candidate);
     let _ = writeln!(text, "  held-out rms             {:.2} px", chosen.held_out_rms_px);
-    let _ = writeln!(text, "  plain model, held out    {:.2} px", plain.held_out_rms_px);
+    let of_plain = plain.map_or("not fitted".into(), |p| format!("{:.2} px", p.held_out_rms_px));
+    let _ = writeln!(text, "  plain model, held out    {of_plain}");
     if let Some(scatter) = report.calibration.scatter {
         let _ = writeln!(text, "  same pin pressed again   {:.2} px", scatter.rms_px);
     }

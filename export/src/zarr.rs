@@ -1,6 +1,6 @@
 //! Arrays of many equal samples as Zarr version 3 with the sharding codec: one file, a shard, holds
 //! many samples, each in chunks that are compressed by themselves, so that any one can be read
-//! alone.
+//! alone. Each chunk is followed by a checksum, as is the index.
 //!
 //! A shard ends with an index of where each chunk's bytes lie. Chunks that are equal can lie at one
 //! place: what is stitched from few parts then takes little more room than the parts do, and every
@@ -9,12 +9,17 @@
 //! Specifications: "Zarr core specification, version 3" and "Sharding codec, version 1.0"
 //! (zarr-specs). Everything here makes bytes; the caller decides where they go.
 
+mod checksum;
+mod metadata;
+mod packing;
+
 use serde_json::{Value, json};
 
-use crate::{ExportError, json_bytes};
+pub use checksum::zarr_checksum;
+pub use metadata::InvalidMetadata;
+pub use packing::{DamagedChunk, zarr_most_packed, zarr_pack, zarr_sealed, zarr_unpack};
 
-/// Zstandard level: on depth maps, higher levels save a few percent and cost several times as long.
-const ZSTD_LEVEL: i32 = 1;
+use crate::{ExportError, json_bytes};
 
 /// The index's mark, twice, for a chunk that is not there: it reads as zeros.
 const ABSENT: u64 = u64::MAX;
@@ -74,6 +79,10 @@ impl ZarrArray {
     /// # Errors
     /// Attributes that are no JSON.
     pub fn metadata(&self) -> Result<Vec<u8>, ExportError> {
+        json_bytes(&self.document())
+    }
+
+    fn document(&self) -> Value {
         let axes = |count: u64, of_sample: &[u64]| [&[count], of_sample].concat();
         let whole: Vec<u64> = self
             .chunk_shape
@@ -82,7 +91,7 @@ impl ZarrArray {
             .map(|(px, count)| px * count)
             .collect();
         let little = json!({ "name": "bytes", "configuration": { "endian": "little" } });
-        json_bytes(&json!({
+        json!({
             "zarr_format": 3,
             "node_type": "array",
             "shape": axes(self.samples, &self.sample_shape),
@@ -101,8 +110,9 @@ impl ZarrArray {
                         little,
                         {
                             "name": "zstd",
-                            "configuration": { "level": ZSTD_LEVEL, "checksum": false },
+                            "configuration": { "level": packing::ZSTD_LEVEL, "checksum": false },
                         },
+                        { "name": "crc32c" },
                     ],
                     "index_codecs": [little, { "name": "crc32c" }],
                     "index_location": "end",
@@ -110,7 +120,7 @@ impl ZarrArray {
             }],
             "dimension_names": self.dimensions,
             "attributes": self.attributes,
-        }))
+        })
     }
 
     /// Bytes of what lies at one place of the first two axes of a sample.
@@ -204,30 +214,6 @@ pub fn zarr_group(attributes: &Value) -> Result<Vec<u8>, ExportError> {
     json_bytes(&json!({ "zarr_format": 3, "node_type": "group", "attributes": attributes }))
 }
 
-/// Packs one sample's little-endian bytes.
-///
-/// # Errors
-/// The compressor's own.
-pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
-    Ok(zstd::bulk::compress(sample, ZSTD_LEVEL)?)
-}
-
-/// Unpacks what [`zarr_pack`] packed: at most `bytes` bytes.
-///
-/// # Errors
-/// What is damaged, or longer than that.
-pub fn zarr_unpack(packed: &[u8], bytes: usize) -> Result<Vec<u8>, ExportError> {
-    Ok(zstd::bulk::decompress(packed, bytes)?)
-}
-
-/// The checksum of a shard's index: CRC-32C (Castagnoli; RFC 3720, appendix B.4), bit by bit: an
-/// index has a few thousand bytes.
-pub fn zarr_checksum(bytes: &[u8]) -> u32 {
-    const POLYNOMIAL: u32 = 0x82f6_3b78;
-    let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ POLYNOMIAL } else { crc >> 1 };
-    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,14 +231,6 @@ mod tests {
     }
 
     #[test]
-    fn the_checksum_is_castagnolis() {
-        // RFC 3720, B.4: 32 bytes of zeros, of ones, and 0 to 31.
-        assert_eq!(zarr_checksum(&[0; 32]), 0x8a91_36aa);
-        assert_eq!(zarr_checksum(&[0xff; 32]), 0x62a8_ab43);
-        assert_eq!(zarr_checksum(&(0..32).collect::<Vec<u8>>()), 0x46dd_794e);
-    }
-
-    #[test]
     fn a_shard_gives_every_sample_back() {
         let array = array();
         let samples: Vec<Vec<u8>> = (0..2u8).map(|i| (i..i + 12).collect()).collect();
@@ -264,8 +242,7 @@ mod tests {
         let number = |i: usize| u64::from_le_bytes(index[8 * i..8 * i + 8].try_into().unwrap());
         for (i, sample) in samples.iter().enumerate() {
             let (from, length) = (number(2 * i) as usize, number(2 * i + 1) as usize);
-            let unpacked = zstd::bulk::decompress(&bytes[from..from + length], 100).unwrap();
-            assert_eq!(&unpacked, sample);
+            assert_eq!(&zarr_unpack(&bytes[from..from + length], 12).unwrap(), sample);
         }
         // The last shard is not full.
         assert_eq!((array.shards(), array.samples_of(2)), (3, 4..5));

@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::io::{self, Write};
 use std::panic;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
@@ -12,6 +13,7 @@ use fabkit::exporting::ExportFailure;
 use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
 use fabkit::staging::StagingError;
+use fabkit::sweep::panics::becomes_a_row;
 use fabkit::verifier::VerifierError;
 use serde_json::json;
 
@@ -228,14 +230,27 @@ const REPORT: &str = "this is a bug in fabkit; please report it with the command
                       is one, the sensor's file";
 
 /// Runs the command; a panic becomes a message and [`Exit::Bug`].
+///
+/// Variants of sweeps that panic are rows, and nothing is said of them here.
 pub(crate) fn guard(command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
+    static TOLD: AtomicBool = AtomicBool::new(false);
     panic::set_hook(Box::new(|info| {
+        if becomes_a_row(info) {
+            return;
+        }
+        TOLD.store(true, Ordering::Relaxed);
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let text = text_of(info.payload());
         // If nobody can be told, the exit code still says it.
         let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
     }));
-    panic::catch_unwind(command).unwrap_or(Exit::Bug as u8)
+    panic::catch_unwind(command).unwrap_or_else(|payload| {
+        if !TOLD.load(Ordering::Relaxed) {
+            let text = text_of(&*payload);
+            let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");
+        }
+        Exit::Bug as u8
+    })
 }
 
 fn text_of(payload: &dyn Any) -> &str {

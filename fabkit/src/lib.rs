@@ -3,7 +3,7 @@
 //! The crates below are re-exported; this one adds what ties them together: [`bodies`] (parts,
 //! layers and components as one list), [`identity`] (which design a file belongs to),
 //! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`sweeping`] (many variants
-//! to tables), [`verifier`] (the bridge to other kernels), and [`staging`], the only place that
+//! to tables), [`resumable`] (folders that runs fill which may be killed), [`verifier`] (the bridge to other kernels), and [`staging`], the only place that
 //! writes files. What its users see is here too, because there are two doors to it, the `fabkit`
 //! command and the Python package: [`source`] (which design a name or a path means), [`scene`]
 //! (which camera looks at it), [`failure`] (codes, messages and hints), and [`commands`], the
@@ -52,6 +52,7 @@ pub mod identity;
 mod interrupt;
 pub mod pictures;
 pub mod reading;
+pub mod resumable;
 pub mod scene;
 pub mod source;
 pub mod staging;

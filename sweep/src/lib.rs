@@ -10,7 +10,7 @@
 //!
 //! - Lengths are millimetres, angles degrees; every column's name ends in its unit.
 //! - A metric that does not apply to a sensor is an empty cell; one that should be a number and is
-//!   none fails its row.
+//!   none fails its row. So does a panic, which is a bug, and does not stop the other rows.
 //! - Nothing here opens a file.
 //!
 //! ```
@@ -38,6 +38,7 @@
 #![forbid(unsafe_code)]
 
 mod metrics;
+pub mod panics;
 mod pareto;
 mod plan;
 mod report;
@@ -51,5 +52,5 @@ pub use plan::{
     PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;
-pub use row::{InvalidRow, Row, Status, Value};
+pub use row::{InvalidRow, PANIC, Row, Status, Value};
 pub use table::Table;

@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+/// The error code of a variant that made fabkit panic, which is a bug; the reason says where.
+pub const PANIC: &str = "panic";
+
 /// What became of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -14,7 +17,7 @@ pub enum Status {
     Excluded,
     /// It cannot be built.
     Invalid,
-    /// A metric came out as no number.
+    /// A metric came out as no number, or fabkit panicked.
     Failed,
 }
 
@@ -61,7 +64,7 @@ pub struct Row {
     pub variant: usize,
     /// What became of it.
     pub status: Status,
-    /// `design`, `constraint` or `not-finite`; nothing for [`Status::Ok`].
+    /// `design`, `constraint`, `not-finite` or [`panic`](PANIC); nothing for [`Status::Ok`].
     pub error_code: Option<String>,
     /// Why it is not ok, for people.
     pub reason: Option<String>,

@@ -199,7 +199,7 @@ fn about(
 
 fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: Instant) -> Report {
     let folder = args.output.display().to_string();
-    let Written { halves, samples, found, made, untouched } = written;
+    let Written { halves, samples, found, made, damaged, untouched } = written;
     let kind = if args.materialise { "written" } else { "listed" };
     let mut text = format!(
         "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",
@@ -208,6 +208,10 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
         if *found > 0 { format!(", {found} found") } else { String::new() },
         start.elapsed().as_secs_f64(),
     );
+    if !damaged.is_empty() {
+        let count = damaged.len();
+        text += &format!("warning: {count} files were damaged and are made again: {}\n", damaged.join(", "));
+    }
     text += &scene.coverage_text();
     if !untouched.is_empty() {
         text += &format!(
@@ -226,6 +230,7 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
         "materialised": args.materialise,
         "files_made": made,
         "files_found": found,
+        "files_damaged": damaged,
         "halves_without_contact": untouched,
         "surface_seen": scene.coverage_json(),
     });
@@ -234,38 +239,32 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
 
 /// Why a data set was not written, for people.
 pub fn failure(error: DatasetError) -> Failure {
-    let error = match error {
-        DatasetError::Read(error) => return read_failure(error),
-        other => other,
-    };
-    match &error {
-        DatasetError::NotEmpty { .. } => Failure::new(
-            Exit::BadInput,
-            error,
-            "choose another folder with -o; --resume goes on with what the same command began",
-        ),
-        DatasetError::OtherPlan { .. } => Failure::new(
-            Exit::BadInput,
-            error,
-            "resume with the arguments it was begun with, or choose another folder with -o",
-        ),
-        DatasetError::Io { source, .. } => match fabkit::staging::io_hint(source) {
-            Some(hint) => {
-                Failure::new(Exit::Io, &error, format!("{hint}; then --resume goes on from here"))
-            }
-            None => Failure::plain(Exit::Io, error),
-        },
+    match error {
+        DatasetError::Read(error) => read_failure(error),
+        DatasetError::Folder(error) => error.into(),
         DatasetError::Cancelled => {
             Failure::new(Exit::Interrupted, "interrupted", "--resume goes on from here")
         }
-        DatasetError::Export(_) | DatasetError::Read(_) => Failure::bug(error),
+        DatasetError::Stranger { .. } => {
+            Failure::new(Exit::Io, error, "do all workers have this version of fabkit?")
+        }
+        DatasetError::Export(_) => Failure::bug(error),
     }
 }
 
 /// Why a data set cannot be read, for people.
 pub fn read_failure(error: ReadError) -> Failure {
     match error {
+        ReadError::Folder(error) => error.into(),
         ReadError::Io { .. } => Failure::plain(Exit::Io, error),
+        ReadError::Absent { is_begun: true, .. } => Failure::new(
+            Exit::Io,
+            error,
+            "it is not finished: run the same `fabkit dataset` with --resume",
+        ),
+        ReadError::Absent { .. } => {
+            Failure::new(Exit::Io, error, "`fabkit dataset SENSOR -o DIR` writes one")
+        }
         ReadError::Damaged { .. } => {
             Failure::new(Exit::Io, error, "delete that file and run `fabkit dataset --resume`")
         }

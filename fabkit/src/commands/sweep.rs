@@ -26,7 +26,7 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
 }
 
 fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
-    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
+    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } = finished;
     let folder = folder.display().to_string();
     let seconds = start.elapsed().as_secs_f64();
     let became: Vec<String> = Status::ALL
@@ -48,6 +48,12 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
     if !empty_metrics.is_empty() {
         text += &format!("no variant has {}; report.html says why\n", empty_metrics.join(", "));
     }
+    if *panicked > 0 {
+        text += &format!(
+            "warning: {panicked} variants made fabkit panic, which is a bug: please report it with the \
+             plan; the column `reason` says where\n"
+        );
+    }
     if let Some(why) = none_left {
         text += &format!("error: no variant is left: {why}\n");
     }
@@ -57,7 +63,7 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
 
 /// What `--json` says of a finished sweep.
 pub fn document(folder: &Path, finished: &Finished) -> Value {
-    let Finished { variants, found, counts, on_front, none_left, empty_metrics } = finished;
+    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } = finished;
     let status: Map<String, Value> =
         Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
     json!({
@@ -67,6 +73,7 @@ pub fn document(folder: &Path, finished: &Finished) -> Value {
         "variants": variants,
         "rows_found": found,
         "status": status,
+        "panicked": panicked,
         "pareto": on_front,
         "empty_metrics": empty_metrics,
         "none_left": none_left,
@@ -76,26 +83,13 @@ pub fn document(folder: &Path, finished: &Finished) -> Value {
 impl From<SweepError> for Failure {
     fn from(error: SweepError) -> Self {
         match error {
-            SweepError::NotEmpty { .. } => Self::new(
-                Exit::BadInput,
-                error,
-                "choose another folder with -o; --resume goes on with what the same plan began",
-            ),
-            SweepError::OtherPlan { .. } => Self::new(
-                Exit::BadInput,
-                error,
-                "resume with the plan it was begun with, or choose another folder with -o",
-            ),
-            SweepError::Io { ref source, .. } => match fabkit::staging::io_hint(source) {
-                Some(hint) => {
-                    let hint = format!("{hint}; then --resume goes on from here");
-                    Self::new(Exit::Io, &error, hint)
-                }
-                None => Self::plain(Exit::Io, error),
-            },
+            SweepError::Folder(error) => error.into(),
             SweepError::Staging(error) => error.into(),
             SweepError::Cancelled => {
                 Self::new(Exit::Interrupted, "interrupted", "--resume goes on from here")
+            }
+            SweepError::Stranger { .. } => {
+                Self::new(Exit::Io, error, "do all workers have this version of fabkit?")
             }
             SweepError::Row(_) | SweepError::Export(_) | SweepError::Unfinished { .. } => {
                 Self::bug(error)

@@ -100,6 +100,11 @@ impl Captures {
         }
     }
 
+    /// Values of a pixel: 1 or 3.
+    pub fn channels(&self) -> u32 {
+        self.channels
+    }
+
     /// BLAKE3, in hex, over all pictures.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();

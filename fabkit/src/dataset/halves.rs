@@ -1,7 +1,6 @@
 //! Casting every half press once.
 
 use std::ops::Range;
-use std::path::Path;
 
 use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Side};
 use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
@@ -71,7 +70,7 @@ pub(super) fn write(
         let is_there = names.iter().all(|name| store.has(name));
         let halves: Vec<Half> = match (is_there, tiling) {
             (true, None) => Vec::new(),
-            (true, Some(_)) => read_halves(store.folder(), places.clone())?,
+            (true, Some(_)) => read_halves(store, arrays, places.clone())?,
             (false, _) => places.clone().map(|half| cast_half(job, half)).collect(),
         };
         for ((name, array), values) in names.iter().zip(arrays).zip(VALUES) {
@@ -119,6 +118,14 @@ pub(super) fn shard_names(arrays: &[ZarrArray], shard: u64) -> Vec<String> {
     NAMES.iter().zip(arrays).map(path).collect()
 }
 
+/// The array and the number of a shard's file.
+pub(super) fn shard_of<'a>(arrays: &'a [ZarrArray], name: &str) -> Option<(&'a ZarrArray, u64)> {
+    NAMES.iter().zip(arrays).find_map(|(of, array)| {
+        let is_its = |shard: &u64| name == format!("{of}/{}", array.shard_path(*shard));
+        Some((array, (0..array.shards()).find(is_its)?))
+    })
+}
+
 fn pack(
     array: &ZarrArray,
     halves: &[Half],
@@ -133,9 +140,16 @@ const VALUES: [fn(&Half) -> Vec<u8>; 2] =
     [|half| bytes_of_f32(&half.indentation_mm), |half| half.label.clone()];
 
 /// What an earlier run, or somebody else, cast.
-fn read_halves(folder: &Path, places: Range<usize>) -> Result<Vec<Half>, DatasetError> {
-    let [indentations, labels] = NAMES.map(|name| SampleArray::open(&folder.join(name)));
-    let (indentations, labels) = (indentations?, labels?);
+fn read_halves(
+    store: &Store,
+    arrays: &[ZarrArray],
+    places: Range<usize>,
+) -> Result<Vec<Half>, DatasetError> {
+    let open = |(name, array): (&&str, &ZarrArray)| {
+        SampleArray::new(&store.folder().path().join(name), array.clone())
+    };
+    let open: Vec<SampleArray> = NAMES.iter().zip(arrays).map(open).collect();
+    let [indentations, labels] = &open[..] else { return Ok(Vec::new()) };
     let half = |place| -> Result<Half, DatasetError> {
         let bytes = indentations.sample(place)?;
         let values = bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value));

@@ -16,16 +16,20 @@
 //! A sample's range is the reference's minus its indentation. Splits are by *pattern*: a sample is
 //! for training only if both of its patterns are, so that no shape leaks into the test.
 //!
-//! Every file appears whole or not at all, under its final name; what belongs together carries the
-//! hash of one plan. Killed and resumed, a run ends with the same bytes as an undisturbed one.
+//! Every file appears whole or not at all, under its final name; `dataset.json` lists them with
+//! their hashes. Killed and resumed, a run ends with the same bytes as an undisturbed one
+//! ([`resumable`](crate::resumable)).
 
 mod captures;
 mod card;
+mod elsewhere;
 mod halves;
 mod patterns;
 mod plan;
 mod read;
+mod reader;
 mod samples;
+mod shard_file;
 mod sheet;
 mod store;
 mod tiling;
@@ -33,18 +37,23 @@ mod tiling;
 use std::path::Path;
 
 use fabkit_depth::truth::{Presser, Seam, Side, Surface};
+use fabkit_export::ZarrArray;
 use serde_json::json;
 
 pub use captures::{Captures, InvalidCaptures};
+pub use elsewhere::{Files, shard};
 pub use patterns::{
     MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, PatternFault, hash as presses_hash,
     read as read_patterns, semi_domes,
 };
 pub use plan::{Plan, Split};
 pub use read::{ReadError, SampleArray};
+pub use reader::Reader;
 pub use sheet::sheet;
 pub use store::DatasetError;
 
+use crate::resumable::{Folder, FolderError};
+use store::KIND;
 use tiling::Tiling;
 
 /// What is pressed: the same shape on either side of the seam.
@@ -107,102 +116,110 @@ pub struct Written {
     pub found: usize,
     /// Files written now.
     pub made: usize,
+    /// Of these, files that were there and were not what an earlier run wrote.
+    pub damaged: Vec<String>,
     /// Halves, of those cast now, that press nothing that the camera sees on their side of the
     /// seam.
     pub untouched: Vec<String>,
 }
 
-/// Writes a data set.
-///
-/// `cancelled` is asked between files; what was finished until then stays for `resume`.
+/// A data set that is being written: nobody else writes there until this is dropped.
+#[derive(Debug)]
+pub struct Begun {
+    folder: Folder,
+    /// The plan that it was begun with.
+    plan: serde_json::Value,
+    /// Shapes of `halves/indentation_mm` and `halves/label`.
+    halves: Vec<ZarrArray>,
+}
+
+/// Begins a data set, or, to [`resume`](Job::resume), goes on with one.
 ///
 /// # Errors
-/// [`DatasetError`]: a folder that is not empty, or holds another plan; no files.
+/// [`DatasetError::Folder`]: a folder that is not empty, holds another plan, or is in use.
+pub fn begin(folder: &Path, job: &Job) -> Result<Begun, DatasetError> {
+    let plan = job.plan.document(job);
+    let folder = Folder::open(KIND, folder, plan.clone(), job.resume)?;
+    Ok(Begun { folder, plan, halves: halves::arrays(job, size_px(job)) })
+}
+
+/// Writes a data set: [`begin`] and [`Begun::write`].
+///
+/// # Errors
+/// Theirs.
 pub fn write(
     folder: &Path,
     job: &Job,
     progress: OnProgress,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Written, DatasetError> {
-    let [height, width] = size_px(job);
-    let halves = halves::arrays(job, [height, width]);
-    let tiling = job.materialise.then(|| Tiling::new(job.seam.sides(), width as usize));
-    let tiling = tiling.as_ref();
-    let samples = tiling.map(|tiling| samples::arrays(job, tiling, [height, width]));
-    let samples = samples.unwrap_or_default();
-    let images = job.captures.map(|captures| captures.arrays(job, tiling, [height, width]));
-    let images = images.unwrap_or_default();
-    // Group, reference, list, card, plan.
-    let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
-    let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
-    let files = 5 + groups.len() + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
+    begin(folder, job)?.write(job, progress, cancelled)
+}
 
-    let store = store::Store::open(folder, job, files, progress, cancelled)?;
-    store.put("zarr.json", || Ok(fabkit_export::zarr_group(&job.plan.attributes())?))?;
-    for group in groups {
-        store.put(&format!("{group}/zarr.json"), || Ok(fabkit_export::zarr_group(&json!({}))?))?;
+impl Begun {
+    /// Writes what is missing. `cancelled` is asked between files; what was finished until then
+    /// stays for `resume`.
+    ///
+    /// # Errors
+    /// [`DatasetError`]; a job with another plan.
+    pub fn write(
+        self,
+        job: &Job,
+        progress: OnProgress,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Written, DatasetError> {
+        self.check(job)?;
+        let [height, width] = size_px(job);
+        let halves = self.halves.as_slice();
+        let tiling = job.materialise.then(|| Tiling::new(job.seam.sides(), width as usize));
+        let tiling = tiling.as_ref();
+        let samples = tiling.map(|tiling| samples::arrays(job, tiling, [height, width]));
+        let samples = samples.unwrap_or_default();
+        let images = job.captures.map(|captures| captures.arrays(job, tiling, [height, width]));
+        let images = images.unwrap_or_default();
+        // Group, reference, list, card, plan.
+        let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
+        let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
+        let files =
+            5 + groups.len() + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
+
+        let store = store::Store::new(&self.folder, files, progress, cancelled);
+        store.put("zarr.json", || Ok(fabkit_export::zarr_group(&job.plan.attributes())?))?;
+        for group in groups {
+            store
+                .put(&format!("{group}/zarr.json"), || Ok(fabkit_export::zarr_group(&json!({}))?))?;
+        }
+        store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
+        store.put("README.md", || Ok(card::text(job).into_bytes()))?;
+        let (reference, cast) = rayon::join(
+            || store.put("reference.npz", || halves::reference(job)),
+            || halves::write(&store, job, halves, tiling),
+        );
+        let ((), (parts, untouched)) = (reference?, cast?);
+        if let Some(tiling) = tiling {
+            samples::write(&store, &samples, tiling, &parts)?;
+        }
+        if let Some(captures) = job.captures {
+            captures.write(&store, job, tiling, &images)?;
+        }
+        let (found, made) = store.finish()?;
+        let halves = 2 * job.patterns.len();
+        let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();
+        let damaged = self.folder.damaged().to_vec();
+        Ok(Written { halves, samples: job.patterns.len().pow(2), found, made, damaged, untouched })
     }
-    store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
-    store.put("README.md", || Ok(card::text(job).into_bytes()))?;
-    let (reference, cast) = rayon::join(
-        || store.put("reference.npz", || halves::reference(job)),
-        || halves::write(&store, job, &halves, tiling),
-    );
-    let ((), (parts, untouched)) = (reference?, cast?);
-    if let Some(tiling) = tiling {
-        samples::write(&store, &samples, tiling, &parts)?;
+
+    /// What a job is read from may have changed since the data set was begun.
+    fn check(&self, job: &Job) -> Result<(), DatasetError> {
+        let differences = crate::resumable::differences(&self.plan, &job.plan.document(job));
+        match differences.is_empty() {
+            true => Ok(()),
+            false => {
+                let folder = self.folder.path().into();
+                Err(FolderError::OtherPlan { what: KIND.what, folder, differences }.into())
+            }
+        }
     }
-    if let Some(captures) = job.captures {
-        captures.write(&store, job, tiling, &images)?;
-    }
-    let (found, made) = store.finish()?;
-    let halves = 2 * job.patterns.len();
-    let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();
-    Ok(Written { halves, samples: job.patterns.len().pow(2), found, made, untouched })
-}
-
-/// Files by their paths below a data set's folder.
-pub type Files = Vec<(String, Vec<u8>)>;
-
-/// Begins a data set, or goes on with one, whose halves are cast elsewhere: the hash of the plan, and
-/// which shards of halves are missing.
-///
-/// Each comes from [`shard`], goes into the folder by [`keep`], and [`write()`] with
-/// [`resume`](Job::resume) does the rest.
-///
-/// # Errors
-/// As for [`write()`].
-pub fn begin(folder: &Path, job: &Job) -> Result<(String, Vec<u64>), DatasetError> {
-    let store = store::Store::open(folder, job, 0, &|_, _, _| (), &|| false)?;
-    let halves = halves::arrays(job, size_px(job));
-    let is_missing = |shard: &u64| {
-        let names = halves::shard_names(&halves, *shard);
-        !names.iter().all(|name| store.has(name))
-    };
-    let all = halves.first().map_or(0, |array| array.shards());
-    Ok((plan_hash(job)?, (0..all).filter(is_missing).collect()))
-}
-
-/// A shard of halves, with the hash of the plan that it belongs to. It depends on the job alone: it
-/// can be computed on any machine, and as often as it gets lost.
-///
-/// # Errors
-/// Files that cannot be made.
-pub fn shard(job: &Job, number: u64) -> Result<(String, Files), DatasetError> {
-    let halves = halves::arrays(job, size_px(job));
-    Ok((plan_hash(job)?, halves::shard_files(job, &halves, number)?))
-}
-
-/// Puts the files of a shard into the folder of its data set, each whole or not at all.
-///
-/// # Errors
-/// The operating system's.
-pub fn keep(folder: &Path, files: &Files) -> Result<(), DatasetError> {
-    files.iter().try_for_each(|(name, bytes)| store::replace(folder, name, bytes))
-}
-
-fn plan_hash(job: &Job) -> Result<String, DatasetError> {
-    Ok(store::short_hash(&job.plan.document(job.materialise)?))
 }
 
 /// Rows and columns.

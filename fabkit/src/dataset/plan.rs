@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use fabkit_export::ExportError;
 use serde_json::{Value, json};
 
-use super::Pattern;
+use super::store::KIND;
+use super::{Captures, Job, Pattern, size_px};
 
 /// What a pattern, and a sample, is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,17 +103,20 @@ impl Plan {
 
     /// Attributes of the Zarr group.
     pub(super) fn attributes(&self) -> Value {
-        json!({ "format": "fabkit-dataset", "version": 1, "see": "dataset.json" })
+        json!({ "format": "fabkit-dataset", "version": KIND.version, "see": "dataset.json" })
     }
 
-    /// The bytes of `dataset.json`.
-    pub(super) fn document(&self, materialise: bool) -> Result<Vec<u8>, ExportError> {
+    /// What `dataset.json` says besides its files.
+    pub(super) fn document(&self, job: &Job) -> Value {
+        let [height_px, width_px] = size_px(job);
         let pattern = |((name, bodies), split): ((&String, &Vec<String>), &Split)| json!({ "name": name, "bodies": bodies, "split": split.word() });
         let patterns = self.patterns.iter().zip(&self.bodies).zip(&self.splits).map(pattern);
-        let document = json!({
+        json!({
             "format": "fabkit-dataset",
-            "version": 1,
-            "materialised": materialise,
+            "version": KIND.version,
+            "materialised": job.materialise,
+            "size_px": [height_px, width_px],
+            "image_channels": job.captures.map(Captures::channels),
             "halves": 2 * self.patterns.len(),
             "samples": self.patterns.len().pow(2),
             "patterns": patterns.collect::<Vec<_>>(),
@@ -123,10 +126,7 @@ impl Plan {
             "range_mm": "reference range minus indentation; NaN in the reference where no surface \
                          is seen",
             "about": self.about,
-        });
-        let mut bytes = serde_json::to_vec_pretty(&document)?;
-        bytes.push(b'\n');
-        Ok(bytes)
+        })
     }
 }
 

@@ -6,7 +6,8 @@
 
 use fabkit_depth::truth::Side;
 use fabkit_export::{
-    Element, Run, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zstd_of_runs,
+    Element, Run, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zarr_sealed,
+    zstd_of_runs,
 };
 use rayon::prelude::*;
 use serde_json::json;
@@ -213,7 +214,7 @@ fn merged(left: &[Run], right: &[Run], length: usize) -> Option<Vec<u8>> {
     let mut all: Vec<&Run> = left.iter().chain(right).collect();
     // Two ascending lists: the sort only merges.
     all.sort_by_key(|run| run.place.start);
-    Some(zstd_of_runs(all, length))
+    Some(zarr_sealed(zstd_of_runs(all, length)))
 }
 
 #[cfg(test)]

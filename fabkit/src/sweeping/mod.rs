@@ -4,10 +4,11 @@
 //! |---|---|
 //! | `sweep.csv`, `sweep.parquet` | one row for each variant, in order |
 //! | `report.html` | what became of them, the Pareto front, plots |
-//! | `sweep.json` | which plan it was, and how many variants became what |
+//! | `sweep.json` | which plan it was, how many variants became what, and hashes of the above |
 //! | `sweep.partial/` | until the above are there: the plan, and rows in files that appear whole |
 //!
-//! Rows are pure functions of the plan, so that it does not matter which run, process or machine
+//! One process writes at a time ([`resumable`](crate::resumable)). A variant that makes fabkit panic
+//! is a row that says where. Rows are pure functions of the plan, so that it does not matter which run, process or machine
 //! computed them: killed and resumed, a sweep ends with the same bytes as an undisturbed one.
 
 mod store;
@@ -22,6 +23,7 @@ use rayon::prelude::*;
 use crate::diagnostics::SourceText;
 use crate::failure::Failure;
 use crate::reading::{self, Expected};
+use crate::resumable::FolderError;
 use crate::source::{MAX_YAML_BYTES, Source};
 use crate::staging::write_all;
 
@@ -106,7 +108,7 @@ pub fn run(
             }
         }
         let is_whole = rows.len() == numbers.len();
-        store.put(&rows)?;
+        store.put(plan, &rows)?;
         if is_whole { Ok(()) } else { Err(SweepError::Cancelled) }
     })?;
     store.finish(plan, cancelled)
@@ -118,9 +120,9 @@ pub fn run(
 /// A folder that is not empty; no files.
 pub fn save(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<Finished, SweepError> {
     if folder.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(SweepError::NotEmpty { folder: folder.into() });
+        return Err(FolderError::NotEmpty { folder: folder.into() }.into());
     }
-    let (finished, files) = store::tables(plan, rows)?;
+    let (finished, files) = store::whole(plan, rows)?;
     write_all(folder, &files, &|| false)?;
     Ok(finished)
 }

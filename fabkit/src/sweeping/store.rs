@@ -1,56 +1,38 @@
 //! The folder of a sweep.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use fabkit_export::ExportError;
-use fabkit_sweep::{InvalidRow, Plan, Row, Status, Table, report};
-use serde_json::{Value, json};
+use fabkit_sweep::{InvalidRow, PANIC, Plan, PlanSource, Row, Status, Table, report};
+use serde_json::{Map, Value, json};
 
 use super::counts;
+use crate::resumable::{Files, Folder, FolderError, Kind, Piece};
 use crate::staging::{OutputFile, StagingError};
 
-const FINISHED: &str = "sweep.json";
-const PARTIAL: &str = "sweep.partial";
-const PLAN: &str = "plan.json";
+/// A sweep's folder. Version 1 had no checksums.
+const KIND: Kind = Kind { what: "sweep", name: "sweep", version: 2 };
+/// What the names of rows' files begin with.
+const ROWS: &str = "rows-";
 
 /// Why there is no sweep.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// Something is there already.
-    #[error("{} is not empty", .folder.display())]
-    NotEmpty {
-        /// Where.
-        folder: PathBuf,
-    },
-    /// A sweep is there, but another one.
-    #[error(
-        "{} holds another sweep, whose plan has the hash {found}; this one has {wanted}",
-        .folder.display()
-    )]
-    OtherPlan {
-        /// Where.
-        folder: PathBuf,
-        /// BLAKE3 of the plan that is there, shortened.
-        found: String,
-        /// BLAKE3 of the plan asked for, shortened.
-        wanted: String,
-    },
-    /// The operating system said no.
-    #[error("cannot {action} {}: {source}", .path.display())]
-    Io {
-        /// For example `write`.
-        action: &'static str,
-        /// Which file or folder.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    /// The folder is another's, in use, or cannot be written to.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// A row that cannot be written down.
     #[error(transparent)]
     Row(#[from] InvalidRow),
+    /// Somebody else sent a row that is none of this plan's.
+    #[error("a worker sent a row of variant {variant}, {what}")]
+    Stranger {
+        /// As sent.
+        variant: usize,
+        /// What is wrong with it.
+        what: String,
+    },
     /// A table that cannot be written down.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -79,6 +61,8 @@ pub struct Finished {
     pub found: usize,
     /// How many variants became what, in the order of [`Status::ALL`].
     pub counts: [usize; 4],
+    /// How many of the failed ones made fabkit panic.
+    pub panicked: usize,
     /// How many are on the Pareto front.
     pub on_front: usize,
     /// Why no variant is left, if none is.
@@ -100,6 +84,7 @@ impl Finished {
             variants: count(&document["variants"])?,
             found: 0,
             counts,
+            panicked: count(&document["panicked"])?,
             on_front: document["pareto"].as_array()?.len(),
             none_left: document["none_left"].as_str().map(str::to_owned),
             empty_metrics: names.filter_map(|name| name.as_str().map(str::to_owned)).collect(),
@@ -107,11 +92,10 @@ impl Finished {
     }
 }
 
-/// An open sweep.
+/// An open sweep: nobody else writes there until it is dropped.
 #[derive(Debug)]
 pub struct Store {
-    folder: PathBuf,
-    hash: String,
+    folder: Folder,
     all: usize,
     /// Variants whose rows an earlier run left.
     found: BTreeSet<usize>,
@@ -123,43 +107,14 @@ impl Store {
     /// Makes the folder and leaves the plan in it, or finds the same plan there.
     ///
     /// # Errors
-    /// A folder that is not empty, or, to resume, one that holds another sweep.
+    /// A folder that is not empty, is in use, or, to resume, holds another sweep.
     pub fn open(folder: &Path, plan: &Plan, resume: bool) -> Result<Self, SweepError> {
-        let mut store = Self {
-            folder: folder.into(),
-            hash: plan.hash(),
-            all: plan.len(),
-            found: BTreeSet::new(),
-            finished: None,
-        };
-        let finished = store.document(FINISHED)?;
-        let there = match &finished {
-            None => store.document(&format!("{PARTIAL}/{PLAN}"))?,
-            finished => finished.clone(),
-        };
-        let hash = there.map(|there| there["plan_hash"].as_str().unwrap_or_default().to_owned());
-        match hash {
-            Some(found) if resume && found == store.hash => {
-                store.finished = finished.as_ref().and_then(Finished::read);
-                if store.finished.is_some() {
-                    return Ok(store);
-                }
-                store.found = store.read_rows()?.into_keys().collect();
-            }
-            Some(found) if resume => {
-                let short = |hash: &str| hash.chars().take(16).collect();
-                let (found, wanted) = (short(&found), short(&store.hash));
-                return Err(SweepError::OtherPlan { folder: folder.into(), found, wanted });
-            }
-            Some(_) => return Err(SweepError::NotEmpty { folder: folder.into() }),
-            None if store.is_empty()? => {}
-            None => return Err(SweepError::NotEmpty { folder: folder.into() }),
+        let folder = Folder::open(KIND, folder, document(plan), resume)?;
+        let finished = folder.whole().and_then(Finished::read);
+        let mut store = Self { folder, all: plan.len(), found: BTreeSet::new(), finished };
+        if store.finished.is_none() {
+            store.found = store.read_rows(plan)?.into_keys().collect();
         }
-        let partial = folder.join(PARTIAL);
-        fs::create_dir_all(&partial).map_err(|e| failed("create the folder", &partial, e))?;
-        let document =
-            json!({ "format": "fabkit-sweep-plan", "version": 1, "plan_hash": store.hash });
-        store.replace(PLAN, format!("{document:#}\n").as_bytes())?;
         Ok(store)
     }
 
@@ -179,15 +134,18 @@ impl Store {
     /// Keeps rows. Each variant's row is kept by one call.
     ///
     /// # Errors
-    /// Files that cannot be written.
-    pub fn put(&self, rows: &[Row]) -> Result<(), SweepError> {
+    /// Rows that are none of the plan's; files that cannot be written.
+    pub fn put(&self, plan: &Plan, rows: &[Row]) -> Result<(), SweepError> {
         let Some(first) = rows.first() else { return Ok(()) };
         let mut text = String::new();
         for row in rows {
+            let stranger = |what| SweepError::Stranger { variant: row.variant, what };
+            check(plan, row).map_err(stranger)?;
             text += &row.to_line()?;
             text.push('\n');
         }
-        self.replace(&format!("rows-{:06}.jsonl", first.variant), text.as_bytes())
+        let name = KIND.partial(&format!("{ROWS}{:06}.jsonl", first.variant));
+        Ok(self.folder.put(&name, text.as_bytes())?)
     }
 
     /// Writes the tables and the report, and removes the rows' own files.
@@ -197,144 +155,124 @@ impl Store {
     pub fn finish(self, plan: &Plan, cancelled: &dyn Fn() -> bool) -> Result<Finished, SweepError> {
         if let Some(finished) = self.finished {
             // Killed after the tables were there, a run leaves the rows' own files.
-            remove(&self.folder.join(PARTIAL))?;
+            self.folder.finish(Map::new())?;
             return Ok(Finished { found: self.all, ..finished });
         }
-        let rows = self.read_rows()?;
+        let rows = self.read_rows(plan)?;
         if rows.len() < self.all {
             let missing = self.all - rows.len();
             return Err(SweepError::Unfinished { missing, all: self.all });
         }
-        let (finished, files) = tables(plan, rows.into_values().collect())?;
-        // Beside the rows first: what a run that is killed leaves half-written goes with them.
+        let Tables { finished, results, files } = tables(plan, rows.into_values().collect())?;
         for file in &files {
             if cancelled() {
                 return Err(SweepError::Cancelled);
             }
-            self.replace(&file.name, &file.bytes)?;
+            self.folder.put(&file.name, &file.bytes)?;
         }
         // The list of contents comes last, and says that the others are there.
-        for OutputFile { name, .. } in &files {
-            let place = self.folder.join(name);
-            let moved = fs::rename(self.folder.join(PARTIAL).join(name), &place);
-            moved.map_err(|e| failed("write", &place, e))?;
-        }
-        remove(&self.folder.join(PARTIAL))?;
+        self.folder.finish(results)?;
         Ok(Finished { found: self.found.len(), ..finished })
     }
 
-    /// A document that an earlier run left.
-    fn document(&self, name: &str) -> Result<Option<Value>, SweepError> {
-        let path = self.folder.join(name);
-        match fs::read(&path) {
-            Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).unwrap_or_default())),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(failed("read", &path, error)),
-        }
-    }
-
-    fn is_empty(&self) -> Result<bool, SweepError> {
-        match fs::read_dir(&self.folder) {
-            // What a run leaves that was killed before it had a plan.
-            Ok(entries) => Ok(entries.flatten().all(|entry| entry.file_name() == PARTIAL)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
-            Err(error) => Err(failed("read the folder", &self.folder, error)),
-        }
-    }
-
-    /// All rows that are there. A file that cannot be read as rows is as good as none.
-    fn read_rows(&self) -> Result<BTreeMap<usize, Row>, SweepError> {
-        let partial = self.folder.join(PARTIAL);
+    /// All rows that are there. A line that is no row of this plan is as good as none.
+    fn read_rows(&self, plan: &Plan) -> Result<BTreeMap<usize, Row>, SweepError> {
         let mut rows = BTreeMap::new();
-        let entries = match fs::read_dir(&partial) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(rows),
-            Err(error) => return Err(failed("read the folder", &partial, error)),
-        };
-        for entry in entries {
-            let path = entry.map_err(|e| failed("read the folder", &partial, e))?.path();
-            if path.extension().is_none_or(|extension| extension != "jsonl") {
-                continue;
-            }
-            let text = fs::read_to_string(&path).map_err(|e| failed("read", &path, e))?;
+        for name in self.folder.names(&KIND.partial(ROWS)) {
+            let text = String::from_utf8(self.folder.read(&name)?).unwrap_or_default();
             let read = text.lines().filter_map(|line| Row::from_line(line).ok());
-            rows.extend(read.filter(|row| row.variant < self.all).map(|row| (row.variant, row)));
+            let of_plan = read.filter(|row| check(plan, row).is_ok());
+            rows.extend(of_plan.map(|row| (row.variant, row)));
         }
         Ok(rows)
     }
+}
 
-    /// Writes beside the place, syncs, and renames.
-    fn replace(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
-        let partial = self.folder.join(PARTIAL);
-        let place = partial.join(name);
-        let temporary = partial.join(format!(".{name}.new"));
-        let written = File::create(&temporary).and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.sync_all()
-        });
-        let renamed = written.and_then(|()| fs::rename(&temporary, &place));
-        renamed.map_err(|error| {
-            // Nothing half-written stays behind a full disk.
-            let _ = fs::remove_file(&temporary);
-            failed("write", &place, error)
-        })
+/// What is wrong with a row that somebody else computed.
+fn check(plan: &Plan, row: &Row) -> Result<(), String> {
+    if row.variant >= plan.len() {
+        return Err(format!("but there are {}", plan.len()));
+    }
+    if row.parameters != plan.variant(row.variant).values {
+        return Err("with other values than the plan's".into());
+    }
+    match row.metrics.keys().find(|name| !plan.has_metric(name)) {
+        Some(name) => Err(format!("with `{name}`, which is no metric of the plan")),
+        None => Ok(()),
     }
 }
 
-/// Removes a folder that may be there.
-fn remove(folder: &Path) -> Result<(), SweepError> {
-    match fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            Err(failed("remove", folder, error))
-        }
-        _ => Ok(()),
-    }
+/// What a plan is, for those who want to resume it.
+fn document(plan: &Plan) -> Value {
+    let PlanSource { text, sensor_yaml, custom_metrics, .. } = plan.source();
+    json!({
+        "format": "fabkit-sweep",
+        "version": KIND.version,
+        "fabkit": fabkit_export::VERSION,
+        "sensor": plan.sensor(),
+        "sensor_hash": blake3::hash(sensor_yaml.as_bytes()).to_hex().as_str(),
+        "plan": text.lines().collect::<Vec<_>>(),
+        "plan_hash": plan.hash(),
+        "custom_metrics": custom_metrics,
+    })
 }
 
-fn failed(action: &'static str, path: &Path, source: io::Error) -> SweepError {
-    SweepError::Io { action, path: path.into(), source }
+/// A sweep's last files.
+struct Tables {
+    finished: Finished,
+    /// What `sweep.json` says besides the plan and its files.
+    results: Map<String, Value>,
+    files: [OutputFile; 3],
 }
 
 /// The tables and the report of rows, whichever variants they are of, and what they come to.
-pub(super) fn tables(
-    plan: &Plan,
-    rows: Vec<Row>,
-) -> Result<(Finished, [OutputFile; 4]), SweepError> {
+fn tables(plan: &Plan, rows: Vec<Row>) -> Result<Tables, SweepError> {
     let table = Table::new(plan, rows);
     let rows = table.rows();
     let counts = counts(rows);
+    let panicked = rows.iter().filter(|row| row.error_code.as_deref() == Some(PANIC)).count();
     let on_front = |(i, row): (usize, &Row)| table.is_on_front(i).then_some(row.variant);
     let front: Vec<usize> = rows.iter().enumerate().filter_map(on_front).collect();
-    let by_status: serde_json::Map<String, Value> =
+    let by_status: Map<String, Value> =
         Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
     let empty_metrics: Vec<String> = table.empty_metrics().into_iter().map(str::to_owned).collect();
-    let document = json!({
-        "format": "fabkit-sweep",
-        "version": 1,
-        "fabkit": fabkit_export::VERSION,
-        "sensor": plan.sensor(),
-        "plan_hash": plan.hash(),
-        "variants": rows.len(),
-        "status": by_status,
-        "pareto": front,
-        "empty_metrics": empty_metrics,
-        "none_left": none_left(rows),
-    });
+    let results = [
+        ("variants", json!(rows.len())),
+        ("status", Value::Object(by_status)),
+        ("panicked", json!(panicked)),
+        ("pareto", json!(front)),
+        ("empty_metrics", json!(empty_metrics)),
+        ("none_left", json!(none_left(rows))),
+    ];
     let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
     let files = [
         file("sweep.csv", table.to_csv().into_bytes()),
         file("sweep.parquet", table.to_parquet()?),
         file("report.html", report(plan, &table).into_bytes()),
-        file(FINISHED, format!("{document:#}\n").into_bytes()),
     ];
     let finished = Finished {
         variants: rows.len(),
         found: 0,
         counts,
+        panicked,
         on_front: front.len(),
         none_left: none_left(rows),
         empty_metrics,
     };
+    let results = results.map(|(key, value)| (key.to_owned(), value)).into_iter().collect();
+    Ok(Tables { finished, results, files })
+}
+
+/// All files of a sweep whose rows are known at once, the list of contents last.
+pub(super) fn whole(
+    plan: &Plan,
+    rows: Vec<Row>,
+) -> Result<(Finished, Vec<OutputFile>), SweepError> {
+    let Tables { finished, results, files } = tables(plan, rows)?;
+    let pieces = files.iter().map(|file| (file.name.clone(), Piece::of(&file.bytes)));
+    let bytes = KIND.whole(&document(plan), results, &pieces.collect::<Files>());
+    let mut files = Vec::from(files);
+    files.push(OutputFile { name: KIND.document(), bytes });
     Ok((finished, files))
 }
 

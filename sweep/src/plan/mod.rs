@@ -19,7 +19,8 @@ pub(crate) use constraint::Numbers;
 pub use schema::json_schema;
 
 use crate::metrics::{self, Computed, Metric};
-use crate::row::{Row, Status, Value};
+use crate::panics;
+use crate::row::{PANIC, Row, Status, Value};
 
 /// Most variants of one plan.
 pub const MAX_VARIANTS: usize = 100_000;
@@ -222,6 +223,11 @@ impl Plan {
         &self.known.metrics
     }
 
+    /// Whether rows may have a metric of this name, somebody else's among them.
+    pub fn has_metric(&self, name: &str) -> bool {
+        self.known.is_computed(name)
+    }
+
     /// What the plan is made from.
     pub fn source(&self) -> &PlanSource {
         &self.source
@@ -290,6 +296,8 @@ impl Plan {
     /// As [`Plan::evaluate`], with metrics that somebody else computes. `custom` is asked for variants
     /// that can be built and fulfil the constraints on parameters; it answers names and values.
     ///
+    /// A panic while the variant is built or measured becomes a row with the code [`PANIC`].
+    ///
     /// # Errors
     /// Those of `custom`.
     pub fn evaluate_with<E>(&self, variant: &Variant, custom: AskMore<E>) -> Result<Row, E> {
@@ -304,19 +312,17 @@ impl Plan {
             row.refuse(Status::Excluded, "constraint", early.join("; "));
             return Ok(row);
         }
-        let project = match self.load(variant) {
-            Ok(project) => project,
-            Err(invalid) => {
-                let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
-                row.refuse(Status::Invalid, "design", messages.join("; "));
+        let (project, mut computed) = match panics::caught(|| self.built(variant)) {
+            Ok(Ok(built)) => built,
+            Ok(Err(why)) => {
+                row.refuse(Status::Invalid, "design", why);
+                return Ok(row);
+            }
+            Err(panic) => {
+                row.refuse(Status::Failed, PANIC, panic.to_string());
                 return Ok(row);
             }
         };
-        let mut computed = Computed::default();
-        if let Err(why) = metrics::compute(&project, &self.known.metrics, &mut computed) {
-            row.refuse(Status::Invalid, "design", why.to_string());
-            return Ok(row);
-        }
         computed.values.extend(custom(variant, &project)?);
         let is_number = |value: &f64| value.is_finite();
         let wrong: Vec<String> = computed
@@ -337,6 +343,20 @@ impl Plan {
             row.refuse(Status::Excluded, "constraint", late.join("; "));
         }
         Ok(row)
+    }
+
+    /// A variant's design with its built-in metrics, or why there is none.
+    fn built(&self, variant: &Variant) -> Result<(Project, Computed), String> {
+        #[cfg(test)]
+        panics::tests::misbehave(&variant.overrides);
+        let project = self.load(variant).map_err(|invalid| {
+            let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
+            messages.join("; ")
+        })?;
+        let mut computed = Computed::default();
+        metrics::compute(&project, &self.known.metrics, &mut computed)
+            .map_err(|why| why.to_string())?;
+        Ok((project, computed))
     }
 
     /// Builds a variant's design with its fixtures.

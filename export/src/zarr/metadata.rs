@@ -1,0 +1,191 @@
+//! Reading an array's `zarr.json` back, believing nothing of it.
+
+use serde_json::Value;
+
+use super::{Element, ZarrArray};
+
+/// Bytes of one sample: 64 million pixels of four bytes.
+const MAX_SAMPLE_BYTES: u64 = 256_000_000;
+/// Samples of one array: all pairs of a thousand patterns.
+const MAX_SAMPLES: u64 = 1_000_000;
+/// Chunks that one file names.
+const MAX_ENTRIES: u64 = 1 << 20;
+/// Rows, columns and colours.
+const MAX_AXES: usize = 3;
+
+/// Why a `zarr.json` is not one that [`ZarrArray::metadata`] writes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidMetadata {
+    /// No JSON.
+    #[error("not JSON: {0}")]
+    Json(String),
+    /// A key with another value than fabkit writes, or none.
+    #[error("`{0}` is not what fabkit writes")]
+    Foreign(&'static str),
+    /// Sizes that no array has.
+    #[error("{what} is {found}; {limit}")]
+    Size {
+        /// For example `chunk_shape[1]`.
+        what: String,
+        /// As found.
+        found: u64,
+        /// What is possible.
+        limit: String,
+    },
+}
+
+impl ZarrArray {
+    /// Reads what [`metadata`](Self::metadata) wrote, and nothing else: every size is checked before
+    /// anybody computes with it.
+    ///
+    /// # Errors
+    /// [`InvalidMetadata`].
+    pub fn from_metadata(bytes: &[u8]) -> Result<Self, InvalidMetadata> {
+        let json: Value = serde_json::from_slice(bytes)
+            .map_err(|error| InvalidMetadata::Json(error.to_string()))?;
+        let element = match json["data_type"].as_str() {
+            Some("float32") => Element::F32,
+            Some("uint16") => Element::U16,
+            Some("uint8") => Element::U8,
+            _ => return Err(InvalidMetadata::Foreign("data_type")),
+        };
+        let sharding = &json["codecs"][0]["configuration"];
+        let shape = sizes(&json["shape"], "shape")?;
+        let shard = sizes(&json["chunk_grid"]["configuration"]["chunk_shape"], "chunk_grid")?;
+        let chunk = sizes(&sharding["chunk_shape"], "codecs")?;
+        let ([samples, sample_shape @ ..], [samples_per_shard, ..], [1, chunk_shape @ ..]) =
+            (&shape[..], &shard[..], &chunk[..])
+        else {
+            return Err(InvalidMetadata::Foreign("shape"));
+        };
+        if chunk.len() != shape.len() || shard.len() != shape.len() || sample_shape.len() > MAX_AXES
+        {
+            return Err(InvalidMetadata::Foreign("shape"));
+        }
+        let names = json["dimension_names"].as_array();
+        let names = names.filter(|names| names.len() == shape.len());
+        let names = names.into_iter().flatten().map(|name| Some(name.as_str()?.to_owned()));
+        let array = Self {
+            element,
+            samples: *samples,
+            sample_shape: sample_shape.to_vec(),
+            chunk_shape: chunk_shape.to_vec(),
+            samples_per_shard: *samples_per_shard,
+            dimensions: names
+                .collect::<Option<Vec<String>>>()
+                .ok_or(InvalidMetadata::Foreign("dimension_names"))?,
+            attributes: json["attributes"].clone(),
+        };
+        array.check_sizes()?;
+        array.check_rest(&json)?;
+        Ok(array)
+    }
+
+    fn check_sizes(&self) -> Result<(), InvalidMetadata> {
+        let limit = |what: &str, found: u64, most: u64| match (1..=most).contains(&found) {
+            true => Ok(()),
+            false => {
+                let limit = format!("it is from 1 to {most}");
+                Err(InvalidMetadata::Size { what: what.into(), found, limit })
+            }
+        };
+        limit("the number of samples", self.samples, MAX_SAMPLES)?;
+        let mut bytes = self.element.size() as u64;
+        for (axis, (size, chunk)) in self.sample_shape.iter().zip(&self.chunk_shape).enumerate() {
+            limit(&format!("shape[{}]", axis + 1), *size, MAX_SAMPLE_BYTES)?;
+            limit(&format!("chunk_shape[{}]", axis + 1), *chunk, *size)?;
+            // Both factors are at most 2.56e8.
+            bytes *= size;
+            limit("a sample's number of bytes", bytes, MAX_SAMPLE_BYTES)?;
+        }
+        limit("the number of samples in a file", self.samples_per_shard, MAX_ENTRIES)?;
+        // At most as many as bytes: the product is below 2^48.
+        let entries = self.samples_per_shard * self.chunks_per_sample();
+        limit("the number of chunks in a file", entries, MAX_ENTRIES)
+    }
+
+    /// Everything but the values read above.
+    fn check_rest(&self, json: &Value) -> Result<(), InvalidMetadata> {
+        let expected = self.document();
+        let keys = ["zarr_format", "node_type", "chunk_grid", "chunk_key_encoding", "fill_value"];
+        for key in keys.into_iter().chain(["codecs", "dimension_names"]) {
+            if json[key] != expected[key] {
+                return Err(InvalidMetadata::Foreign(key));
+            }
+        }
+        // Nothing that changes what the rest means: extensions, storage transformers.
+        match *json == expected {
+            true => Ok(()),
+            false => Err(InvalidMetadata::Foreign("a key of the array")),
+        }
+    }
+}
+
+fn sizes(value: &Value, what: &'static str) -> Result<Vec<u64>, InvalidMetadata> {
+    let sizes = value.as_array().map(|sizes| sizes.iter().map(Value::as_u64).collect());
+    sizes.flatten().ok_or(InvalidMetadata::Foreign(what))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn array() -> ZarrArray {
+        ZarrArray {
+            element: Element::F32,
+            samples: 10,
+            sample_shape: vec![72, 96],
+            chunk_shape: vec![72, 24],
+            samples_per_shard: 16,
+            dimensions: ["half", "row", "column"].map(String::from).to_vec(),
+            attributes: json!({ "unit": "mm" }),
+        }
+    }
+
+    #[test]
+    fn what_was_written_is_read_and_nothing_else() {
+        let array = array();
+        let bytes = array.metadata().unwrap();
+        assert_eq!(ZarrArray::from_metadata(&bytes).unwrap(), array);
+        let text = String::from_utf8(bytes).unwrap();
+        let whole: Value = serde_json::from_str(&text).unwrap();
+        let grid = "/chunk_grid/configuration/chunk_shape";
+        let chunk = "/codecs/0/configuration/chunk_shape";
+        let numbers = [0, 73, 1_000_000, 1 << 31, 1 << 62, u64::MAX];
+        for (axis, number) in (0..3).flat_map(|axis| numbers.map(|number| (axis, number))) {
+            for pointer in ["/shape", grid, chunk] {
+                let mut json = whole.clone();
+                json.pointer_mut(pointer).unwrap()[axis] = json!(number);
+                let text = json.to_string();
+                // Some are sound by themselves: only the plan knows how many samples there are.
+                let is_sound = match (pointer, axis, number) {
+                    ("/shape", 0, number) => (1..=1_000_000).contains(&number),
+                    ("/shape", 2, 73) => true,
+                    (_, 0, 73) => pointer == grid,
+                    _ => false,
+                };
+                assert_eq!(ZarrArray::from_metadata(text.as_bytes()).is_ok(), is_sound, "{text}");
+            }
+        }
+        let edits = [
+            ("/fill_value", json!(1.0)),
+            ("/codecs/0/name", json!("blosc")),
+            ("/codecs/0/configuration/codecs/2", json!({ "name": "crc32" })),
+            ("/chunk_key_encoding/configuration/separator", json!(".")),
+            ("/data_type", json!("float64")),
+            ("/dimension_names", json!(["half"])),
+            ("/zarr_format", json!(2)),
+            ("/shape", json!([])),
+        ];
+        for (pointer, value) in edits {
+            let mut json = whole.clone();
+            *json.pointer_mut(pointer).unwrap() = value;
+            assert!(ZarrArray::from_metadata(json.to_string().as_bytes()).is_err(), "{pointer}");
+        }
+        let more = text.replacen('{', "{\"storage_transformers\": [],", 1);
+        assert!(ZarrArray::from_metadata(more.as_bytes()).is_err());
+        assert!(ZarrArray::from_metadata(b"no JSON").is_err());
+    }
+}

@@ -1,0 +1,91 @@
+//! One file of an array: chunks, and an index of where they lie. Nothing of it is believed that has
+//! no checksum, and nothing is read that does not lie in it.
+
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
+
+use fabkit_export::{DamagedChunk, ZarrArray, zarr_checksum, zarr_most_packed, zarr_unpack};
+
+/// The index's mark for a chunk that is all zeros.
+const ABSENT: u64 = u64::MAX;
+const ENTRY_BYTES: u64 = 16;
+const CHECKSUM_BYTES: u64 = 4;
+
+/// Why there are no values.
+pub(super) enum Fault {
+    /// The operating system said no.
+    Io(io::Error),
+    /// What is wrong with the file.
+    Damaged(String),
+}
+
+impl From<io::Error> for Fault {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// An open file.
+pub(super) struct ShardFile<F> {
+    file: F,
+    index: Vec<(u64, u64)>,
+    /// Where the chunks end and the index begins.
+    end: u64,
+}
+
+impl<F: Read + Seek> ShardFile<F> {
+    /// Reads the index of a file of `length` bytes.
+    pub(super) fn open(mut file: F, length: u64, array: &ZarrArray) -> Result<Self, Fault> {
+        let entries = array.samples_per_shard * array.chunks_per_sample();
+        let bytes = ENTRY_BYTES * entries + CHECKSUM_BYTES;
+        let Some(end) = length.checked_sub(bytes) else {
+            let message = format!("it has {length} bytes, less than its index of {bytes}");
+            return Err(Fault::Damaged(message));
+        };
+        file.seek(SeekFrom::Start(end))?;
+        let mut index = vec![0; bytes as usize];
+        file.read_exact(&mut index)?;
+        let (index, checksum) = index.split_at((bytes - CHECKSUM_BYTES) as usize);
+        if zarr_checksum(index).to_le_bytes() != checksum {
+            return Err(Fault::Damaged("its index does not match its checksum".into()));
+        }
+        let number = |bytes: &[u8; 8]| u64::from_le_bytes(*bytes);
+        let (numbers, _) = index.as_chunks::<8>();
+        let entry = |pair: &[[u8; 8]]| (number(&pair[0]), number(&pair[1]));
+        Ok(Self { file, index: numbers.chunks_exact(2).map(entry).collect(), end })
+    }
+
+    /// Values of a chunk of `size` bytes; nothing if they are all zero.
+    pub(super) fn chunk(&mut self, number: usize, size: usize) -> Result<Option<Vec<u8>>, Fault> {
+        let (offset, length) = self.index[number];
+        if (offset, length) == (ABSENT, ABSENT) {
+            return Ok(None);
+        }
+        let damaged = |what: String| {
+            Fault::Damaged(format!("chunk {number}, bytes {offset} to {}: {what}", offset.saturating_add(length)))
+        };
+        let is_inside = offset.checked_add(length).is_some_and(|end| end <= self.end);
+        if !is_inside || length > zarr_most_packed(size) {
+            return Err(damaged("it cannot lie there".into()));
+        }
+        self.file.seek(SeekFrom::Start(offset))?;
+        let mut packed = vec![0; length as usize];
+        self.file.read_exact(&mut packed)?;
+        let values = zarr_unpack(&packed, size);
+        values.map(Some).map_err(|error: DamagedChunk| damaged(error.to_string()))
+    }
+}
+
+/// Looks at every chunk of a file that somebody else made.
+pub(super) fn check(array: &ZarrArray, shard: u64, bytes: &[u8]) -> Result<(), String> {
+    let text = |fault| match fault {
+        Fault::Io(error) => error.to_string(),
+        Fault::Damaged(what) => what,
+    };
+    let mut file = ShardFile::open(Cursor::new(bytes), bytes.len() as u64, array).map_err(text)?;
+    let chunk = array.chunk_shape.iter().product::<u64>() as usize * array.element.size();
+    let samples = array.samples_of(shard);
+    for number in 0..(samples.end - samples.start) * array.chunks_per_sample() {
+        file.chunk(number as usize, chunk).map_err(text)?;
+    }
+    Ok(())
+}

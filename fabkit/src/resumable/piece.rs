@@ -1,0 +1,156 @@
+//! One file of a folder: what is noted of it, and whether it is still that.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+use blake3::Hash;
+use serde_json::{Value, json};
+
+use super::FolderError;
+
+/// Size and hash of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece {
+    bytes: u64,
+    hash: Hash,
+}
+
+/// What became of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// It is what was written.
+    Right,
+    /// Nothing has its name.
+    Missing,
+    /// Something else has its name: other bytes, a folder, a link, a pipe.
+    Other,
+}
+
+impl Piece {
+    /// Of a file with this content.
+    pub fn of(bytes: &[u8]) -> Self {
+        Self { bytes: bytes.len() as u64, hash: blake3::hash(bytes) }
+    }
+
+    pub(super) fn line(&self, name: &str) -> String {
+        format!("{} {} {name}\n", self.hash.to_hex(), self.bytes)
+    }
+
+    pub(super) fn from_line(line: &str) -> Option<(String, Self)> {
+        let (hash, rest) = line.split_once(' ')?;
+        let (bytes, name) = rest.split_once(' ')?;
+        let piece = Self { bytes: bytes.parse().ok()?, hash: Hash::from_hex(hash).ok()? };
+        is_plain(name).then(|| (name.to_owned(), piece))
+    }
+
+    pub(super) fn to_json(self) -> Value {
+        json!({ "bytes": self.bytes, "blake3": self.hash.to_hex().as_str() })
+    }
+
+    pub(super) fn from_json(value: &Value) -> Option<Self> {
+        let hash = Hash::from_hex(value["blake3"].as_str()?).ok()?;
+        Some(Self { bytes: value["bytes"].as_u64()?, hash })
+    }
+
+    /// Looks at a file. Nothing that is no file of the noted size is opened.
+    pub(super) fn state(&self, folder: &Path, name: &str) -> Result<State, FolderError> {
+        if link_on_the_way(folder, name)?.is_some() {
+            return Ok(State::Other);
+        }
+        let path = folder.join(name);
+        match fs::symlink_metadata(&path) {
+            Ok(found) if !found.is_file() || found.len() != self.bytes => Ok(State::Other),
+            Ok(_) => {
+                let mut hasher = blake3::Hasher::new();
+                let mut buffer = vec![0; 128 << 10];
+                let read = |e| FolderError::io("read", &path, e);
+                let mut file = File::open(&path).map_err(read)?.take(self.bytes + 1);
+                loop {
+                    match file.read(&mut buffer) {
+                        Ok(0) => break,
+                        Ok(count) => drop(hasher.update(&buffer[..count])),
+                        Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                        Err(error) => return Err(read(error)),
+                    }
+                }
+                let is_right = hasher.finalize() == self.hash;
+                Ok(if is_right { State::Right } else { State::Other })
+            }
+            Err(error) if is_absent(&error) => Ok(State::Missing),
+            Err(error) => Err(FolderError::io("look at", &path, error)),
+        }
+    }
+
+    /// The content, if it is what was written.
+    ///
+    /// # Errors
+    /// [`FolderError::Damaged`] and [`FolderError::Io`].
+    pub fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, FolderError> {
+        let path = folder.join(name);
+        let damaged = |what: &str| FolderError::Damaged { path: path.clone(), what: what.into() };
+        match read_regular(&path, self.bytes) {
+            Ok(Some(bytes)) if Self::of(&bytes) == *self => Ok(bytes),
+            Ok(Some(bytes)) if bytes.len() as u64 == self.bytes => {
+                Err(damaged("its checksum is another"))
+            }
+            Ok(Some(_)) => Err(damaged(&format!("it has not its {} bytes", self.bytes))),
+            Ok(None) => Err(damaged("it is missing")),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// Reads a file that must be one, and not longer than that; `None` if there is none.
+///
+/// # Errors
+/// [`FolderError::Damaged`] for what is no file, or too long; [`FolderError::Io`].
+pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, FolderError> {
+    let failed = |e| FolderError::io("read", path, e);
+    let damaged = |what| FolderError::Damaged { path: path.into(), what };
+    let found = match fs::metadata(path) {
+        Ok(found) => found,
+        Err(error) if is_absent(&error) => return Ok(None),
+        Err(error) => return Err(failed(error)),
+    };
+    if !found.is_file() {
+        return Err(damaged("it is not a file".into()));
+    }
+    if found.len() > max_bytes {
+        return Err(damaged(format!("it has {} bytes; it had at most {max_bytes}", found.len())));
+    }
+    let mut bytes = Vec::with_capacity(found.len() as usize);
+    File::open(path).map_err(failed)?.take(max_bytes).read_to_end(&mut bytes).map_err(failed)?;
+    Ok(Some(bytes))
+}
+
+fn is_absent(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
+}
+
+/// Whether a name stays within its folder on any system, and on one line.
+pub(super) fn is_plain(name: &str) -> bool {
+    let is_normal = |part: Component| matches!(part, Component::Normal(_));
+    let is_clean = |c: char| !c.is_control() && !['\\', ':'].contains(&c);
+    !name.is_empty()
+        && name.chars().all(is_clean)
+        && name.split('/').all(|part| !["", ".", ".."].contains(&part))
+        && Path::new(name).components().all(is_normal)
+}
+
+/// The first folder on the way to a file that is a link to somewhere else.
+pub(super) fn link_on_the_way(folder: &Path, name: &str) -> Result<Option<PathBuf>, FolderError> {
+    let mut path = folder.to_path_buf();
+    let mut parts: Vec<&str> = name.split('/').collect();
+    parts.pop();
+    for part in parts {
+        path.push(part);
+        match fs::symlink_metadata(&path) {
+            Ok(found) if found.is_symlink() => return Ok(Some(path)),
+            Ok(_) => {}
+            Err(error) if is_absent(&error) => return Ok(None),
+            Err(error) => return Err(FolderError::io("look at", &path, error)),
+        }
+    }
+    Ok(None)
+}

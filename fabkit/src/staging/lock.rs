@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::{StagingError, check_replaceable, failed, sync_folder};
+use super::{StagingError, check_replaceable, failed, journal, sync_folder};
 
 /// What all files begin with that are fabkit's own business in a folder.
 pub(super) const HIDDEN: &str = ".fabkit-";
@@ -46,22 +46,28 @@ pub struct FolderLock {
 }
 
 impl FolderLock {
-    /// Makes the folder if it is missing, takes its lock, and removes what dead writers left.
+    /// Makes the folder if it is missing, takes its lock, takes back what a dead writer left
+    /// unfinished, and removes its temporary files.
     ///
     /// File systems without locks are written to without one.
     ///
     /// # Errors
     /// [`StagingError::Locked`] if another process writes there now; [`StagingError::Io`].
     pub fn take(folder: &Path) -> Result<Self, StagingError> {
-        fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))?;
         let path = folder.join(LOCK);
         let writer = unique();
         let holder = format!("process {} ({})\n{writer}\n", std::process::id(), command());
         for _ in 0..ATTEMPTS {
+            fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))?;
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
             check_replaceable(&path)?;
-            let mut file = options.open(&path).map_err(|e| failed("lock", &path, e))?;
+            let mut file = match options.open(&path) {
+                Ok(file) => file,
+                // Whoever made the folder too has just removed it again.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(failed("write into", folder, error)),
+            };
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
@@ -85,6 +91,7 @@ impl FolderLock {
                     writer,
                     next: AtomicU64::new(0),
                 };
+                journal::recover(folder)?;
                 lock.remove_leftovers()?;
                 return Ok(lock);
             }
@@ -120,6 +127,11 @@ impl FolderLock {
             failed("write", &place, error)
         })?;
         sync_folder(parent)
+    }
+
+    /// Unlike any other writer's.
+    pub(super) fn writer(&self) -> &str {
+        &self.writer
     }
 
     /// A name in the folder that nobody else has; short, whatever the file will be called.

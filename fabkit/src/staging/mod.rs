@@ -1,17 +1,25 @@
 //! Files that appear whole or not at all.
 //!
 //! Every file is first written under a temporary name beside its place and synced to disk. Only
-//! when all of them are there are they renamed, in order. Whatever fails, on the way out the
-//! temporary files are removed and the files that stood there before are as they were.
+//! when all of them are there are they renamed ([`Transaction`]), under the locks of their folders
+//! ([`FolderLock`]). Whatever fails, on the way out the temporary files are removed and the files
+//! that stood there before are as they were. A process that is killed leaves a journal with which
+//! the next writer puts them back.
 
+mod journal;
 mod lock;
+mod transaction;
 
-use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 pub use lock::FolderLock;
+pub use transaction::Transaction;
+
+/// Name of the list of contents of a folder. While the files that it is about are being replaced,
+/// there is none.
+pub const CONTENTS: &str = "manifest.json";
 
 /// A file to be written.
 #[derive(Clone, Debug)]
@@ -51,6 +59,23 @@ pub enum StagingError {
         /// Who: `process 4711 (fabkit export rtac0)`.
         holder: String,
     },
+    /// A file was replaced, another could not be, and the first cannot be put back.
+    #[error(
+        "{}cannot put {} back: {source}; its old content is kept as {}",
+        .cause.iter().map(|cause| format!("{cause}, and ")).collect::<String>(),
+        .place.display(),
+        .kept.display()
+    )]
+    Kept {
+        /// Why it was to be put back; nothing for what an earlier run left.
+        cause: Option<Box<StagingError>>,
+        /// Where it stood.
+        place: PathBuf,
+        /// Where it is.
+        kept: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
     /// The caller asked to stop.
     #[error("stopped")]
     Cancelled,
@@ -64,6 +89,9 @@ impl StagingError {
             Self::Occupied { .. } => Some("move it away, or choose another place with -o"),
             Self::Locked { .. } => {
                 Some("wait until it has finished, or choose another place with -o")
+            }
+            Self::Kept { .. } => {
+                Some("nothing is lost: the next run that writes there puts it back")
             }
             Self::Cancelled => None,
         }
@@ -91,8 +119,7 @@ pub fn io_hint(error: &io::Error) -> Option<&'static str> {
 
 /// Writes all files into the folder, which is made if it is missing, with its subfolders, or none.
 ///
-/// They are renamed into place in the order given: put a list of contents last. `cancelled` is
-/// asked before each write; from the first rename on there is no stopping.
+/// `cancelled` is asked before each write; from the first rename on there is no stopping.
 ///
 /// # Errors
 /// [`StagingError`]; the folder is then as it was.
@@ -101,87 +128,29 @@ pub fn write_all(
     files: &[OutputFile],
     cancelled: &dyn Fn() -> bool,
 ) -> Result<(), StagingError> {
-    let mut stage = Stage::open(folder)?;
-    for file in files {
+    write_each(files.iter().map(|file| (folder.join(&file.name), &file.bytes[..])), cancelled)
+}
+
+/// Writes all files, wherever they are to lie, or none.
+///
+/// # Errors
+/// As [`write_all`].
+pub fn write_each<'a>(
+    files: impl IntoIterator<Item = (PathBuf, &'a [u8])>,
+    cancelled: &dyn Fn() -> bool,
+) -> Result<(), StagingError> {
+    let files: Vec<(PathBuf, &[u8])> = files.into_iter().collect();
+    let mut set = Transaction::open(files.iter().map(|(place, _)| place.as_path()), cancelled)?;
+    for (place, bytes) in &files {
         if cancelled() {
             return Err(StagingError::Cancelled);
         }
-        stage.add(file)?;
+        set.write(place, bytes)?;
     }
     if cancelled() {
         return Err(StagingError::Cancelled);
     }
-    stage.commit()
-}
-
-/// Undoes on drop whatever was not committed.
-struct Stage<'a> {
-    folder: &'a Path,
-    /// Folders made for this, outermost first.
-    made: Vec<PathBuf>,
-    entries: Vec<Entry>,
-    committed: bool,
-}
-
-struct Entry {
-    temporary: PathBuf,
-    place: PathBuf,
-    /// A second name for the file that stood there before.
-    previous: Option<PathBuf>,
-    renamed: bool,
-}
-
-impl<'a> Stage<'a> {
-    fn open(folder: &'a Path) -> Result<Self, StagingError> {
-        let mut stage = Self { folder, made: Vec::new(), entries: Vec::new(), committed: false };
-        stage.make(folder)?;
-        Ok(stage)
-    }
-
-    fn make(&mut self, folder: &Path) -> Result<(), StagingError> {
-        let missing = folder
-            .ancestors()
-            .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
-            .map(Path::to_path_buf);
-        let missing: Vec<PathBuf> = missing.collect();
-        self.made.extend(missing.into_iter().rev());
-        fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))
-    }
-
-    fn add(&mut self, file: &OutputFile) -> Result<(), StagingError> {
-        let place = self.folder.join(&file.name);
-        let folder = place.parent().unwrap_or(self.folder).to_path_buf();
-        self.make(&folder)?;
-        check_replaceable(&place)?;
-        let process = std::process::id();
-        let name = place.file_name().unwrap_or_default().to_string_lossy();
-        let hidden = |suffix| folder.join(format!(".{name}.{process}.{suffix}"));
-        let (temporary, previous) = (hidden("new"), hidden("old"));
-        let mut handle =
-            File::create_new(&temporary).map_err(|e| failed("create", &temporary, e))?;
-        // From here on the temporary file is ours to remove.
-        let previous = place.exists().then_some(previous);
-        self.entries.push(Entry { temporary, place: place.clone(), previous, renamed: false });
-        handle.write_all(&file.bytes).map_err(|e| failed("write", &place, e))?;
-        handle.sync_all().map_err(|e| failed("write", &place, e))
-    }
-
-    fn commit(mut self) -> Result<(), StagingError> {
-        for entry in &mut self.entries {
-            if let Some(previous) = &entry.previous {
-                // File systems without hard links get a copy.
-                fs::hard_link(&entry.place, previous)
-                    .or_else(|_| fs::copy(&entry.place, previous).map(drop))
-                    .map_err(|e| failed("keep", &entry.place, e))?;
-            }
-            fs::rename(&entry.temporary, &entry.place)
-                .map_err(|e| failed("write", &entry.place, e))?;
-            entry.renamed = true;
-        }
-        self.committed = true;
-        let folders = self.entries.iter().filter_map(|entry| entry.place.parent());
-        folders.collect::<BTreeSet<&Path>>().into_iter().try_for_each(sync_folder)
-    }
+    set.commit()
 }
 
 /// The names of files reach the disk with their folder. A system that cannot sync folders is no
@@ -197,31 +166,6 @@ fn cannot_sync_folders(error: &io::Error) -> bool {
     let cannot = [io::ErrorKind::Unsupported, io::ErrorKind::InvalidInput];
     // Windows does not open folders as files at all.
     cannot.contains(&error.kind()) || cfg!(windows)
-}
-
-impl Drop for Stage<'_> {
-    fn drop(&mut self) {
-        // Best effort: there is nobody left to tell, and the first error is already on its way.
-        for entry in self.entries.iter().rev() {
-            if !self.committed && entry.renamed {
-                let _ = match &entry.previous {
-                    Some(previous) => fs::rename(previous, &entry.place),
-                    None => fs::remove_file(&entry.place),
-                };
-            }
-            if !entry.renamed {
-                let _ = fs::remove_file(&entry.temporary);
-            }
-            if let Some(previous) = &entry.previous {
-                let _ = fs::remove_file(previous);
-            }
-        }
-        if !self.committed {
-            for folder in self.made.iter().rev() {
-                let _ = fs::remove_dir(folder);
-            }
-        }
-    }
 }
 
 /// Renaming over a folder fails, and over a device it succeeds: refuse both before anything moves.
@@ -241,82 +185,4 @@ fn failed(action: &'static str, path: &Path, source: io::Error) -> StagingError 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn file(name: &str, text: &str) -> OutputFile {
-        OutputFile { name: name.into(), bytes: text.into() }
-    }
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
-        let mut names: Vec<_> =
-            entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    #[test]
-    fn all_files_appear_and_replace_older_ones() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("new/deep");
-        write_all(&folder, &[file("a", "1"), file("b", "2")], &|| false).unwrap();
-        write_all(&folder, &[file("b", "3"), file("c", "4")], &|| false).unwrap();
-        assert_eq!(names(&folder), ["a", "b", "c"]);
-        assert_eq!(fs::read(folder.join("b")).unwrap(), b"3");
-    }
-
-    #[test]
-    fn subfolders_are_made_and_unmade_with_their_files() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("new");
-        let files = [file("a", "1"), file("sub/deep/a", "2"), file("sub/b", "3")];
-        write_all(&folder, &files, &|| false).unwrap();
-        assert_eq!(names(&folder), ["a", "sub"]);
-        assert_eq!(names(&folder.join("sub")), ["b", "deep"]);
-        assert_eq!(fs::read(folder.join("sub/deep/a")).unwrap(), b"2");
-        // A file where a folder should be: nothing of the new files is left.
-        let files = [file("c/x", "1"), file("a/x", "2")];
-        let error = write_all(&folder, &files, &|| false).unwrap_err();
-        assert!(error.to_string().contains("create the folder"), "{error}");
-        assert_eq!(names(&folder), ["a", "sub"]);
-    }
-
-    #[test]
-    fn a_failure_after_some_writes_leaves_everything_as_it_was() {
-        let root = tempfile::tempdir().unwrap();
-        fs::write(root.path().join("a"), "old").unwrap();
-        fs::create_dir(root.path().join("z")).unwrap();
-        let result = write_all(root.path(), &[file("a", "new"), file("z", "new")], &|| false);
-        let message = result.unwrap_err().to_string();
-        assert!(message.ends_with("z: it is a folder, not a file"), "{message}");
-        assert_eq!(names(root.path()), ["a", "z"]);
-        assert_eq!(fs::read(root.path().join("a")).unwrap(), b"old");
-    }
-
-    /// A rename that fails after another has succeeded: the first is taken back.
-    #[test]
-    fn a_failed_rename_takes_the_others_back() {
-        let root = tempfile::tempdir().unwrap();
-        fs::write(root.path().join("a"), "old").unwrap();
-        let mut stage = Stage::open(root.path()).unwrap();
-        for name in ["a", "b", "c"] {
-            stage.add(&file(name, "new")).unwrap();
-        }
-        fs::remove_file(&stage.entries[2].temporary).unwrap();
-        assert!(stage.commit().is_err());
-        assert_eq!(names(root.path()), ["a"]);
-        assert_eq!(fs::read(root.path().join("a")).unwrap(), b"old");
-    }
-
-    #[test]
-    fn stopping_removes_what_was_made_folders_included() {
-        let root = tempfile::tempdir().unwrap();
-        let asked = std::cell::Cell::new(0);
-        let cancelled = || asked.replace(asked.get() + 1) == 1;
-        let files = [file("a", "1"), file("b", "2")];
-        let result = write_all(&root.path().join("x/y"), &files, &cancelled);
-        assert!(matches!(result, Err(StagingError::Cancelled)));
-        assert_eq!(names(root.path()), [""; 0]);
-    }
-}
+mod tests;

@@ -5,16 +5,18 @@
 //! and what the pins cannot tell. [`solve_pose`] is the bare solver.
 
 mod candidates;
+mod joint;
 mod linear;
 mod refine;
 mod scatter;
 mod selection;
 
-use fabkit_camera::Camera;
+use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate};
 use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
 pub use candidates::{Candidate, Optics};
+pub use joint::{Joint, joint_estimate};
 pub use refine::{Fit, Loss, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
 pub use selection::{Selection, Trial};
@@ -50,16 +52,19 @@ impl Default for CalibrationOptions {
 #[derive(Clone, Debug)]
 pub struct Calibration {
     /// The camera as it was given.
-    pub given: Camera,
+    pub given: CameraEstimate,
     /// The observations, with standard deviations that include the play of the pins.
     pub observations: Vec<Observation>,
     /// How well pins repeat, if any hole has pins in several captures.
     pub scatter: Option<PinScatter>,
     /// What was tried and chosen.
     pub selection: Selection,
-    /// Covariance of the chosen fit's parameters, enlarged where residuals are larger than the
-    /// observations' standard deviations explain.
+    /// Covariance of the chosen fit's parameters: enlarged where residuals are larger than the
+    /// observations' standard deviations explain, and with the part of the given camera's errors
+    /// that the fit takes up.
     pub covariance: DMatrix<f64>,
+    /// The chosen camera, and how sure it and its pose are together.
+    pub joint: JointEstimate,
     /// Residuals over what they should be; 1 if the model and the standard deviations are right.
     pub misfit: f64,
 }
@@ -98,6 +103,9 @@ pub enum CalibrationError {
         /// Each with why, in the order in which they were tried.
         failed: Vec<(Candidate, SolveError)>,
     },
+    /// Numbers beyond what can be computed with.
+    #[error("the covariance cannot be computed: {0}")]
+    Covariance(#[from] InvalidCovariance),
 }
 
 /// Every reason once, a line each, with the explanations that it stopped.
@@ -116,14 +124,14 @@ fn reasons(failed: &[(Candidate, SolveError)]) -> String {
 
 /// Calibrates from assigned pins.
 ///
-/// `start` is a pose near enough to see all pins, for example [`crate::assignment::Assignment`]'s.
+/// The camera's own covariance is handed on to the pose. `start` is a pose near enough to see all pins, for example [`crate::assignment::Assignment`]'s.
 /// Where `nominal` is given, the distance from it takes part as what is known beforehand.
 ///
 /// # Errors
 /// [`CalibrationError`]: pins in one plane; too few pins, or pins that cannot be seen, under every
 /// explanation.
 pub fn calibrate(
-    camera: &Camera,
+    camera: &CameraEstimate,
     observations: &[Observation],
     start: &Pose,
     nominal: Option<&Pose>,
@@ -141,7 +149,7 @@ pub fn calibrate(
         .iter()
         .map(|o| Observation { sigma_px: o.sigma_px.max(floor_px), ..o.clone() })
         .collect();
-    let mut model = Model::new(*camera, *start);
+    let mut model = Model::new(*camera.camera(), *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
     let selection =
         selection::select(&model, &observations, captures, options.gel_index, options.loss)
@@ -150,8 +158,16 @@ pub fn calibrate(
     let coordinates = 2 * observations.len();
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
     let misfit = (fit.cost / freedom as f64).sqrt();
-    let covariance = &fit.covariance * misfit.max(1.0).powi(2);
-    Ok(Calibration { given: *camera, observations, scatter, selection, covariance, misfit })
+    let joint = joint_estimate(camera, fit, &observations, options.loss, misfit.max(1.0))?;
+    Ok(Calibration {
+        given: camera.clone(),
+        observations,
+        scatter,
+        selection,
+        covariance: joint.of_fit,
+        joint: joint.estimate,
+        misfit,
+    })
 }
 
 /// The pose that rays through the observed pixels give without a starting value; `None` for fewer

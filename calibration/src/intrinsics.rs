@@ -13,6 +13,7 @@ mod advice;
 mod bundle;
 mod models;
 mod planar;
+mod rays;
 mod start;
 
 use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, Point2, Point3, Vector2};
@@ -22,6 +23,7 @@ use nalgebra::DMatrix;
 pub use advice::{Advice, COVERAGE, Coverage, Worth};
 use bundle::{Fit, Scaled, State};
 pub use models::LensModel;
+pub use rays::{RaySigma, RaySigmas, Rays};
 
 /// Fewer views cannot tell the camera from the poses.
 pub const MIN_VIEWS: usize = 3;
@@ -29,8 +31,9 @@ pub const MIN_VIEWS: usize = 3;
 pub const MAX_VIEWS: usize = 1000;
 /// Fewest corners that make a view.
 pub const MIN_CORNERS: usize = planar::MIN_CORNERS;
-/// Another model than the first is taken if the information criterion is lower by more than this:
-/// "very strong" evidence (R. Kass and A. Raftery, "Bayes Factors", JASA 1995).
+/// A model is taken instead of one that is as simple or simpler if the information criterion is
+/// lower by more than this: "very strong" evidence (R. Kass and A. Raftery, "Bayes Factors", JASA
+/// 1995).
 pub const STRONG_EVIDENCE: f64 = 10.0;
 
 /// A corner of the board seen in a picture.
@@ -88,6 +91,9 @@ pub struct Candidate {
 pub struct CandidateFit {
     /// Root mean square length of the residuals, px.
     pub rms_px: f64,
+    /// The same for each view as if it had taken no part, to first order; infinite where the others
+    /// do not determine the camera.
+    pub held_out_rms_px: f64,
     /// `n ln(cost / n) + p ln n` for `n` coordinates and `p` parameters of the lens; only
     /// differences mean something.
     pub criterion: f64,
@@ -109,9 +115,11 @@ pub struct Calibration {
     /// Standard deviation of the residuals in those that the views state: 1 if corners are as good
     /// as the detector says and lens and board are as modelled.
     pub residual_scale: f64,
-    /// Scale of the image near the axis, px per radian, with its standard deviation: what models
+    /// Scale of the image on the axis, px per radian, with its standard deviation: what models
     /// with different parameters have in common. From columns.
     pub focal_px: [f64; 2],
+    /// How well rays are known, whatever parameters are.
+    pub rays: Rays,
     /// What the pictures do not tell.
     pub advice: Advice,
 }
@@ -169,8 +177,9 @@ pub enum CalibrateError {
 
 /// Calibrates a camera, beginning at the nominal one of the sensor's design.
 ///
-/// `models` are tried in this order; the first is taken unless another has strong evidence on its
-/// side ([`STRONG_EVIDENCE`]). Views with fewer than [`MIN_CORNERS`] corners are left out.
+/// Of `models` the simplest is taken, with the fewest parameters; of those as simple the first.
+/// Another needs strong evidence on its side ([`STRONG_EVIDENCE`]), and if it has more parameters,
+/// an error on views that are held out that is lower by more than its standard error. Views with fewer than [`MIN_CORNERS`] corners are left out.
 ///
 /// # Errors
 /// [`CalibrateError`].
@@ -231,7 +240,7 @@ pub fn calibrate(
     }
     let candidates: Vec<Candidate> =
         fits.iter().map(|(model, fit)| candidate(&views, *model, fit.as_ref())).collect();
-    let chosen = choose(&candidates).ok_or_else(|| CalibrateError::NoModel {
+    let chosen = choose(&candidates, &fits).ok_or_else(|| CalibrateError::NoModel {
         tried: models.iter().map(|model| model.name()).collect(),
     })?;
     let (model, fit) = fits.swap_remove(chosen);
@@ -286,22 +295,50 @@ fn candidate(views: &[View], model: LensModel, fit: Option<&Fit>) -> Candidate {
     let parameters = model.parameter_count();
     let fit = fit.map(|fit| CandidateFit {
         rms_px: rms_px(views, &fit.state),
+        // Perfect data cost nothing.
+        held_out_rms_px: rms_px(views, &fit.state)
+            * (fit.held_out.iter().sum::<f64>() / fit.cost.max(f64::MIN_POSITIVE)).sqrt(),
         // Perfect data have a cost of rounding alone, whose logarithm says nothing.
         criterion: n * (fit.cost / n).max(1e-12).ln() + parameters as f64 * n.ln(),
     });
     Candidate { model, parameters, fit }
 }
 
-/// The first candidate that fits, unless a later one is better by strong evidence.
-fn choose(candidates: &[Candidate]) -> Option<usize> {
-    let mut chosen: Option<(usize, f64)> = None;
-    for (index, candidate) in candidates.iter().enumerate() {
-        let Some(fit) = candidate.fit else { continue };
-        if chosen.is_none_or(|(_, least)| fit.criterion < least - STRONG_EVIDENCE) {
-            chosen = Some((index, fit.criterion));
+/// Candidates from the simplest on; each has to show that it is worth more than the one before. Those
+/// whose parameters the views do not determine stand back.
+fn choose(candidates: &[Candidate], fits: &[(LensModel, Option<Fit>)]) -> Option<usize> {
+    let fits = candidates.iter().zip(fits).enumerate();
+    let fitted = fits.filter_map(|(i, (c, (_, fit)))| Some((i, c, c.fit?, fit.as_ref()?)));
+    let (determined, others): (Vec<_>, Vec<_>) =
+        fitted.partition(|(.., fit)| Scaled::new(&fit.informations.iter().sum()).is_some());
+    let mut fitted = if determined.is_empty() { others } else { determined };
+    // Stable: of those as simple, the first is asked first.
+    fitted.sort_by_key(|(_, candidate, ..)| candidate.parameters);
+    let mut fitted = fitted.into_iter();
+    let mut chosen = fitted.next()?;
+    for next in fitted {
+        let strong = next.2.criterion < chosen.2.criterion - STRONG_EVIDENCE;
+        let as_simple = next.1.parameters == chosen.1.parameters;
+        if strong && (as_simple || predicts_better(&next.3.held_out, &chosen.3.held_out)) {
+            chosen = next;
         }
     }
-    chosen.map(|(index, _)| index)
+    Some(chosen.0)
+}
+
+/// Whether costs of views that were held out are lower by more than one standard error of their
+/// difference (L. Breiman and others, "Classification and Regression Trees", 1984).
+fn predicts_better(new: &[f64], old: &[f64]) -> bool {
+    let [new_sum, old_sum] = [new, old].map(|costs| costs.iter().sum::<f64>());
+    if !old_sum.is_finite() {
+        // Too few views to hold one out: the criterion alone.
+        return true;
+    }
+    let count = new.len() as f64;
+    let mean = (old_sum - new_sum) / count;
+    let squares = new.iter().zip(old).map(|(new, old)| (old - new - mean).powi(2));
+    let error = (squares.sum::<f64>() / (count - 1.0) / count).sqrt();
+    mean > error
 }
 
 fn finish(
@@ -311,13 +348,13 @@ fn finish(
     fit: Fit,
 ) -> Result<Calibration, CalibrateError> {
     let total: DMatrix<f64> = fit.informations.iter().sum();
-    let Some(factor) = Scaled::new(&total) else {
-        let reason = advice::why_not_observable(&fit.state);
-        return Err(CalibrateError::NotObservable { reason });
-    };
+    let not_observable =
+        || CalibrateError::NotObservable { reason: advice::why_not_observable(&fit.state) };
+    let factor = Scaled::new(&total).ok_or_else(not_observable)?;
     let covariance = factor.inverse() * fit.scale.powi(2);
-    let focal_px = focal(&fit.state.camera, &covariance);
-    let advice = advice::advise(views, &fit, &covariance, focal_px);
+    let focal_px = rays::focal(&fit.state.camera, &factor, fit.scale);
+    let rays = rays::rays(views, &fit.state, &factor, fit.scale).ok_or_else(not_observable)?;
+    let advice = advice::advise(views, &fit, &rays);
     let rms_px = rms_px(views, &fit.state);
     let solved = views.iter().zip(&fit.state.cameras_from_board).map(|(view, pose)| {
         let residuals_px: Vec<Vector2<f64>> = view
@@ -342,26 +379,7 @@ fn finish(
         rms_px,
         residual_scale: fit.scale,
         focal_px,
+        rays,
         advice,
     })
-}
-
-/// Columns per radian on the axis, and the standard deviation.
-fn focal(camera: &Camera, covariance: &DMatrix<f64>) -> [f64; 2] {
-    let on_axis = |camera: &Camera| {
-        let projected = camera.project_with_jacobians(&Point3::new(0.0, 0.0, 1.0));
-        projected.map_or(f64::NAN, |p| p.by_point[(0, 0)])
-    };
-    let values: Vec<f64> = camera.parameters().iter().map(|(_, value)| *value).collect();
-    let by = |i: usize| {
-        // A thousandth of the standard deviation: what matters is linear over that.
-        let step = 1e-3 * covariance[(i, i)].sqrt();
-        let mut moved = values.clone();
-        moved[i] += step;
-        let there = camera.with_parameters(&moved).map_or(f64::NAN, |moved| on_axis(&moved));
-        if step > 0.0 { (there - on_axis(camera)) / step } else { 0.0 }
-    };
-    let gradient = nalgebra::DVector::from_fn(values.len(), |i, _| by(i));
-    let variance = gradient.dot(&(covariance * &gradient));
-    [on_axis(camera), variance.max(0.0).sqrt()]
 }

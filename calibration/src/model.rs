@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-use fabkit_camera::{Camera, OutsideDomain};
+use fabkit_camera::{Camera, OutsideDomain, POSE_PARAMETERS};
 use fabkit_geometry::{Matrix3, Point3, Pose, Vector3};
 use nalgebra::{Matrix2x3, Point2, Rotation3, Vector2};
 
@@ -75,7 +75,7 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// The six of a pose: rotation, then translation.
+    /// The six of a pose, in the order of [`POSE_PARAMETERS`]: rotation, then translation.
     pub const POSE: [Self; 6] = [
         Self::Rotation(Axis::X),
         Self::Rotation(Axis::Y),
@@ -127,10 +127,9 @@ impl Parameter {
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let letter = |axis: &Axis| ["x", "y", "z"][axis.index()];
         match self {
-            Self::Rotation(axis) => write!(f, "rotation_{}_rad", letter(axis)),
-            Self::Translation(axis) => write!(f, "translation_{}_mm", letter(axis)),
+            Self::Rotation(axis) => f.write_str(POSE_PARAMETERS[axis.index()]),
+            Self::Translation(axis) => f.write_str(POSE_PARAMETERS[3 + axis.index()]),
             Self::SeatingOffset => f.write_str("seating_offset_mm"),
             Self::Lean => f.write_str("lean_mm"),
             Self::FocalScale => f.write_str("focal_scale"),

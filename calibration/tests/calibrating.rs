@@ -23,7 +23,8 @@ fn plain_captures_get_the_plain_model_with_its_pose() {
     let observations = Bench::new(truth.clone(), 2).observe(&captures, 0.3).unwrap();
     let start = assembled(0.0);
     let options = CalibrationOptions::default();
-    let result = calibrate(&camera(), &observations, &start, Some(&nominal()), &options).unwrap();
+    let result =
+        calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
     assert_eq!(result.chosen().candidate.to_string(), "plain");
     let error = camera_position(&result.model().camera_from_sensor)
         - camera_position(&truth.camera_from_sensor);
@@ -45,7 +46,7 @@ fn a_seating_offset_shows_with_two_lengths_of_pins() {
         let options = CalibrationOptions::default();
         let start = assembled(0.0);
         let result =
-            calibrate(&camera(), &observations, &start, Some(&nominal()), &options).unwrap();
+            calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
         assert!(result.chosen().candidate.seating, "{}", result.chosen().candidate);
         let fit = &result.chosen().fit;
         let at = fit.parameters.iter().position(|p| *p == Parameter::SeatingOffset).unwrap();
@@ -65,7 +66,8 @@ fn a_seating_offset_does_not_show_with_one_length() {
     let observations = Bench::new(truth, 4).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let start = assembled(0.0);
-    let result = calibrate(&camera(), &observations, &start, Some(&nominal()), &options).unwrap();
+    let result =
+        calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
     assert!(!result.chosen().candidate.seating);
     assert!(!result.selection.seating_shows);
 }
@@ -79,7 +81,8 @@ fn gel_before_the_lens_is_found() {
     let observations = Bench::new(truth.clone(), 6).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let start = assembled(0.0);
-    let result = calibrate(&camera(), &observations, &start, Some(&nominal()), &options).unwrap();
+    let result =
+        calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
     assert_eq!(result.chosen().candidate.to_string(), "gel");
     let error_mm = |model: &Model| {
         let found = camera_position(&model.camera_from_sensor);
@@ -105,7 +108,8 @@ fn leaning_pins_and_reseated_domes_are_found() {
     let observations = Bench::new(truth, 8).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let start = assembled(0.0);
-    let result = calibrate(&camera(), &observations, &start, Some(&nominal()), &options).unwrap();
+    let result =
+        calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
     let chosen = result.chosen();
     assert!(chosen.candidate.lean && chosen.candidate.reseating, "{}", chosen.candidate);
     assert!((chosen.fit.model.lean_mm - 0.5).abs() < 0.1, "{}", chosen.fit.model.lean_mm);
@@ -119,7 +123,7 @@ fn one_ring_of_pins_is_refused() {
     let captures = captures(&ring, 10, 4, &mut Noise::new(9));
     let observations = Bench::new(truth, 10).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
-    let refused = calibrate(&camera(), &observations, &assembled(0.0), None, &options);
+    let refused = calibrate(&camera().into(), &observations, &assembled(0.0), None, &options);
     assert_eq!(refused.unwrap_err(), CalibrationError::OnePlane { pins: 40 });
 }
 
@@ -130,14 +134,14 @@ fn too_few_pins_and_pins_out_of_sight_are_refused_by_name() {
     let captures = captures(&pins, 5, 5, &mut Noise::new(11));
     let observations: Vec<Observation> = Bench::new(truth, 12).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
-    let few = calibrate(&camera(), &observations[..2], &assembled(0.0), None, &options);
+    let few = calibrate(&camera().into(), &observations[..2], &assembled(0.0), None, &options);
     assert!(few.err().unwrap().to_string().contains("in one plane"));
     // A perspective lens sees nothing behind itself.
     let intrinsics = Intrinsics { fx_px: 200.0, fy_px: 200.0, cx_px: 320.0, cy_px: 240.0 };
     let lens = Lens::OpenCv(OpenCv::new(intrinsics, &[0.0; 5]).unwrap());
     let perspective = Camera::new(640, 480, lens, Interface::None).unwrap();
     let behind = Pose::translation(0.0, 0.0, -1000.0);
-    let unseen = calibrate(&perspective, &observations, &behind, None, &options);
+    let unseen = calibrate(&perspective.into(), &observations, &behind, None, &options);
     let message = unseen.err().unwrap().to_string();
     assert!(message.contains("cannot be seen from the starting pose"), "{message}");
 }
@@ -191,14 +195,15 @@ fn an_explanation_that_fails_leaves_the_choice_to_the_others() {
     let observations = Bench::new(truth, 6).observe(&captures, 0.3).unwrap();
     let behind = Pose::translation(0.0, 0.0, -1000.0);
     let (camera, options) = (perspective(Interface::None), CalibrationOptions::default());
-    let result = calibrate(&camera, &observations, &behind, Some(&nominal()), &options).unwrap();
+    let result =
+        calibrate(&camera.into(), &observations, &behind, Some(&nominal()), &options).unwrap();
     assert!(result.plain().is_none());
     assert_eq!(result.chosen().candidate.to_string(), "gel");
     let (failed, error) = &result.selection.failed[0];
     assert_eq!(failed.to_string(), "plain");
     assert!(matches!(error, SolveError::Unseen { .. }), "{error}");
     // Without a design's pose they all begin there, and every reason is told with their names.
-    let refused = calibrate(&camera, &observations, &behind, None, &options).unwrap_err();
+    let refused = calibrate(&camera.into(), &observations, &behind, None, &options).unwrap_err();
     let message = refused.to_string();
     assert!(message.contains("cannot be seen from the starting pose"), "{message}");
     assert!(message.contains("plain, ") && message.contains("gel+radial-3"), "{message}");

@@ -17,13 +17,13 @@ pub struct CameraEstimate {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum InvalidCovariance {
     /// Not N x N.
-    #[error("the covariance is {rows} x {columns}, but the camera has {parameters} parameters")]
+    #[error("the covariance is {rows} x {columns}, but there are {parameters} parameters")]
     WrongSize {
         /// Rows given.
         rows: usize,
         /// Columns given.
         columns: usize,
-        /// Parameters of the camera.
+        /// How many parameters it is of.
         parameters: usize,
     },
     /// Infinite or not a number.
@@ -65,7 +65,8 @@ impl CameraEstimate {
         covariance: Option<DMatrix<f64>>,
     ) -> Result<Self, InvalidCovariance> {
         if let Some(matrix) = &covariance {
-            check(&camera, matrix)?;
+            let names: Vec<&str> = camera.parameters().into_iter().map(|(name, _)| name).collect();
+            check(&names, matrix)?;
         }
         Ok(Self { camera, covariance })
     }
@@ -99,9 +100,12 @@ impl From<Camera> for CameraEstimate {
     }
 }
 
-fn check(camera: &Camera, covariance: &DMatrix<f64>) -> Result<(), InvalidCovariance> {
-    let parameters = camera.parameters();
-    let n = parameters.len();
+/// Whether a matrix is a covariance of these parameters.
+pub(crate) fn check(
+    names: &[&'static str],
+    covariance: &DMatrix<f64>,
+) -> Result<(), InvalidCovariance> {
+    let n = names.len();
     let (rows, columns) = covariance.shape();
     if (rows, columns) != (n, n) {
         return Err(InvalidCovariance::WrongSize { rows, columns, parameters: n });
@@ -112,8 +116,8 @@ fn check(camera: &Camera, covariance: &DMatrix<f64>) -> Result<(), InvalidCovari
         let scale = scale(r) * scale(c);
         if scale > 0.0 { covariance[(r, c)] / scale } else { covariance[(r, c)] }
     });
-    for (r, (row, _)) in parameters.iter().enumerate() {
-        for (c, (column, _)) in parameters.iter().enumerate() {
+    for (r, &row) in names.iter().enumerate() {
+        for (c, &column) in names.iter().enumerate() {
             if !covariance[(r, c)].is_finite() {
                 return Err(InvalidCovariance::NotFinite { row, column });
             }

@@ -38,7 +38,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-pub use self::pose::{PoseFile, read_pose};
+pub use self::pose::{FiledJoint, PoseFile, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 
@@ -192,8 +192,9 @@ pub fn write(estimate: &CameraEstimate, format: Format) -> Result<String, LossyC
     }
 }
 
-/// Numbers in a YAML list.
-fn list(values: impl IntoIterator<Item = f64>) -> String {
+/// Numbers in a YAML list, each in the shortest form that reads back as the same number, here and
+/// in Python.
+pub fn list(values: impl IntoIterator<Item = f64>) -> String {
     let numbers: Vec<String> = values.into_iter().map(number).collect();
     format!("[{}]", numbers.join(", "))
 }

@@ -34,6 +34,7 @@ mod error;
 mod estimate;
 pub mod files;
 mod interface;
+mod joint;
 mod lens;
 mod roots;
 
@@ -41,5 +42,6 @@ pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Proje
 pub use error::{InvalidCamera, OutsideDomain, Violation};
 pub use estimate::{CameraEstimate, InvalidCovariance};
 pub use interface::{Flat, Interface, Sphere};
+pub use joint::{Covered, JointEstimate, POSE_COUNT, POSE_PARAMETERS};
 pub use lens::{DoubleSphere, Eucm, Intrinsics, KannalaBrandt, Lens, OpenCv};
 pub use nalgebra::{DMatrix, Matrix2x3, Point2, Point3, Vector2, Vector3};

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 
-use fabkit::camera::files::read_pose;
+use fabkit::camera::files::{PoseFile, read_pose};
 use fabkit::depth::truth::{DepthMap, Surface};
 use fabkit::fixtures::{Press, PressError, Project};
 use fabkit::geometry::TouchSurface;
@@ -217,6 +217,59 @@ fn touch(project: &Project) -> Result<&TouchSurface, Failure> {
     })
 }
 
+/// What calibration files say: the content of a camera file, and a pose.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ViewpointFiles {
+    /// The one named, else the one that the pose was solved with.
+    pub camera: Option<String>,
+    /// The pose.
+    pub pose: Option<PoseFile>,
+}
+
+impl ViewpointFiles {
+    /// Reads them, and looks whether they make a viewpoint: a pose file brings the camera that it
+    /// names, unless another is given.
+    ///
+    /// # Errors
+    /// Files that cannot be read or hold no camera or pose, each named.
+    pub fn read(
+        project: &Project,
+        camera: Option<&Path>,
+        pose: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        Self::with_viewpoint(project, camera, pose).map(|(files, _)| files)
+    }
+
+    fn with_viewpoint(
+        project: &Project,
+        camera: Option<&Path>,
+        pose_path: Option<&Path>,
+    ) -> Result<(Self, Viewpoint), Failure> {
+        let pose_hint = "is it the right file? It holds the matrix `camera_from_sensor`";
+        let pose = read(pose_path, "a pose file", pose_hint)?;
+        let fault = |path: Option<&Path>, error: &dyn Display| {
+            let name = path.map_or_else(String::new, |path| format!("{}: ", path.display()));
+            Failure::plain(Exit::BadInput, format!("{name}{error}"))
+        };
+        let of_pose = |error: &dyn Display| fault(pose_path, error);
+        let pose =
+            pose.map(|text| read_pose(&text)).transpose().map_err(|error| of_pose(&error))?;
+        // A pose is only good with the camera it was solved with: unless told otherwise, that one.
+        let beside = pose_path.zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
+        let beside = beside.map(|(path, camera)| path.with_file_name(camera));
+        let camera_path = camera.or(beside.as_deref());
+        let camera_hint = "is it the right file? It holds a lens and an image size";
+        let camera = read(camera_path, "a camera file", camera_hint)?;
+        let nominal = &project.design.sensor.camera;
+        // One after the other, so that each fault is told with its file.
+        Viewpoint::new(nominal, camera.as_deref(), None)
+            .map_err(|error| fault(camera_path, &error))?;
+        let viewpoint = Viewpoint::new(nominal, camera.as_deref(), pose.as_ref())
+            .map_err(|error| of_pose(&error))?;
+        Ok((Self { camera, pose }, viewpoint))
+    }
+}
+
 /// The camera of a design, or what calibration files say instead. A pose file brings the camera
 /// that it names, unless another is given.
 ///
@@ -227,25 +280,7 @@ pub fn viewpoint_from_files(
     camera: Option<&Path>,
     pose: Option<&Path>,
 ) -> Result<Viewpoint, Failure> {
-    let pose_path = pose;
-    let pose_hint = "is it the right file? It holds the matrix `camera_from_sensor`";
-    let pose = read(pose_path, "a pose file", pose_hint)?;
-    let fault = |path: Option<&Path>, error: &dyn Display| {
-        let name = path.map_or_else(String::new, |path| format!("{}: ", path.display()));
-        Failure::plain(Exit::BadInput, format!("{name}{error}"))
-    };
-    let of_pose = |error: &dyn Display| fault(pose_path, error);
-    let pose = pose.map(|text| read_pose(&text)).transpose().map_err(|error| of_pose(&error))?;
-    // A pose is only good with the camera it was solved with: unless told otherwise, that one.
-    let beside = pose_path.zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
-    let beside = beside.map(|(path, camera)| path.with_file_name(camera));
-    let camera_path = camera.or(beside.as_deref());
-    let camera_hint = "is it the right file? It holds a lens and an image size";
-    let camera = read(camera_path, "a camera file", camera_hint)?;
-    let nominal = &project.design.sensor.camera;
-    // One after the other, so that each fault is told with its file.
-    Viewpoint::new(nominal, camera.as_deref(), None).map_err(|error| fault(camera_path, &error))?;
-    Viewpoint::new(nominal, camera.as_deref(), pose.as_ref()).map_err(|error| of_pose(&error))
+    ViewpointFiles::with_viewpoint(project, camera, pose).map(|(_, viewpoint)| viewpoint)
 }
 
 fn read(

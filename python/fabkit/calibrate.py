@@ -179,6 +179,20 @@ class Intrinsics:
         return self.document["reprojection_rms_px"]
 
     @property
+    def focal_px_per_rad(self) -> tuple[float, float]:
+        """Columns per radian on the axis, and the standard deviation: any lens model has it."""
+        return self.document["focal_px_per_rad"], self.document["focal_sigma_px_per_rad"]
+
+    @property
+    def rays(self) -> dict[str, dict[str, float] | None]:
+        """How sure rays are against each other, ``seen`` where corners were and ``beyond``.
+
+        ``typical_mrad``, ``typical_px``, ``worst_mrad``, ``worst_px``: standard deviations, as far
+        as the lens model holds. ``None`` where there is no beyond.
+        """
+        return self.document["rays"]
+
+    @property
     def warnings(self) -> list[str]:
         """What the pictures do not tell."""
         return self.document["warnings"]
@@ -196,7 +210,10 @@ class Extrinsics:
         self.document: dict[str, Any] = json.loads(native.document())
         """As ``fabkit calibrate extrinsics --json`` prints it: ``fabkit-extrinsics`` version 1."""
         self.camera = Camera(native.camera())
-        """The camera that the pose belongs to; it may have got an interface on the way."""
+        """The camera that the pose belongs to; it may have got an interface on the way.
+
+        With its part of :attr:`joint_covariance`.
+        """
 
     def __repr__(self) -> str:
         return f"<Extrinsics: {self.held_out_rms_px:.2f} px rms, held out>"
@@ -210,6 +227,19 @@ class Extrinsics:
     def covariance(self) -> NDArray[np.float64]:
         """Of the pose, (6, 6): rotation about the camera's axes, rad, then translation, mm."""
         return np.array(self.document["covariance"], dtype=float)
+
+    @property
+    def joint_covariance(self) -> NDArray[np.float64]:
+        """Of pose and camera together, (p, p), in the order of :attr:`joint_parameters`.
+
+        Zeros where a parameter was held and nothing says how sure it is.
+        """
+        return np.array(self.document["joint_covariance"]["matrix"], dtype=float)
+
+    @property
+    def joint_parameters(self) -> list[str]:
+        """Names, with units, of the pose's parameters and then of the camera's."""
+        return list(self.document["joint_covariance"]["names"])
 
     @property
     def held_out_rms_px(self) -> float:

@@ -66,6 +66,13 @@ class Truth:
         return self.picture("indentation_mm" if self.contact.any() else "range_mm")
 
 
+@dataclass(frozen=True)
+class _PoseText:
+    """The content of a pose file: what travels to other processes."""
+
+    text: str
+
+
 class Scene:
     """A sensor's surface and the camera that looks at it.
 
@@ -80,8 +87,8 @@ class Scene:
         A pose file, the result of :func:`fabkit.calibrate.extrinsics`, or ``camera_from_sensor``,
         (4, 4), mm; without it, where the design puts the camera.
     pose_covariance
-        With a matrix as the pose: (6, 6), a small rotation about the camera's axes through the
-        sensor's origin, rad, then the translation, mm.
+        (6, 6), a small rotation about the camera's axes through the sensor's origin, rad, then the
+        translation, mm; instead of what ``pose`` says, and taken for independent of the camera.
 
     Raises
     ------
@@ -102,11 +109,13 @@ class Scene:
         """Whose surface is seen."""
         covariance = pose_covariance
         pose_file: str | None = None
+        text: _PoseText | None = None
         matrix: list[list[float]] | None = None
         if isinstance(pose, Extrinsics):
             camera = pose.camera if camera is None else camera
-            covariance = pose.covariance if covariance is None else covariance
-            matrix = pose.camera_from_sensor.tolist()
+            text = _PoseText(pose._native.pose_text())  # pyright: ignore[reportPrivateUsage]
+        elif isinstance(pose, _PoseText):
+            text = pose
         elif isinstance(pose, str | os.PathLike):
             pose_file = os.fspath(pose)
         elif pose is not None:
@@ -116,13 +125,14 @@ class Scene:
         given = isinstance(camera, Camera)
         camera_file = None if isinstance(camera, Camera) or camera is None else os.fspath(camera)
         of_pose = None if covariance is None else _arrays.matrix(covariance, 6, "pose_covariance")
-        self._given = (camera if given else camera_file, pose_file or matrix, of_pose)
+        self._given = (camera if given else camera_file, pose_file or text or matrix, of_pose)
         self._native = _fabkit.Scene(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]
             self.sensor.source,
             camera_file,
             pose_file,
             camera._native if given else None,  # pyright: ignore[reportPrivateUsage]
+            None if text is None else text.text,
             matrix,
             of_pose,
         )
@@ -141,6 +151,20 @@ class Scene:
     def sensor_from_camera(self) -> NDArray[np.float64]:
         """Camera frame to sensor frame, (4, 4), mm."""
         return self._native.sensor_from_camera()
+
+    @property
+    def sigma_of(self) -> str:
+        """What :attr:`Truth.sigma_mm` contains, for example ``pose, lens, interface, shape``.
+
+        Pose and camera err together, and count so, if the pose says it and the camera is the one
+        it was solved with; else this ends in ``pose and camera as if independent``.
+        """
+        return self._native.sigma_of()
+
+    @property
+    def sigma_parameters(self) -> list[str]:
+        """Names of the parameters whose variances are in :attr:`Truth.sigma_mm`."""
+        return self._native.sigma_parameters()
 
     @property
     def coverage(self) -> float:

@@ -15,7 +15,7 @@ use fabkit::calibration::report::{
     CaptureRecord, ExtrinsicsReport, IntrinsicsReport, PictureRecord,
 };
 use fabkit::calibration::{board as boards, extrinsics as pose, intrinsics as lens};
-use fabkit::camera::{CameraEstimate, Point2};
+use fabkit::camera::Point2;
 use fabkit::commands::calibrate::boards::{Detector, Views, from_images, from_pictures};
 use fabkit::commands::calibrate::captures::{self, Captures, Choose};
 use fabkit::commands::calibrate::extrinsics::{Inputs, solve};
@@ -256,9 +256,9 @@ impl Extrinsics {
 
 #[pymethods]
 impl Extrinsics {
-    /// The camera that the pose was solved with.
+    /// The camera that the pose was solved with, and how sure it is by itself.
     fn camera(&self) -> Camera {
-        Camera { estimate: CameraEstimate::from(self.calibration.model().camera) }
+        Camera { estimate: self.calibration.joint.camera_estimate() }
     }
 
     fn document(&self) -> String {
@@ -267,6 +267,11 @@ impl Extrinsics {
 
     fn html(&self) -> String {
         self.of().to_html()
+    }
+
+    /// The content of a pose file, which leaves the camera's to whoever has it.
+    fn pose_text(&self) -> String {
+        pose_file::text(&self.of(), "")
     }
 
     /// Writes the pose and the camera that belongs to it.
@@ -297,7 +302,7 @@ pub fn extrinsics(
     gel_index: f64,
 ) -> PyResult<Extrinsics> {
     let landmarks = read_landmarks(landmarks).or_raise(py)?;
-    let (project, camera) = (Arc::clone(&project.project), *camera.estimate.camera());
+    let (project, camera) = (Arc::clone(&project.project), camera.estimate.clone());
     run(py, Interrupted::Leave, None, move |_| {
         let kind = kind.as_deref();
         let captures = match &folder {

@@ -1,13 +1,14 @@
 //! Ground truth: what a camera sees of a sensor's surface.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::camera::files::PoseFile;
+use fabkit::camera::files::{PoseFile, read_pose};
 use fabkit::export::png;
 use fabkit::failure::{Exit, Failure};
 use fabkit::ground_truth::{Viewpoint, arrays, picture};
-use fabkit::scene::{self, Cast, press_failure, viewpoint_from_files};
+use fabkit::scene::{self, Cast, ViewpointFiles, press_failure};
 use numpy::{PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -46,9 +47,10 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// Camera and pose are the design's, or what files say, or what is given.
+    /// Camera and pose are the design's, or what files say, or what is given: a camera, and the
+    /// content of a pose file or a matrix with its covariance.
     #[new]
-    #[pyo3(signature = (project, sensor, camera_file, pose_file, camera, camera_from_sensor, covariance))]
+    #[pyo3(signature = (project, sensor, camera_file, pose_file, camera, pose_text, camera_from_sensor, covariance))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn new(
         py: Python<'_>,
@@ -57,42 +59,56 @@ impl Scene {
         camera_file: Option<PathBuf>,
         pose_file: Option<PathBuf>,
         camera: Option<PyRef<'_, Camera>>,
+        pose_text: Option<String>,
         camera_from_sensor: Option<[[f64; 4]; 4]>,
         covariance: Option<[[f64; 6]; 6]>,
     ) -> PyResult<Self> {
         let project = Arc::clone(&project.project);
         let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
-        let pose = camera_from_sensor.map(|camera_from_sensor| PoseFile {
-            camera_from_sensor,
-            covariance,
-            camera: None,
-        });
         let scene = py.detach(|| {
-            let files =
-                viewpoint_from_files(&project, camera_file.as_deref(), pose_file.as_deref())?;
-            let viewpoint = if text.is_some() || pose.is_some() {
-                let nominal = &project.design.sensor.camera;
-                let mut given = Viewpoint::new(nominal, text.as_deref(), pose.as_ref())
-                    .map_err(|error| Failure::plain(Exit::BadInput, error))?;
-                // One of the two may still be a file's.
-                if text.is_none() {
-                    given.estimate = files.estimate;
-                }
-                if pose.is_none() {
-                    given.sensor_from_camera = files.sensor_from_camera;
-                    given.pose_covariance = files.pose_covariance;
-                }
-                given
-            } else {
-                files
-            };
+            let bad = |error: &dyn Display| Failure::plain(Exit::BadInput, error.to_string());
+            let mut files =
+                ViewpointFiles::read(&project, camera_file.as_deref(), pose_file.as_deref())?;
+            // One of the two may still be a file's.
+            if text.is_some() {
+                files.camera = text;
+            }
+            let given = pose_text.map(|text| read_pose(&text)).transpose();
+            if let Some(pose) = given.map_err(|error| bad(&error))? {
+                files.pose = Some(pose);
+            }
+            if let Some(camera_from_sensor) = camera_from_sensor {
+                files.pose = Some(PoseFile {
+                    camera_from_sensor,
+                    covariance: None,
+                    joint: None,
+                    camera: None,
+                });
+            }
+            if let Some((pose, given)) = files.pose.as_mut().zip(covariance) {
+                pose.covariance = Some(given);
+                pose.joint = None;
+            }
+            let nominal = &project.design.sensor.camera;
+            let viewpoint = Viewpoint::new(nominal, files.camera.as_deref(), files.pose.as_ref())
+                .map_err(|error| bad(&error))?;
             scene::Scene::new(project, viewpoint)
         });
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
     }
 
+    /// What `sigma_mm` contains.
+    fn sigma_of(&self) -> String {
+        self.scene.viewpoint.sigma_of()
+    }
+
+    /// Names of the parameters whose variances are in it.
+    fn sigma_parameters(&self) -> Vec<&'static str> {
+        self.scene.viewpoint.sigma_parameters()
+    }
+
     fn camera(&self) -> Camera {
-        Camera { estimate: self.scene.viewpoint.estimate.clone() }
+        Camera { estimate: self.scene.viewpoint.estimate.camera_estimate() }
     }
 
     fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

@@ -1,5 +1,7 @@
 """Calibration from arrays: what went in comes out."""
 
+import pickle
+
 import numpy as np
 import pytest
 from fabkit.calibrate import Corners, Pins
@@ -97,25 +99,34 @@ def test_pictures_that_cannot_be_used_say_why(rtac0, board):
             fabkit.calibrate.find_corners(wrong, board)
 
 
-def test_extrinsics_from_pins(rtac0, tmp_path):
-    dome = rtac0.fixtures["pin-dome"]
-    pins = dome.landmarks[dome.landmarks["kind"] == "long"]
-    moved = np.eye(4)
-    moved[:3, :3] = rotation(np.array([0.01, -0.02, 0.015]))
-    moved[:3, 3] = [0.2, -0.15, 0.1]
-    pose = np.linalg.inv(rtac0.sensor_from_camera) @ moved
+def captures(pins, camera, pose, sigma_px):
+    """Pins of a dome in pictures of five."""
     contacts = pins["contact_in_sensor_mm"] @ pose[:3, :3].T + pose[:3, 3]
-    pixels = rtac0.camera.project(contacts)
+    pixels = camera.project(contacts)
     seen = np.flatnonzero(
         np.isfinite(pixels).all(1) & ((pixels > 0) & (pixels < [640, 480])).all(1)
     )
     random = np.random.default_rng(5)
-    captures = []
     for _ in range(12):
         few = random.choice(seen, 5, replace=False)
-        noise = random.normal(size=(5, 2)) * 0.05
-        captures.append(Pins(pixels[few] + noise, pins["hole"][few].tolist(), 0.05))
-    found = fabkit.calibrate.extrinsics(rtac0, rtac0.camera, captures, pin="long")
+        noise = random.normal(size=(5, 2)) * sigma_px
+        yield Pins(pixels[few] + noise, pins["hole"][few].tolist(), sigma_px)
+
+
+def mounted(sensor):
+    """A pose that is a little off the design's."""
+    moved = np.eye(4)
+    moved[:3, :3] = rotation(np.array([0.01, -0.02, 0.015]))
+    moved[:3, 3] = [0.2, -0.15, 0.1]
+    return np.linalg.inv(sensor.sensor_from_camera) @ moved
+
+
+def test_extrinsics_from_pins(rtac0, tmp_path):
+    dome = rtac0.fixtures["pin-dome"]
+    pins = dome.landmarks[dome.landmarks["kind"] == "long"]
+    pose = mounted(rtac0)
+    seen = list(captures(pins, rtac0.camera, pose, 0.05))
+    found = fabkit.calibrate.extrinsics(rtac0, rtac0.camera, seen, pin="long")
     error = np.linalg.inv(found.camera_from_sensor) @ pose
     sigma = np.sqrt(np.diagonal(found.covariance))
     assert np.abs(error[:3, 3]).max() < 5 * sigma[3:].max() + 1e-3
@@ -127,4 +138,43 @@ def test_extrinsics_from_pins(rtac0, tmp_path):
     np.testing.assert_allclose(by_file.sensor_from_camera, by_result.sensor_from_camera, atol=1e-12)
     assert by_file.camera == by_result.camera
     with pytest.raises(fabkit.FabkitError, match="no hole 99"):
-        fabkit.calibrate.extrinsics(rtac0, rtac0.camera, [Pins(pixels[:2], [1, 99])], pin="long")
+        fabkit.calibrate.extrinsics(
+            rtac0, rtac0.camera, [Pins(seen[0].pixels[:2], [1, 99])], pin="long"
+        )
+
+
+def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
+    lens = fabkit.calibrate.intrinsics(
+        rtac0, board, list(views(board, truth, 0.1)), models=["kannala-brandt"]
+    )
+    focal, sigma = lens.focal_px_per_rad
+    assert abs(focal - truth.parameters["fx_px"]) < 4 * sigma
+    assert 0 < lens.rays["seen"]["typical_px"] <= lens.rays["seen"]["worst_px"] < 0.5
+    dome = rtac0.fixtures["pin-dome"]
+    pins = dome.landmarks[dome.landmarks["kind"] == "long"]
+    seen = list(captures(pins, truth, mounted(rtac0), 0.05))
+    found = fabkit.calibrate.extrinsics(rtac0, lens.camera, seen, pin="long")
+    names = found.joint_parameters
+    assert names[5:7] == ["translation_z_mm", "fx_px"]
+    assert names[6:] == list(found.camera.parameters)
+    joint = found.joint_covariance
+    np.testing.assert_allclose(joint[:6, :6], found.covariance)
+    np.testing.assert_allclose(joint[6:, 6:], found.camera.covariance)
+    # Distance and focal length are not told apart by pins alone.
+    assert abs(joint[5, 6]) > 0.1 * np.sqrt(joint[5, 5] * joint[6, 6])
+    # The same sigma from the result, from its files, and in another process.
+    found.save(tmp_path / "pose.yaml")
+    scenes = [
+        fabkit.depth.Scene(rtac0, pose=found),
+        fabkit.depth.Scene(rtac0, pose=tmp_path / "pose.yaml"),
+        pickle.loads(pickle.dumps(fabkit.depth.Scene(rtac0, pose=found))),
+    ]
+    sigmas = [scene.cast(print_sigma_mm=0.0).sigma_mm for scene in scenes]
+    for scene, sigma_mm in zip(scenes, sigmas, strict=True):
+        # What the chosen explanation fitted anew is the lens's or the interface's.
+        assert scene.sigma_of in ("pose, lens, shape", "pose, lens, interface, shape")
+        assert scene.sigma_parameters[:6] == names[:6]
+        np.testing.assert_array_equal(sigma_mm, sigmas[0])
+    apart = fabkit.depth.Scene(rtac0, pose=found, pose_covariance=found.covariance)
+    assert apart.sigma_of.endswith("pose and camera as if independent")
+    assert not np.allclose(apart.cast(print_sigma_mm=0.0).sigma_mm, sigmas[0], equal_nan=True)

@@ -7,7 +7,7 @@ use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::Model;
 use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::files::{self, Format};
-use fabkit_camera::{Camera, CameraEstimate};
+use fabkit_camera::{Camera, CameraEstimate, DMatrix};
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::{Run, fabkit};
 use serde_json::Value;
@@ -140,6 +140,60 @@ fn pictures_become_a_pose_with_a_report() {
     let again = setup.calibrate(&["--report", "report.html", "--json", "--threads", "1"]);
     assert_eq!(again.stdout, run.stdout);
     assert_eq!(fs::read_to_string(setup.path().join("report.html")).unwrap(), html);
+}
+
+/// What the lens's calibration did not know reaches ground truth, together with the pose; files that
+/// do not belong together, and files of before, are taken for independent, and that is said.
+#[test]
+fn the_lens_and_the_pose_are_unsure_together() {
+    let setup = Setup::new();
+    let write = |name: &str, text: &str| fs::write(setup.path().join(name), text).unwrap();
+    let read = |name: &str| fs::read_to_string(setup.path().join(name)).unwrap();
+    let alone = setup.calibrate(&["--json"]).ok().json();
+    let exact = "camera.yaml does not say how sure the lens is";
+    assert!(alone["warnings"].to_string().contains(exact), "{}", alone["warnings"]);
+    let camera = *files::read(&read("camera.yaml")).unwrap().camera();
+    let mut covariance = DMatrix::zeros(8, 8);
+    for (i, sigma) in [1.0, 1.0, 0.5, 0.5, 0.01].into_iter().enumerate() {
+        covariance[(i, i)] = f64::powi(sigma, 2);
+    }
+    let estimate = CameraEstimate::new(camera, Some(covariance)).unwrap();
+    write("camera.yaml", &files::write(&estimate, Format::Fabkit).unwrap());
+    let report = setup.calibrate(&["--json"]).ok().json();
+    assert!(!report["warnings"].to_string().contains(exact));
+    // The pose is what it was, and less sure.
+    assert_eq!(report["camera_from_sensor"], alone["camera_from_sensor"]);
+    let variance = |report: &Value| report["covariance"][5][5].as_f64().unwrap();
+    assert!(variance(&report) > 1.05 * variance(&alone));
+    let names = report["joint_covariance"]["names"].as_array().unwrap();
+    assert_eq!(
+        (names.len(), &names[5], &names[6]),
+        (14, &"translation_z_mm".into(), &"fx_px".into())
+    );
+
+    let depth = |more: &[&str]| {
+        let args = ["depth", "rtac0", "--reference", "--json", "-o", "a.npz"];
+        let json = fabkit(setup.path(), &[&args[..], more].concat()).ok().json();
+        (json["sigma_of"].as_str().unwrap().to_owned(), json["median_sigma_mm"].as_f64().unwrap())
+    };
+    let pose = ["--pose", "pose.yaml", "--print-sigma", "0mm"];
+    let (together, sigma_mm) = depth(&pose);
+    assert_eq!(together, "pose, lens, shape");
+    // The camera file beside it is the same camera, by whatever name it comes.
+    let named = [&pose[..], &["--camera", "pose.camera.yaml"]].concat();
+    assert_eq!(depth(&named), (together, sigma_mm));
+    let apart = "pose, lens, shape; pose and camera as if independent";
+    let text = read("pose.yaml");
+    let (before, _) = text.split_once("joint_covariance:").unwrap();
+    write("pose.yaml", before);
+    let (of_before, apart_mm) = depth(&pose);
+    assert_eq!(of_before, apart);
+    assert!((apart_mm / sigma_mm - 1.0).abs() > 0.05, "{apart_mm} {sigma_mm}");
+    write("pose.yaml", &text);
+    write("other.yaml", &read("camera.yaml").replace("k4: 0.0", "k4: 1.0e-9"));
+    let other = [&pose[..], &["--camera", "other.yaml"]].concat();
+    assert_eq!(depth(&other).0, apart);
+    assert_eq!(depth(&["--camera", "camera.yaml"]).0, "lens, shape");
 }
 
 #[test]

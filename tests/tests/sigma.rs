@@ -1,11 +1,15 @@
 //! The sigma of ground truth against the scatter of simulated recalibrations.
 
 use fabkit::depth::truth::{PixelRays, Surface, Uncertainty};
-use fabkit_calibration::extrinsics::{Loss, refine};
+use fabkit_calibration::extrinsics::{Fit, Joint, Loss, joint_estimate, refine};
+use fabkit_calibration::intrinsics::{self, LensModel, View};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Model, Parameter};
 use fabkit_calibration::synthetic::{Bench, Noise};
-use fabkit_camera::{Camera, DMatrix, Flat, Interface, Intrinsics, KannalaBrandt, Lens};
+use fabkit_camera::{
+    Camera, CameraEstimate, DMatrix, Flat, Interface, Intrinsics, JointEstimate, KannalaBrandt,
+    Lens, Point2, Vector2,
+};
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::builtin_designs;
 
@@ -40,6 +44,23 @@ fn pins() -> Vec<PinLandmark> {
         axis_in_sensor: Some(-outward),
     };
     (1..).zip(places).map(pin).collect()
+}
+
+/// For each pixel that sees the surface in all maps, in order.
+fn scatter_over_sigma(maps: &[Vec<f64>], predicted: &[f64]) -> Vec<f64> {
+    let count = maps.len() as f64;
+    let mut ratios: Vec<f64> = (0..predicted.len())
+        .filter(|&pixel| maps.iter().all(|map| map[pixel].is_finite()))
+        .filter(|&pixel| predicted[pixel].is_finite())
+        .map(|pixel| {
+            let mean = maps.iter().map(|map| map[pixel]).sum::<f64>() / count;
+            let square = |map: &Vec<f64>| (map[pixel] - mean).powi(2);
+            let variance = maps.iter().map(square).sum::<f64>() / (count - 1.0);
+            variance.sqrt() / predicted[pixel]
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios
 }
 
 #[test]
@@ -85,25 +106,13 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         for (i, sigma) in CAMERA_SIGMAS.iter().enumerate() {
             camera_covariance[(i, i)] = sigma * sigma;
         }
-        let uncertainty = Uncertainty {
-            camera: with_camera.then_some(camera_covariance),
-            pose: Some(pose_covariance),
-            shape_mm: 0.0,
-        };
+        let estimate = CameraEstimate::new(camera, with_camera.then_some(camera_covariance));
+        let joint = JointEstimate::independent(&estimate.unwrap(), Some(&pose_covariance));
+        let uncertainty = Uncertainty { joint: Some(joint.unwrap()), shape_mm: 0.0 };
         let rays = PixelRays::new(&camera, &assembled.inverse());
         let surface = Surface::cast(touch, &rays).unwrap();
         let predicted = surface.untouched().sigma_mm(&uncertainty);
-        let mut ratios: Vec<f64> = (0..predicted.len())
-            .filter(|&pixel| maps.iter().all(|map| map[pixel].is_finite()))
-            .filter(|&pixel| predicted[pixel].is_finite())
-            .map(|pixel| {
-                let mean = maps.iter().map(|map| map[pixel]).sum::<f64>() / TRIALS as f64;
-                let square = |map: &Vec<f64>| (map[pixel] - mean).powi(2);
-                let variance = maps.iter().map(square).sum::<f64>() / (TRIALS - 1) as f64;
-                variance.sqrt() / predicted[pixel]
-            })
-            .collect();
-        ratios.sort_by(f64::total_cmp);
+        let ratios = scatter_over_sigma(&maps, &predicted);
         let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
         println!(
             "{} with camera: {with_camera}: scatter / sigma {:.3} at the median of {} pixels, \
@@ -118,5 +127,99 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         // A standard deviation of 500 trials is known to 3.2 %; a few parameters move all pixels.
         assert!((at(0.5) - 1.0).abs() < 0.15, "{}", at(0.5));
         assert!(at(0.05) > 0.8 && at(0.95) < 1.2, "{} {}", at(0.05), at(0.95));
+    }
+}
+
+/// Views of a board of 8 x 6 corners, seen from all sides, with normal noise.
+fn views(camera: &Camera, noise: &mut Noise) -> Vec<View> {
+    let tilts = [[35.0, 0.0], [-35.0, 10.0], [5.0, 40.0], [-10.0, -35.0], [25.0, 25.0], [0.0, 5.0]];
+    let view = |[a, b]: [f64; 2]| {
+        let turn = |deg: f64| Angle::from_deg(deg).unwrap();
+        let pose = Pose::translation(-12.0, -8.0, 14.0)
+            .then_in(Pose::rotation_x(turn(a)))
+            .then_in(Pose::rotation_y(turn(b)));
+        let corners = (0..48).map(|id| {
+            let (x, y) = (f64::from(id % 8) * 3.5, f64::from(id / 8) * 3.5);
+            let pixel = camera.project(&pose.point(Point3::new(x, y, 0.0))).unwrap();
+            let noise_px = Vector2::new(noise.normal(), noise.normal()) * SIGMA_PX;
+            intrinsics::Observation {
+                id,
+                in_board_mm: Point2::new(x, y),
+                pixel: pixel + noise_px,
+                sigma_px: SIGMA_PX,
+            }
+        });
+        View { name: format!("tilted by {a} and {b}"), corners: corners.collect() }
+    };
+    tilts.into_iter().map(view).collect()
+}
+
+/// The whole way, 200 times: the lens from a board, the pose from pins with that lens, the truth
+/// with both. Lens and pose err together, and the joint covariance knows it; the same two taken for
+/// independent do not.
+#[test]
+fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
+    const TRIALS: usize = 200;
+    // Pins better than corners, so that the lens's part is not lost among theirs.
+    const PIN_SIGMA_PX: f64 = 0.01;
+    let designs = builtin_designs();
+    let rtac0 = designs.iter().find(|design| design.sensor.name == "rtac0").unwrap();
+    let touch = rtac0.sensor.touch.as_ref().unwrap();
+    let in_air = camera(Interface::None);
+    let mut noise = Noise::new(5);
+    let lenses: Vec<CameraEstimate> = (0..TRIALS)
+        .map(|_| {
+            let views = views(&in_air, &mut noise);
+            let found = intrinsics::calibrate(&views, &in_air, &[LensModel::KannalaBrandt]);
+            found.unwrap().estimate
+        })
+        .collect();
+    let gel = Interface::Flat(Flat::in_air(2.0, 1.41));
+    let refitted = [Parameter::FocalScale, Parameter::Camera("k1")];
+    let cases = [
+        ("lens held", Interface::None, &[][..]),
+        ("lens fitted anew", Interface::None, &refitted[..]),
+        ("gel fitted", gel, &[Parameter::Camera("interface_distance_mm")][..]),
+    ];
+    let degrees = |deg| Angle::from_deg(deg).unwrap();
+    let assembled = Pose::translation(0.4, -0.3, 7.6).then_in(Pose::rotation_x(degrees(1.2)));
+    let pins = pins();
+    let captures: Vec<Vec<&PinLandmark>> =
+        (0..6).map(|capture| (0..5).map(|k| &pins[(capture + 6 * k) % 29]).collect()).collect();
+    for (name, interface, more) in cases {
+        let behind = |lens: &Camera| Camera::new(64, 48, *lens.lens(), interface).unwrap();
+        let truth = Model::new(camera(interface), assembled);
+        let parameters = [&Parameter::POSE[..], more].concat();
+        let mut bench = Bench::new(truth.clone(), 6);
+        let (mut maps, mut last) = (Vec::new(), None);
+        for lens in &lenses {
+            let observations = bench.observe(&captures, PIN_SIGMA_PX).unwrap();
+            let start = Model::new(behind(lens.camera()), assembled);
+            let fit: Fit = refine(&start, &parameters, &observations, Loss::Squares).unwrap();
+            let rays = PixelRays::new(&fit.model.camera, &fit.model.camera_from_sensor.inverse());
+            maps.push(Surface::cast(touch, &rays).unwrap().range_mm().to_vec());
+            let joint = joint_estimate(lens, &fit, &observations, Loss::Squares, 1.0).unwrap();
+            last = Some((fit, joint));
+        }
+        let (fit, Joint { estimate, .. }) = last.unwrap();
+        let rays = PixelRays::new(&fit.model.camera, &fit.model.camera_from_sensor.inverse());
+        let surface = Surface::cast(touch, &rays).unwrap();
+        let ratios = |joint: JointEstimate| {
+            let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
+            let ratios = scatter_over_sigma(&maps, &surface.untouched().sigma_mm(&uncertainty));
+            assert!(ratios.len() > 1000);
+            let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
+            [at(0.05), at(0.5), at(0.95)]
+        };
+        let pose_alone: [[f64; 6]; 6] =
+            std::array::from_fn(|r| std::array::from_fn(|c| fit.covariance[(r, c)]));
+        let apart = JointEstimate::independent(&estimate.camera_estimate(), Some(&pose_alone));
+        assert_eq!(estimate.covered().interface, interface != Interface::None);
+        let (together, apart) = (ratios(estimate), ratios(apart.unwrap()));
+        println!("{name}: scatter / sigma {together:.3?}, as if independent {apart:.3?}");
+        // A standard deviation of 200 trials is known to 5 %; a few parameters move all pixels.
+        assert!((together[1] - 1.0).abs() < 0.15, "{name}: {together:?}");
+        assert!(together[0] > 0.8 && together[2] < 1.2, "{name}: {together:?}");
+        assert!(apart[0] < 0.7 || apart[2] > 1.3, "{name}: {apart:?}");
     }
 }

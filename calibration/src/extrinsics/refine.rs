@@ -40,7 +40,7 @@ pub enum Loss {
 
 impl Loss {
     /// Cost and weight for a squared length in standard deviations.
-    fn of(self, squared: f64) -> (f64, f64) {
+    pub(super) fn of(self, squared: f64) -> (f64, f64) {
         match self {
             Self::Huber(limit) if squared > limit * limit => {
                 let length = squared.sqrt();

@@ -4,14 +4,15 @@ use fabkit_camera::{Camera, Point2, Vector3};
 use nalgebra::DMatrix;
 
 use super::bundle::{Fit, Scaled, State};
-use super::{View, largest_angle};
+use super::{RaySigma, Rays, View, largest_angle};
 
 /// Columns and rows of the coverage map.
 pub const COVERAGE: [usize; 2] = [8, 6];
-/// A focal length known worse than this is called uncertain.
-const FOCAL_LIMIT: f64 = 0.005;
-/// A centre known worse than this is called uncertain, px.
-const CENTRE_LIMIT_PX: f64 = 2.0;
+/// Rays known worse than this where corners were seen are called uncertain, px: several times what
+/// a corner's own place is known to.
+const RAY_LIMIT_PX: f64 = 0.5;
+/// The same in the rest of the image, which nobody has asked about.
+const BEYOND_LIMIT_PX: f64 = 2.0;
 /// Boards that are all tilted by less against the image plane are called frontal, degrees.
 const FRONTAL_DEG: f64 = 15.0;
 /// A view adds nothing if it sharpens no parameter by more than this part of a fair share.
@@ -59,33 +60,21 @@ pub struct Advice {
     pub warnings: Vec<String>,
 }
 
-pub(super) fn advise(
-    views: &[View],
-    fit: &Fit,
-    covariance: &DMatrix<f64>,
-    [focal_px, focal_sigma_px]: [f64; 2],
-) -> Advice {
+pub(super) fn advise(views: &[View], fit: &Fit, rays: &Rays) -> Advice {
     let coverage = coverage(views, &fit.state);
     let worth = worth(fit);
-    let sigma = |i: usize| covariance[(i, i)].sqrt();
     let mut warnings = Vec::new();
-    let relative = focal_sigma_px / focal_px;
-    if relative > FOCAL_LIMIT {
-        let known = format!("the focal length is known to {:.1} % only", 100.0 * relative);
+    if rays.seen.worst.px > RAY_LIMIT_PX {
+        let known =
+            format!("where corners were seen, rays are known to {} only", shown(&rays.seen.worst));
         warnings.push(if are_frontal(&fit.state) {
             format!("{known}: {FRONTAL}")
         } else {
             format!(
-                "{known}: add views with the board tilted by 30 to 45 degrees, and near the border"
+                "{known}: add views with the board tilted by 30 to 45 degrees, to all sides, near \
+                 and far"
             )
         });
-    }
-    let centre_sigma_px = sigma(2).max(sigma(3));
-    if centre_sigma_px > CENTRE_LIMIT_PX {
-        warnings.push(format!(
-            "the optical axis is known to {centre_sigma_px:.1} px only: add views with the board turned \
-             by 90 and 180 degrees and at opposite borders"
-        ));
     }
     warnings.extend(misfits(views, fit));
     if coverage.share < COVERED {
@@ -95,11 +84,16 @@ pub(super) fn advise(
             empty_parts(&coverage.corners)
         ));
     }
-    if coverage.seen_deg < 0.8 * coverage.image_deg {
+    let beyond = rays.beyond.map(|beyond| beyond.worst);
+    let is_wide = coverage.seen_deg < 0.8 * coverage.image_deg;
+    if let Some(worst) = beyond.filter(|worst| is_wide || worst.px > BEYOND_LIMIT_PX) {
         warnings.push(format!(
-            "corners reach {:.0} degrees off the axis and the image {:.0}: beyond, the lens model \
-             extrapolates",
-            coverage.seen_deg, coverage.image_deg
+            "corners reach {:.0} degrees off the axis and the image {:.0}: where there are none the \
+             lens model extrapolates, and rays are known to {} at worst, if it holds there at all; \
+             add views with the board at the image's border",
+            coverage.seen_deg,
+            coverage.image_deg,
+            shown(&worst)
         ));
     }
     let idle: Vec<&str> = (views.iter().zip(&worth))
@@ -110,6 +104,11 @@ pub(super) fn advise(
         warnings.push(format!("nothing would be lost without {}", idle.join(", ")));
     }
     Advice { coverage, worth, warnings }
+}
+
+/// `0.21 mrad (0.06 px)`.
+fn shown(sigma: &RaySigma) -> String {
+    format!("{:.2} mrad ({:.2} px)", 1e3 * sigma.angle_rad, sigma.px)
 }
 
 const FRONTAL: &str = "the board is nearly parallel to the image in all views, so that a longer \

@@ -29,6 +29,10 @@ const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
 /// determined.
 const SINGULAR: f64 = 1e-12;
 
+/// So much is taken for known of each combination of parameters when a view is held out, in squared
+/// sines as above: what nothing determines is left where it is.
+const LEAST_KNOWN: f64 = 1e-9;
+
 /// A camera and where it stands before the board in each view.
 #[derive(Clone, Debug)]
 pub(super) struct State {
@@ -46,6 +50,9 @@ pub(super) struct Fit {
     pub cost: f64,
     /// What each view says about the free parameters, its own pose unknown; for `scale` 1.
     pub informations: Vec<DMatrix<f64>>,
+    /// For each view, its cost as if it had taken no part, its own pose aside: to first order, and
+    /// infinite where the others do not determine the camera.
+    pub held_out: Vec<f64>,
 }
 
 /// Observed minus projected, px; `None` if the lens does not see that far.
@@ -77,9 +84,25 @@ pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
     let observations: usize = views.iter().map(|view| view.corners.len()).sum();
     let unknowns = free.iter().filter(|f| **f).count() + 6 * views.len();
     let freedom = (2 * observations).checked_sub(unknowns).filter(|n| *n > 0)? as f64;
-    let informations = normal.views.iter().map(|view| view.about_camera()).collect();
+    let informations: Vec<_> = normal.views.iter().map(|view| view.about_camera()).collect();
+    let held_out = held_out(&normal.views, &informations);
     let scale = (normal.cost / freedom).sqrt();
-    Some(Fit { state, scale, cost: normal.cost, informations })
+    Some(Fit { state, scale, cost: normal.cost, informations, held_out })
+}
+
+/// Without a view, whose gradient is what the others' sum to at the minimum, the camera goes a step
+/// away from it; the view's cost grows as its own normal equations say.
+fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
+    let total: DMatrix<f64> = informations.iter().sum();
+    let one = |(view, information): (&ViewNormal, &DMatrix<f64>)| {
+        let others = Scaled::with_least(&(&total - information), LEAST_KNOWN);
+        let Some((others, gradient)) = others.zip(view.gradient()) else {
+            return f64::INFINITY;
+        };
+        let away = others.solve(&gradient);
+        view.cost + 2.0 * gradient.dot(&away) + away.dot(&(information * &away))
+    };
+    views.iter().zip(informations).map(one).collect()
 }
 
 /// Standard deviation of most residuals, those of outliers aside, in the stated ones.
@@ -134,9 +157,16 @@ struct ViewNormal {
     pose: Matrix6<f64>,
     camera_gradient: DVector<f64>,
     pose_gradient: Vector6<f64>,
+    cost: f64,
 }
 
 impl ViewNormal {
+    /// By the camera, if the pose follows.
+    fn gradient(&self) -> Option<DVector<f64>> {
+        let pose = Cholesky::new(self.pose)?;
+        Some(&self.camera_gradient - &self.mixed * pose.solve(&self.pose_gradient))
+    }
+
     /// The information about the camera if the pose is unknown.
     fn about_camera(&self) -> DMatrix<f64> {
         match Cholesky::new(self.pose) {
@@ -170,6 +200,7 @@ impl Normal {
                 pose: Matrix6::zeros(),
                 camera_gradient: DVector::zeros(count),
                 pose_gradient: Vector6::zeros(),
+                cost: 0.0,
             };
             for corner in &view.corners {
                 let [x, y] = [corner.in_board_mm.x, corner.in_board_mm.y];
@@ -180,7 +211,7 @@ impl Normal {
                 let length = residual.norm() / (corner.sigma_px * scale);
                 let weight = (HUBER / length).min(1.0);
                 let precision = corner.sigma_px.powi(-2);
-                cost += precision
+                normal.cost += precision
                     * if weight < 1.0 {
                         // The parabola's tangent beyond the limit.
                         residual.norm_squared() * weight * (2.0 - weight)
@@ -204,6 +235,7 @@ impl Normal {
                 normal.pose_gradient += by_pose.transpose() * residual * weight;
             }
             normal.camera.fill_upper_triangle_with_lower_triangle();
+            cost += normal.cost;
             normals.push(normal);
         }
         Some(Self { views: normals, cost })
@@ -275,16 +307,30 @@ pub(super) struct Scaled {
 impl Scaled {
     /// `None` where a combination of parameters is not determined.
     pub(super) fn new(information: &DMatrix<f64>) -> Option<Self> {
-        let scale = information.diagonal().map(|v| v.max(1e-300).sqrt());
-        let n = scale.len();
-        let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] / (scale[i] * scale[j]));
-        let factor = Cholesky::new(scaled)?;
-        let determined = factor.l_dirty().diagonal().iter().all(|p| p * p > SINGULAR);
-        determined.then_some(Self { scale, factor })
+        let scaled = Self::with_least(information, 0.0)?;
+        let determined = scaled.factor.l_dirty().diagonal().iter().all(|p| p * p > SINGULAR);
+        determined.then_some(scaled)
     }
 
-    fn solve(&self, gradient: &DVector<f64>) -> DVector<f64> {
+    /// The same with a little added to what is known of each parameter.
+    fn with_least(information: &DMatrix<f64>, least: f64) -> Option<Self> {
+        let scale = information.diagonal().map(|v| v.max(1e-300).sqrt());
+        let n = scale.len();
+        let entry = |i, j| information[(i, j)] / (scale[i] * scale[j]);
+        let scaled = DMatrix::from_fn(n, n, |i, j| entry(i, j) + if i == j { least } else { 0.0 });
+        Some(Self { factor: Cholesky::new(scaled)?, scale })
+    }
+
+    pub(super) fn solve(&self, gradient: &DVector<f64>) -> DVector<f64> {
         self.factor.solve(&gradient.component_div(&self.scale)).component_div(&self.scale)
+    }
+
+    /// The variance of a quantity with these derivatives. Parameters that cannot be told apart do
+    /// not spoil it, as they would if it were put together from their covariance.
+    pub(super) fn variance(&self, derivatives: &DVector<f64>) -> f64 {
+        let mut half = derivatives.component_div(&self.scale);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut half);
+        half.norm_squared()
     }
 
     /// The covariance.

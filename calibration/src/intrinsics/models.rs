@@ -21,9 +21,11 @@ pub enum LensModel {
 }
 
 impl LensModel {
-    /// All models; of those that explain the pictures equally well the first is taken.
+    /// All models. Of two that are as simple and explain the pictures equally well the first is
+    /// taken: the EUCM before the double sphere, because its focal length is the scale on the axis
+    /// whatever its coefficients are.
     pub const ALL: [Self; 5] =
-        [Self::KannalaBrandt, Self::DoubleSphere, Self::Eucm, Self::OpenCv5, Self::OpenCv8];
+        [Self::KannalaBrandt, Self::Eucm, Self::DoubleSphere, Self::OpenCv5, Self::OpenCv8];
 
     /// As the command calls it.
     pub fn name(self) -> &'static str {

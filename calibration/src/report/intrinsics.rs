@@ -4,7 +4,7 @@ mod html;
 
 use serde_json::{Map, Value, json};
 
-use crate::intrinsics::{COVERAGE, Calibration, Candidate, SolvedView};
+use crate::intrinsics::{COVERAGE, Calibration, Candidate, RaySigmas, SolvedView};
 
 /// One picture of the board, or one view of a list of corners.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,6 +59,11 @@ impl IntrinsicsReport<'_> {
             "covariance_of": calibration.estimate.names(),
             "focal_px_per_rad": calibration.focal_px[0],
             "focal_sigma_px_per_rad": calibration.focal_px[1],
+            // Standard deviations of rays among each other, whatever parameters are.
+            "rays": {
+                "seen": rays_json(&calibration.rays.seen),
+                "beyond": calibration.rays.beyond.as_ref().map(rays_json),
+            },
             "reprojection_rms_px": calibration.rms_px,
             "residual_scale": calibration.residual_scale,
             "corners": calibration.views.iter().map(|view| view.corners.len()).sum::<usize>(),
@@ -83,6 +88,22 @@ impl IntrinsicsReport<'_> {
             "tried": calibration.candidates.iter().map(candidate_json).collect::<Vec<_>>(),
             "warnings": self.warnings(),
         })
+    }
+
+    /// How well rays are known, a name and a sentence for each part of the image.
+    pub fn rays(&self) -> Vec<(&'static str, String)> {
+        let known = |RaySigmas { typical, worst }: &RaySigmas| {
+            format!(
+                "{:.3} mrad ({:.3} px), {:.3} mrad ({:.3} px) at worst",
+                1e3 * typical.angle_rad,
+                typical.px,
+                1e3 * worst.angle_rad,
+                worst.px
+            )
+        };
+        let rays = &self.calibration.rays;
+        let beyond = rays.beyond.as_ref().map(|beyond| ("rays elsewhere", known(beyond)));
+        [("rays at corners", known(&rays.seen))].into_iter().chain(beyond).collect()
     }
 
     /// In plain words: pictures that could not be used, then what the calibration lacks.
@@ -112,11 +133,22 @@ fn picture_json(picture: &PictureRecord) -> Value {
     })
 }
 
+fn rays_json(RaySigmas { typical, worst }: &RaySigmas) -> Value {
+    json!({
+        "typical_mrad": 1e3 * typical.angle_rad,
+        "typical_px": typical.px,
+        "worst_mrad": 1e3 * worst.angle_rad,
+        "worst_px": worst.px,
+    })
+}
+
 fn candidate_json(candidate: &Candidate) -> Value {
     json!({
         "model": candidate.model.name(),
         "parameters": candidate.parameters,
         "reprojection_rms_px": candidate.fit.map(|fit| fit.rms_px),
+        // JSON has no infinity: null says that the others alone are not enough.
+        "held_out_rms_px": candidate.fit.map(|fit| fit.held_out_rms_px).filter(|v| v.is_finite()),
         "bayesian_information_criterion": candidate.fit.map(|fit| fit.criterion),
     })
 }

@@ -1,10 +1,11 @@
 //! `fabkit-extrinsics`, version 1.
 
+use fabkit_camera::files::FiledJoint;
+use fabkit_camera::{POSE_COUNT, POSE_PARAMETERS};
 use serde_json::{Value, json};
 
 use super::{ExtrinsicsReport, rms_px};
 use crate::extrinsics::Trial;
-use crate::model::Parameter;
 use crate::observability::Unobservable;
 
 impl ExtrinsicsReport<'_> {
@@ -50,7 +51,8 @@ impl ExtrinsicsReport<'_> {
             "seating_offset_observable": calibration.selection.seating_shows,
             "camera_from_sensor": self.matrix(),
             "covariance": self.pose_covariance(),
-            "covariance_of": Parameter::POSE.map(|p| p.to_string()),
+            "covariance_of": POSE_PARAMETERS,
+            "joint_covariance": self.joint_json(),
             "tried": trials.collect::<Vec<_>>(),
             "not_fitted": calibration.selection.failed.iter().map(|(candidate, error)| {
                 json!({ "name": candidate.to_string(), "reason": error.to_string() })
@@ -73,10 +75,20 @@ impl ExtrinsicsReport<'_> {
         })
     }
 
-    /// Covariance of the pose: rotation vector in the camera frame, rad, then translation, mm.
-    pub fn pose_covariance(&self) -> [[f64; 6]; 6] {
-        // Every candidate solves for the pose first.
-        std::array::from_fn(|r| std::array::from_fn(|c| self.calibration.covariance[(r, c)]))
+    /// Covariance of the pose alone, in the order of [`POSE_PARAMETERS`].
+    pub fn pose_covariance(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
+        self.calibration.joint.pose_covariance()
+    }
+
+    /// As in a pose file.
+    fn joint_json(&self) -> Value {
+        let FiledJoint { names, camera_values, matrix } = FiledJoint::of(&self.calibration.joint);
+        let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
+        json!({
+            "names": names,
+            "camera_values": camera_values,
+            "matrix": rows.collect::<Vec<_>>(),
+        })
     }
 
     fn capture_json(&self, capture: usize) -> Value {

@@ -8,7 +8,7 @@ use fabkit_report::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use nalgebra::Vector2;
 
 use super::{ExtrinsicsReport, magnification};
-use crate::model::Observation;
+use crate::model::{Observation, Parameter};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
 /// Rings and places on a ring of the uncertainty maps.
@@ -168,6 +168,10 @@ impl ExtrinsicsReport<'_> {
         let radius_mm = contacts.iter().map(|(p, _)| (p - centre).norm()).sum::<f64>() / count;
         let polar = |p: &Point3<f64>| (p - centre).angle(&Vector3::z());
         let rim = contacts.iter().map(|(p, _)| polar(p)).fold(0.0, f64::max);
+        let joint = &calibration.joint;
+        let of_camera = joint.camera().parameters().into_iter();
+        let of_camera = of_camera.map(|(name, _)| Parameter::Camera(name));
+        let parameters: Vec<Parameter> = Parameter::POSE.into_iter().chain(of_camera).collect();
         let mut places = Vec::new();
         for ring in 0..RINGS {
             let (s, c) = (rim * ring as f64 / (RINGS - 1) as f64).sin_cos();
@@ -176,9 +180,7 @@ impl ExtrinsicsReport<'_> {
                 let outward = Vector3::new(s * ca, s * sa, c);
                 let model = calibration.model();
                 let point = centre + outward * radius_mm;
-                let parameters = &calibration.chosen().fit.parameters;
-                let covariance = &calibration.covariance;
-                let sigma = surface_sigma(model, parameters, covariance, point, outward);
+                let sigma = surface_sigma(model, &parameters, joint.covariance(), point, outward);
                 let pixel = model.camera.project(&model.camera_from_sensor.point(point)).ok();
                 if let (Some(sigma), Some(pixel)) = (sigma, pixel) {
                     places.push(([pixel.x, pixel.y], sigma));

@@ -35,6 +35,13 @@ impl ExtrinsicsReport<'_> {
                     .into(),
             );
         }
+        if calibration.given.covariance().is_none() {
+            warnings.push(format!(
+                "{} does not say how sure the lens is: it counts as exact, and the pose as surer \
+                 than it is. `fabkit calibrate intrinsics` writes cameras that say it.",
+                self.camera_file
+            ));
+        }
         for unknown in chosen.unobservable.iter().filter(|u| {
             // That the seats of all captures together are the pose is no news.
             !u.terms.iter().all(|(p, _)| matches!(p, Parameter::Reseating(..)))
@@ -183,7 +190,7 @@ impl ExtrinsicsReport<'_> {
         let sigma = self.calibration.covariance[(at, at)].max(0.0).sqrt();
         if parameter == Parameter::FocalScale {
             let fx_px = |camera: &Camera| camera.lens().intrinsics().fx_px;
-            let ratio = fx_px(&fit.model.camera) / fx_px(&self.calibration.given);
+            let ratio = fx_px(&fit.model.camera) / fx_px(self.calibration.given.camera());
             return Some((ratio - 1.0, ratio * sigma));
         }
         Some((fit.model.value(parameter)?, sigma))

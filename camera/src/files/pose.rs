@@ -1,8 +1,15 @@
 //! Where a camera is: the pose file that a calibration writes and ground truth reads.
 
+use std::fmt::Write;
+
+use nalgebra::DMatrix;
+
 use super::fields::Fields;
 use super::tree::{Content, Node, parse};
-use super::{Fault, InvalidCameraFile};
+use super::{Fault, InvalidCameraFile, list};
+use crate::camera::Camera;
+use crate::estimate::{CameraEstimate, InvalidCovariance};
+use crate::joint::{JointEstimate, POSE_COUNT, POSE_PARAMETERS};
 
 /// Where the sensor is in the camera frame, and how sure that is.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,15 +17,82 @@ pub struct PoseFile {
     /// Maps sensor coordinates to camera coordinates, 4 x 4, row by row, mm; the last row is
     /// 0 0 0 1. Whether its rotation is one, the reader judges.
     pub camera_from_sensor: [[f64; 4]; 4],
-    /// 6 x 6: a small rotation about the camera's axes through the sensor's origin, rad, then the
-    /// translation, mm. `None` if nothing is known.
-    pub covariance: Option<[[f64; 6]; 6]>,
+    /// Of the pose by itself, in the order of [`POSE_PARAMETERS`]; `None` if nothing is known.
+    pub covariance: Option<[[f64; POSE_COUNT]; POSE_COUNT]>,
+    /// Of the pose and the camera together; `None` in files of before.
+    pub joint: Option<FiledJoint>,
     /// The file of the camera that it was solved with, relative to the pose's, if it names one.
     pub camera: Option<String>,
 }
 
-/// Reads the keys `camera_from_sensor` (4 x 4) and, if they are there, `covariance` (6 x 6) and
-/// `camera` of a YAML or JSON file. Other keys are left alone: what `fabkit calibrate extrinsics`
+/// A joint covariance as a file has it: with the names of its parameters and the camera that it was
+/// solved with, so that it is not taken for another's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FiledJoint {
+    /// Of the pose, then of the camera.
+    pub names: Vec<String>,
+    /// The camera's parameters, in the order of their names.
+    pub camera_values: Vec<f64>,
+    /// In the order of the names.
+    pub matrix: DMatrix<f64>,
+}
+
+impl FiledJoint {
+    /// What a file says of an estimate.
+    pub fn of(estimate: &JointEstimate) -> Self {
+        Self {
+            names: estimate.names().into_iter().map(str::to_owned).collect(),
+            camera_values: estimate.camera().parameters().into_iter().map(|(_, v)| v).collect(),
+            matrix: estimate.covariance().clone(),
+        }
+    }
+
+    /// Whether a camera is the one that this was solved with, to the last digit.
+    pub fn belongs_to(&self, camera: &Camera) -> bool {
+        let values = camera.parameters().into_iter().map(|(_, value)| value);
+        self.names == JointEstimate::names_for(camera)
+            && values.eq(self.camera_values.iter().copied())
+    }
+
+    /// The pose's part.
+    fn pose(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
+        std::array::from_fn(|r| std::array::from_fn(|c| self.matrix[(r, c)]))
+    }
+
+    /// As the value of the key `joint_covariance` in YAML, from the line below it on.
+    pub fn to_yaml(&self) -> String {
+        let mut text = format!(
+            "  names: [{}]\n  camera_values: {}\n  matrix:\n",
+            self.names.join(", "),
+            list(self.camera_values.iter().copied())
+        );
+        for row in self.matrix.row_iter() {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "    - {}", list(row.iter().copied()));
+        }
+        text
+    }
+}
+
+impl PoseFile {
+    /// What is known of this pose and a camera: together, if the camera is the one that the pose was
+    /// solved with; else each by itself.
+    ///
+    /// # Errors
+    /// A matrix that is no covariance.
+    pub fn with_camera(
+        &self,
+        estimate: &CameraEstimate,
+    ) -> Result<JointEstimate, InvalidCovariance> {
+        match self.joint.as_ref().filter(|joint| joint.belongs_to(estimate.camera())) {
+            Some(joint) => JointEstimate::new(*estimate.camera(), joint.matrix.clone()),
+            None => JointEstimate::independent(estimate, self.covariance.as_ref()),
+        }
+    }
+}
+
+/// Reads the keys `camera_from_sensor` (4 x 4) and, if they are there, `covariance` (6 x 6),
+/// `joint_covariance` (`names`, `camera_values`, `matrix`) and `camera` of a YAML or JSON file. Other keys are left alone: what `fabkit calibrate extrinsics`
 /// writes has more of them, and its JSON report is such a file too.
 ///
 /// # Errors
@@ -39,11 +113,85 @@ pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
     }
     let known = root.get("covariance").filter(|node| !is_nothing(node));
     let covariance = known.map(|node| matrix(&mut fields, node, "covariance"));
+    let known = root.get("joint_covariance").filter(|node| !is_nothing(node));
+    let joint = known.and_then(|node| read_joint(&mut fields, node));
+    let of_joint = joint.as_ref().map(FiledJoint::pose);
+    if let Some((alone, together)) = covariance.zip(of_joint)
+        && !agree(&alone, &together)
+    {
+        let message = "is not the pose's part of `joint_covariance`";
+        let hint = "the one follows from the other: take one of them out";
+        fields.fault(Fault::new(root.line, "covariance", message).hint(hint));
+    }
+    let covariance = covariance.or(of_joint);
     let camera = root.get("camera").and_then(|node| match &node.content {
         Content::Scalar(name) if !name.is_empty() => Some(name.clone()),
         _ => None,
     });
-    fields.into_result(PoseFile { camera_from_sensor, covariance, camera })
+    fields.into_result(PoseFile { camera_from_sensor, covariance, joint, camera })
+}
+
+/// Names that begin with the pose's, as many values as the camera has names, a matrix for all.
+fn read_joint(fields: &mut Fields, map: &Node) -> Option<FiledJoint> {
+    const KEY: &str = "joint_covariance";
+    fields.only(map, &["names", "camera_values", "matrix"]);
+    let [names, values, matrix] =
+        ["names", "camera_values", "matrix"].map(|key| fields.child(map, key));
+    let (names, values, matrix) = (names?, values?, matrix?);
+    let found: Vec<String> = match &names.content {
+        Content::List(items) => items.iter().filter_map(word).collect(),
+        _ => Vec::new(),
+    };
+    if !found.iter().map(String::as_str).take(POSE_COUNT).eq(POSE_PARAMETERS) {
+        let message = "do not begin with the parameters of a pose";
+        let hint = format!("they are {}", POSE_PARAMETERS.join(", "));
+        fields.fault(Fault::new(names.line, "names", message).hint(hint));
+        return None;
+    }
+    let count = found.len();
+    let camera_values = fields.numbers(values, KEY);
+    if camera_values.len() != count - POSE_COUNT {
+        let message = format!(
+            "has {} numbers; the names are those of {} parameters of a camera",
+            camera_values.len(),
+            count - POSE_COUNT
+        );
+        fields.fault(Fault::new(values.line, "camera_values", message));
+        return None;
+    }
+    let rows: &[Node] = match &matrix.content {
+        Content::List(rows) => rows,
+        _ => &[],
+    };
+    let numbers: Vec<Vec<f64>> = rows.iter().map(|row| fields.numbers(row, KEY)).collect();
+    if numbers.len() != count || numbers.iter().any(|row| row.len() != count) {
+        let message = format!("must be {count} rows of {count} numbers, one for each name");
+        fields.fault(Fault::new(matrix.line, "matrix", message));
+        return None;
+    }
+    let matrix = DMatrix::from_fn(count, count, |r, c| numbers[r][c]);
+    Some(FiledJoint { names: found, camera_values, matrix })
+}
+
+fn word(node: &Node) -> Option<String> {
+    match &node.content {
+        Content::Scalar(text) => Some(text.clone()),
+        _ => None,
+    }
+}
+
+/// As numbers that were written down and may have lost their last digits.
+fn agree(
+    alone: &[[f64; POSE_COUNT]; POSE_COUNT],
+    together: &[[f64; POSE_COUNT]; POSE_COUNT],
+) -> bool {
+    let near = |r: usize, c: usize| {
+        let scale = (alone[r][r] * alone[c][c]).abs().sqrt();
+        (alone[r][c] - together[r][c]).abs() <= 1e-6 * scale
+    };
+    // What is no number is told elsewhere.
+    let all = alone.iter().chain(together).flatten();
+    all.copied().any(f64::is_nan) || (0..POSE_COUNT).all(|r| (0..POSE_COUNT).all(|c| near(r, c)))
 }
 
 fn is_nothing(node: &Node) -> bool {
@@ -89,6 +237,58 @@ mod tests {
             (pose.camera_from_sensor[2][3], pose.covariance, pose.camera),
             (7.0, None, None)
         );
+    }
+
+    fn joint() -> JointEstimate {
+        let camera = Camera::equidistant(64, 48, 2.8).unwrap();
+        let count = POSE_COUNT + camera.parameter_count();
+        let row = |i: usize| (i + 1) as f64 * 1e-3;
+        let covariance =
+            DMatrix::from_fn(count, count, |r, c| row(r) * row(c) * if r == c { 1.0 } else { 0.3 });
+        JointEstimate::new(camera, covariance).unwrap()
+    }
+
+    #[test]
+    fn the_joint_covariance_comes_back_with_the_camera_it_belongs_to() {
+        let joint = joint();
+        let text = format!("{TEXT}joint_covariance:\n{}", FiledJoint::of(&joint).to_yaml());
+        let pose = read_pose(&text).unwrap();
+        assert_eq!(pose.with_camera(&joint.camera_estimate()).unwrap(), joint);
+        assert_eq!(pose.covariance, Some(joint.pose_covariance()));
+        assert_eq!(joint.covered().to_string(), "pose, lens, shape");
+        // Another camera: each by itself, and said.
+        let other = CameraEstimate::from(Camera::equidistant(64, 48, 2.81).unwrap());
+        let apart = pose.with_camera(&other).unwrap();
+        assert_eq!(apart.pose_covariance(), joint.pose_covariance());
+        assert_eq!(apart.covered().to_string(), "pose, shape");
+        let known =
+            CameraEstimate::new(*other.camera(), joint.camera_estimate().covariance().cloned());
+        let apart = pose.with_camera(&known.unwrap()).unwrap();
+        assert_eq!(
+            apart.covered().to_string(),
+            "pose, lens, shape; pose and camera as if independent"
+        );
+        assert_eq!(apart.covariance()[(0, POSE_COUNT)], 0.0);
+    }
+
+    #[test]
+    fn a_joint_covariance_that_cannot_be_is_refused() {
+        let good = format!("{TEXT}joint_covariance:\n{}", FiledJoint::of(&joint()).to_yaml());
+        let message = |text: &str| read_pose(text).unwrap_err().to_string();
+        let text = message(&good.replace("rotation_y_rad, ", ""));
+        assert!(text.contains("names: do not begin with the parameters of a pose"), "{text}");
+        let text = message(&good.replace("k4]", "k4, k5]"));
+        assert!(text.contains("camera_values: has 8 numbers"), "{text}");
+        let (short, _) = good.rsplit_once("    - ").unwrap();
+        assert!(message(short).contains("must be 14 rows of 14 numbers"), "{}", message(short));
+        let rows = "  - [0.5, 0, 0, 0, 0, 0]\n".repeat(6);
+        let text = message(&format!("{good}covariance:\n{rows}"));
+        assert!(text.contains("not the pose's part of `joint_covariance`"), "{text}");
+        // Correlations of 2 are read, and refused where they are used.
+        let doubled = good.replace("matrix:\n    - [1.0e-6, ", "matrix:\n    - [1.0e-7, ");
+        assert_ne!(doubled, good);
+        let pose = read_pose(&doubled).unwrap();
+        assert!(pose.with_camera(&joint().camera_estimate()).is_err());
     }
 
     #[test]

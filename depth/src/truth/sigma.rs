@@ -1,4 +1,4 @@
-//! How sure ground truth is: from the covariance of camera and pose, and from the printer.
+//! How sure ground truth is: from the joint covariance of camera and pose, and from the printer.
 //!
 //! A pixel's range is where its ray, `o + t d` in the camera frame, meets a surface that moves with
 //! the pose. If parameters change by a little, the ray changes by `do` and `dd`, a point of the
@@ -13,7 +13,7 @@
 //! them divided by `|n . d|`. All of it is of first order: it holds where the surface is smooth over
 //! the width of the error, not at creases, and grows without bound where a ray only grazes.
 
-use fabkit_camera::{Camera, DMatrix, Point2};
+use fabkit_camera::{Camera, DMatrix, JointEstimate, POSE_COUNT, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 use rayon::prelude::*;
 
@@ -26,13 +26,18 @@ const STEP: f64 = 1e-6;
 /// What is known about the errors of camera, pose and shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertainty {
-    /// Covariance of the camera's parameters, in their order.
-    pub camera: Option<DMatrix<f64>>,
-    /// Covariance of the pose: a small rotation about the camera's axes through the sensor's
-    /// origin, rad, then the sensor's origin in the camera frame, mm.
-    pub pose: Option<[[f64; 6]; 6]>,
+    /// Of pose and camera, together; `None` if nothing is known. Its camera is the one that looks.
+    pub joint: Option<JointEstimate>,
     /// Standard deviation of surfaces along their normals, mm.
     pub shape_mm: f64,
+}
+
+/// What moves the range at a pixel.
+enum Cause {
+    /// One of the pose's parameters, by its place among them.
+    Pose(usize),
+    /// A parameter of the camera.
+    Camera(Stepped),
 }
 
 /// A parameter's influence on the rays: cameras a step before and after it.
@@ -44,19 +49,12 @@ struct Stepped {
 
 impl DepthMap<'_> {
     /// Standard deviation of each pixel's range, mm; `NaN` where no surface is seen.
-    ///
-    /// Camera and pose count as independent of each other.
     pub fn sigma_mm(&self, uncertainty: &Uncertainty) -> Vec<f64> {
         let rays = self.surface.rays();
-        let is_free = |i: usize, matrix: &DMatrix<f64>| matrix[(i, i)] > 0.0;
-        let camera: Vec<(usize, Stepped)> = uncertainty
-            .camera
-            .iter()
-            .flat_map(|matrix| {
-                let free = (0..matrix.nrows()).filter(move |&i| is_free(i, matrix));
-                free.filter_map(|i| Some((i, stepped(rays.camera(), i)?)))
-            })
-            .collect();
+        let (causes, covariance) = match &uncertainty.joint {
+            Some(joint) => causes(rays.camera(), joint),
+            None => (Vec::new(), DMatrix::zeros(0, 0)),
+        };
         let normals = self.normal_in_sensor();
         let pixel = |pixel: usize| -> f64 {
             let (Some(ray), true) = (rays.ray(pixel), self.label[pixel] != NO_LABEL) else {
@@ -64,21 +62,31 @@ impl DepthMap<'_> {
             };
             let camera_from_sensor = rays.camera_from_sensor();
             let seen = Seen::new(camera_from_sensor, &ray, self.range_mm[pixel], &normals[pixel]);
-            let mut variance = (uncertainty.shape_mm / seen.cosine).powi(2);
-            if let Some(matrix) = &uncertainty.pose {
-                let by_pose = seen.by_pose(camera_from_sensor);
-                variance += quadratic(&by_pose, |r, c| matrix[r][c]);
-            }
-            if let Some(matrix) = &uncertainty.camera {
-                let at = rays.at_px(pixel);
-                let by_camera: Vec<f64> =
-                    camera.iter().map(|(_, stepped)| seen.by_camera(stepped, &at)).collect();
-                variance += quadratic(&by_camera, |r, c| matrix[(camera[r].0, camera[c].0)]);
-            }
+            let by_pose = seen.by_pose(camera_from_sensor);
+            let at = rays.at_px(pixel);
+            let by = |cause: &Cause| match cause {
+                Cause::Pose(i) => by_pose[*i],
+                Cause::Camera(stepped) => seen.by_camera(stepped, &at),
+            };
+            let row: Vec<f64> = causes.iter().map(by).collect();
+            let variance = (uncertainty.shape_mm / seen.cosine).powi(2)
+                + quadratic(&row, |r, c| covariance[(r, c)]);
             variance.max(0.0).sqrt()
         };
         (0..rays.len()).into_par_iter().map(pixel).collect()
     }
+}
+
+/// The parameters that have a variance, and the covariance of those.
+fn causes(camera: &Camera, joint: &JointEstimate) -> (Vec<Cause>, DMatrix<f64>) {
+    let cause = |i: usize| match i.checked_sub(POSE_COUNT) {
+        None => Some((i, Cause::Pose(i))),
+        Some(parameter) => Some((i, Cause::Camera(stepped(camera, parameter)?))),
+    };
+    let (free, causes): (Vec<usize>, Vec<Cause>) = joint.free().filter_map(cause).unzip();
+    let matrix = joint.covariance();
+    let covariance = DMatrix::from_fn(free.len(), free.len(), |r, c| matrix[(free[r], free[c])]);
+    (causes, covariance)
 }
 
 /// A pixel's end, in the camera frame.

@@ -66,9 +66,10 @@ fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
         text += &format!("deepest contact seen: {depth_mm:.3} mm ({name})\n");
     }
     let median = median(sigma_mm);
-    let of =
-        if scene.viewpoint.is_unsure() { " (shape alone: no covariance was given)" } else { "" };
-    text += &format!("median sigma of the range: {median:.4} mm{of}\n");
+    let sigma_of = scene.viewpoint.sigma_of();
+    let sigma_parameters = scene.viewpoint.sigma_parameters();
+    let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
+    text += &format!("median sigma of the range: {median:.4} mm, of {sigma_of}{alone}\n");
     if args.grey.is_some() {
         text += &format!("grey: {GREY_STEP_MM} mm a step, 0 where there is no value\n");
     }
@@ -87,7 +88,8 @@ fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
         "deepest_in_sensor_mm": deepest.map(|d| <[f64; 3]>::from(d.point_in_sensor)),
         "membrane_mm": args.view.membrane,
         "median_sigma_mm": Some(median).filter(|median| median.is_finite()),
-        "sigma_of": if scene.viewpoint.is_unsure() { "shape" } else { "camera, pose, shape" },
+        "sigma_of": sigma_of,
+        "sigma_parameters": sigma_parameters,
         "grey_step_mm": GREY_STEP_MM,
     });
     Ok(Report { text, json, failed: false })

@@ -1,7 +1,7 @@
 //! A camera at its place, calibrated or as designed.
 
 use fabkit_camera::files::{self, InvalidCameraFile, PoseFile};
-use fabkit_camera::{Camera, CameraEstimate, InvalidCamera};
+use fabkit_camera::{Camera, CameraEstimate, InvalidCamera, InvalidCovariance, JointEstimate};
 use fabkit_depth::truth::{PixelRays, Uncertainty};
 use fabkit_geometry::{Matrix3, NominalCamera, Pose, Vector3};
 use serde_json::{Value, json};
@@ -9,12 +9,10 @@ use serde_json::{Value, json};
 /// A camera, where it is, and how sure both are.
 #[derive(Clone, Debug)]
 pub struct Viewpoint {
-    /// The camera with the covariance of its parameters.
-    pub estimate: CameraEstimate,
+    /// The camera, and how sure it and its pose are.
+    pub estimate: JointEstimate,
     /// Camera frame to sensor frame, mm.
     pub sensor_from_camera: Pose,
-    /// See [`Uncertainty::pose`].
-    pub pose_covariance: Option<[[f64; 6]; 6]>,
     /// Whether the camera is the design's, and the pose.
     is_nominal: [bool; 2],
 }
@@ -40,8 +38,8 @@ pub enum InvalidViewpoint {
         determinant: f64,
     },
     /// A matrix that is no covariance.
-    #[error("the pose's covariance {0}")]
-    Covariance(&'static str),
+    #[error("the pose's covariance: {0}")]
+    Covariance(#[from] InvalidCovariance),
 }
 
 impl Viewpoint {
@@ -63,17 +61,14 @@ impl Viewpoint {
                 CameraEstimate::from(camera)
             }
         };
-        let (sensor_from_camera, pose_covariance) = match pose_file {
-            Some(PoseFile { camera_from_sensor, covariance, .. }) => {
-                if let Some(covariance) = covariance {
-                    check_covariance(covariance)?;
-                }
-                (rigid(camera_from_sensor)?.inverse(), *covariance)
+        let (sensor_from_camera, estimate) = match pose_file {
+            Some(pose) => {
+                (rigid(&pose.camera_from_sensor)?.inverse(), pose.with_camera(&estimate)?)
             }
-            None => (nominal.sensor_from_camera, None),
+            None => (nominal.sensor_from_camera, JointEstimate::independent(&estimate, None)?),
         };
         let is_nominal = [camera_file.is_none(), pose_file.is_none()];
-        Ok(Self { estimate, sensor_from_camera, pose_covariance, is_nominal })
+        Ok(Self { estimate, sensor_from_camera, is_nominal })
     }
 
     /// The camera.
@@ -88,13 +83,18 @@ impl Viewpoint {
 
     /// With the standard deviation of printed or cast surfaces along their normals, mm.
     pub fn uncertainty(&self, shape_mm: f64) -> Uncertainty {
-        let camera = self.estimate.covariance().cloned();
-        Uncertainty { camera, pose: self.pose_covariance, shape_mm }
+        Uncertainty { joint: Some(self.estimate.clone()), shape_mm }
     }
 
-    /// Whether neither camera nor pose say how sure they are.
-    pub fn is_unsure(&self) -> bool {
-        self.estimate.covariance().is_none() && self.pose_covariance.is_none()
+    /// What the sigma of ground truth contains: `pose, lens, shape`.
+    pub fn sigma_of(&self) -> String {
+        self.estimate.covered().to_string()
+    }
+
+    /// Names of the parameters whose variances are in the sigma of ground truth.
+    pub fn sigma_parameters(&self) -> Vec<&'static str> {
+        let names = self.estimate.names();
+        self.estimate.free().map(|i| names[i]).collect()
     }
 
     /// Everything about it, for data cards.
@@ -136,22 +136,4 @@ fn nearest_rotation(mut rotation: Matrix3<f64>) -> Matrix3<f64> {
         rotation = 0.5 * (rotation + inverse.transpose());
     }
     rotation
-}
-
-fn check_covariance(matrix: &[[f64; 6]; 6]) -> Result<(), InvalidViewpoint> {
-    let scale = |i: usize| matrix[i][i].abs().sqrt();
-    if (0..6).any(|i| matrix[i][i] < 0.0) {
-        return Err(InvalidViewpoint::Covariance("has a negative variance on its diagonal"));
-    }
-    for (r, c) in (0..6).flat_map(|r| (0..6).map(move |c| (r, c))) {
-        let (value, mirrored, most) = (matrix[r][c], matrix[c][r], scale(r) * scale(c));
-        let tolerance = 1e-6 * most;
-        if (value - mirrored).abs() > tolerance {
-            return Err(InvalidViewpoint::Covariance("is not symmetric"));
-        }
-        if value.abs() > most + tolerance {
-            return Err(InvalidViewpoint::Covariance("has a correlation above 1"));
-        }
-    }
-    Ok(())
 }

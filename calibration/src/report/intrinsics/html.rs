@@ -55,15 +55,18 @@ impl IntrinsicsReport<'_> {
                 "residuals, in those the detector expects",
                 format!("{:.2}", calibration.residual_scale),
             ),
-            ("focal length on the axis", format!("{focal_px:.3} ± {sigma_px:.3} px per radian")),
+            ("scale on the axis", format!("{focal_px:.3} ± {sigma_px:.3} px per radian")),
             (
                 "farthest corner off the axis, of the image",
                 format!("{:.1}° of {:.1}°", coverage.seen_deg, coverage.image_deg),
             ),
         ];
-        let rows = rows
-            .map(|(name, value)| format!("<tr><td>{name}</td><td>{}</td></tr>\n", escape(&value)));
-        format!("<table>{}</table>\n", rows.concat())
+        let rows: String = rows
+            .into_iter()
+            .chain(self.rays().into_iter().map(|(name, value)| (name, format!("± {value}"))))
+            .map(|(name, value)| format!("<tr><td>{name}</td><td>{}</td></tr>\n", escape(&value)))
+            .collect();
+        format!("<table>{rows}</table>\n")
     }
 
     fn parameters_table(&self) -> String {
@@ -77,7 +80,8 @@ impl IntrinsicsReport<'_> {
             .collect();
         format!(
             "<h2>Parameters</h2>\n<table><tr><th>parameter</th><th>value</th><th>sigma</th></tr>\n\
-             {rows}</table>\n"
+             {rows}</table>\n<p>Parameters trade against each other; what counts is how sure rays \
+             are.</p>\n"
         )
     }
 
@@ -87,8 +91,15 @@ impl IntrinsicsReport<'_> {
             let chosen = candidate.model == self.calibration.model;
             let class = if chosen { " class=\"chosen\"" } else { "" };
             let figures = candidate.fit.map_or(
-                "<td colspan=\"2\">cannot see that far off its axis</td>".to_owned(),
-                |fit| format!("<td>{:.4}</td><td>{:.1}</td>", fit.rms_px, fit.criterion),
+                "<td colspan=\"3\">cannot see that far off its axis</td>".to_owned(),
+                |fit| {
+                    let held_out = match fit.held_out_rms_px.is_finite() {
+                        true => format!("{:.4}", fit.held_out_rms_px),
+                        false => "not determined".into(),
+                    };
+                    let (rms, criterion) = (fit.rms_px, fit.criterion);
+                    format!("<td>{rms:.4}</td><td>{held_out}</td><td>{criterion:.1}</td>")
+                },
             );
             let _ = writeln!(
                 rows,
@@ -99,8 +110,9 @@ impl IntrinsicsReport<'_> {
         }
         format!(
             "<h2>Lens models</h2>\n<table><tr><th>tried</th><th>parameters</th><th>rms, px</th>\
-             <th>BIC</th></tr>\n{rows}</table>\n<p>The first is taken unless the Bayesian \
-             information criterion of another is lower by more than 10.</p>\n"
+             <th>held out, px</th><th>BIC</th></tr>\n{rows}</table>\n<p>The simplest is taken \
+             unless the Bayesian information criterion of another is lower by more than 10, and its \
+             error on views held out is clearly lower.</p>\n"
         )
     }
 

@@ -7,7 +7,7 @@ use fabkit::calibration::assignment::{Doubt, assign};
 use fabkit::calibration::extrinsics::{CalibrationError, CalibrationOptions, calibrate};
 use fabkit::calibration::landmarks::{self, PinLandmarks};
 use fabkit::calibration::report::ExtrinsicsReport;
-use fabkit::camera::Camera;
+use fabkit::camera::CameraEstimate;
 use fabkit::camera::files::{self, InvalidCameraFile};
 use fabkit::designs::Design;
 use fabkit::geometry::Sensor;
@@ -54,8 +54,8 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
 pub struct Inputs<'a> {
     /// Its nominal camera is where the solver begins.
     pub sensor: &'a Sensor,
-    /// The calibrated lens.
-    pub camera: &'a Camera,
+    /// The calibrated lens; its covariance is handed on.
+    pub camera: &'a CameraEstimate,
     /// What reports call it.
     pub camera_file: &'a str,
     /// The pins that were to be had.
@@ -76,7 +76,8 @@ pub fn solve<R>(
 ) -> Result<R, Failure> {
     let Inputs { sensor, camera, landmarks, captures, .. } = *inputs;
     let nominal = sensor.camera.sensor_from_camera.inverse();
-    let Some(assignment) = assign(camera, &nominal, &captures.marked, &landmarks.pins) else {
+    let Some(assignment) = assign(camera.camera(), &nominal, &captures.marked, &landmarks.pins)
+    else {
         return Err(Failure::new(
             Exit::BadInput,
             "the marks in the pictures are not where the holes would be seen from any side",
@@ -131,7 +132,7 @@ fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<()
     Ok(())
 }
 
-fn read_camera(path: &Path) -> Result<Camera, Failure> {
+fn read_camera(path: &Path) -> Result<CameraEstimate, Failure> {
     let hint = "fabkit reads its own camera files and those of OpenCV, ROS and Kalibr";
     let text = reading::text(path, Expected { what: "a camera's file", max_bytes: 1 << 20, hint })?;
     let wrong = |error: InvalidCameraFile| {
@@ -139,7 +140,7 @@ fn read_camera(path: &Path) -> Result<Camera, Failure> {
             error.faults.iter().map(|fault| format!("{}: {fault}", path.display())).collect();
         Failure::plain(Exit::BadInput, faults.join("\n"))
     };
-    Ok(*files::read(&text).map_err(wrong)?.camera())
+    files::read(&text).map_err(wrong)
 }
 
 fn read_landmarks(path: &Path) -> Result<PinLandmarks, Failure> {
@@ -175,6 +176,7 @@ pub fn landmarks_of(dome: &Design) -> Result<PinLandmarks, Failure> {
 
 fn cannot_calibrate(error: CalibrationError) -> Failure {
     let hint = match &error {
+        CalibrationError::Covariance(_) => return Failure::bug(error),
         CalibrationError::OnePlane { .. } => "press pins in holes of at least two rings",
         CalibrationError::NoExplanation { .. } => {
             "is the camera's file the one of this camera, and are the landmarks this dome's?"

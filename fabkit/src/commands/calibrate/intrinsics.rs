@@ -112,11 +112,20 @@ fn summary(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> String 
         calibration.views.len(),
         report.pictures.len()
     );
-    let _ = writeln!(text, "  lens model   {}", calibration.model.name());
-    let _ = writeln!(text, "  rms          {:.3} px", calibration.rms_px);
+    let mut row = |name: &str, value: String| {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "  {name:<15} {value}");
+    };
+    row("lens model", calibration.model.name().into());
+    row("rms", format!("{:.3} px", calibration.rms_px));
+    let [focal_px, focal_sigma_px] = calibration.focal_px;
+    row("scale on axis", format!("{focal_px:.3} +- {focal_sigma_px:.3} px per radian"));
+    for (name, known) in report.rays() {
+        row(name, format!("+- {known}"));
+    }
     let sigmas = calibration.estimate.sigmas().unwrap_or_default();
     for ((name, value), sigma) in calibration.estimate.camera().parameters().iter().zip(sigmas) {
-        let _ = writeln!(text, "  {name:<12} {value:.5} +- {sigma:.5}");
+        row(name, format!("{value:.5} +- {sigma:.5}"));
     }
     for sentence in report.warnings() {
         let _ = writeln!(text, "warning: {sentence}");

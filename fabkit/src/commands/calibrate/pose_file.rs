@@ -3,10 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use fabkit::calibration::model::Parameter;
 use fabkit::calibration::report::ExtrinsicsReport;
-use fabkit::camera::CameraEstimate;
-use fabkit::camera::files::{self, Format};
+use fabkit::camera::POSE_PARAMETERS;
+use fabkit::camera::files::{self, FiledJoint, Format, list};
 use fabkit::staging::OutputFile;
 
 use crate::failure::{Exit, Failure};
@@ -26,17 +25,17 @@ pub fn files(output: &Path, report: &ExtrinsicsReport<'_>) -> Result<Vec<OutputF
         return Err(Failure::plain(Exit::BadInput, message));
     };
     let camera_name = format!("{stem}.camera.yaml");
-    let camera = report.calibration.model().camera;
-    let estimate = CameraEstimate::new(camera, None).map_err(Failure::bug)?;
+    let estimate = report.calibration.joint.camera_estimate();
     let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
-    let text = pose_yaml(report, &camera_name);
+    let text = text(report, &camera_name);
     Ok(vec![
         OutputFile { name: camera_name, bytes: camera_text.into_bytes() },
         OutputFile { name: name.into(), bytes: text.into_bytes() },
     ])
 }
 
-fn pose_yaml(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
+/// What a pose file says.
+pub fn text(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
     let chosen = report.calibration.chosen();
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let mut text = String::new();
@@ -57,20 +56,16 @@ fn pose_yaml(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
         chosen.held_out_rms_px
     );
     for row in report.matrix() {
-        let _ = writeln!(text, "  - {}", list(&row));
+        let _ = writeln!(text, "  - {}", list(row));
     }
-    let names = Parameter::POSE.map(|p| p.to_string()).join(", ");
+    let names = POSE_PARAMETERS.join(", ");
     let _ = writeln!(text, "# Of {names}; rotations turn about the camera's axes.");
     text += "covariance:\n";
     for row in report.pose_covariance() {
-        let _ = writeln!(text, "  - {}", list(&row));
+        let _ = writeln!(text, "  - {}", list(row));
     }
+    text += "# Of pose and camera together, for the camera with these values; zeros: held.\n";
+    let _ =
+        write!(text, "joint_covariance:\n{}", FiledJoint::of(&report.calibration.joint).to_yaml());
     text
-}
-
-/// In the shortest form that reads back as the same number; always with a point, as YAML 1.1 wants
-/// it.
-fn list(numbers: &[f64]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
-    format!("[{}]", numbers.join(", "))
 }

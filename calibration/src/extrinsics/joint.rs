@@ -1,0 +1,142 @@
+//! What a fit knows about pose and camera together.
+//!
+//! The camera comes from another calibration, with errors of its own. Pixels are explained with the
+//! camera as given, so that the pose and whatever else is solved for take up a part of its errors.
+//! With `A` the derivatives of the pixels by what is solved for, `B` those by the parameters that
+//! are held, and the weights `W`, to first order
+//!
+//! ```text
+//! error solved for = (A' W A)^-1 A' W noise - (A' W A)^-1 A' W B (error held)
+//! ```
+//!
+//! and the second part ties the two together ("consider" parameters: S. Schmidt, "Application of
+//! State-Space Methods to Navigation Problems", 1966). What is solved for anew has nothing to do
+//! with the value that was given for it: that variance is replaced.
+
+use fabkit_camera::{CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
+use nalgebra::{DMatrix, Vector2};
+
+use super::refine::{Fit, Loss};
+use crate::model::{Observation, Parameter};
+
+/// See [`joint_estimate`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Covariance of what was solved for, in its order and units, the errors of the given camera
+    /// included.
+    pub of_fit: DMatrix<f64>,
+    /// Of pose and camera together.
+    pub estimate: JointEstimate,
+}
+
+/// The covariance of a fit and of the camera that it was made with.
+///
+/// `given` is the camera before the fit; `enlarge` multiplies the standard deviations that follow
+/// from those of the observations, because residuals are larger.
+///
+/// # Errors
+/// Numbers beyond what can be computed with.
+pub fn joint_estimate(
+    given: &CameraEstimate,
+    fit: &Fit,
+    observations: &[Observation],
+    loss: Loss,
+    enlarge: f64,
+) -> Result<Joint, InvalidCovariance> {
+    let camera = &fit.model.camera;
+    let held: Vec<Parameter> =
+        camera.parameters().into_iter().map(|(name, _)| Parameter::Camera(name)).collect();
+    let noise = &fit.covariance * enlarge.powi(2);
+    let of_given = covariance_of_given(given, fit, &held);
+    let scale = scale_of_given(given, fit);
+    // What is solved for, by the given parameters.
+    let taken_up = -(&fit.covariance * mixed(fit, &held, observations, loss)) * &scale;
+    let of_fit = symmetric(&noise + &taken_up * &of_given * taken_up.transpose());
+    // Pose and camera, by what is solved for, and by the given parameters.
+    let by_fit = by_fit(fit, &held);
+    let mut by_given = &by_fit * &taken_up;
+    let mut camera_by_given = by_given.rows_mut(POSE_COUNT, held.len());
+    camera_by_given += &scale;
+    let covariance =
+        &by_fit * noise * by_fit.transpose() + &by_given * of_given * by_given.transpose();
+    let estimate = JointEstimate::new(*camera, symmetric(covariance))?;
+    Ok(Joint { of_fit, estimate })
+}
+
+/// Of the camera's parameters as they were given, by name; zeros for what nobody says and for what
+/// the fit replaces.
+fn covariance_of_given(given: &CameraEstimate, fit: &Fit, held: &[Parameter]) -> DMatrix<f64> {
+    let names = given.names();
+    let place = |parameter: &Parameter| match parameter {
+        Parameter::Camera(name) if !fit.parameters.contains(parameter) => {
+            names.iter().position(|found| found == name)
+        }
+        _ => None,
+    };
+    let places: Vec<Option<usize>> = held.iter().map(place).collect();
+    let known = given.covariance();
+    DMatrix::from_fn(held.len(), held.len(), |r, c| {
+        let entry = known.zip(places[r].zip(places[c]));
+        entry.map_or(0.0, |(matrix, place)| matrix[place])
+    })
+}
+
+/// The camera's parameters by those given: 1, but for focal lengths that were made longer.
+fn scale_of_given(given: &CameraEstimate, fit: &Fit) -> DMatrix<f64> {
+    let count = fit.model.camera.parameter_count();
+    let mut scale = DMatrix::identity(count, count);
+    let [before, after] =
+        [given.camera(), &fit.model.camera].map(|camera| camera.lens().intrinsics());
+    scale[(0, 0)] = after.fx_px / before.fx_px;
+    scale[(1, 1)] = after.fy_px / before.fy_px;
+    scale
+}
+
+/// `A' W B`.
+fn mixed(fit: &Fit, held: &[Parameter], observations: &[Observation], loss: Loss) -> DMatrix<f64> {
+    let count = fit.parameters.len();
+    let all = [&fit.parameters[..], held].concat();
+    let mut columns = vec![Vector2::zeros(); all.len()];
+    let mut mixed = DMatrix::zeros(count, held.len());
+    for observation in observations {
+        // Every fit has seen all pins.
+        let Ok(projected) = fit.model.differentiate(&observation.contact, &all, &mut columns)
+        else {
+            continue;
+        };
+        let residual = observation.pixel - projected;
+        let precision = observation.sigma_px.powi(-2);
+        let (_, weight) = loss.of(residual.norm_squared() * precision);
+        let (solved, held) = columns.split_at(count);
+        for (r, column) in solved.iter().enumerate() {
+            let weighted = column * (weight * precision);
+            for (c, other) in held.iter().enumerate() {
+                mixed[(r, c)] += weighted.dot(other);
+            }
+        }
+    }
+    mixed
+}
+
+/// Pose and camera by what was solved for. Seats, leans and offsets are the pins' alone.
+fn by_fit(fit: &Fit, held: &[Parameter]) -> DMatrix<f64> {
+    let mut by_fit = DMatrix::zeros(POSE_COUNT + held.len(), fit.parameters.len());
+    let intrinsics = fit.model.camera.lens().intrinsics();
+    for (c, parameter) in fit.parameters.iter().enumerate() {
+        if let Some(r) = Parameter::POSE.iter().position(|pose| pose == parameter) {
+            by_fit[(r, c)] = 1.0;
+        }
+        if let Some(r) = held.iter().position(|held| held == parameter) {
+            by_fit[(POSE_COUNT + r, c)] = 1.0;
+        }
+        if *parameter == Parameter::FocalScale {
+            by_fit[(POSE_COUNT, c)] = intrinsics.fx_px;
+            by_fit[(POSE_COUNT + 1, c)] = intrinsics.fy_px;
+        }
+    }
+    by_fit
+}
+
+fn symmetric(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    (&matrix + matrix.transpose()) * 0.5
+}

@@ -51,8 +51,8 @@ pub use tree::{
     ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, samples, tree,
 };
 pub use zarr::{
-    DamagedChunk, Element, InvalidMetadata, Shard, StoredChunk, ZarrArray, zarr_checksum, zarr_group,
-    zarr_most_packed, zarr_pack, zarr_sealed, zarr_unpack,
+    DamagedChunk, Element, InvalidMetadata, Shard, StoredChunk, ZarrArray, zarr_checksum,
+    zarr_group, zarr_most_packed, zarr_pack, zarr_sealed, zarr_unpack,
 };
 
 /// The version that files name as their maker.

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import functools
+import io
 import json
 import os
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -38,7 +40,8 @@ class Dataset:
 
     Nothing is read before it is asked for, and nothing stays open, so that processes that a
     training starts can share it. Samples that were written (``--materialise``) are read as they
-    are; others are stitched from their halves, which gives the same.
+    are; others are stitched from their halves, which gives the same. What is read is compared with
+    its checksums; damage is an error that names the file.
     """
 
     def __init__(self, folder: str | PathLike[str], split: Split | None = None) -> None:
@@ -48,22 +51,23 @@ class Dataset:
             raise invalid(f"there is no split `{split}`", f"known: {', '.join(_SPLITS)}")
         self.split = split
         """``train``, ``validation``, ``test``, ``mixed``, or ``None`` for all."""
-        self.about: dict[str, Any] = json.loads(self._text("dataset.json"))
-        """Everything that ``dataset.json`` says: sensor, camera, units, frames, patterns."""
-        rows = list(csv.DictReader(self._text("samples.csv").splitlines()))
+        files = _fabkit.DatasetReader(os.fspath(folder))
+        self.about: dict[str, Any] = json.loads(files.document())
+        """Everything that ``dataset.json`` says: sensor, camera, units, frames, patterns, files."""
+        rows = list(csv.DictReader(files.content("samples.csv").decode().splitlines()))
         chosen = [(i, row) for i, row in enumerate(rows) if split in (None, row["split"])]
         self.halves = np.array(
             [(int(row["left_half"]), int(row["right_half"])) for _, row in chosen], dtype=np.int64
         ).reshape(-1, 2)
         """The half on the left and the one on the right of each sample, (n, 2) int64."""
         self._stored = [i for i, _ in chosen]
-        written = (self.folder / "samples").is_dir()
-        self._group = self.folder / ("samples" if written else "halves")
+        written: bool = self.about["materialised"]
+        group = "samples" if written else "halves"
         names = ("indentation_mm", "label", "image")
-        there = [name for name in names if (self._group / name).is_dir()]
-        self._arrays = {name: _fabkit.Samples(os.fspath(self._group / name)) for name in there}
+        arrays = {name: files.array(f"{group}/{name}") for name in names}
+        self._arrays = {name: array for name, array in arrays.items() if array is not None}
         self._materialised = written
-        with np.load(self.folder / "reference.npz") as reference:
+        with np.load(io.BytesIO(files.content("reference.npz"))) as reference:
             self.reference: dict[str, NDArray[Any]] = dict(reference)
         """Without contact: ``range_mm``, points, normals; ``is_left`` and ``is_right`` of the
         seam."""
@@ -107,22 +111,6 @@ class Dataset:
         empty = left.dtype.type(0)
         stitched = np.where(self.reference["is_right"].reshape(shape), right, empty)
         return np.where(self.reference["is_left"].reshape(shape), left, stitched)
-
-    def _text(self, name: str) -> str:
-        path = self.folder / name
-        try:
-            return path.read_text(encoding="utf-8")
-        except OSError as error:
-            message = f"cannot read {path}: {error.strerror or error}"
-            unfinished = (self.folder / "dataset.partial.json").exists()
-            hint = (
-                "it is not finished: run the same `fabkit dataset` with --resume"
-                if unfinished
-                else "`fabkit dataset SENSOR -o DIR` writes one"
-            )
-            problem = Problem(message, hint, os.fspath(path))
-            text = f"{message}\n  = help: {hint}"
-            raise FabkitError(text, code="io", exit_code=4, problems=(problem,)) from error
 
 
 def open(folder: str | PathLike[str], split: Split | None = None) -> Dataset:
@@ -198,7 +186,7 @@ def write(
     Raises
     ------
     FabkitError
-        A folder that is not empty, presses and captures that cannot be had, a full disk, an
+        A folder that is not empty or that another process writes to, presses and captures that cannot be had, a full disk, an
         executor that cannot be reached or is broken; finished files are kept.
     KeyboardInterrupt
         Finished files stay for ``resume``.
@@ -215,15 +203,17 @@ def write(
     order = _order(scene, options)
     folder = os.fspath(folder)
     with shown(progress, f"data set of {scene.sensor.name}") as tell:
-        if executor is not None:
-            with submitter(executor, retries) as submit:
-                plan, missing = order.begin(folder, resume)
-                there = [None if path is None else os.path.abspath(path) for path in options[:2]]
-                work = functools.partial(_shard, scene, (*there, *options[2:]), plan)
-                tasks = [[number] for number in missing]
-                for files in completed(submit, work, tasks, retries, "shards"):
-                    _fabkit.keep_shard(folder, files)
-        order.write(folder, resume or executor is not None, tell)
+        if executor is None:
+            order.write(folder, resume, tell)
+            return Dataset(folder)
+        with submitter(executor, retries) as submit, closing(order.begin(folder, resume)) as begun:
+            plan, missing = begun.missing()
+            there = [None if path is None else os.path.abspath(path) for path in options[:2]]
+            work = functools.partial(_shard, scene, (*there, *options[2:]), plan)
+            tasks = [[number] for number in missing]
+            for files in completed(submit, work, tasks, retries, "shards"):
+                begun.keep(files)
+            begun.write(tell)
     return Dataset(folder)
 
 

@@ -26,6 +26,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -107,7 +108,7 @@ class Row:
     status: str
     """``ok``, ``excluded``, ``invalid`` or ``failed``."""
     error_code: str | None
-    """``design``, ``constraint`` or ``not-finite``."""
+    """``design``, ``constraint``, ``not-finite`` or ``panic``, a bug of fabkit's."""
     reason: str | None
     """Why it is not ok."""
     notes: list[str]
@@ -309,8 +310,11 @@ def run(
     with shown(progress, "variants") as told:
         if executor is None and not metrics:
             return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, told))
-        with submitter(executor, retries) as submit:
-            store = _fabkit.SweepStore.open(os.fspath(out), native, resume)
+        path = os.fspath(out)
+        with (
+            submitter(executor, retries) as submit,
+            closing(_fabkit.SweepStore.open(path, native, resume)) as store,
+        ):
             missing = store.missing()
             together = min(max(len(missing) // 64, 1), _MOST_TOGETHER)
             tasks = [missing[i : i + together] for i in range(0, len(missing), together)]
@@ -321,7 +325,7 @@ def run(
                 done += len(lines)
                 if told is not None:
                     told(done, len(plan))
-        return _sweep(store.finish())
+            return _sweep(store.finish())
 
 
 def _rows(

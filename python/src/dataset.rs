@@ -1,10 +1,10 @@
 //! Writing data sets, and reading them sample by sample.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use fabkit::commands::dataset::{self as order, Order};
-use fabkit::dataset::{self, DatasetError, Job, SampleArray, Written};
+use fabkit::dataset::{self, Begun, DatasetError, Job, Reader, SampleArray, Written};
 use fabkit::export::Element;
 use fabkit::failure::Failure;
 use fabkit::scene::{self, MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, within};
@@ -80,12 +80,13 @@ impl DatasetOrder {
         Ok(written.untouched)
     }
 
-    /// Begins it, or goes on with it: the plan's hash, and numbers of the shards that are missing.
-    fn begin(slf: Bound<'_, Self>, folder: PathBuf, resume: bool) -> PyResult<(String, Vec<u64>)> {
+    /// Begins it, or goes on with it.
+    fn begin(slf: Bound<'_, Self>, folder: PathBuf, resume: bool) -> PyResult<BegunDataset> {
         let order = slf.clone().unbind();
-        run(slf.py(), Interrupted::Wait, None, move |_| {
+        let begun = run(slf.py(), Interrupted::Wait, None, move |_| {
             order.get().prepare(resume, |job| dataset::begin(&folder, job))
-        })
+        })?;
+        Ok(BegunDataset { order: slf.unbind(), begun: Mutex::new(Some(begun)) })
     }
 
     /// The plan's hash, and the files of a shard: paths below the folder, and bytes.
@@ -118,10 +119,101 @@ impl DatasetOrder {
     }
 }
 
-/// Puts the files of a shard into the folder of its data set.
-#[pyfunction]
-pub fn keep_shard(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
-    py.detach(|| dataset::keep(&folder, &files)).map_err(order::failure).or_raise(py)
+/// A data set that is being written; nobody else writes there until it is closed.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct BegunDataset {
+    order: Py<DatasetOrder>,
+    /// Empty once it is closed.
+    begun: Mutex<Option<Begun>>,
+}
+
+impl BegunDataset {
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Option<Begun>) -> Result<T, Failure> + Send,
+    ) -> PyResult<T> {
+        let result = py.detach(|| match self.begun.lock() {
+            Ok(mut begun) => work(&mut begun),
+            Err(error) => Err(Failure::bug(error)),
+        });
+        result.or_raise(py)
+    }
+}
+
+fn closed() -> Failure {
+    Failure::bug("the data set is closed")
+}
+
+#[pymethods]
+impl BegunDataset {
+    /// The plan's hash, and numbers of the shards that are missing.
+    fn missing(&self, py: Python<'_>) -> PyResult<(String, Vec<u64>)> {
+        self.with(py, |begun| {
+            let begun = begun.as_ref().ok_or_else(closed)?;
+            Ok((begun.plan_hash(), begun.missing()))
+        })
+    }
+
+    /// Keeps the files of a shard that somebody else computed.
+    fn keep(&self, py: Python<'_>, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
+        self.with(py, |begun| {
+            begun.as_ref().ok_or_else(closed)?.keep(&files).map_err(order::failure)
+        })
+    }
+
+    /// Writes what is missing.
+    #[pyo3(signature = (progress))]
+    fn write(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+        let begun = self.with(py, |begun| begun.take().ok_or_else(closed))?;
+        let order = self.order.clone_ref(py);
+        let written: Written = run(py, Interrupted::Wait, progress, move |link| {
+            order.get().prepare(true, |job| {
+                let show = |done, _, all| link.show(done, all);
+                begun.write(job, &show, &|| link.is_cancelled())
+            })
+        })?;
+        Ok(written.untouched)
+    }
+
+    /// Lets others write there.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, |begun| Ok(drop(begun.take())))
+    }
+}
+
+/// A data set that is whole: what is read is compared with what it says of itself.
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct DatasetReader {
+    reader: Reader,
+}
+
+#[pymethods]
+impl DatasetReader {
+    #[new]
+    fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
+        let reader =
+            py.detach(|| Reader::open(&folder)).map_err(order::read_failure).or_raise(py)?;
+        Ok(Self { reader })
+    }
+
+    /// What `dataset.json` says.
+    fn document(&self) -> String {
+        self.reader.document().to_string()
+    }
+
+    fn content<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes =
+            py.detach(|| self.reader.bytes(name)).map_err(order::read_failure).or_raise(py)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// An array such as `halves/label`, if there is one.
+    fn array(&self, py: Python<'_>, name: &str) -> PyResult<Option<Samples>> {
+        let array =
+            py.detach(|| self.reader.array(name)).map_err(order::read_failure).or_raise(py)?;
+        Ok(array.map(|array| Samples { array }))
+    }
 }
 
 /// An array whose first axis counts samples.
@@ -132,13 +224,6 @@ pub struct Samples {
 
 #[pymethods]
 impl Samples {
-    #[new]
-    fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        let array =
-            py.detach(|| SampleArray::open(&folder)).map_err(order::read_failure).or_raise(py)?;
-        Ok(Self { array })
-    }
-
     fn shape(&self) -> Vec<usize> {
         self.array.shape().to_vec()
     }

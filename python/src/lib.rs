@@ -29,7 +29,7 @@ mod _fabkit {
     #[pymodule_export]
     use crate::command::command;
     #[pymodule_export]
-    use crate::dataset::{DatasetOrder, Samples, keep_shard};
+    use crate::dataset::{BegunDataset, DatasetOrder, DatasetReader, Samples};
     #[pymodule_export]
     use crate::design::{Design, Project, load, sensors};
     #[pymodule_export]

@@ -198,8 +198,13 @@ impl SweepStore {
     fn put(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<()> {
         self.with(py, |store| {
             let rows = rows(&lines)?;
-            Ok(store.as_ref().ok_or_else(finished)?.put(&rows)?)
+            Ok(store.as_ref().ok_or_else(finished)?.put(&self.plan, &rows)?)
         })
+    }
+
+    /// Lets others write there.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, |store| Ok(drop(store.take())))
     }
 
     /// Writes the tables; a `fabkit-sweep-report` document.
@@ -212,9 +217,11 @@ impl SweepStore {
     }
 }
 
+/// Workers may send anything.
 fn rows(lines: &[String]) -> Result<Vec<Row>, Failure> {
     let rows = lines.iter().map(|line| Row::from_line(line)).collect::<Result<_, _>>();
-    rows.map_err(Failure::bug)
+    let hint = "do all workers have this version of fabkit?";
+    rows.map_err(|error| Failure::new(Exit::Io, error, hint))
 }
 
 /// Computes and writes a sweep on all threads; a `fabkit-sweep-report` document.

@@ -3,6 +3,7 @@
 import concurrent.futures
 import multiprocessing
 import pickle
+import shutil
 
 import numpy as np
 import pytest
@@ -173,3 +174,96 @@ def test_damage_is_noticed(folders, tmp_path):
         assert "--resume" in caught.value.hint
     finally:
         shard.write_bytes(whole)
+
+
+def read_all(folder):
+    """Read everything that a training reads."""
+    data = fabkit.dataset.open(folder)
+    for sample in data:
+        assert sample["indentation_mm"].shape == data.reference["is_left"].shape
+
+
+@pytest.mark.parametrize("kind", ["stitched", "written"])
+def test_every_flipped_bit_is_noticed(folders, tmp_path, kind):
+    shutil.copytree(folders / kind, tmp_path / "set")
+    random = np.random.default_rng(1)
+    read_all(tmp_path / "set")
+    group = "samples" if kind == "written" else "halves"
+    # The card is for people, and groups say nothing that is read; `--resume` compares them too.
+    files = [tmp_path / "set" / name for name in ("dataset.json", "samples.csv", "reference.npz")]
+    arrays = [path for path in (tmp_path / "set" / group).rglob("*") if path.is_file()]
+    files += [path for path in arrays if path.parent.name != group]
+    assert len(files) >= 7
+    for path in files:
+        whole = path.read_bytes()
+        for bit in (0, 8 * len(whole) - 1, *random.integers(0, 8 * len(whole), 2)):
+            flipped = bytearray(whole)
+            flipped[bit // 8] ^= 1 << (bit % 8)
+            path.write_bytes(flipped)
+            with pytest.raises(fabkit.FabkitError, match=path.name) as caught:
+                read_all(tmp_path / "set")
+            assert caught.value.code == "io"
+        path.write_bytes(whole)
+    read_all(tmp_path / "set")
+
+
+def test_metadata_that_was_made_up_is_refused(folders, tmp_path):
+    path = folders / "stitched/halves/label/zarr.json"
+    whole = path.read_text()
+    shape = '"shape": [\n    6,\n    480,\n    640\n  ]'
+    assert shape in whole
+    try:
+        for rows in (0, 73, 10**6, 2**31, 2**62):
+            path.write_text(whole.replace(shape, shape.replace("480", str(rows))))
+            with pytest.raises(fabkit.FabkitError, match=r"zarr\.json") as caught:
+                fabkit.dataset.open(folders / "stitched")
+            assert caught.value.exit_code in (2, 4)
+    finally:
+        path.write_text(whole)
+
+
+def test_what_workers_send_is_looked_at(folders, rtac0, tmp_path):
+    class Lying(Losing):
+        """Sends what it is told to instead of a shard."""
+
+        def __init__(self, files):
+            super().__init__(0)
+            self.files = files
+
+        def submit(self, work, *arguments):
+            """Answer at once."""
+            future = concurrent.futures.Future()
+            future.set_result((self.files, None))
+            return future
+
+    options = {"presses": folders / "presses.txt"}
+    shard = "halves/label/c/0/0/0"
+    right = (folders / "stitched" / shard).read_bytes()
+    names = ["../x", str(tmp_path / "x"), "halves/label/../x", "dataset.json", "samples.csv", "x"]
+    sent = [(name, right) for name in names]
+    sent += [(shard, b""), (shard, right[:-1]), (shard, bytes([right[0] ^ 1]) + right[1:])]
+    for number, file in enumerate(sent):
+        folder = tmp_path / f"{number}"
+        with pytest.raises(fabkit.FabkitError) as caught:
+            fabkit.dataset.write(rtac0, folder, executor=Lying([file]), **options)
+        assert f"a worker sent `{file[0]}`" in str(caught.value)
+        assert not (tmp_path / "x").exists()
+        assert not (folder / "halves").exists()
+    # What was begun so can be finished.
+    fabkit.dataset.write(rtac0, tmp_path / "0", resume=True, **options)
+    assert tree(tmp_path / "0") == tree(folders / "stitched")
+
+
+def test_one_process_writes_at_a_time(folders, rtac0, tmp_path):
+    class Second(Losing):
+        """Tries to write there too."""
+
+        def submit(self, work, *arguments):
+            """Do both."""
+            with pytest.raises(fabkit.FabkitError, match="is being written to by process"):
+                fabkit.dataset.write(rtac0, tmp_path / "mine", resume=True, **options)
+            return super().submit(work, *arguments)
+
+    options = {"presses": folders / "presses.txt"}
+    fabkit.dataset.write(rtac0, tmp_path / "mine", executor=Second(0), **options)
+    assert tree(tmp_path / "mine") == tree(folders / "stitched")

@@ -161,3 +161,24 @@ def test_an_explorer_computes_what_an_optimiser_asks_for(tmp_path: Path) -> None
         explorer.tell({**values, "camera.dept": 6.0})
     sweep = explorer.save(tmp_path / "out")
     assert [r["camera.depth_mm"] for r in sweep.rows()] == ["6.7", "70"]
+
+
+def test_what_workers_send_is_looked_at(plan: Path, tmp_path: Path) -> None:
+    loaded = fabkit.sweep.load(plan)
+    native = loaded._native  # pyright: ignore[reportPrivateUsage]
+    store = _fabkit.SweepStore.open(str(tmp_path / "out"), native, False)
+    line = json.loads(native.rows([3])[0])
+    wrong = [
+        ({**line, "variant": 60}, "variant 60, but there are 60"),
+        ({**line, "variant": 4}, "variant 4, with other values than the plan's"),
+        ({**line, "metrics": {"../x": 1.0}}, "`../x`, which is no metric"),
+        ({"variant": 3}, "not a row of a sweep"),
+    ]
+    for row, says in wrong:
+        with pytest.raises(fabkit.FabkitError, match=says):
+            store.put([json.dumps(row)])
+    assert not list((tmp_path / "out").rglob("*.jsonl"))
+    with pytest.raises(fabkit.FabkitError, match="is being written to by process"):
+        _fabkit.SweepStore.open(str(tmp_path / "out"), native, True)
+    store.close()
+    fabkit.sweep.run(plan, tmp_path / "out", resume=True)

@@ -134,7 +134,9 @@ metrics: [coverage]
         for panicked in [1, 3] {
             let row = &first[panicked];
             assert_eq!((row.status, row.error_code.as_deref()), (Status::Failed, Some(PANIC)));
-            assert!(row.metrics.is_empty() && reason(panicked).contains(" at sweep/src/panics.rs:"));
+            assert!(
+                row.metrics.is_empty() && reason(panicked).contains(" at sweep/src/panics.rs:")
+            );
         }
         assert!(reason(1).starts_with("fabkit panicked: a wall of 0.25 mm at "), "{}", reason(1));
         assert!(reason(3).contains("layer 3 is gone"), "{}", reason(3));

@@ -157,7 +157,11 @@ fn an_interrupt_keeps_finished_rows() {
         .spawn()
         .unwrap();
     let partial = root.path().join("out/sweep.partial");
-    let rows = || fs::read_dir(&partial).map_or(0, |files| files.count().saturating_sub(1));
+    let is_rows = |name: &str| name.ends_with(".jsonl");
+    let rows = || {
+        let files = fs::read_dir(&partial).into_iter().flatten().flatten();
+        files.filter(|file| file.file_name().to_str().is_some_and(is_rows)).count()
+    };
     let start = Instant::now();
     while rows() < 2 && start.elapsed() < Duration::from_secs(30) {
         sleep(Duration::from_millis(2));

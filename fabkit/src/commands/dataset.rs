@@ -210,7 +210,10 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
     );
     if !damaged.is_empty() {
         let count = damaged.len();
-        text += &format!("warning: {count} files were damaged and are made again: {}\n", damaged.join(", "));
+        text += &format!(
+            "warning: {count} files were damaged and are made again: {}\n",
+            damaged.join(", ")
+        );
     }
     text += &scene.coverage_text();
     if !untouched.is_empty() {

@@ -26,7 +26,8 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
 }
 
 fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
-    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } = finished;
+    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
+        finished;
     let folder = folder.display().to_string();
     let seconds = start.elapsed().as_secs_f64();
     let became: Vec<String> = Status::ALL
@@ -63,7 +64,8 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
 
 /// What `--json` says of a finished sweep.
 pub fn document(folder: &Path, finished: &Finished) -> Value {
-    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } = finished;
+    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
+        finished;
     let status: Map<String, Value> =
         Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
     json!({

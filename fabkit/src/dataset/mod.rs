@@ -186,8 +186,9 @@ impl Begun {
         let store = store::Store::new(&self.folder, files, progress, cancelled);
         store.put("zarr.json", || Ok(fabkit_export::zarr_group(&job.plan.attributes())?))?;
         for group in groups {
-            store
-                .put(&format!("{group}/zarr.json"), || Ok(fabkit_export::zarr_group(&json!({}))?))?;
+            store.put(&format!("{group}/zarr.json"), || {
+                Ok(fabkit_export::zarr_group(&json!({}))?)
+            })?;
         }
         store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
         store.put("README.md", || Ok(card::text(job).into_bytes()))?;

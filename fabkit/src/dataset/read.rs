@@ -86,8 +86,7 @@ impl SampleArray {
         let path = folder.join("zarr.json");
         let bytes = read_regular(&path, MAX_METADATA_BYTES)?;
         let absent = || io::Error::from(io::ErrorKind::NotFound);
-        let bytes =
-            bytes.ok_or_else(|| ReadError::Io { path: path.clone(), source: absent() })?;
+        let bytes = bytes.ok_or_else(|| ReadError::Io { path: path.clone(), source: absent() })?;
         Self::of_metadata(folder, &bytes)
     }
 

@@ -90,3 +90,96 @@ impl Reader {
         Some(shape)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use fabkit_export::{Shard, ZarrArray, zarr_pack};
+    use serde_json::{Map, json};
+
+    use super::*;
+    use crate::resumable::Piece;
+
+    /// A folder whose document and hashes are in order, whatever the array's metadata say.
+    fn folder(edit: impl Fn(&mut Value)) -> tempfile::TempDir {
+        let array = ZarrArray {
+            element: Element::U8,
+            samples: 2,
+            sample_shape: vec![72, 96],
+            chunk_shape: vec![72, 96],
+            samples_per_shard: 16,
+            dimensions: ["half", "row", "column"].map(String::from).to_vec(),
+            attributes: json!({}),
+        };
+        let mut metadata: Value = serde_json::from_slice(&array.metadata().unwrap()).unwrap();
+        edit(&mut metadata);
+        let mut shard = Shard::default();
+        let chunk = shard.store(&zarr_pack(&[7; 72 * 96]).unwrap());
+        shard.push(Some(chunk));
+        shard.push(Some(chunk));
+        let contents = [
+            ("halves/label/zarr.json", metadata.to_string().into_bytes()),
+            ("halves/label/c/0/0/0", shard.finish(&array)),
+        ];
+        let root = tempfile::tempdir().unwrap();
+        let mut files = Files::new();
+        for (name, bytes) in contents {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, &bytes).unwrap();
+            files.insert(name.into(), Piece::of(&bytes));
+        }
+        let plan = json!({ "version": 2, "size_px": [72, 96], "halves": 2, "samples": 1 });
+        let document = KIND.whole(&plan, Map::new(), &files);
+        fs::write(root.path().join("dataset.json"), document).unwrap();
+        root
+    }
+
+    #[test]
+    fn metadata_must_fit_the_plan() {
+        let sound = folder(|_| ());
+        let array = Reader::open(sound.path()).unwrap().array("halves/label").unwrap().unwrap();
+        assert_eq!(array.sample(1).unwrap(), vec![7; 72 * 96]);
+        let grid = "/chunk_grid/configuration/chunk_shape";
+        let chunk = "/codecs/0/configuration/chunk_shape";
+        let numbers = [0, 1, 71, 73, 1_000_000, 1 << 31, 1 << 62, u64::MAX];
+        for (axis, number) in (0..3).flat_map(|axis| numbers.map(|number| (axis, number))) {
+            // Each alone, and all together, as somebody would who wants to be believed.
+            for places in [&["/shape"][..], &[grid], &[chunk], &["/shape", grid, chunk]] {
+                let edit = |json: &mut Value| {
+                    for place in places {
+                        json.pointer_mut(place).unwrap()[axis] = json!(number);
+                    }
+                };
+                let made_up = folder(edit);
+                let array = Reader::open(made_up.path()).unwrap().array("halves/label");
+                match array {
+                    Err(ReadError::Foreign { .. }) => {}
+                    Err(other) => panic!("{places:?}[{axis}] = {number}: {other}"),
+                    // Only how samples are shared out among files, and as they are.
+                    Ok(array) => {
+                        let is_same = *places == [chunk] && axis == 0 && number == 1;
+                        assert!(is_same || *places == [grid] && axis == 0, "{places:?} {number}");
+                        let read = array.unwrap().sample(1);
+                        assert!(is_same || matches!(read, Err(ReadError::Damaged { .. })));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_data_set_is_told_from_what_is_not_finished() {
+        let root = tempfile::tempdir().unwrap();
+        let open = || Reader::open(root.path()).unwrap_err();
+        assert!(matches!(open(), ReadError::Absent { is_begun: false, .. }));
+        fs::create_dir(root.path().join("dataset.partial")).unwrap();
+        fs::write(root.path().join("dataset.partial/plan.json"), "").unwrap();
+        assert!(matches!(open(), ReadError::Absent { is_begun: true, .. }));
+        fs::write(root.path().join("dataset.json"), "{\"version\": 1}").unwrap();
+        assert!(open().to_string().contains("version 1 of a data set"), "{}", open());
+        fs::write(root.path().join("dataset.json"), "{\"version\": 2}").unwrap();
+        assert!(open().to_string().contains("is damaged"), "{}", open());
+    }
+}

@@ -6,8 +6,7 @@
 
 use fabkit_depth::truth::Side;
 use fabkit_export::{
-    Element, Run, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zarr_sealed,
-    zstd_of_runs,
+    Element, Run, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zarr_sealed, zstd_of_runs,
 };
 use rayon::prelude::*;
 use serde_json::json;

@@ -61,7 +61,10 @@ impl<F: Read + Seek> ShardFile<F> {
             return Ok(None);
         }
         let damaged = |what: String| {
-            Fault::Damaged(format!("chunk {number}, bytes {offset} to {}: {what}", offset.saturating_add(length)))
+            Fault::Damaged(format!(
+                "chunk {number}, bytes {offset} to {}: {what}",
+                offset.saturating_add(length)
+            ))
         };
         let is_inside = offset.checked_add(length).is_some_and(|end| end <= self.end);
         if !is_inside || length > zarr_most_packed(size) {

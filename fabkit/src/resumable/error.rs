@@ -128,7 +128,9 @@ impl From<FolderError> for Failure {
                 "if nobody edited them, the disk did: delete them, and --resume makes them again",
             ),
             FolderError::Link { .. } => (Exit::Io, "replace the link by a folder"),
-            FolderError::Outside { .. } => (Exit::Io, "do all workers have this version of fabkit?"),
+            FolderError::Outside { .. } => {
+                (Exit::Io, "do all workers have this version of fabkit?")
+            }
             FolderError::Staging(StagingError::Io { source, .. })
             | FolderError::Io { source, .. } => match io_hint(source) {
                 Some(hint) => {

@@ -153,8 +153,10 @@ impl Folder {
         }
         let mut noted = read_journal(&folder.join(kind.partial(JOURNAL)))?;
         noted.extend(whole.iter().flat_map(files_of));
-        let states: Vec<State> =
-            noted.par_iter().map(|(name, piece)| piece.state(folder, name)).collect::<Result<_, _>>()?;
+        let states: Vec<State> = noted
+            .par_iter()
+            .map(|(name, piece)| piece.state(folder, name))
+            .collect::<Result<_, _>>()?;
         let is_whole = whole.is_some() && states.iter().all(|state| *state == State::Right);
         let mut done = Files::new();
         let mut damaged = Vec::new();
@@ -247,7 +249,8 @@ impl Folder {
     /// [`FolderError::Damaged`] if it is not what was written.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, FolderError> {
         let piece = self.state().done.get(name).copied();
-        let missing = || FolderError::Damaged { path: self.path().join(name), what: "it is missing".into() };
+        let missing =
+            || FolderError::Damaged { path: self.path().join(name), what: "it is missing".into() };
         piece.ok_or_else(missing)?.read(self.path(), name)
     }
 
@@ -317,7 +320,12 @@ fn read_journal(path: &Path) -> Result<Files, FolderError> {
 pub fn files_of(document: &Value) -> Files {
     let files = document["files"].as_object();
     let piece = |(name, value): (&String, &Value)| Some((name.clone(), Piece::from_json(value)?));
-    files.into_iter().flatten().filter_map(piece).filter(|(name, _)| piece::is_plain(name)).collect()
+    files
+        .into_iter()
+        .flatten()
+        .filter_map(piece)
+        .filter(|(name, _)| piece::is_plain(name))
+        .collect()
 }
 
 #[cfg(test)]

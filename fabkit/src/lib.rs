@@ -52,6 +52,7 @@ pub mod identity;
 mod interrupt;
 pub mod pictures;
 pub mod reading;
+mod roles;
 pub mod scene;
 pub mod source;
 pub mod staging;

@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 
 use crate::arrays::shaped;
 use crate::errors::OrRaise;
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 use crate::scene::Scene;
 
 /// A file: its path below the folder, and its content.
@@ -121,7 +121,7 @@ impl DatasetOrder {
 /// Puts the files of a shard into the folder of its data set.
 #[pyfunction]
 pub fn keep_shard(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
-    py.detach(|| dataset::keep(&folder, &files)).map_err(order::failure).or_raise(py)
+    short(py, || dataset::keep(&folder, &files))?.map_err(order::failure).or_raise(py)
 }
 
 /// An array whose first axis counts samples.
@@ -135,7 +135,7 @@ impl Samples {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         let array =
-            py.detach(|| SampleArray::open(&folder)).map_err(order::read_failure).or_raise(py)?;
+            short(py, || SampleArray::open(&folder))?.map_err(order::read_failure).or_raise(py)?;
         Ok(Self { array })
     }
 
@@ -153,7 +153,7 @@ impl Samples {
 
     fn sample<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
         let bytes =
-            py.detach(|| self.array.sample(index)).map_err(order::read_failure).or_raise(py)?;
+            short(py, || self.array.sample(index))?.map_err(order::read_failure).or_raise(py)?;
         let shape = &self.array.shape()[1..];
         Ok(match self.array.element() {
             Element::U8 => shaped(py, bytes, shape)?.into_any(),

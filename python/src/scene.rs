@@ -16,7 +16,7 @@ use crate::arrays;
 use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{OrRaise, exception};
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 
 /// A PNG picture of a map, with a colour for each value and a scale.
 #[pyfunction]
@@ -30,10 +30,10 @@ pub fn false_color<'py>(
         let failure = Failure::plain(Exit::BadInput, "a map without pixels has no picture");
         return Err(exception(py, failure));
     }
-    let bytes = py.detach(|| {
+    let bytes = short(py, || {
         let picture = picture(width_px, values);
         png(picture.width_px, picture.height_px, &picture.rgb).map_err(Failure::bug)
-    });
+    })?;
     Ok(PyBytes::new(py, &bytes.or_raise(py)?))
 }
 
@@ -67,7 +67,7 @@ impl Scene {
             covariance,
             camera: None,
         });
-        let scene = py.detach(|| {
+        let scene = short(py, || {
             let files =
                 viewpoint_from_files(&project, camera_file.as_deref(), pose_file.as_deref())?;
             let viewpoint = if text.is_some() || pose.is_some() {
@@ -87,7 +87,7 @@ impl Scene {
                 files
             };
             scene::Scene::new(project, viewpoint)
-        });
+        })?;
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
     }
 

@@ -1,13 +1,12 @@
 //! The files that a calibrated pose is kept in.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fabkit::calibration::model::Parameter;
 use fabkit::calibration::report::ExtrinsicsReport;
 use fabkit::camera::CameraEstimate;
 use fabkit::camera::files::{self, Format};
-use fabkit::staging::OutputFile;
 
 use crate::failure::{Exit, Failure};
 
@@ -17,23 +16,38 @@ use crate::failure::{Exit, Failure};
 /// other radial terms on the way: it is written beside the pose, which names it.
 ///
 /// # Errors
-/// A name that is none.
-pub fn files(output: &Path, report: &ExtrinsicsReport<'_>) -> Result<Vec<OutputFile>, Failure> {
-    let name = output.file_name().and_then(|name| name.to_str());
-    let stem = output.file_stem().and_then(|stem| stem.to_str());
-    let (Some(name), Some(stem)) = (name, stem) else {
-        let message = format!("{} does not name a file", output.display());
-        return Err(Failure::plain(Exit::BadInput, message));
-    };
-    let camera_name = format!("{stem}.camera.yaml");
+/// As [`camera_of`].
+pub fn files(
+    output: &Path,
+    report: &ExtrinsicsReport<'_>,
+) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let camera_place = camera_of(output)?;
+    let camera_name = camera_place.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let camera = report.calibration.model().camera;
     let estimate = CameraEstimate::new(camera, None).map_err(Failure::bug)?;
     let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
-    let text = pose_yaml(report, &camera_name);
+    let text = pose_yaml(report, camera_name);
     Ok(vec![
-        OutputFile { name: camera_name, bytes: camera_text.into_bytes() },
-        OutputFile { name: name.into(), bytes: text.into_bytes() },
+        (camera_place, camera_text.into_bytes()),
+        (output.to_owned(), text.into_bytes()),
     ])
+}
+
+/// Where the camera of a pose goes: `pose.camera.yaml` for `pose.yaml`.
+///
+/// # Errors
+/// A name that is none, or that the pose's file cannot hold, because it is no text.
+pub fn camera_of(output: &Path) -> Result<PathBuf, Failure> {
+    let Some(stem) = output.file_stem() else {
+        let message = format!("{} does not name a file", output.display());
+        return Err(Failure::plain(Exit::BadInput, message));
+    };
+    let Some(stem) = stem.to_str() else {
+        let message = format!("{} is no name in UTF-8", output.display());
+        let hint = "the pose names the camera's file beside it, which is called after it";
+        return Err(Failure::new(Exit::BadInput, message, hint));
+    };
+    Ok(output.with_file_name(format!("{stem}.camera.yaml")))
 }
 
 fn pose_yaml(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {

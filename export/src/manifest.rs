@@ -1,12 +1,12 @@
 //! What an export consists of, as JSON.
 
 use fabkit_geometry::{Aabb, Pose};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::{ExportError, MeshFigures, VERSION, json_bytes};
 
 /// Everything an export wrote (`fabkit-manifest` version 1).
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// The sensor's name.
     pub sensor: String,
@@ -16,16 +16,74 @@ pub struct Manifest {
     pub reference: String,
     /// Identifies the parameters and the maker's version.
     pub design_hash: String,
+    /// How it was exported; unknown in the manifests of old versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub options: Option<OptionsEntry>,
     /// Every parameter as it was used, in the order of the schema.
     pub parameters: Vec<SettingEntry>,
     /// What was exported, in the order of the design.
     pub parts: Vec<PartEntry>,
     /// The files, sorted by name.
     pub files: Vec<FileEntry>,
+    /// What else lies in the folder, sorted by name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<OtherFile>,
+}
+
+/// What files depend on besides the design.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OptionsEntry {
+    /// Largest distance between triangles and the exact surface, mm.
+    pub tolerance_mm: f64,
+    /// Printer bed of the plates, mm.
+    pub bed_mm: [f64; 2],
+    /// Stock sheets of flat parts, mm.
+    pub stock_mm: [f64; 2],
+    /// Width of the laser's cut, mm; by material where nothing was said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kerf_mm: Option<f64>,
+    /// The printer's profile.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileEntry>,
+    /// As designed, without making up for anything.
+    pub nominal: bool,
+}
+
+/// A printer's profile.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProfileEntry {
+    /// Its name.
+    pub name: String,
+    /// BLAKE3 of its values, in hex.
+    pub blake3: String,
+}
+
+/// A file in an export's folder that the export does not stand for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OtherFile {
+    /// Name within the folder.
+    pub name: String,
+    /// Why it is not among the files.
+    pub why: Otherness,
+    /// BLAKE3 of the content, in hex, of what an earlier export wrote.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blake3: Option<String>,
+}
+
+/// Why a file in an export's folder is not among its files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Otherness {
+    /// An earlier export wrote it, of another version of the design or with other options.
+    Stale,
+    /// An earlier export wrote it, and somebody has changed it since.
+    Changed,
+    /// No export wrote it.
+    Foreign,
 }
 
 /// One parameter.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SettingEntry {
     /// Dotted path.
     pub path: String,
@@ -34,7 +92,7 @@ pub struct SettingEntry {
 }
 
 /// One body.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartEntry {
     /// Its name, and that of its files.
     pub name: String,
@@ -55,18 +113,18 @@ pub struct PartEntry {
     /// place of the part's origin, along the files' axes.
     pub file_from_part: Pose,
     /// Bounds in the files, mm.
-    #[serde(serialize_with = "corners")]
+    #[serde(serialize_with = "corners", deserialize_with = "from_corners")]
     pub bounds_in_file_mm: Aabb,
     /// The mesh in its STL and 3MF files.
     pub mesh: MeshFigures,
     /// The outlines in its DXF and SVG files, where there are any.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<SheetFigures>,
 }
 
 /// How exported copies differ from the nominal geometry, which pictures, trees and ground truth
 /// show.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compensation {
     /// Factor about the part's origin; 1 for none. Outlines grow in their plane only: a sheet is as
     /// thick as its stock.
@@ -74,14 +132,14 @@ pub struct Compensation {
     /// Width of the cut that the outlines in DXF and SVG files make room for, mm; 0 for none.
     pub kerf_mm: f64,
     /// What the copy makes up for of the printer's own deviations, where there is a profile of it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub print: Option<PrintCompensation>,
     /// For people; `none` for nominal geometry.
     pub note: String,
 }
 
 /// What STL and 3MF files make up for of one printer's deviations.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PrintCompensation {
     /// Name of the printer's profile.
     pub profile: String,
@@ -101,7 +159,7 @@ pub struct PrintCompensation {
 }
 
 /// What is cut, as written to DXF and SVG files.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SheetFigures {
     /// Thickness of the stock, mm.
     pub thickness_mm: f64,
@@ -114,7 +172,7 @@ pub struct SheetFigures {
 }
 
 /// One file.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileEntry {
     /// Name within the export's folder.
     pub name: String,
@@ -128,6 +186,8 @@ pub struct FileEntry {
     pub blake3: String,
 }
 
+const FORMAT: (&str, u32) = ("fabkit-manifest", 1);
+
 #[derive(Serialize)]
 struct Form<'a> {
     format: &'static str,
@@ -137,15 +197,32 @@ struct Form<'a> {
     manifest: &'a Manifest,
 }
 
+#[derive(Deserialize)]
+struct Head {
+    format: String,
+    version: u32,
+}
+
 impl Manifest {
     /// The document as JSON.
     ///
     /// # Errors
     /// [`ExportError::Json`] if the encoder refuses.
     pub fn to_json(&self) -> Result<Vec<u8>, ExportError> {
-        let (format, version) = ("fabkit-manifest", 1);
+        let (format, version) = FORMAT;
         json_bytes(&Form { format, version, fabkit: VERSION, manifest: self })
     }
+
+    /// Reads the document; nothing if it is none, or one of a version that is not known.
+    pub fn from_json(bytes: &[u8]) -> Option<Self> {
+        let Head { format, version } = serde_json::from_slice(bytes).ok()?;
+        ((format.as_str(), version) == FORMAT).then(|| serde_json::from_slice(bytes).ok())?
+    }
+}
+
+fn from_corners<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Aabb, D::Error> {
+    let [min, max] = <[[f64; 3]; 2]>::deserialize(deserializer)?;
+    Ok(Aabb { min: min.into(), max: max.into() })
 }
 
 fn corners<S: Serializer>(bounds: &Aabb, serializer: S) -> Result<S::Ok, S::Error> {

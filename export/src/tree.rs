@@ -7,12 +7,12 @@ pub use self::figures::ExactFigures;
 pub use self::samples::{SamplesDocument, samples};
 
 use fabkit_geometry::{Color, Landmark, Placement, Pose, Solid};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{ExportError, VERSION, json_bytes};
 
 /// Figures of a mesh as written, to compare a rebuilt part with.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshFigures {
     /// Largest distance between triangles and the exact surface, mm.
     pub chord_tolerance_mm: f64,

@@ -177,6 +177,13 @@ pub struct Export {
     /// shrinkage
     #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
+    /// Remove what the folder's manifest lists and this export does not write, if nobody has changed
+    /// it since
+    #[arg(long)]
+    pub clean: bool,
+    /// Replace also files that were changed since fabkit wrote them, or that it did not write
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `fabkit profile`.

@@ -9,7 +9,7 @@ use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
 use fabkit::designs::parameters::{InvalidDesign, Problem};
 use fabkit::export::ExportError;
-use fabkit::exporting::ExportFailure;
+use fabkit::exporting::{ExportFailure, FolderError};
 use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
 use fabkit::staging::StagingError;
@@ -150,6 +150,17 @@ impl From<StagingError> for Failure {
             (StagingError::Cancelled, _) => Self::plain(Exit::Interrupted, "interrupted"),
             (_, Some(hint)) => Self::new(Exit::Io, &error, hint),
             (_, None) => Self::plain(Exit::Io, &error),
+        }
+    }
+}
+
+impl From<FolderError> for Failure {
+    fn from(error: FolderError) -> Self {
+        let hint = error.hint().unwrap_or_default();
+        match error {
+            FolderError::Export(failure) => failure.into(),
+            FolderError::Staging(error) => error.into(),
+            FolderError::Refused(_) => Self::new(Exit::BadInput, &error, hint),
         }
     }
 }

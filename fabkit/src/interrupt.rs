@@ -5,6 +5,10 @@
 //! wrote, and the process leaves with the same code. A second interrupt does not wait.
 
 use std::io::{self, Write};
+#[cfg(unix)]
+use std::sync::Arc;
+#[cfg(unix)]
+use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use crate::failure::{Exit, Failure};
@@ -17,6 +21,7 @@ static STATE: AtomicU8 = AtomicU8::new(COMPUTING);
 
 /// Listens for interrupts. Without it they end the process with the system's own code.
 pub fn listen() {
+    fail_beyond_file_limits();
     // Fails only if somebody else listens already.
     let _ = ctrlc::set_handler(|| {
         if STATE.swap(STOPPING, Ordering::SeqCst) != WRITING {
@@ -26,6 +31,18 @@ pub fn listen() {
         }
     });
 }
+
+/// A file that outgrows `ulimit -f` ends the process, unless somebody listens to the signal: then the
+/// write fails, like any other.
+#[cfg(unix)]
+fn fail_beyond_file_limits() {
+    let heard = Arc::new(AtomicBool::new(false));
+    // Where it cannot be listened to, temporary files stay until the next run.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, heard);
+}
+
+#[cfg(not(unix))]
+fn fail_beyond_file_limits() {}
 
 /// From here on there may be temporary files to clean up.
 ///

@@ -53,6 +53,7 @@ mod interrupt;
 pub mod pictures;
 pub mod reading;
 pub mod resumable;
+mod roles;
 pub mod scene;
 pub mod source;
 pub mod staging;

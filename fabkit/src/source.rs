@@ -51,6 +51,11 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// The sensor's file, where it is not built in.
+    pub(crate) fn file(&self) -> Option<&'a Path> {
+        is_path(self.sensor).then(|| Path::new(self.sensor))
+    }
+
     /// The same of a built-in variant of the sensor.
     #[must_use]
     pub fn with_preset(self, preset: Option<&'a str>) -> Self {

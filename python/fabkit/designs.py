@@ -231,6 +231,8 @@ class Design:
         bed_mm: tuple[float, float] | None = None,
         stock_mm: tuple[float, float] | None = None,
         kerf_mm: float | None = None,
+        clean: bool = False,
+        force: bool = False,
         progress: Progress = None,
     ) -> dict[str, Any]:
         """Write files as ``fabkit export`` does, byte for byte: all of them, or none.
@@ -253,12 +255,18 @@ class Design:
             Width and depth of the printer's bed, of sheets to cut from, mm.
         kerf_mm
             Width of the laser's cut, mm.
+        clean
+            Remove what the folder's manifest lists and this export does not write, if nobody has
+            changed it since.
+        force
+            Replace also files that were changed since fabkit wrote them, or that it did not write.
         progress
             ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
 
         Returns
         -------
-        The manifest: parts, files, volumes, hashes.
+        The manifest: parts, files, volumes, hashes; what an earlier export of the same design left
+        is in it.
 
         Raises
         ------
@@ -279,8 +287,7 @@ class Design:
                 kerf_mm,
                 tell,
             )
-        exported.write(os.fspath(folder))
-        return json.loads(exported.manifest())
+        return json.loads(exported.write(os.fspath(folder), clean, force))
 
 
 class Fixture(Design):

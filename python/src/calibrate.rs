@@ -21,14 +21,14 @@ use fabkit::commands::calibrate::captures::{self, Captures, Choose};
 use fabkit::commands::calibrate::extrinsics::{Inputs, solve};
 use fabkit::commands::calibrate::{intrinsics as from_views, pictures, pose_file};
 use fabkit::failure::{Exit, Failure};
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::OrRaise;
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, guarded, run, short};
 
 /// Brightness row by row, 0 to 1.
 type Picture<'py> = PyReadonlyArray2<'py, f32>;
@@ -61,7 +61,7 @@ fn read_landmarks(text: &str) -> Result<PinLandmarks, Failure> {
 /// A board's file, checked; as JSON with everything that it leaves to be computed.
 #[pyfunction]
 pub fn board(py: Python<'_>, text: &str) -> PyResult<String> {
-    Ok(read_board(text).or_raise(py)?.to_json())
+    short(py, || Ok::<_, Failure>(read_board(text)?.to_json()))?.or_raise(py)
 }
 
 /// Ids, pixels and standard deviations of a board's corners.
@@ -72,7 +72,7 @@ pub fn find_corners<'py>(
     board: &str,
 ) -> PyResult<(Bound<'py, PyArray1<u32>>, Found<'py>)> {
     let picture = grey("the picture", &picture).or_raise(py)?;
-    let board = read_board(board).or_raise(py)?;
+    let board = short(py, || read_board(board))?.or_raise(py)?;
     let corners = run(py, Interrupted::Leave, None, move |_| {
         boards::find_corners(&picture, &board)
             .map_err(|error| Failure::plain(Exit::BadInput, error))
@@ -139,12 +139,12 @@ impl Intrinsics {
         Camera { estimate: self.calibration.estimate.clone() }
     }
 
-    fn document(&self) -> String {
-        self.of().to_json().to_string()
+    fn document(&self, py: Python<'_>) -> PyResult<String> {
+        guarded(py, || Ok(self.of().to_json().to_string()))
     }
 
-    fn html(&self) -> String {
-        self.of().to_html()
+    fn html(&self, py: Python<'_>) -> PyResult<String> {
+        guarded(py, || Ok(self.of().to_html()))
     }
 }
 
@@ -167,7 +167,7 @@ pub fn intrinsics(
     corners: Vec<Corners>,
     models: Vec<String>,
 ) -> PyResult<Intrinsics> {
-    let board = read_board(board).or_raise(py)?;
+    let board = short(py, || read_board(board))?.or_raise(py)?;
     let models = models.iter().map(|name| {
         let known = || LensModel::ALL.iter().map(|model| model.name());
         LensModel::named(name).ok_or_else(|| UnknownName::new("lens model", name, known()))
@@ -261,26 +261,25 @@ impl Extrinsics {
         Camera { estimate: self.calibration.joint.camera_estimate() }
     }
 
-    fn document(&self) -> String {
-        self.of().to_json().to_string()
+    fn document(&self, py: Python<'_>) -> PyResult<String> {
+        guarded(py, || Ok(self.of().to_json().to_string()))
     }
 
-    fn html(&self) -> String {
-        self.of().to_html()
+    fn html(&self, py: Python<'_>) -> PyResult<String> {
+        guarded(py, || Ok(self.of().to_html()))
     }
 
     /// The content of a pose file, which leaves the camera's to whoever has it.
-    fn pose_text(&self) -> String {
-        pose_file::text(&self.of(), "")
+    fn pose_text(&self, py: Python<'_>) -> PyResult<String> {
+        guarded(py, || Ok(pose_file::text(&self.of(), "")))
     }
 
     /// Writes the pose and the camera that belongs to it.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let files: Vec<OutputFile> = pose_file::files(&path, &self.of()).or_raise(py)?;
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.map_or_else(|| PathBuf::from("."), PathBuf::from);
+        let files = guarded(py, || pose_file::files(&path, &self.of()).or_raise(py))?;
         run(py, Interrupted::Wait, None, move |link| {
-            Ok(write_all(&folder, &files, &|| link.is_cancelled())?)
+            let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
+            Ok(write_each(files, &|| link.is_cancelled())?)
         })
     }
 }
@@ -301,7 +300,7 @@ pub fn extrinsics(
     kind: Option<String>,
     gel_index: f64,
 ) -> PyResult<Extrinsics> {
-    let landmarks = read_landmarks(landmarks).or_raise(py)?;
+    let landmarks = short(py, || read_landmarks(landmarks))?.or_raise(py)?;
     let (project, camera) = (Arc::clone(&project.project), camera.estimate.clone());
     run(py, Interrupted::Leave, None, move |_| {
         let kind = kind.as_deref();

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::rows;
 use crate::errors::{OrRaise, exception};
+use crate::running::short;
 
 /// A camera, and how sure it is.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -41,7 +42,8 @@ impl Camera {
         height_px: u32,
         field_of_view_rad: f64,
     ) -> PyResult<Self> {
-        let camera = camera::Camera::equidistant(width_px, height_px, field_of_view_rad);
+        let made = || camera::Camera::equidistant(width_px, height_px, field_of_view_rad);
+        let camera = short(py, made)?;
         let camera = camera.map_err(|error| Failure::plain(Exit::BadInput, error)).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
@@ -57,7 +59,7 @@ impl Camera {
             let faults: Vec<String> = faults.collect();
             Failure::plain(Exit::BadInput, faults.join("\nerror: "))
         };
-        Ok(Self { estimate: files::read(text).map_err(wrong).or_raise(py)? })
+        Ok(Self { estimate: short(py, || files::read(text))?.map_err(wrong).or_raise(py)? })
     }
 
     /// The content of a camera file.
@@ -67,14 +69,14 @@ impl Camera {
             let unknown = fabkit::bodies::UnknownName::new("camera format", format, known());
             return Err(exception(py, unknown));
         };
-        let text = files::write(&self.estimate, *format);
+        let text = short(py, || files::write(&self.estimate, *format))?;
         let hint = "`fabkit` keeps everything";
         text.map_err(|error| Failure::new(Exit::BadInput, error, hint)).or_raise(py)
     }
 
     /// The same kind of camera with other numbers and no covariance.
     fn with_parameters(&self, py: Python<'_>, parameters: Vec<f64>) -> PyResult<Self> {
-        let camera = self.estimate.camera().with_parameters(&parameters);
+        let camera = short(py, || self.estimate.camera().with_parameters(&parameters))?;
         let camera = camera.map_err(|error| Failure::plain(Exit::BadInput, error)).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
@@ -114,13 +116,13 @@ impl Camera {
     ) -> PyResult<Array2<'py>> {
         let points: Vec<[f64; 3]> = rows(py, "points", &points_in_camera)?;
         let camera = self.estimate.camera();
-        let pixels: Vec<[f64; 2]> = py.detach(|| {
+        let pixels: Vec<[f64; 2]> = short(py, || {
             let pixel = |point: &[f64; 3]| match camera.project(&Point3::from(*point)) {
                 Ok(pixel) => [pixel.x, pixel.y],
                 Err(_) => [f64::NAN; 2],
             };
             points.iter().map(pixel).collect()
-        });
+        })?;
         PyArray1::from_vec(py, pixels.into_flattened()).reshape([points.len(), 2])
     }
 
@@ -133,7 +135,7 @@ impl Camera {
         let points: Vec<[f64; 3]> = rows(py, "points", &points_in_camera)?;
         let camera = self.estimate.camera();
         let (count, parameters) = (points.len(), camera.parameter_count());
-        let (pixels, by_point, by_parameters) = py.detach(|| {
+        let (pixels, by_point, by_parameters) = short(py, || {
             let mut pixels = Vec::with_capacity(2 * count);
             let mut by_point = Vec::with_capacity(6 * count);
             let mut by_parameters = Vec::with_capacity(2 * parameters * count);
@@ -152,7 +154,7 @@ impl Camera {
                 by_parameters.extend(projection.by_parameters.iter().map(|column| column.y));
             }
             (pixels, by_point, by_parameters)
-        });
+        })?;
         Ok((
             PyArray1::from_vec(py, pixels).reshape([count, 2])?,
             PyArray1::from_vec(py, by_point).reshape([count, 2, 3])?,
@@ -168,13 +170,13 @@ impl Camera {
     ) -> PyResult<(Array2<'py>, Array2<'py>)> {
         let pixels: Vec<[f64; 2]> = rows(py, "pixels", &pixels)?;
         let camera = self.estimate.camera();
-        let (origins, directions): (Vec<[f64; 3]>, Vec<[f64; 3]>) = py.detach(|| {
+        let (origins, directions): (Vec<[f64; 3]>, Vec<[f64; 3]>) = short(py, || {
             let ray = |pixel: &[f64; 2]| match camera.unproject(&Point2::from(*pixel)) {
                 Ok(ray) => (ray.origin_in_camera.into(), ray.direction.into()),
                 Err(_) => ([f64::NAN; 3], [f64::NAN; 3]),
             };
             pixels.iter().map(ray).unzip()
-        });
+        })?;
         let shape = [pixels.len(), 3];
         Ok((
             PyArray1::from_vec(py, origins.into_flattened()).reshape(shape)?,

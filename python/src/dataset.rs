@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 
 use crate::arrays::shaped;
 use crate::errors::OrRaise;
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 use crate::scene::Scene;
 
 /// A file: its path below the folder, and its content.
@@ -133,11 +133,11 @@ impl BegunDataset {
         py: Python<'_>,
         work: impl FnOnce(&mut Option<Begun>) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        let result = py.detach(|| match self.begun.lock() {
+        let result = short(py, || match self.begun.lock() {
             Ok(mut begun) => work(&mut begun),
             Err(error) => Err(Failure::bug(error)),
         });
-        result.or_raise(py)
+        result?.or_raise(py)
     }
 }
 
@@ -193,7 +193,7 @@ impl DatasetReader {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         let reader =
-            py.detach(|| Reader::open(&folder)).map_err(order::read_failure).or_raise(py)?;
+            short(py, || Reader::open(&folder))?.map_err(order::read_failure).or_raise(py)?;
         Ok(Self { reader })
     }
 
@@ -204,14 +204,14 @@ impl DatasetReader {
 
     fn content<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
         let bytes =
-            py.detach(|| self.reader.bytes(name)).map_err(order::read_failure).or_raise(py)?;
+            short(py, || self.reader.bytes(name))?.map_err(order::read_failure).or_raise(py)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// An array such as `halves/label`, if there is one.
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Option<Samples>> {
         let array =
-            py.detach(|| self.reader.array(name)).map_err(order::read_failure).or_raise(py)?;
+            short(py, || self.reader.array(name))?.map_err(order::read_failure).or_raise(py)?;
         Ok(array.map(|array| Samples { array }))
     }
 }
@@ -238,7 +238,7 @@ impl Samples {
 
     fn sample<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
         let bytes =
-            py.detach(|| self.array.sample(index)).map_err(order::read_failure).or_raise(py)?;
+            short(py, || self.array.sample(index))?.map_err(order::read_failure).or_raise(py)?;
         let shape = &self.array.shape()[1..];
         Ok(match self.array.element() {
             Element::U8 => shaped(py, bytes, shape)?.into_any(),

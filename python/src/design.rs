@@ -18,7 +18,7 @@ use crate::arrays;
 use crate::camera::Camera;
 use crate::errors::OrRaise;
 use crate::mesh::Mesh;
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 
 /// Names of the built-in sensors.
 #[pyfunction]
@@ -34,14 +34,14 @@ pub fn load(
     preset: Option<&str>,
     overrides: Vec<String>,
 ) -> PyResult<Project> {
-    let loaded = py.detach(|| {
+    let loaded = short(py, || {
         let source = match preset {
             None => Source::find(sensor)?,
             Some(preset) => Source::preset(sensor, preset)?,
         };
         let project = source.load(&overrides)?;
         Ok::<_, Failure>((source, project))
-    });
+    })?;
     let (source, project) = loaded.or_raise(py)?;
     Ok(Project { source: Arc::new(source), project: Arc::new(project) })
 }
@@ -134,8 +134,8 @@ impl Design {
 #[pymethods]
 impl Design {
     /// A `fabkit-show` document.
-    fn about(&self) -> String {
-        show::document(&self.design).to_string()
+    fn about(&self, py: Python<'_>) -> PyResult<String> {
+        short(py, || show::document(&self.design).to_string())
     }
 
     /// Files that come with the design: name and content.

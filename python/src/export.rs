@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fabkit::bodies::{self, Kind, UnknownName};
 use fabkit::designs::Design;
 use fabkit::export::Bed;
-use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions, Format};
+use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
 use fabkit::failure::{Exit, Failure};
 use fabkit::source::read_profile;
 use fabkit::staging::{OutputFile, write_all};
@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::exception;
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 
 /// Made by another kernel, and not one of [`Format`].
 const STEP: &str = "step";
@@ -104,7 +104,7 @@ pub fn exported(
 impl Exported {
     /// The list of contents, as JSON.
     fn manifest(&self, py: Python<'_>) -> PyResult<String> {
-        let bytes = self.exported.manifest.to_json();
+        let bytes = short(py, || self.exported.manifest.to_json())?;
         let bytes = bytes.map_err(|error| exception(py, Failure::bug(error)))?;
         Ok(String::from_utf8(bytes)?)
     }
@@ -115,11 +115,22 @@ impl Exported {
         files.map(|file| (file.name.clone(), PyBytes::new(py, &file.bytes))).collect()
     }
 
-    /// Writes them all, or none.
-    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+    /// Writes them all, or none; the list of contents as it is then.
+    fn write(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        clean: bool,
+        force: bool,
+    ) -> PyResult<String> {
         let exported = Arc::clone(&self.exported);
         run(py, Interrupted::Wait, None, move |link| {
-            Ok(write_all(&folder, &exported.files, &|| link.is_cancelled())?)
+            let how = Overwriting { clean, force };
+            let exports = [(folder, &*exported)];
+            let written = exporting::write(&exports, how, &|| link.is_cancelled())?;
+            let manifest = written.first().map_or(&exported.manifest, |written| &written.manifest);
+            let bytes = manifest.to_json().map_err(Failure::bug)?;
+            String::from_utf8(bytes).map_err(Failure::bug)
         })
     }
 }

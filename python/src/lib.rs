@@ -39,6 +39,8 @@ mod _fabkit {
     #[pymodule_export]
     use crate::mesh::Mesh;
     #[pymodule_export]
+    use crate::running::fall;
+    #[pymodule_export]
     use crate::scene::{Scene, false_color};
     #[pymodule_export]
     use crate::sweep::{SweepPlan, SweepStore, run_sweep, save_sweep};

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::OrRaise;
+use crate::running::short;
 
 /// A closed mesh in the frame of its part, mm. Its arrays are numpy's: moved there, not copied.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -58,10 +59,10 @@ impl Mesh {
         let triangles = self.triangles.bind(py).readonly();
         let triangles = triangles.as_slice()?.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         let mesh = TriMesh { vertices, triangles, faces: self.faces.clone() };
-        let bytes = py.detach(|| {
+        let bytes = short(py, || {
             let print = mesh.to_print().map_err(Failure::bug)?;
             export::stl(&self.name, &print).map_err(Failure::bug)
-        });
+        })?;
         Ok(PyBytes::new(py, &bytes.or_raise(py)?))
     }
 }

@@ -44,6 +44,30 @@ impl Link {
     }
 }
 
+/// Short work, without the interpreter's lock.
+///
+/// # Errors
+/// What panics, as an exception: Python's users know no panics.
+pub fn short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let result = py.detach(|| panic::catch_unwind(AssertUnwindSafe(work)));
+    result.map_err(|_| exception(py, Failure::bug("fabkit stopped")))
+}
+
+/// Panics on purpose, so that tests see what becomes of it.
+#[pyfunction]
+pub fn fall(py: Python<'_>) -> PyResult<()> {
+    short(py, || panic!("on purpose"))
+}
+
+/// Short work that may use Python.
+///
+/// # Errors
+/// Its own, and what panics as [`short`] has it.
+pub fn guarded<T>(py: Python<'_>, work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+    panic::catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|_| Err(exception(py, Failure::bug("fabkit stopped"))))
+}
+
 /// What to do with work that is interrupted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupted {

@@ -17,7 +17,7 @@ use crate::arrays;
 use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{OrRaise, exception};
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 
 /// A PNG picture of a map, with a colour for each value and a scale.
 #[pyfunction]
@@ -31,10 +31,10 @@ pub fn false_color<'py>(
         let failure = Failure::plain(Exit::BadInput, "a map without pixels has no picture");
         return Err(exception(py, failure));
     }
-    let bytes = py.detach(|| {
+    let bytes = short(py, || {
         let picture = picture(width_px, values);
         png(picture.width_px, picture.height_px, &picture.rgb).map_err(Failure::bug)
-    });
+    })?;
     Ok(PyBytes::new(py, &bytes.or_raise(py)?))
 }
 
@@ -65,7 +65,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let project = Arc::clone(&project.project);
         let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
-        let scene = py.detach(|| {
+        let scene = short(py, || {
             let bad = |error: &dyn Display| Failure::plain(Exit::BadInput, error.to_string());
             let mut files =
                 ViewpointFiles::read(&project, camera_file.as_deref(), pose_file.as_deref())?;
@@ -93,7 +93,7 @@ impl Scene {
             let viewpoint = Viewpoint::new(nominal, files.camera.as_deref(), files.pose.as_ref())
                 .map_err(|error| bad(&error))?;
             scene::Scene::new(project, viewpoint)
-        });
+        })?;
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
     }
 

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 
 use crate::design::Project;
 use crate::errors::{OrRaise, exception};
-use crate::running::{Interrupted, run};
+use crate::running::{Interrupted, run, short};
 
 /// A plan that can be carried out.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -44,7 +44,7 @@ impl SweepPlan {
 impl SweepPlan {
     #[staticmethod]
     fn read(py: Python<'_>, path: &str, custom: Vec<String>) -> PyResult<Self> {
-        let plan = py.detach(|| sweeping::read_plan(Path::new(path), &custom));
+        let plan = short(py, || sweeping::read_plan(Path::new(path), &custom))?;
         Ok(Self::new(plan.or_raise(py)?))
     }
 
@@ -57,17 +57,17 @@ impl SweepPlan {
         folder: &str,
         custom: Vec<String>,
     ) -> PyResult<Self> {
-        let plan = py.detach(|| sweeping::plan(file, text, Path::new(folder), &custom));
+        let plan = short(py, || sweeping::plan(file, text, Path::new(folder), &custom))?;
         Ok(Self::new(plan.or_raise(py)?))
     }
 
     /// The plan of [`SweepPlan::source`], on any machine.
     #[staticmethod]
     fn of_source(py: Python<'_>, source: &str) -> PyResult<Self> {
-        let plan = py.detach(|| {
+        let plan = short(py, || {
             let source = PlanSource::from_json(source).map_err(Failure::bug)?;
             Plan::new(source).map_err(|invalid| Failure::Design(invalid, Vec::new()))
-        });
+        })?;
         Ok(Self::new(plan.or_raise(py)?))
     }
 
@@ -136,7 +136,7 @@ impl SweepPlan {
             Some(texts) => self.plan.variant_at(number, &texts),
         };
         let (plan, sensor) = (Arc::clone(&self.plan), Arc::clone(&self.sensor));
-        let row = py.detach(move || {
+        let row = short(py, move || {
             let mut ask = |_: &Variant, project: &fixtures::Project| {
                 let Some(custom) = &custom else { return Ok(Vec::new()) };
                 Python::attach(|py| {
@@ -146,7 +146,7 @@ impl SweepPlan {
                 })
             };
             plan.evaluate_with(&variant, &mut ask)
-        })?;
+        })??;
         row.to_line().map_err(|error| exception(py, Failure::bug(error)))
     }
 }
@@ -169,10 +169,10 @@ impl SweepStore {
     where
         T: Send,
     {
-        let result = py.detach(|| match self.store.lock() {
+        let result = short(py, || match self.store.lock() {
             Ok(mut store) => work(&mut store),
             Err(error) => Err(Failure::bug(error)),
-        });
+        })?;
         result.or_raise(py)
     }
 }
@@ -186,7 +186,7 @@ impl SweepStore {
     #[staticmethod]
     fn open(py: Python<'_>, folder: String, plan: &SweepPlan, resume: bool) -> PyResult<Self> {
         let plan = Arc::clone(&plan.plan);
-        let store = py.detach(|| Store::open(Path::new(&folder), &plan, resume)).or_raise(py)?;
+        let store = short(py, || Store::open(Path::new(&folder), &plan, resume))?.or_raise(py)?;
         Ok(Self { plan, folder, store: Mutex::new(Some(store)) })
     }
 
@@ -252,9 +252,9 @@ pub fn save_sweep(
     lines: Vec<String>,
 ) -> PyResult<String> {
     let folder = Path::new(folder);
-    let saved = py.detach(|| {
+    let saved = short(py, || {
         let finished = sweeping::save(folder, &plan.plan, rows(&lines)?)?;
         Ok::<_, Failure>(document(folder, &finished).to_string())
-    });
+    })?;
     saved.or_raise(py)
 }

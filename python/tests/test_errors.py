@@ -89,3 +89,32 @@ def test_errors_travel_between_processes():
     assert type(again) is type(caught.value)
     assert str(again) == str(caught.value)
     assert (again.problems, again.code) == (caught.value.problems, "bad-input")
+
+
+def test_a_panic_is_an_exception_of_fabkits(capfd):
+    from fabkit import _fabkit
+
+    with pytest.raises(fabkit.FabkitError) as caught:
+        _fabkit.fall()
+    assert (caught.value.code, caught.value.exit_code) == ("bug", 70)
+    assert "on purpose" in capfd.readouterr().err
+
+
+def test_every_short_call_has_that_net():
+    from pathlib import Path
+
+    sources = Path(__file__).parent.parent / "src"
+    bare = [path.name for path in sources.glob("*.rs") if "py.detach(" in path.read_text()]
+    # The first has the net; in the second it is the command's own.
+    assert sorted(bare) == ["command.rs", "running.rs"]
+
+
+def test_a_changed_file_is_not_replaced_by_an_export(rtac0, tmp_path):
+    coupon = rtac0.fixtures["coupon"]
+    coupon.export(tmp_path, formats=["stl"])
+    (tmp_path / "coupon.yaml").write_text("mine")
+    with pytest.raises(ValueError, match="coupon.yaml was changed"):
+        coupon.export(tmp_path, formats=["stl"])
+    assert (tmp_path / "coupon.yaml").read_text() == "mine"
+    manifest = coupon.export(tmp_path, formats=["stl"], force=True)
+    assert "coupon.yaml" in [file["name"] for file in manifest["files"]]

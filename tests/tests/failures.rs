@@ -92,7 +92,7 @@ fn a_folder_that_may_not_be_written_is_named() {
     fs::set_permissions(&out, fs::Permissions::from_mode(0o555)).unwrap();
     let run = unprivileged(root.path(), &["export", "rtac0", "-o", "out"]);
     assert_eq!(run.code, Some(4), "{run:?}");
-    assert_says(&run, &["cannot create out/", "Permission denied", "may write to with -o"]);
+    assert_says(&run, &["cannot write into out: ", "Permission denied", "may write to with -o"]);
     assert_eq!(contents(&out), before);
     fs::set_permissions(&out, fs::Permissions::from_mode(0o755)).unwrap();
 }
@@ -189,7 +189,7 @@ fn an_interrupt_while_writing_leaves_all_or_nothing() {
         let deadline = Instant::now() + Duration::from_secs(60);
         let has_temporary = || {
             let names = fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name());
-            names.into_iter().any(|name| name.to_string_lossy().ends_with(".new"))
+            names.into_iter().any(|name| name.to_string_lossy().starts_with(".fabkit-"))
         };
         while !has_temporary() && Instant::now() < deadline {
             std::hint::spin_loop();

@@ -98,7 +98,7 @@ fn a_bad_coupon_or_profile_is_shown_with_its_line_and_writes_nothing() {
     assert!(run.stderr.contains("--> coupon.yaml:") && run.stderr.contains("is not finite"));
     assert!(!root.path().join("p.yaml").exists());
     for (output, says) in [
-        ("coupon.yaml", "would replace the coupon's own file"),
+        ("coupon.yaml", "would replace what COUPON.yaml reads"),
         ("p.txt", "does not end in .yaml"),
         ("My Printer.yaml", "cannot be a printer's name"),
     ] {

@@ -3,6 +3,8 @@
 mod bench_depth;
 mod bench_peers;
 mod book;
+#[cfg(unix)]
+mod faults;
 mod lint;
 mod python;
 mod python_package;
@@ -22,6 +24,8 @@ Tasks:
   lint               Formatting, clippy and documentation without warnings, licences and sources
   python             Build the Python package's wheel, install it, run its tests; types and style
   book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
+  faults [--rounds N] [--seed N]
+                     Fail each system call, kill, crowd and starve commands; look at what is on disk
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
@@ -35,6 +39,8 @@ fn main() -> ExitCode {
         "lint" => lint::run(),
         "python" => python_package::run(),
         "book" => book::run(env::args().nth(2).as_deref()),
+        #[cfg(unix)]
+        "faults" => faults::run(&env::args().skip(2).collect::<Vec<_>>()),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),

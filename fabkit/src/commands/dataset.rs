@@ -13,7 +13,7 @@ use fabkit::depth::truth::{Seam, Surface};
 use fabkit::export::png;
 use fabkit::fixtures::SEAM_NORMAL;
 use fabkit::identity::design_hash;
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 use serde_json::json;
 
 use super::progress::Progress;
@@ -22,12 +22,14 @@ use crate::cli::{Dataset, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
+use crate::roles::{Roles, has_ending};
 use crate::scene::{MOST_FAULTS, Scene, press_failure};
 use crate::source::MAX_YAML_BYTES;
 use crate::table::grouped;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
+    roles(args).check()?;
     let scene = view::scene(&args.design, &args.view)?;
     if args.probes {
         return probes::run(args, &scene);
@@ -42,16 +44,33 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         resume: args.resume,
     };
     prepare(&scene, &args.design.sensor, &order, |job| {
-        if let Some(path) = &args.contact_sheet {
-            write_sheet(path, job, args.seed)?;
-        }
+        let sheet = args.contact_sheet.as_deref();
+        let sheet = sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.seed)?)));
+        let sheet = sheet.transpose()?;
         interrupt::begin_writing()?;
         let progress = Progress::new(global, "files");
         let show = |done, found, all| progress.show(done, found, all);
         let written = dataset::write(&args.output, job, &show, &interrupt::requested);
         progress.clear();
-        Ok(report(args, &scene, job.plan, &written.map_err(failure)?, start))
+        let written = written.map_err(failure)?;
+        // Nothing is replaced for a data set that does not come about.
+        if let Some((path, bytes)) = sheet {
+            write_each([(path.to_owned(), &bytes[..])], &|| false)?;
+        }
+        Ok(report(args, &scene, job.plan, &written, start))
     })
+}
+
+fn roles(args: &Dataset) -> Roles {
+    let is_capture = |name: &str| name.to_ascii_lowercase().ends_with(".png");
+    let is_half = |name: &str| name.ends_with("-left.png") || name.ends_with("-right.png");
+    let captures = args.captures.as_deref();
+    let is_folder = captures.is_some_and(Path::is_dir);
+    view::roles(&args.design, &args.view)
+        .reads("--presses", &args.presses)
+        .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_capture(n) })
+        .writes("-o", args.probes.then_some(&args.output))
+        .writes("--contact-sheet", &args.contact_sheet)
 }
 
 /// What a data set is made of, besides what the camera sees.
@@ -106,17 +125,13 @@ pub fn prepare<R>(
     })
 }
 
-fn write_sheet(path: &Path, job: &Job, seed: u64) -> Result<(), Failure> {
-    let name = path.file_name().and_then(|name| name.to_str());
-    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".png")) else {
+fn sheet_of(path: &Path, job: &Job, seed: u64) -> Result<Vec<u8>, Failure> {
+    if !has_ending(path, "png") {
         let message = format!("{} does not name a .png file", path.display());
         return Err(Failure::plain(Exit::BadInput, message));
-    };
+    }
     let sheet = dataset::sheet(job, seed).map_err(|error| Failure::plain(Exit::Limit, error))?;
-    let bytes = png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let file = OutputFile { name: name.into(), bytes };
-    Ok(write_all(folder.unwrap_or(Path::new(".")), &[file], &|| false)?)
+    png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)
 }
 
 fn patterns(order: &Order, sensor: &str, scene: &Scene) -> Result<Vec<NamedPresses>, Failure> {

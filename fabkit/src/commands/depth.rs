@@ -1,23 +1,30 @@
 //! `fabkit depth SENSOR --press ID -o FILE.npz`
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use fabkit::depth::truth::DepthMap;
 use fabkit::export::{ExportError, npz, png};
 use fabkit::fixtures::Press;
 use fabkit::ground_truth::{self, Deepest, GREY_STEP_MM, Shown, arrays, cloud, picture};
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 use serde_json::json;
 
 use super::{Report, view};
 use crate::cli::Depth;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::roles::has_ending;
 use crate::scene::{Cast, Scene, Seen, press_failure};
 use crate::table::size;
 
 pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
+    view::roles(&args.design, &args.view)
+        .writes("-o", &args.output)
+        .writes("--png", &args.png)
+        .writes("--grey", &args.grey)
+        .writes("--tiff", &args.tiff)
+        .writes("--ply", &args.ply)
+        .check()?;
     let scene = view::scene(&args.design, &args.view)?;
     let presses = presses(&scene, args)?;
     let cast = Cast {
@@ -38,20 +45,14 @@ fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
     interrupt::begin_writing()?;
     let mut text = String::new();
     let mut listed = Vec::new();
-    // Files of one folder appear together.
-    let mut folders: BTreeMap<PathBuf, Vec<OutputFile>> = BTreeMap::new();
-    for (path, bytes) in files {
+    for (path, bytes) in &files {
         let shown = path.display().to_string();
         text += &format!("{shown}: {}\n", size(bytes.len() as u64));
         listed.push(json!({ "file": shown, "bytes": bytes.len() }));
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
-        folders.entry(folder).or_default().push(OutputFile { name, bytes });
     }
-    for (folder, files) in &folders {
-        write_all(folder, files, &interrupt::requested)?;
-    }
+    // All of them appear together, wherever they lie.
+    let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
+    write_each(files, &interrupt::requested)?;
 
     let contact = map.contact().filter(|contact| *contact).count();
     text += &scene.coverage_text();
@@ -115,13 +116,8 @@ fn files(
     let mut add =
         |path: &Option<PathBuf>, ends: &[&str], bytes: &dyn Fn() -> Result<_, ExportError>| {
             let Some(path) = path else { return Ok(()) };
-            let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-            if !ends.contains(&ending.to_ascii_lowercase().as_str()) {
+            if !ends.iter().any(|ending| has_ending(path, ending)) {
                 let message = format!("{} does not name a .{} file", path.display(), ends[0]);
-                return Err(Failure::plain(Exit::BadInput, message));
-            }
-            if files.iter().any(|(other, _)| other == path) {
-                let message = format!("{} is named for two files", path.display());
                 return Err(Failure::plain(Exit::BadInput, message));
             }
             files.push((path.clone(), bytes().map_err(Failure::bug)?));

@@ -7,9 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use fabkit::designs::Design;
-use fabkit::export::{Bed, FileEntry, Manifest};
-use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions};
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
+use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written};
 use fabkit::verifier::Verifier;
 use serde_json::{Value, json};
 
@@ -17,8 +16,12 @@ use super::Report;
 use crate::cli::{Export, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::roles::Roles;
 use crate::source::{self, Target};
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
+
+/// Files that are named in one line.
+const MOST_NAMED: usize = 8;
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
@@ -70,26 +73,32 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     }
 
     let folder = args.output.clone().unwrap_or_else(|| default_folder(&target, &design));
-    // The sensor's own list of contents comes last.
-    let mut files: Vec<OutputFile> = Vec::new();
-    for (name, exported) in &of_fixtures {
-        files.extend(exported.files.iter().map(|file| OutputFile {
-            name: format!("{name}/{}", file.name),
-            bytes: file.bytes.clone(),
-        }));
-    }
-    files.extend(exported.files);
+    // Fixtures lie in folders below; the sensor's own list of contents comes last.
+    let below = of_fixtures.iter().map(|(name, exported)| (folder.join(name), exported));
+    let exports: Vec<_> = below.chain([(folder.clone(), &exported)]).collect();
+    let files = exports.iter().flat_map(|(folder, exported)| {
+        exported.files.iter().map(move |file| (folder.join(&file.name), file.bytes.len() as u64))
+    });
+    let files: Vec<(PathBuf, u64)> = files.collect();
+    Roles::default()
+        .reads("SENSOR", target.file())
+        .reads("--process", &args.process)
+        .writes("-o", files.iter().map(|(place, _)| place))
+        .check()?;
     interrupt::begin_writing()?;
-    write_all(&folder, &files, &interrupt::requested)?;
+    let how = Overwriting { clean: args.clean, force: args.force };
+    let mut written = exporting::write(&exports, how, &interrupt::requested)?;
+    let own = written.pop();
 
     let mut text = String::new();
     let mut manifests = BTreeMap::new();
-    for (name, exported) in &of_fixtures {
-        text += &format!("{name}\n{}\n", table_of(&exported.manifest));
-        manifests.insert(*name, &exported.manifest);
+    for ((name, exported), written) in of_fixtures.iter().zip(&written) {
+        text += &format!("{name}\n{}{}", table_of(&exported.manifest), remains(exported, written));
+        text.push('\n');
+        manifests.insert(*name, &written.manifest);
     }
     text += &table_of(&exported.manifest);
-    let bytes = files.iter().map(|file| file.bytes.len() as u64).sum();
+    let bytes = files.iter().map(|(_, bytes)| bytes).sum();
     text += &format!(
         "{} files, {} in {} ({:.2} s)\n",
         files.len(),
@@ -97,7 +106,9 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         folder.display(),
         start.elapsed().as_secs_f64(),
     );
-    let mut json = json(&exported.manifest, &folder);
+    let own = own.ok_or_else(|| Failure::bug("an export without a folder"))?;
+    text += &remains(&exported, &own);
+    let mut json = json(&own, &folder);
     if args.fixtures {
         json["fixtures"] = json!(manifests);
     }
@@ -114,6 +125,33 @@ fn default_folder(target: &Target, design: &Design) -> PathBuf {
         Some((sensor, fixture)) => out.join(sensor).join(fixture),
         None => out.join(name),
     }
+}
+
+/// What lies in the folder besides what was written now, and what no longer does.
+fn remains(exported: &Exported, written: &Written) -> String {
+    let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
+    let mut text = String::new();
+    if kept > 0 {
+        text += &format!("{kept} files of an earlier export of the same design stay\n");
+    }
+    let mut line = |what: &str, names: Vec<&str>, hint: &str| {
+        if !names.is_empty() {
+            let more = names.len().saturating_sub(MOST_NAMED);
+            let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let names = names[..names.len() - more].join(", ");
+            text += &format!("{what}: {names}{tail}{hint}\n");
+        }
+    };
+    let of = |why: Otherness| {
+        let others = written.manifest.others.iter().filter(move |other| other.why == why);
+        others.map(|OtherFile { name, .. }| name.as_str()).collect()
+    };
+    let hint = "; --clean removes them";
+    line("warning: of another version of the design or of the options", of(Otherness::Stale), hint);
+    line("warning: changed since an earlier export", of(Otherness::Changed), "");
+    line("not fabkit's", of(Otherness::Foreign), "");
+    line("removed", written.removed.iter().map(String::as_str).collect(), "");
+    text
 }
 
 /// Parts with their files, and in what these differ from the design.
@@ -164,12 +202,13 @@ fn compensations(manifest: &Manifest) -> String {
     parts_by_note.into_iter().map(line).collect()
 }
 
-fn json(manifest: &Manifest, folder: &Path) -> Value {
+fn json(written: &Written, folder: &Path) -> Value {
     json!({
         "format": "fabkit-export",
         "version": 1,
         "folder": folder.display().to_string(),
-        "manifest": manifest,
+        "manifest": written.manifest,
+        "removed": written.removed,
     })
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fabkit::designs::parameters::{Name, Scalar};
 use fabkit::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 use serde_json::{Value, json};
 
 use super::Report;
@@ -13,15 +13,13 @@ use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
+use crate::roles::Roles;
 use crate::source::MAX_YAML_BYTES;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
-    let (folder, file_name, name) = target(&args.output)?;
-    if args.output == args.coupon {
-        let message = "the profile would replace the coupon's own file";
-        return Err(Failure::new(Exit::BadInput, message, "choose another name with -o"));
-    }
+    let name = printer(&args.output)?;
+    Roles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
     let hint = "is it the right file? `fabkit export SENSOR/coupon` writes it";
     let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
     let (file, text) = (args.coupon.display().to_string(), reading::text(&args.coupon, expected)?);
@@ -30,7 +28,7 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
 
     let bytes = measured.profile.to_yaml(&comments(&measured)).into_bytes();
     interrupt::begin_writing()?;
-    write_all(folder, &[OutputFile { name: file_name, bytes }], &interrupt::requested)?;
+    write_each([(args.output.clone(), &bytes[..])], &interrupt::requested)?;
     Ok(Report {
         text: text_of(&measured, &args.output),
         json: json_of(&measured, &args.output),
@@ -38,8 +36,8 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
     })
 }
 
-/// Folder, file name and printer's name.
-fn target(output: &Path) -> Result<(&Path, String, Name), Failure> {
+/// The printer's name.
+fn printer(output: &Path) -> Result<Name, Failure> {
     let bad = |message: String, hint: &str| Failure::new(Exit::BadInput, message, hint);
     let shown = output.display();
     let hint = "write for example `-o my-printer.yaml`";
@@ -52,11 +50,9 @@ fn target(output: &Path) -> Result<(&Path, String, Name), Failure> {
     if !file.ends_with(".yaml") && !file.ends_with(".yml") {
         return Err(bad(format!("{shown} does not end in .yaml"), hint));
     }
-    let name = Name::parse(stem).map_err(|refusal| {
+    Name::parse(stem).map_err(|refusal| {
         bad(format!("`{stem}` cannot be a printer's name: it {}", refusal.says), hint)
-    })?;
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    Ok((folder.unwrap_or(Path::new(".")), file.to_owned(), name))
+    })
 }
 
 /// What else was measured, for people.

@@ -1,16 +1,15 @@
 //! `fabkit render SENSOR[/PART] -o FILE.png`
 
-use std::path::Path;
-
 use fabkit::bodies;
 use fabkit::pictures::{self, MAX_PIXELS, Shot};
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 use serde_json::json;
 
 use super::Report;
 use crate::cli::Render;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::roles::{Roles, has_ending};
 use crate::source::Target;
 use crate::table::size;
 
@@ -23,11 +22,11 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
             format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
         return Err(Failure::new(Exit::Limit, message, "ask for a smaller --size"));
     }
-    let name = args.output.file_name().and_then(|name| name.to_str());
-    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".png")) else {
+    if !has_ending(&args.output, "png") {
         let message = format!("{} does not name a .png file", args.output.display());
         return Err(Failure::plain(Exit::BadInput, message));
-    };
+    }
+    Roles::default().reads("SENSOR", target.file()).writes("-o", [&args.output]).check()?;
     if part.is_some() && (args.exploded || args.assembly.is_some()) {
         let message = "--exploded and --assembly are for whole assemblies, not for one part";
         return Err(Failure::plain(Exit::BadInput, message));
@@ -44,11 +43,9 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
         }
     };
 
-    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     let count = bytes.len() as u64;
     interrupt::begin_writing()?;
-    let file = OutputFile { name: name.into(), bytes };
-    write_all(folder.unwrap_or(Path::new(".")), &[file], &interrupt::requested)?;
+    write_each([(args.output.clone(), &bytes[..])], &interrupt::requested)?;
     let shown = args.output.display().to_string();
     let json = json!({
         "format": "fabkit-render",

@@ -8,12 +8,14 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::cli::Verify;
 use crate::failure::Failure;
+use crate::roles::Roles;
 use crate::source::Target;
 use crate::table::{Align::Left, table};
 
 pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
     let target = Target::new(&args.sensor);
     let part = target.part;
+    Roles::default().reads("SENSOR", target.file()).writes("--report", &args.report).check()?;
     let design = target.design(&args.set)?;
     let verifier = Verifier::find()?;
     let options = VerifyOptions {

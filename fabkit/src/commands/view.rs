@@ -4,8 +4,17 @@ use std::sync::Arc;
 
 use super::{Exit, Failure};
 use crate::cli::{Design, View};
+use crate::roles::Roles;
 use crate::scene::{Scene, viewpoint_from_files};
 use crate::source::{Source, Target};
+
+/// The files that say what is seen, and from where.
+pub(super) fn roles(design: &Design, view: &View) -> Roles {
+    Roles::default()
+        .reads("SENSOR", Target::new(&design.sensor).file())
+        .reads("--camera", &view.camera)
+        .reads("--pose", &view.pose)
+}
 
 pub(super) fn scene(design: &Design, view: &View) -> Result<Scene, Failure> {
     let target = Target::new(&design.sensor);

@@ -2,6 +2,7 @@
 
 mod compensation;
 mod failure;
+mod folder;
 mod options;
 mod pieces;
 mod plates;
@@ -20,6 +21,7 @@ use rayon::prelude::*;
 
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
+pub use self::folder::{FolderError, Overwriting, Refusal, Written, write};
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 use self::sheets::CutSheet;
 use crate::bodies::{self, BodyRef, Kind};
@@ -31,7 +33,7 @@ use crate::staging::OutputFile;
 pub const MAX_TRIANGLES: usize = 5_000_000;
 
 /// Name of the list of contents.
-pub const MANIFEST_NAME: &str = "manifest.json";
+pub const MANIFEST_NAME: &str = crate::staging::CONTENTS;
 
 /// How pictures of single parts are taken.
 const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false };
@@ -46,6 +48,8 @@ pub struct Exported {
     pub files: Vec<OutputFile>,
     /// What the manifest says.
     pub manifest: Manifest,
+    /// All bodies that the design has, in its order.
+    pub bodies: Vec<String>,
 }
 
 /// A file that somebody else made, for the manifest.
@@ -181,7 +185,7 @@ pub fn export(
         made.extend(design.companions.iter().map(companion));
     }
     limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
-    assemble(design, hash, &meshed, made)
+    assemble(design, options, hash, &meshed, made)
 }
 
 /// A file that comes with the design; its format is the end of its name.
@@ -369,6 +373,7 @@ fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {
 
 fn assemble(
     design: &Design,
+    options: &ExportOptions,
     design_hash: String,
     meshed: &[Meshed],
     made: Vec<Made>,
@@ -393,12 +398,15 @@ fn assemble(
         title: sensor.title.clone(),
         reference: sensor.reference.clone(),
         design_hash,
+        options: Some(options.entry()),
         parameters,
         parts: meshed.iter().map(part_entry).collect(),
         files: entries,
+        others: Vec::new(),
     };
     files.push(manifest_file(&manifest)?);
-    Ok(Exported { files, manifest })
+    let bodies = bodies::bodies(sensor).iter().map(|body| body.name.to_owned()).collect();
+    Ok(Exported { files, manifest, bodies })
 }
 
 fn part_entry(meshed: &Meshed) -> PartEntry {

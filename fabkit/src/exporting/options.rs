@@ -1,7 +1,7 @@
 //! What to export.
 
 use fabkit_designs::profile::ProcessProfile;
-use fabkit_export::Bed;
+use fabkit_export::{Bed, OptionsEntry, ProfileEntry};
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,6 +77,22 @@ pub struct ExportOptions {
 }
 
 impl ExportOptions {
+    /// What the manifest says of them: all that the content of files depends on.
+    pub(super) fn entry(&self) -> OptionsEntry {
+        let profile = self.profile.as_ref().map(|profile| ProfileEntry {
+            name: profile.name.as_str().to_owned(),
+            blake3: blake3::hash(profile.to_yaml(&[]).as_bytes()).to_hex().to_string(),
+        });
+        OptionsEntry {
+            tolerance_mm: self.tolerance_mm,
+            bed_mm: self.bed.size_mm,
+            stock_mm: self.stock.size_mm,
+            kerf_mm: self.kerf_mm,
+            profile,
+            nominal: self.nominal,
+        }
+    }
+
     /// Whether any file may differ from the design.
     pub(super) fn compensates(&self) -> bool {
         !self.nominal && self.formats.iter().any(|format| format.is_compensated())

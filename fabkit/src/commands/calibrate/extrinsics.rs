@@ -11,7 +11,7 @@ use fabkit::camera::CameraEstimate;
 use fabkit::camera::files::{self, InvalidCameraFile};
 use fabkit::designs::Design;
 use fabkit::geometry::Sensor;
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 
 use super::captures::{self, Captures};
 use super::{Report, pose_file};
@@ -19,6 +19,7 @@ use crate::cli::CalibrateExtrinsics;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
+use crate::roles::Roles;
 use crate::source::Target;
 
 /// The fixture whose pins these are, unless a file says otherwise.
@@ -27,6 +28,7 @@ pub const PIN_DOME: &str = "pin-dome";
 const MAX_DOUBTFUL: f64 = 0.2;
 
 pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
+    roles(args)?.check()?;
     let design = Target::new(&args.sensor).design(&args.set)?;
     let camera = read_camera(&args.camera)?;
     let landmarks = match &args.landmarks {
@@ -112,24 +114,26 @@ pub fn solve<R>(
 }
 
 fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<(), Failure> {
-    let html = args.report.as_ref().map(|path| (path, report.to_html().into_bytes()));
-    let pose = pose_file::files(&args.output, report)?;
-    let folder_of = |path: &Path| match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => Path::new(".").to_owned(),
-    };
-    interrupt::begin_writing()?;
     // The report first: a pose that is there has its report.
-    if let Some((path, bytes)) = html {
-        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-            let message = format!("{} does not name a file", path.display());
-            return Err(Failure::plain(Exit::BadInput, message));
-        };
-        let file = OutputFile { name: name.into(), bytes };
-        write_all(&folder_of(path), &[file], &interrupt::requested)?;
-    }
-    write_all(&folder_of(&args.output), &pose, &interrupt::requested)?;
-    Ok(())
+    let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
+    let files: Vec<_> = html.into_iter().chain(pose_file::files(&args.output, report)?).collect();
+    interrupt::begin_writing()?;
+    let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
+    Ok(write_each(files, &interrupt::requested)?)
+}
+
+fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
+    let is_read = |name: &str| [".png", ".csv"].iter().any(|ending| name.ends_with(ending));
+    let captures = Some(args.captures.as_path());
+    Ok(Roles::default()
+        .reads("SENSOR", Target::new(&args.sensor).file())
+        .reads("--camera", [&args.camera])
+        .reads("--landmarks", &args.landmarks)
+        .reads("--reference", &args.reference)
+        .reads_all("--captures", captures, is_read)
+        .writes("--report", &args.report)
+        .writes("-o", [&args.output])
+        .writes("-o (the camera of the pose)", [pose_file::camera_of(&args.output)?]))
 }
 
 fn read_camera(path: &Path) -> Result<CameraEstimate, Failure> {

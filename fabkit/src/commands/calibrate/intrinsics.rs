@@ -1,23 +1,31 @@
 //! `fabkit calibrate intrinsics SENSOR --board board.json IMAGE... -o camera.yaml`
 
 use std::fmt::Write;
-use std::path::Path;
 
 use fabkit::calibration::intrinsics::{CalibrateError, Calibration, LensModel, calibrate};
 use fabkit::calibration::report::IntrinsicsReport;
 use fabkit::camera::Camera;
 use fabkit::camera::files::{self, Format};
 use fabkit::geometry::NominalCamera;
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 
 use super::Report;
 use super::boards::{self, Views};
 use crate::cli::CalibrateIntrinsics;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::roles::Roles;
 use crate::source::Target;
 
 pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
+    Roles::default()
+        .reads("SENSOR", Target::new(&args.sensor).file())
+        .reads("--board", [&args.board])
+        .reads("--corners", &args.corners)
+        .reads("IMAGE", &args.images)
+        .writes("--report", &args.report)
+        .writes("-o", [&args.output])
+        .check()?;
     let design = Target::new(&args.sensor).design(&args.set)?;
     let camera = &design.sensor.camera;
     let board = boards::read_board(&args.board)?;
@@ -82,25 +90,11 @@ fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<()
     let camera =
         files::write(&report.calibration.estimate, Format::Fabkit).map_err(Failure::bug)?;
     // The report first: a camera that is there has its report.
-    let html = args.report.as_deref().map(|path| (path, report.to_html()));
-    let outputs = html.into_iter().chain([(args.output.as_path(), camera)]);
-    let outputs = outputs.map(|(path, text)| staged(path, text)).collect::<Result<Vec<_>, _>>()?;
+    let html = args.report.as_ref().map(|path| (path, report.to_html()));
+    let files: Vec<_> = html.into_iter().chain([(&args.output, camera)]).collect();
     interrupt::begin_writing()?;
-    for (folder, file) in outputs {
-        write_all(folder, &[file], &interrupt::requested)?;
-    }
-    Ok(())
-}
-
-/// A file's folder, and the file as it is to be there.
-fn staged(path: &Path, text: String) -> Result<(&Path, OutputFile), Failure> {
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-        let message = format!("{} does not name a file", path.display());
-        return Err(Failure::plain(Exit::BadInput, message));
-    };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let file = OutputFile { name: name.into(), bytes: text.into_bytes() };
-    Ok((folder.unwrap_or(Path::new(".")), file))
+    let files = files.iter().map(|(path, text)| (path.to_path_buf(), text.as_bytes()));
+    Ok(write_each(files, &interrupt::requested)?)
 }
 
 fn summary(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> String {

@@ -1,12 +1,11 @@
 //! The files that a calibrated pose is kept in.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fabkit::calibration::report::ExtrinsicsReport;
 use fabkit::camera::POSE_PARAMETERS;
 use fabkit::camera::files::{self, FiledJoint, Format, list};
-use fabkit::staging::OutputFile;
 
 use crate::failure::{Exit, Failure};
 
@@ -16,22 +15,37 @@ use crate::failure::{Exit, Failure};
 /// other radial terms on the way: it is written beside the pose, which names it.
 ///
 /// # Errors
-/// A name that is none.
-pub fn files(output: &Path, report: &ExtrinsicsReport<'_>) -> Result<Vec<OutputFile>, Failure> {
-    let name = output.file_name().and_then(|name| name.to_str());
-    let stem = output.file_stem().and_then(|stem| stem.to_str());
-    let (Some(name), Some(stem)) = (name, stem) else {
+/// As [`camera_of`].
+pub fn files(
+    output: &Path,
+    report: &ExtrinsicsReport<'_>,
+) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let camera_place = camera_of(output)?;
+    let camera_name = camera_place.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let estimate = report.calibration.joint.camera_estimate();
+    let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
+    let text = text(report, camera_name);
+    Ok(vec![
+        (camera_place, camera_text.into_bytes()),
+        (output.to_owned(), text.into_bytes()),
+    ])
+}
+
+/// Where the camera of a pose goes: `pose.camera.yaml` for `pose.yaml`.
+///
+/// # Errors
+/// A name that is none, or that the pose's file cannot hold, because it is no text.
+pub fn camera_of(output: &Path) -> Result<PathBuf, Failure> {
+    let Some(stem) = output.file_stem() else {
         let message = format!("{} does not name a file", output.display());
         return Err(Failure::plain(Exit::BadInput, message));
     };
-    let camera_name = format!("{stem}.camera.yaml");
-    let estimate = report.calibration.joint.camera_estimate();
-    let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
-    let text = text(report, &camera_name);
-    Ok(vec![
-        OutputFile { name: camera_name, bytes: camera_text.into_bytes() },
-        OutputFile { name: name.into(), bytes: text.into_bytes() },
-    ])
+    let Some(stem) = stem.to_str() else {
+        let message = format!("{} is no name in UTF-8", output.display());
+        let hint = "the pose names the camera's file beside it, which is called after it";
+        return Err(Failure::new(Exit::BadInput, message, hint));
+    };
+    Ok(output.with_file_name(format!("{stem}.camera.yaml")))
 }
 
 /// What a pose file says.

@@ -1,15 +1,14 @@
 //! `fabkit dataset SENSOR --probes -o FILE.csv`
 
-use std::path::Path;
-
 use fabkit::ground_truth::probes::probes;
-use fabkit::staging::{OutputFile, write_all};
+use fabkit::staging::write_each;
 use serde_json::json;
 
 use super::super::Report;
 use crate::cli::Dataset;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::roles::has_ending;
 use crate::scene::Scene;
 use crate::table::{grouped, size};
 
@@ -17,11 +16,10 @@ use crate::table::{grouped, size};
 const DEEPEST_MM: f64 = 1.6;
 
 pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
-    let name = args.output.file_name().and_then(|name| name.to_str());
-    let Some(name) = name.filter(|name| name.to_ascii_lowercase().ends_with(".csv")) else {
+    if !has_ending(&args.output, "csv") {
         let message = format!("{} does not name a .csv file", args.output.display());
         return Err(Failure::plain(Exit::BadInput, message));
-    };
+    }
     let touch = scene.touch()?;
     let deepest_mm = args.depth.unwrap_or(DEEPEST_MM.min(touch.soft_mm));
     if deepest_mm > touch.soft_mm {
@@ -36,9 +34,7 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
     let bytes = probes.csv.into_bytes();
     let count = bytes.len() as u64;
     interrupt::begin_writing()?;
-    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let file = OutputFile { name: name.into(), bytes };
-    write_all(folder.unwrap_or(Path::new(".")), &[file], &interrupt::requested)?;
+    write_each([(args.output.clone(), &bytes[..])], &interrupt::requested)?;
     let shown = args.output.display().to_string();
     let text = format!(
         "{shown}: {} probes to {deepest_mm} mm, the camera sees {} of their tips, {}\n{}",

@@ -1,0 +1,216 @@
+//! Which files a command reads and which it writes.
+//!
+//! A command says so before it begins. Files count as the same however they are spelled: as `./x`,
+//! through symbolic links, hard links, or in another case where the file system does not tell cases
+//! apart. What would replace its own input, or another output, is refused.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use crate::failure::{Exit, Failure};
+
+/// The files of one run of a command.
+#[derive(Debug, Default)]
+pub(crate) struct Roles {
+    inputs: Vec<Role>,
+    outputs: Vec<Role>,
+}
+
+#[derive(Debug)]
+struct Role {
+    /// `--camera`, `SENSOR`.
+    option: String,
+    path: PathBuf,
+    identity: Identity,
+}
+
+impl Role {
+    fn new(option: &str, path: &Path) -> Self {
+        Self { option: option.into(), path: path.into(), identity: Identity::of(path) }
+    }
+}
+
+impl Roles {
+    /// A file that is read; nothing for an option that was not given.
+    pub(crate) fn reads<P: AsRef<Path>>(
+        mut self,
+        option: &str,
+        path: impl IntoIterator<Item = P>,
+    ) -> Self {
+        self.inputs.extend(path.into_iter().map(|path| Role::new(option, path.as_ref())));
+        self
+    }
+
+    /// The files in a folder, or the file itself, and if that is a list the files it names, of which
+    /// `is_read` says that they are read.
+    pub(crate) fn reads_all(
+        self,
+        option: &str,
+        place: Option<&Path>,
+        is_read: impl Fn(&str) -> bool,
+    ) -> Self {
+        let Some(place) = place else { return self };
+        let mut files = vec![place.to_owned()];
+        if let Ok(entries) = place.read_dir() {
+            let paths = entries.flatten().map(|entry| entry.path());
+            files = paths.filter(|path| is_read(&path.to_string_lossy())).collect();
+        } else if fs::metadata(place).is_ok_and(|found| found.is_file() && found.len() < 1 << 24) {
+            let text = fs::read_to_string(place).unwrap_or_default();
+            let folder = place.parent().unwrap_or(Path::new(""));
+            let named = text.lines().flat_map(|line| line.split(','));
+            let named = named.map(|field| field.trim()).filter(|field| is_read(field));
+            files.extend(named.map(|field| folder.join(field)));
+        }
+        self.reads(option, files)
+    }
+
+    /// A file that is written; nothing for an option that was not given.
+    pub(crate) fn writes<P: AsRef<Path>>(
+        mut self,
+        option: &str,
+        path: impl IntoIterator<Item = P>,
+    ) -> Self {
+        self.outputs.extend(path.into_iter().map(|path| Role::new(option, path.as_ref())));
+        self
+    }
+
+    /// Refuses outputs that are inputs or other outputs, all at once.
+    ///
+    /// # Errors
+    /// Bad input that names both options.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        let mut wrong = Vec::new();
+        for (i, output) in self.outputs.iter().enumerate() {
+            let shown = format!("{} {}", output.option, output.path.display());
+            let is_same = |other: &&Role| other.identity.may_be(&output.identity);
+            if let Some(input) = self.inputs.iter().find(is_same) {
+                let (option, path) = (&input.option, input.path.display());
+                wrong.push(format!("{shown} would replace what {option} reads ({path})"));
+            }
+            if let Some(other) = self.outputs[..i].iter().find(is_same) {
+                let (option, path) = (&other.option, other.path.display());
+                wrong.push(format!("{shown} and {option} {path} are the same file"));
+            }
+        }
+        let hint = "give each file that is written a name of its own";
+        let wrong = wrong.into_iter().map(|text| Failure::new(Exit::BadInput, text, hint));
+        Failure::all(wrong.collect()).map_or(Ok(()), Err)
+    }
+}
+
+/// What a name stands for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Identity {
+    /// A file that is there: device and number on it, or the path without any detour.
+    There(u64, u64, Option<PathBuf>),
+    /// One that is not: the folder without any detour, and the name. Some systems take names that
+    /// differ in case alone for the same.
+    Missing(PathBuf, OsString),
+}
+
+impl Identity {
+    fn of(path: &Path) -> Self {
+        match fs::metadata(path) {
+            Ok(found) => Self::there(path, &found),
+            Err(_) => {
+                let (folder, name) = split(path);
+                Self::Missing(real(&folder), name)
+            }
+        }
+    }
+
+    #[cfg(unix)]
+    fn there(_: &Path, found: &fs::Metadata) -> Self {
+        use std::os::unix::fs::MetadataExt;
+        Self::There(found.dev(), found.ino(), None)
+    }
+
+    #[cfg(not(unix))]
+    fn there(path: &Path, _: &fs::Metadata) -> Self {
+        Self::There(0, 0, Some(real(path)))
+    }
+
+    fn may_be(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Missing(folder, name), Self::Missing(there, other)) => {
+                let lower = |name: &OsString| name.to_string_lossy().to_lowercase();
+                folder == there && (name == other || lower(name) == lower(other))
+            }
+            _ => self == other,
+        }
+    }
+}
+
+/// Whether a name ends as files of a kind do: `has_ending(path, "png")`.
+pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
+fn split(path: &Path) -> (PathBuf, OsString) {
+    let name = path.file_name().map(OsString::from).unwrap_or_default();
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => (folder.to_owned(), name),
+        _ => (PathBuf::from("."), name),
+    }
+}
+
+/// The path without links and detours, as far as it exists; the rest as it is written.
+fn real(path: &Path) -> PathBuf {
+    if let Ok(real) = fs::canonicalize(path) {
+        return real;
+    }
+    match path.components().next_back() {
+        Some(Component::Normal(name)) => {
+            let (folder, _) = split(path);
+            real(&folder).join(name)
+        }
+        Some(Component::ParentDir) => {
+            let above = real(path.parent().unwrap_or(Path::new(".")));
+            above.parent().map_or(above.clone(), Path::to_path_buf)
+        }
+        _ => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clash(input: &Path, output: &Path) -> bool {
+        Roles::default().reads("IN", [input]).writes("-o", [output]).check().is_err()
+    }
+
+    #[test]
+    fn a_file_is_the_same_in_any_spelling() {
+        let root = tempfile::tempdir().unwrap();
+        let path = |name: &str| root.path().join(name);
+        fs::create_dir(path("sub")).unwrap();
+        fs::write(path("a.yaml"), "a").unwrap();
+        fs::write(path("b.yaml"), "b").unwrap();
+        fs::hard_link(path("a.yaml"), path("hard.yaml")).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(path("a.yaml"), path("soft.yaml")).unwrap();
+        for same in ["a.yaml", "./a.yaml", "sub/../a.yaml", "hard.yaml", "soft.yaml"] {
+            assert!(clash(&path("a.yaml"), &path(same)), "{same}");
+        }
+        for other in ["b.yaml", "c.yaml", "A.yaml"] {
+            assert!(!clash(&path("a.yaml"), &path(other)), "{other}");
+        }
+    }
+
+    #[test]
+    fn outputs_that_are_not_there_yet_are_told_apart_too() {
+        let root = tempfile::tempdir().unwrap();
+        let path = |name: &str| root.path().join(name);
+        let both = |a: &str, b: &str| {
+            Roles::default().writes("--png", [path(a)]).writes("--grey", [path(b)]).check()
+        };
+        for (a, b) in [("x.png", "./x.png"), ("x.png", "X.png"), ("n/x.png", "n/m/../x.png")] {
+            let text = both(a, b).unwrap_err().to_text();
+            assert!(text.contains("--png") && text.contains("--grey"), "{text}");
+        }
+        both("x.png", "y.png").unwrap();
+        both("n/x.png", "m/x.png").unwrap();
+    }
+}

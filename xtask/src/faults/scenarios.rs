@@ -1,0 +1,333 @@
+//! The commands that are disturbed, and how each is tried out.
+
+use std::fmt::Write;
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use super::Trial;
+use super::judge::{self, Files};
+use super::shim::{self, Fault, KINDS};
+
+/// Longest that a run may take: beyond, it hangs.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// As many runs at once as are a crowd.
+const CROWD: usize = 4;
+/// Done, a limit, a file that cannot be read as what it should be, files.
+const DOCUMENTED: [i32; 4] = [0, 2, 3, 4];
+
+const CAMERA: &str = "fabkit_camera: 1\nwidth_px: 96\nheight_px: 72\nlens:\n  \
+                      model: kannala-brandt\n  fx_px: 43\n  fy_px: 43\n  cx_px: 47.5\n  \
+                      cy_px: 35.5\n  k1: 0\n  k2: 0\n  k3: 0\n  k4: 0\n";
+const SWEEP: &str = "format: 1\nsensor: rtac0\naxes:\n  camera.depth: {from: 6 mm, to: 8 mm, \
+                     steps: 3}\nmetrics: [marker_count]\n";
+
+/// What a command does with its folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Replaces a set of files.
+    Set,
+    /// Begins a folder, and goes on with it.
+    Resumable,
+}
+
+/// One command, its inputs, and what it is to end with.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    pub name: &'static str,
+    kind: Kind,
+    fabkit: PathBuf,
+    scratch: PathBuf,
+    inputs: Vec<(String, String)>,
+    /// What makes the old files.
+    before: Vec<String>,
+    /// What is disturbed.
+    arguments: Vec<String>,
+    /// Other arguments for runs at once.
+    rivals: Vec<Vec<String>>,
+    old: Files,
+    new: Files,
+    /// What each rival alone ends with.
+    rival_files: Vec<Files>,
+    counts: Vec<usize>,
+    usual: Duration,
+}
+
+fn words(line: &str) -> Vec<String> {
+    line.split_whitespace().map(str::to_owned).collect()
+}
+
+/// All of them.
+pub fn all(fabkit: &Path, scratch: &Path) -> Result<Vec<Scenario>, String> {
+    let make = |name, kind, inputs: &[(&str, &str)], before: &str, arguments: &str| Scenario {
+        name,
+        kind,
+        fabkit: fabkit.into(),
+        scratch: scratch.into(),
+        inputs: inputs.iter().map(|(n, t)| ((*n).to_owned(), (*t).to_owned())).collect(),
+        before: words(before),
+        arguments: words(arguments),
+        rivals: Vec::new(),
+        old: Files::new(),
+        new: Files::new(),
+        rival_files: Vec::new(),
+        counts: Vec::new(),
+        usual: Duration::ZERO,
+    };
+    let camera = [("camera.yaml", CAMERA)];
+    let export = "export rtac0 --part collar --part base --format stl,3mf -o out --set \
+                  base.height";
+    let mut set =
+        make("export", Kind::Set, &[], &format!("{export}=8.7mm"), &format!("{export}=9mm"));
+    set.rivals =
+        (0..CROWD).map(|i| words(&format!("{export}=8.{}mm", i + 1))).collect();
+    let depth = "depth rtac0 --camera camera.yaml -o out/a/x.npz --png out/b/x.png --ply out/b/x.ply";
+    let presses = "--press hemisphere@20deg,0deg";
+    let corners = corners();
+    let board = board(fabkit, scratch)?;
+    let lens = [("corners.csv", corners.as_str()), ("board.json", board.as_str())];
+    let calibrate = "calibrate intrinsics rtac0 --board board.json --corners corners.csv --model \
+                     kannala-brandt -o out/camera.yaml --report out/report/lens.html --set \
+                     camera.field_of_view";
+    let dataset = "dataset rtac0 --camera camera.yaml --presses list.txt --resume -o out";
+    let list = "a = hemisphere@20deg,0deg,0.5mm\nb = hemisphere@40deg,0deg,1mm\n";
+    let pressed = [camera[0], ("list.txt", list)];
+    Ok(vec![
+        set,
+        make(
+            "depth",
+            Kind::Set,
+            &camera,
+            &format!("{depth} {presses},0.5mm"),
+            &format!("{depth} {presses},1mm"),
+        ),
+        make(
+            "calibrate",
+            Kind::Set,
+            &lens,
+            &format!("{calibrate}=150deg --set camera.depth=7mm"),
+            &format!("{calibrate}=140deg"),
+        ),
+        make("dataset", Kind::Resumable, &pressed, "", dataset),
+        make(
+            "sweep",
+            Kind::Resumable,
+            &[("sweep.yaml", SWEEP)],
+            "",
+            "sweep sweep.yaml --resume -o out",
+        ),
+    ])
+}
+
+/// The board that the corners are of, as fabkit writes it.
+fn board(fabkit: &Path, scratch: &Path) -> Result<String, String> {
+    let out = scratch.join("boards");
+    let mut command = Command::new(fabkit);
+    command.args(["export", "rtac0/boards", "--quiet", "--format=svg", "-o"]).arg(&out);
+    let output = command.output().map_err(|e| e.to_string())?;
+    let entries = fs::read_dir(&out).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut boards: Vec<PathBuf> =
+        entries.filter(|path| path.to_string_lossy().ends_with(".board.json")).collect();
+    boards.sort();
+    let first = boards.first().ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())?;
+    fs::read_to_string(first).map_err(|e| e.to_string())
+}
+
+/// What an equidistant lens of 286 px sees from six sides of some corners of that board: 25 in a row,
+/// 10 mm apart, the first at (10, 10) mm.
+fn corners() -> String {
+    let mut text = String::from("view,corner,x_px,y_px\n");
+    for view in 0..6 {
+        let (turn, tilt) = (f64::from(view) * 1.1, 0.3 + 0.05 * f64::from(view));
+        for (column, row) in (0..28).map(|i| (4 * (i % 7), 5 * (i / 7))) {
+            let (x, y) = (f64::from(column) * 10.0 - 120.0, f64::from(row) * 10.0 - 75.0);
+            let (u, v) = (x * turn.cos() - y * turn.sin(), x * turn.sin() + y * turn.cos());
+            let (y, z) = (v * tilt.cos(), 170.0 + v * tilt.sin());
+            let (r, angle) = (u.hypot(y).max(1e-9), u.hypot(y).atan2(z));
+            let (px, py) = (319.5 + 286.0 * angle * u / r, 239.5 + 286.0 * angle * y / r);
+            let _ = writeln!(text, "view {view},{},{px:.4},{py:.4}", row * 25 + column);
+        }
+    }
+    text
+}
+
+static NUMBER: AtomicUsize = AtomicUsize::new(0);
+
+impl Scenario {
+    pub fn takes_crowds(&self) -> bool {
+        !self.rivals.is_empty()
+    }
+
+    /// Every call that can go wrong, in every way.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        for ((call, errors), count) in KINDS.iter().zip(&self.counts) {
+            for k in 1..=*count {
+                for &error in *errors {
+                    faults.push(Fault { call, k, error, on: false });
+                    if [28, 13].contains(&error) {
+                        faults.push(Fault { call, k, error, on: true });
+                    }
+                }
+            }
+        }
+        faults
+    }
+
+    /// Runs it undisturbed, to know what it is to end with.
+    pub fn prepare(&mut self, shim: &Path) -> Result<(), String> {
+        let place = self.place()?;
+        self.run_well(&place, &self.before)?;
+        self.old = judge::files(&place.join("out"));
+        let start = Instant::now();
+        let mut command = self.command(&place, &self.arguments);
+        self.counts = shim::count(&mut command, shim, &place)
+            .map_err(|why| format!("{}: {why}", self.name))?;
+        self.usual = start.elapsed();
+        self.new = judge::files(&place.join("out"));
+        if self.kind == Kind::Set && self.old == self.new {
+            return Err(format!("{}: the new files are the old ones", self.name));
+        }
+        for rival in &self.rivals {
+            let place = self.place()?;
+            self.run_well(&place, rival)?;
+            self.rival_files.push(judge::files(&place.join("out")));
+        }
+        Ok(())
+    }
+
+    /// Lets it go wrong in one way, and looks at what is left.
+    pub fn try_out(&self, trial: &Trial, shim: &Path) -> Result<(), String> {
+        let place = self.place()?;
+        for (name, bytes) in &self.old {
+            let path = place.join("out").join(name);
+            let folder = path.parent().unwrap_or(&place);
+            fs::create_dir_all(folder).and_then(|()| fs::write(&path, bytes)).map_err(text)?;
+        }
+        let judged = match trial {
+            Trial::Crowd => self.crowd(&place),
+            _ => self.disturb(trial, shim, &place),
+        };
+        if judged.is_ok() {
+            fs::remove_dir_all(&place).map_err(text)?;
+        }
+        judged.map_err(|why| format!("{why} (in {})", place.display()))
+    }
+
+    fn disturb(&self, trial: &Trial, shim: &Path, place: &Path) -> Result<(), String> {
+        let mut command = self.command(place, &self.arguments);
+        match trial {
+            Trial::Call(fault) => fault.put(&mut command, shim, place),
+            Trial::Memory(mib) => command = self.starved(place, *mib),
+            _ => {}
+        }
+        let child = command.spawn().map_err(text)?;
+        let wait = match trial {
+            Trial::Kill(part) => self.usual.mul_f64(*part),
+            _ => PATIENCE,
+        };
+        let status = wait_for(child, wait, matches!(trial, Trial::Kill(_)))?;
+        // Out of memory, the allocator aborts.
+        let died = status.code().is_none();
+        if died && matches!(trial, Trial::Call(fault) if !fault.kills()) {
+            return Err(format!("ended by a signal: {status}"));
+        }
+        if let Some(code) = status.code().filter(|code| !DOCUMENTED.contains(code)) {
+            return Err(format!("exit code {code}"));
+        }
+        let after = judge::files(&place.join("out"));
+        if status.success() {
+            judge::exactly(&after, &self.new)?;
+        }
+        if self.kind == Kind::Set {
+            match died {
+                true => judge::recoverable(&after, &self.old, &self.new)?,
+                false => judge::whole(&after, &self.old, &self.new)?,
+            }
+        }
+        if after != self.new {
+            self.run_well(place, &self.arguments).map_err(|why| format!("the next run: {why}"))?;
+            judge::exactly(&judge::files(&place.join("out")), &self.new)?;
+        }
+        Ok(())
+    }
+
+    fn crowd(&self, place: &Path) -> Result<(), String> {
+        let spawn = |rival: &Vec<String>| self.command(place, rival).spawn().map_err(text);
+        let children: Vec<Child> = self.rivals.iter().map(spawn).collect::<Result<_, _>>()?;
+        for child in children {
+            let status = wait_for(child, PATIENCE, false)?;
+            if !matches!(status.code(), Some(0 | 4)) {
+                return Err(format!("one of several at once: {status}"));
+            }
+        }
+        let after = judge::files(&place.join("out"));
+        let is_one = self.rival_files.iter().any(|files| *files == after);
+        if is_one { Ok(()) } else { Err("a mixture of several runs".into()) }
+    }
+
+    /// A folder of its own with the inputs.
+    fn place(&self) -> Result<PathBuf, String> {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let place = self.scratch.join(format!("{}-{number}", self.name));
+        fs::create_dir_all(&place).map_err(text)?;
+        for (name, content) in &self.inputs {
+            fs::write(place.join(name), content).map_err(text)?;
+        }
+        Ok(place)
+    }
+
+    /// One thread, so that the k-th call is the same one each time.
+    fn command(&self, place: &Path, arguments: &[String]) -> Command {
+        let mut command = Command::new(&self.fabkit);
+        command.current_dir(place).args(arguments).args(["--quiet", "--threads", "1"]);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    }
+
+    fn starved(&self, place: &Path, mib: u64) -> Command {
+        let mut command = Command::new("sh");
+        let script = format!(r#"ulimit -v {}; exec "$0" "$@""#, mib << 10);
+        command.args(["-c", &script]).arg(&self.fabkit).args(&self.arguments);
+        command.args(["--quiet", "--threads", "1"]).current_dir(place);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    }
+
+    fn run_well(&self, place: &Path, arguments: &[String]) -> Result<(), String> {
+        if arguments.is_empty() {
+            return Ok(());
+        }
+        let mut command = self.command(place, arguments);
+        let output = command.stderr(Stdio::piped()).output().map_err(text)?;
+        match output.status.success() {
+            true => Ok(()),
+            false => Err(format!("{}: {}", self.name, String::from_utf8_lossy(&output.stderr))),
+        }
+    }
+}
+
+fn text(error: std::io::Error) -> String {
+    error.to_string()
+}
+
+/// Waits until it ends; at the latest then it is killed.
+fn wait_for(mut child: Child, latest: Duration, may_last: bool) -> Result<ExitStatus, String> {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().map_err(text)? {
+            return Ok(status);
+        }
+        if start.elapsed() >= latest {
+            child.kill().map_err(text)?;
+            let status = child.wait().map_err(text)?;
+            let killed = status.signal().is_some();
+            return if may_last || !killed { Ok(status) } else { Err("it hangs".into()) };
+        }
+        sleep(Duration::from_millis(1));
+    }
+}

@@ -27,7 +27,9 @@ mod halfedges;
 mod kernel;
 mod measure;
 mod print;
+mod seams;
 mod shape_key;
+mod surface;
 mod tessellate;
 
 use fabkit_geometry::{Pose, Solid};
@@ -112,7 +114,8 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
         return Err(MeshError::Tolerance { tolerance_mm });
     }
     solid.validate()?;
-    Ok(to_mesh(solid, evaluate::evaluate(solid, tolerance_mm)?))
+    let mesh = to_mesh(solid, evaluate::evaluate(solid, tolerance_mm)?);
+    Ok(seams::fitted(mesh, solid, tolerance_mm))
 }
 
 /// Names the faces by leaf.

@@ -27,18 +27,6 @@ impl Bend {
         let point = Vector3::from(point);
         [scales[0] * self.around.dot(&point), scales[1] * self.along.dot(&point)]
     }
-
-    /// No point of a triangle with its corners on the face is farther from it, mm, as far as the
-    /// curvatures are those found here: half the square of the radius of a circle around it.
-    pub fn most_stray_mm(&self, corners: [[f64; 3]; 3]) -> f64 {
-        let edge2 = |i: usize| {
-            let edge = Vector3::from(corners[i]) - Vector3::from(corners[(i + 1) % 3]);
-            let [u, v] = [self.around.dot(&edge), self.along.dot(&edge)];
-            self.around_per_mm * u * u + self.along_per_mm * v * v
-        };
-        // A circle around a triangle need not be wider than the longest edge over the root of 3.
-        edge2(0).max(edge2(1)).max(edge2(2)) / 6.0
-    }
 }
 
 /// Of a leaf's face at a point of the body with a known normal.

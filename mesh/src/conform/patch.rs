@@ -87,9 +87,9 @@ impl Place<'_> {
         let bend = bend(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
         let scaled: Vec<[f64; 2]> = points.iter().map(|&p| bend.scaled(p)).collect();
         let fill = Fill::new(&flat, &scaled, &loops)?;
-        let mut measure = Measure::new(base.body, axis, curve, tolerance_mm);
+        let measure = Measure::new(leaf, number, tolerance_mm)?;
         let corners = |t: &[u32; 3]| t.map(|v| points[v as usize]);
-        let holds = fill.triangles.iter().all(|t| measure.holds(corners(t), &bend));
+        let holds = fill.triangles.iter().all(|t| measure.holds(corners(t)));
         holds.then_some(Patch { cavity, fill, face })
     }
 }

@@ -186,8 +186,9 @@ def write(
     Raises
     ------
     FabkitError
-        A folder that is not empty or that another process writes to, presses and captures that cannot be had, a full disk, an
-        executor that cannot be reached or is broken; finished files are kept.
+        A folder that is not empty or that another process writes to, presses and captures that
+        cannot be had, a full disk, an executor that cannot be reached or is broken, a worker that
+        sends something else than it should; finished files are kept.
     KeyboardInterrupt
         Finished files stay for ``resume``.
     """

@@ -32,7 +32,8 @@ use crate::staging::FolderLock;
 pub const MAX_DOCUMENT_BYTES: u64 = 64 << 20;
 const PLAN: &str = "plan.json";
 const JOURNAL: &str = "journal";
-const LOCK: &str = ".fabkit-lock";
+/// The lock, and whatever else a writer needs meanwhile.
+const HIDDEN: &str = ".fabkit-";
 
 /// What a folder is filled with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -303,7 +304,8 @@ fn is_empty(folder: &Path, kind: Kind) -> Result<bool, FolderError> {
         let is_leftover = is_partial
             && entry.file_type().map_err(failed)?.is_dir()
             && fs::read_dir(entry.path()).map_err(failed)?.next().is_none();
-        if name != LOCK && !is_leftover {
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(HIDDEN));
+        if !is_ours && !is_leftover {
             return Ok(false);
         }
     }

@@ -3,6 +3,7 @@
 mod bench_depth;
 mod bench_peers;
 mod book;
+mod fuzz;
 mod lint;
 mod python;
 mod python_package;
@@ -20,6 +21,8 @@ Tasks:
   test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
   verify-env         Make the Python environment of the verifier and of the outside oracles
   lint               Formatting, clippy and documentation without warnings, licences and sources
+  fuzz [--seconds S | --runs N] [--seed K] [NAME...]
+                     Feed everything that reads files, and the command, with files that are nearly right
   python             Build the Python package's wheel, install it, run its tests; types and style
   book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
@@ -33,6 +36,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "verify-env" => python::run(),
         "lint" => lint::run(),
+        "fuzz" => fuzz::run(env::args().skip(2)),
         "python" => python_package::run(),
         "book" => book::run(env::args().nth(2).as_deref()),
         "bench-depth" => bench_depth::run(),

@@ -33,6 +33,7 @@ pub fn run() -> Result<(), String> {
         Ok(_) => crate::python_package::run()?,
         Err(why) => skip("the Python package", &why)?,
     }
+    crate::fuzz::run(std::iter::empty())?;
     // Last, so that its summary ends the output. Doc tests are part of it.
     let tests = check(cargo().args(["test", "--workspace", "--release", "--no-fail-fast"]));
     for step in skipped() {

@@ -8,8 +8,8 @@ pub const MAX_PIXELS: u64 = 64 << 20;
 pub const MAX_SIDE_PX: u32 = 16_384;
 /// Shortest side, px: below, a pin or a board's corner has no pixels to be found by.
 pub const MIN_SIDE_PX: u32 = 64;
-/// Memory the decoder may use besides the picture itself, bytes.
-const DECODER_BYTES: usize = 512 << 20;
+/// Memory the decoder may use besides the picture itself, bytes: rows, palettes, texts.
+const DECODER_BYTES: usize = 32 << 20;
 
 /// A picture of brightness, 0 for black to 1 for the largest value its file can hold.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,38 +57,37 @@ impl GreyImage {
         Ok(Self { width_px, height_px, values })
     }
 
+    /// Width and height of a PNG, px, from its header: to refuse it before anything is decoded.
+    ///
+    /// # Errors
+    /// [`ImageError`].
+    pub fn png_size(bytes: &[u8]) -> Result<[u32; 2], ImageError> {
+        decoder(bytes).map(|(_, size_px)| size_px)
+    }
+
     /// Reads a PNG: grey of 1 to 16 bits, palettes, and colours, which are weighted as in ITU-R
     /// BT.709. Transparency is ignored.
+    ///
+    /// Rows are decoded one by one, so that memory is that of the result; only interlaced pictures
+    /// are decoded as a whole.
     ///
     /// # Errors
     /// [`ImageError`]; sizes are checked before anything is decoded.
     pub fn from_png(bytes: &[u8]) -> Result<Self, ImageError> {
-        let unreadable = |e: png::DecodingError| ImageError::Unreadable { reason: e.to_string() };
-        let limits = png::Limits { bytes: DECODER_BYTES };
-        let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
-        decoder.set_transformations(png::Transformations::EXPAND);
-        let header = decoder.read_header_info().map_err(unreadable)?;
-        let (width_px, height_px) = (header.width, header.height);
-        check_size(width_px, height_px)?;
+        let (decoder, [width_px, height_px]) = decoder(bytes)?;
         let mut reader = decoder.read_info().map_err(unreadable)?;
-        let size = reader.output_buffer_size().ok_or(ImageError::Size { width_px, height_px })?;
-        let mut buffer = vec![0; size];
-        let frame = reader.next_frame(&mut buffer).map_err(unreadable)?;
-        buffer.truncate(frame.buffer_size());
-        let samples: Vec<f32> = match frame.bit_depth {
-            png::BitDepth::Sixteen => {
-                let pairs = buffer.chunks_exact(2);
-                pairs.map(|b| f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0).collect()
+        let (color, depth) = reader.output_color_type();
+        let mut values = Vec::with_capacity(width_px as usize * height_px as usize);
+        if reader.info().interlaced {
+            let size = reader.output_buffer_size();
+            let mut buffer = vec![0; size.ok_or(ImageError::Size { width_px, height_px })?];
+            let frame = reader.next_frame(&mut buffer).map_err(unreadable)?;
+            add_grey(&buffer[..frame.buffer_size()], color, depth, &mut values);
+        } else {
+            while let Some(row) = reader.next_row().map_err(unreadable)? {
+                add_grey(row.data(), color, depth, &mut values);
             }
-            _ => buffer.iter().map(|b| f32::from(*b) / 255.0).collect(),
-        };
-        let values = match frame.color_type {
-            png::ColorType::Rgb | png::ColorType::Rgba => samples
-                .chunks_exact(frame.color_type.samples())
-                .map(|c| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
-                .collect(),
-            other => samples.chunks_exact(other.samples()).map(|c| c[0]).collect(),
-        };
+        }
         Self::new(width_px, height_px, values)
     }
 
@@ -157,6 +156,40 @@ impl GreyImage {
         let mut both = vec![0.0; self.values.len()];
         along(&rows, self.height_px, self.width_px, &mut both);
         Self { values: both, ..*self }
+    }
+}
+
+type Decoder<'a> = png::Decoder<Cursor<&'a [u8]>>;
+
+/// A decoder, and the picture's size, which is within the limits.
+fn decoder(bytes: &[u8]) -> Result<(Decoder<'_>, [u32; 2]), ImageError> {
+    let limits = png::Limits { bytes: DECODER_BYTES };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let header = decoder.read_header_info().map_err(unreadable)?;
+    let (width_px, height_px) = (header.width, header.height);
+    check_size(width_px, height_px)?;
+    Ok((decoder, [width_px, height_px]))
+}
+
+fn unreadable(error: png::DecodingError) -> ImageError {
+    ImageError::Unreadable { reason: error.to_string() }
+}
+
+/// Adds the brightness of decoded pixels.
+fn add_grey(bytes: &[u8], color: png::ColorType, depth: png::BitDepth, values: &mut Vec<f32>) {
+    let sample = |bytes: &[u8]| match bytes {
+        [high, low] => f32::from(u16::from_be_bytes([*high, *low])) / 65535.0,
+        _ => f32::from(bytes[0]) / 255.0,
+    };
+    let size = if depth == png::BitDepth::Sixteen { 2 } else { 1 };
+    let pixels = bytes.chunks_exact(size * color.samples());
+    match color {
+        png::ColorType::Rgb | png::ColorType::Rgba => values.extend(pixels.map(|pixel| {
+            let [red, green, blue] = [0, 1, 2].map(|i| sample(&pixel[size * i..size * (i + 1)]));
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        })),
+        _ => values.extend(pixels.map(|pixel| sample(&pixel[..size]))),
     }
 }
 

@@ -38,11 +38,11 @@ pub use manifest::{
     Compensation, FileEntry, Manifest, OptionsEntry, OtherFile, Otherness, PartEntry,
     PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
 };
-pub use npz::{Array, Values, npy, npz};
+pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use parquet::{Column, parquet};
-pub use picture::{Pixels, grey16_png, png, read_png};
+pub use picture::{Pixels, grey16_png, png, png_size, read_png};
 pub use plate::{Bed, Spot, pack};
-pub use ply::{CloudPoint, ply};
+pub use ply::{Cloud, CloudPoint};
 pub use runs::{Run, RunContent, zstd_of_runs};
 pub use stl::stl;
 pub use svg::svg;

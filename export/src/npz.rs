@@ -1,5 +1,7 @@
 //! Arrays as NumPy reads them: NPY version 1.0 (NumPy Enhancement Proposal 1) in a ZIP archive.
 
+use std::io::{self, Write};
+
 use crate::{ExportError, opc};
 
 /// The values of an array, row by row (C order).
@@ -50,18 +52,30 @@ impl Values {
         }
     }
 
-    fn write(&self, bytes: &mut Vec<u8>) {
+    /// Fails where there is no room.
+    fn write(&self, to: &mut impl Write) -> io::Result<()> {
         match self {
-            Self::F64(values) => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
-            Self::F32(values) => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
-            Self::U16(values) => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
-            Self::Bool(values) => bytes.extend(values.iter().map(|&v| u8::from(v))),
+            Self::F64(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
+            Self::F32(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
+            Self::U16(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
+            Self::Bool(values) => values.iter().try_for_each(|&v| to.write_all(&[u8::from(v)])),
             Self::Text(values) => {
                 // UTF-32, all as long as the longest.
                 let width = longest(values);
-                let padded = values.iter().flat_map(|v| v.chars().chain(padding(v, width)));
-                bytes.extend(padded.flat_map(|c| u32::from(c).to_le_bytes()));
+                let mut padded = values.iter().flat_map(|v| v.chars().chain(padding(v, width)));
+                padded.try_for_each(|c| to.write_all(&u32::from(c).to_le_bytes()))
             }
+        }
+    }
+
+    /// Bytes of one value.
+    fn item_bytes(&self) -> usize {
+        match self {
+            Self::F64(_) => 8,
+            Self::F32(_) => 4,
+            Self::U16(_) => 2,
+            Self::Bool(_) => 1,
+            Self::Text(values) => 4 * longest(values),
         }
     }
 }
@@ -80,19 +94,17 @@ fn padding(value: &str, width: usize) -> impl Iterator<Item = char> + use<> {
 /// # Errors
 /// A shape that does not fit the number of values.
 pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
-    let expected: usize = array.shape.iter().product();
-    if expected != array.values.len() {
-        return Err(ExportError::Shape {
-            name: array.name.clone(),
-            shape: array.shape.clone(),
-            values: array.values.len(),
-        });
-    }
+    array.check()?;
+    let mut bytes = header(&array.shape, &array.values.descriptor());
+    array.values.write(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
     // A tuple of one needs its comma.
-    let shape: String = array.shape.iter().map(|n| format!("{n}, ")).collect();
+    let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
     let mut header = format!(
-        "{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}",
-        array.values.descriptor(),
+        "{{'descr': '{descriptor}', 'fortran_order': False, 'shape': ({}), }}",
         shape.trim_end(),
     );
     // Magic, version, length and header together are a multiple of 64, for aligned mapping.
@@ -103,8 +115,21 @@ pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend((header.len() as u16).to_le_bytes());
     bytes.extend(header.as_bytes());
-    array.values.write(&mut bytes);
-    Ok(bytes)
+    bytes
+}
+
+impl Array {
+    fn check(&self) -> Result<(), ExportError> {
+        let Self { name, shape, values } = self;
+        match shape.iter().product::<usize>() == values.len() {
+            true => Ok(()),
+            false => Err(wrong_shape(name, shape, values.len())),
+        }
+    }
+}
+
+fn wrong_shape(name: &str, shape: &[usize], values: usize) -> ExportError {
+    ExportError::Shape { name: name.into(), shape: shape.into(), values }
 }
 
 /// Several arrays in one file, in the order given; not compressed, as `numpy.savez` does.
@@ -112,13 +137,95 @@ pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
 /// # Errors
 /// A shape that does not fit, or an archive of more than 4 GiB.
 pub fn npz(arrays: &[Array]) -> Result<Vec<u8>, ExportError> {
-    let files: Vec<(String, Vec<u8>)> = arrays
-        .iter()
-        .map(|array| Ok((format!("{}.npy", array.name), npy(array)?)))
-        .collect::<Result<_, ExportError>>()?;
-    let parts: Vec<(&str, &[u8])> =
-        files.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
-    opc::archive(&parts, opc::Method::Store)
+    arrays.iter().try_for_each(Array::check)?;
+    let rows = arrays.iter().map(|array| array.shape.first().copied().unwrap_or_default());
+    let mut pieces = NpzPieces::new(arrays, &rows.collect::<Vec<_>>())?;
+    arrays.iter().enumerate().try_for_each(|(index, array)| pieces.push(index, &array.values))?;
+    pieces.finish()
+}
+
+/// [`npz`] of arrays that come row by row: none of them has to be in memory besides the file.
+#[derive(Clone, Debug)]
+pub struct NpzPieces {
+    archive: opc::Reserved,
+    arrays: Vec<Growing>,
+}
+
+#[derive(Clone, Debug)]
+struct Growing {
+    name: String,
+    shape: Vec<usize>,
+    descriptor: String,
+    item_bytes: usize,
+    /// In its file.
+    first_byte: usize,
+    /// As yet.
+    bytes: usize,
+}
+
+impl NpzPieces {
+    /// Arrays like these, whose values do not count, but with as many rows as said for each.
+    ///
+    /// # Errors
+    /// An archive of more than 4 GiB.
+    pub fn new(like: &[Array], rows: &[usize]) -> Result<Self, ExportError> {
+        let (mut arrays, mut parts, mut headers) = (Vec::new(), Vec::new(), Vec::new());
+        for (array, rows) in like.iter().zip(rows) {
+            let mut shape = array.shape.clone();
+            shape.iter_mut().take(1).for_each(|first| *first = *rows);
+            let (descriptor, item_bytes) = (array.values.descriptor(), array.values.item_bytes());
+            let header = header(&shape, &descriptor);
+            let values: usize = shape.iter().product();
+            parts.push((format!("{}.npy", array.name), header.len() + item_bytes * values));
+            let (name, first_byte) = (array.name.clone(), header.len());
+            arrays.push(Growing { name, shape, descriptor, item_bytes, first_byte, bytes: 0 });
+            headers.push(header);
+        }
+        let mut archive = opc::Reserved::new(parts)?;
+        for (index, header) in headers.iter().enumerate() {
+            archive.part_mut(index)[..header.len()].copy_from_slice(header);
+        }
+        Ok(Self { archive, arrays })
+    }
+
+    /// Adds the next values of the array at a place in the list.
+    ///
+    /// # Errors
+    /// More than there is room for, or of another kind.
+    pub fn push(&mut self, index: usize, values: &Values) -> Result<(), ExportError> {
+        let array = &mut self.arrays[index];
+        let so_far = array.bytes / array.item_bytes + values.len();
+        let refused = || wrong_shape(&array.name, &array.shape, so_far);
+        if array.descriptor != values.descriptor() {
+            return Err(refused());
+        }
+        let part = self.archive.part_mut(index);
+        let room = part.get_mut(array.first_byte + array.bytes..).unwrap_or_default();
+        values.write(&mut &mut *room).map_err(|_| refused())?;
+        array.bytes += array.item_bytes * values.len();
+        Ok(())
+    }
+
+    /// The values of an array of [`Values::F64`] that are there: to look at them again without
+    /// another copy.
+    pub fn values_f64(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
+        let Growing { first_byte, bytes, .. } = self.arrays[index];
+        let (values, _) = self.archive.part(index)[first_byte..first_byte + bytes].as_chunks();
+        values.iter().map(|value| f64::from_le_bytes(*value))
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// An array that is not full.
+    pub fn finish(self) -> Result<Vec<u8>, ExportError> {
+        for Growing { name, shape, item_bytes, bytes, .. } in &self.arrays {
+            if shape.iter().product::<usize>() != bytes / item_bytes {
+                return Err(wrong_shape(name, shape, bytes / item_bytes));
+            }
+        }
+        self.archive.finish()
+    }
 }
 
 #[cfg(test)]
@@ -151,5 +258,34 @@ mod tests {
     fn a_shape_must_fit() {
         let array = Array { name: "a".into(), shape: vec![2, 2], values: Values::U16(vec![1; 3]) };
         assert!(matches!(npy(&array), Err(ExportError::Shape { values: 3, .. })));
+    }
+
+    #[test]
+    fn pieces_make_the_same_file() {
+        let whole: Vec<f64> = (0..12).map(f64::from).collect();
+        let maps = |rows: std::ops::Range<usize>| {
+            vec![
+                Array {
+                    name: "range".into(),
+                    shape: vec![rows.len(), 3],
+                    values: Values::F64(whole[3 * rows.start..3 * rows.end].to_vec()),
+                },
+                Array {
+                    name: "names".into(),
+                    shape: vec![2],
+                    values: Values::Text(vec!["a".into(), "bcd".into()]),
+                },
+            ]
+        };
+        let mut pieces = NpzPieces::new(&maps(0..1), &[4, 2]).unwrap();
+        for rows in [0..1, 1..3, 3..4] {
+            pieces.push(0, &maps(rows).remove(0).values).unwrap();
+        }
+        assert!(pieces.clone().finish().is_err(), "the names are missing");
+        pieces.push(1, &maps(0..1)[1].values).unwrap();
+        assert!(pieces.values_f64(0).eq(whole.iter().copied()));
+        assert!(pieces.push(0, &Values::F64(vec![1.0])).is_err(), "it is full");
+        assert!(pieces.push(0, &Values::U16(vec![])).is_err(), "it is of another kind");
+        assert_eq!(pieces.finish().unwrap(), npz(&maps(0..4)).unwrap());
     }
 }

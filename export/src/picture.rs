@@ -67,27 +67,48 @@ pub struct Pixels {
     pub values: Vec<u8>,
 }
 
+/// Width and height of a PNG, px, from its header: to refuse it before anything is decoded.
+///
+/// # Errors
+/// As [`read_png`].
+pub fn png_size(bytes: &[u8]) -> Result<[u32; 2], ExportError> {
+    let mut decoder = decoder(bytes)?;
+    let header = decoder.read_header_info()?;
+    Ok([header.width, header.height])
+}
+
+/// Most pixels that are read.
+const MAX_READ: u64 = 64_000_000;
+
+/// A decoder of a picture within the limits.
+fn decoder(bytes: &[u8]) -> Result<png::Decoder<std::io::Cursor<&[u8]>>, ExportError> {
+    // Besides the picture itself: rows, palettes, texts.
+    let limits = png::Limits { bytes: 32 << 20 };
+    let mut decoder = png::Decoder::new_with_limits(std::io::Cursor::new(bytes), limits);
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let header = decoder.read_header_info()?;
+    let needed = u64::from(header.width) * u64::from(header.height);
+    if needed > MAX_READ {
+        return Err(ExportError::TooLarge { what: "a picture", needed, limit: MAX_READ });
+    }
+    if header.bit_depth == png::BitDepth::Sixteen {
+        return Err(ExportError::TooDeep);
+    }
+    Ok(decoder)
+}
+
 /// Reads a PNG of 8 bits or less a sample; palettes become colours, transparency is dropped.
 ///
 /// # Errors
 /// [`ExportError::NotPng`], [`ExportError::TooDeep`], or [`ExportError::TooLarge`] above 64
 /// million pixels, before anything is decoded.
 pub fn read_png(bytes: &[u8]) -> Result<Pixels, ExportError> {
-    const LIMIT: u64 = 64_000_000;
-    let limits = png::Limits { bytes: 512 << 20 };
-    let mut decoder = png::Decoder::new_with_limits(std::io::Cursor::new(bytes), limits);
-    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut decoder = decoder(bytes)?;
     let header = decoder.read_header_info()?;
     let (width_px, height_px) = (header.width, header.height);
     let needed = u64::from(width_px) * u64::from(height_px);
-    if needed > LIMIT {
-        return Err(ExportError::TooLarge { what: "a picture", needed, limit: LIMIT });
-    }
-    if header.bit_depth == png::BitDepth::Sixteen {
-        return Err(ExportError::TooDeep);
-    }
     let mut reader = decoder.read_info()?;
-    let too_large = ExportError::TooLarge { what: "a picture", needed, limit: LIMIT };
+    let too_large = ExportError::TooLarge { what: "a picture", needed, limit: MAX_READ };
     let mut values = vec![0; reader.output_buffer_size().ok_or(too_large)?];
     let frame = reader.next_frame(&mut values)?;
     values.truncate(frame.buffer_size());

@@ -13,38 +13,70 @@ pub struct CloudPoint {
     pub label: u16,
 }
 
-/// A point cloud; `comment` is one line about frame and labels.
+/// A point cloud to which points are added one by one.
 ///
 /// Coordinates are 64-bit: a cloud loses nothing against the map it comes from.
 ///
 /// ```
-/// use fabkit_export::{CloudPoint, ply};
+/// use fabkit_export::{Cloud, CloudPoint};
 /// let point =
 ///     CloudPoint { position_mm: [1.0, 2.0, 3.0], normal: [0.0, 0.0, 1.0], color: [9; 3], label: 1 };
-/// let bytes = ply("sensor frame, mm", &[point]);
-/// assert!(bytes.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
+/// let mut cloud = Cloud::new("sensor frame, mm");
+/// cloud.push(&point);
+/// assert!(cloud.finish().starts_with(b"ply\nformat binary_little_endian 1.0\n"));
 /// ```
-pub fn ply(comment: &str, points: &[CloudPoint]) -> Vec<u8> {
-    // A line break would end the comment and begin something else.
-    let comment: String = comment.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    let properties =
-        ["x", "y", "z", "nx", "ny", "nz"].map(|name| format!("property double {name}\n"));
-    let colors = ["red", "green", "blue"].map(|name| format!("property uchar {name}\n"));
-    let mut bytes = format!(
-        "ply\nformat binary_little_endian 1.0\ncomment {comment}\nelement vertex {}\n{}{}property \
-         ushort label\nend_header\n",
-        points.len(),
-        properties.concat(),
-        colors.concat(),
-    )
-    .into_bytes();
-    for point in points {
-        let numbers = point.position_mm.iter().chain(&point.normal);
-        bytes.extend(numbers.flat_map(|number| number.to_le_bytes()));
-        bytes.extend(point.color);
-        bytes.extend(point.label.to_le_bytes());
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    /// The header, but for the number of points.
+    header: [String; 2],
+    /// Room for the header, then the points.
+    bytes: Vec<u8>,
+    count: usize,
+}
+
+/// Digits of the largest number of points.
+const MOST_DIGITS: usize = 20;
+
+impl Cloud {
+    /// Without points; `comment` is one line about frame and labels.
+    pub fn new(comment: &str) -> Self {
+        // A line break would end the comment and begin something else.
+        let comment: String =
+            comment.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        let properties =
+            ["x", "y", "z", "nx", "ny", "nz"].map(|name| format!("property double {name}\n"));
+        let colors = ["red", "green", "blue"].map(|name| format!("property uchar {name}\n"));
+        let header = [
+            format!("ply\nformat binary_little_endian 1.0\ncomment {comment}\nelement vertex "),
+            format!(
+                "\n{}{}property ushort label\nend_header\n",
+                properties.concat(),
+                colors.concat()
+            ),
+        ];
+        let room = header[0].len() + MOST_DIGITS + header[1].len();
+        Self { header, bytes: vec![0; room], count: 0 }
     }
-    bytes
+
+    /// Adds a point.
+    pub fn push(&mut self, point: &CloudPoint) {
+        let numbers = point.position_mm.iter().chain(&point.normal);
+        numbers.for_each(|number| self.bytes.extend(number.to_le_bytes()));
+        self.bytes.extend(point.color);
+        self.bytes.extend(point.label.to_le_bytes());
+        self.count += 1;
+    }
+
+    /// The file.
+    pub fn finish(mut self) -> Vec<u8> {
+        let [before, after] = &self.header;
+        let header = format!("{before}{}{after}", self.count);
+        let room = before.len() + MOST_DIGITS + after.len();
+        let start = room - header.len();
+        self.bytes[start..room].copy_from_slice(header.as_bytes());
+        self.bytes.drain(..start);
+        self.bytes
+    }
 }
 
 #[cfg(test)]
@@ -59,7 +91,10 @@ mod tests {
             color: [1, 2, 3],
             label: 7,
         };
-        let bytes = ply("a\nb", &[point(1.0), point(2.0)]);
+        let mut cloud = Cloud::new("a\nb");
+        [1.0, 2.0].iter().for_each(|x| cloud.push(&point(*x)));
+        let bytes = cloud.finish();
+        assert!(bytes.starts_with(b"ply\nformat"));
         let text = String::from_utf8_lossy(&bytes);
         let header = text.find("end_header\n").unwrap() + "end_header\n".len();
         assert!(text[..header].contains("comment a b\nelement vertex 2\n"));

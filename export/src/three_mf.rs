@@ -86,7 +86,7 @@ fn package(
         ("_rels/.rels", RELATIONSHIPS.as_bytes()),
         ("3D/3dmodel.model", model.as_bytes()),
     ];
-    opc::archive(&parts, opc::Method::Deflate)
+    opc::archive(&parts)
 }
 
 /// Objects follow the one material group, which has id 1.

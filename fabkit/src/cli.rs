@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit::exporting::Format;
 use fabkit::geometry::Length;
+use fabkit::memory;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, Detector};
 pub use ground_truth::{Dataset, Depth, View};
@@ -54,6 +55,10 @@ pub struct Global {
     #[arg(long, global = true, value_name = "N",
           value_parser = clap::value_parser!(u16).range(1..=MAX_THREADS))]
     pub threads: Option<u16>,
+    /// Refuse what takes more memory than this, before it begins
+    #[arg(long, global = true, value_name = "SIZE", value_parser = memory::parse,
+          default_value = "2GB")]
+    pub memory: u64,
 }
 
 /// What to do.

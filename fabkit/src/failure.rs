@@ -213,6 +213,7 @@ impl From<VerifierError> for Failure {
             VerifierError::NoEnvironment => Self::plain(Exit::BadInput, error),
             VerifierError::Export(failure) => failure.into(),
             VerifierError::Staging(error) => error.into(),
+            VerifierError::Read(error) => error.into(),
             VerifierError::Io { .. } => Self::plain(Exit::Io, error),
             VerifierError::NoAnswer(_) | VerifierError::NoStep(_) => Self::bug(error),
         }

@@ -50,6 +50,7 @@ pub mod failure;
 pub mod ground_truth;
 pub mod identity;
 mod interrupt;
+pub mod memory;
 pub mod pictures;
 pub mod reading;
 pub mod resumable;

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use fabkit::camera::Interface;
 use fabkit::camera::files::{PoseFile, read_pose};
-use fabkit::depth::truth::{DepthMap, Surface};
+use fabkit::depth::truth::{DepthMap, Presser, Surface};
 use fabkit::fixtures::{Press, PressError, Project};
 use fabkit::geometry::TouchSurface;
 use fabkit::ground_truth::{
@@ -16,6 +18,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::failure::{Exit, Failure};
+use crate::memory;
 use crate::reading::{self, Expected};
 use crate::source::{MAX_YAML_BYTES, Source};
 
@@ -30,6 +33,13 @@ pub const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
 pub const MAX_SAMPLES: u32 = 8;
 /// Most rays of one cast: the same limit as for pictures.
 pub const MAX_RAYS: u64 = fabkit::pictures::MAX_PIXELS;
+
+/// Rays that are cast at once where they need not know each other.
+const BAND_RAYS: u32 = 1 << 18;
+/// What a ray takes while it is cast and looked at, bytes: measured on surfaces that are all contact.
+const BAND_BYTES: u64 = 450;
+/// The same with a transition around contacts.
+const MEMBRANE_BYTES: u64 = 550;
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
@@ -105,19 +115,64 @@ impl Scene {
         cast: &Cast,
         look: impl FnOnce(Seen) -> Result<R, Failure>,
     ) -> Result<R, Failure> {
+        let pressers = self.pressers(cast)?;
+        self.cast_rows(cast, &pressers, 0..u32::MAX, look)
+    }
+
+    /// The same in bands of rows, from the top down, if they do not depend on each other: what is
+    /// large need not be in memory at once. `kept` is how many bytes `look` keeps of each ray.
+    ///
+    /// # Errors
+    /// As for [`Scene::cast`]; more memory than allowed.
+    pub fn cast_in_bands(
+        &self,
+        cast: &Cast,
+        kept: u64,
+        mut look: impl FnMut(Seen) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let [width, height] = self.check(cast)?;
+        let rays = u64::from(width) * u64::from(height);
+        let origins = if *self.viewpoint.camera().interface() == Interface::None { 0 } else { 24 };
+        // A transition spreads as far as it likes.
+        let is_whole = cast.membrane_mm > 0.0;
+        let rows = if is_whole { height } else { (BAND_RAYS / width).clamp(1, height) };
+        let at_once = u64::from(width) * u64::from(rows);
+        let per_ray = origins + if is_whole { MEMBRANE_BYTES } else { BAND_BYTES };
+        memory::admit(
+            &format!("casting {width} x {height} rays for these files"),
+            kept * rays + per_ray * at_once,
+            "ask for fewer --samples or files",
+        )?;
+        let pressers = self.pressers(cast)?;
+        (0..height).step_by(rows as usize).try_for_each(|top| {
+            self.cast_rows(cast, &pressers, top..top.saturating_add(rows), &mut look)
+        })
+    }
+
+    fn pressers(&self, cast: &Cast) -> Result<Vec<Presser>, Failure> {
         self.check(cast)?;
         self.check_depths(cast.presses.iter().map(|press| (press.id.as_str(), press)))?;
-        let pressers = pressers(cast.presses).map_err(Failure::bug)?;
-        let rays = self.viewpoint.rays(cast.samples);
+        pressers(cast.presses).map_err(Failure::bug)
+    }
+
+    fn cast_rows<R>(
+        &self,
+        cast: &Cast,
+        pressers: &[Presser],
+        rows: Range<u32>,
+        look: impl FnOnce(Seen) -> Result<R, Failure>,
+    ) -> Result<R, Failure> {
+        let rays = self.viewpoint.rays_of_rows(cast.samples, rows);
         let surface = Surface::cast(self.touch()?, &rays).map_err(Failure::bug)?;
-        let rigid = surface.pressed(&pressers);
+        let rigid = surface.pressed(pressers);
         let deepest = deepest(&rigid, self.touch()?);
         let map = rigid.with_membrane(cast.membrane_mm);
         let sigma_mm = map.sigma_mm(&self.viewpoint.uncertainty(cast.print_sigma_mm));
         look(Seen { map: &map, sigma_mm: &sigma_mm, deepest, surface_px: surface.seen() })
     }
 
-    fn check(&self, cast: &Cast) -> Result<(), Failure> {
+    /// Columns and rows of rays.
+    fn check(&self, cast: &Cast) -> Result<[u32; 2], Failure> {
         let camera = self.viewpoint.camera();
         let samples = cast.samples;
         if !(1..=MAX_SAMPLES).contains(&samples) {
@@ -128,7 +183,7 @@ impl Scene {
         within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
         let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
         if u64::from(width) * u64::from(height) <= MAX_RAYS {
-            return Ok(());
+            return Ok([width, height]);
         }
         let message = format!("{width} x {height} rays are more than {MAX_RAYS}");
         Err(Failure::new(Exit::Limit, message, "ask for fewer --samples"))

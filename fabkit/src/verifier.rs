@@ -5,7 +5,6 @@
 
 use std::env;
 use std::ffi::OsStr;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -16,7 +15,15 @@ use tempfile::TempDir;
 
 use crate::bodies::{self, Kind};
 use crate::exporting::{self, ExportFailure, ExportOptions, ForeignFile, Format};
+use crate::reading::{self, Expected, ReadError};
 use crate::staging::{OutputFile, StagingError, write_all};
+
+/// What a kernel may leave.
+const STEP: Expected = Expected {
+    what: "a STEP file",
+    max_bytes: 1 << 29,
+    hint: "export fewer parts at once with --part",
+};
 
 /// Names the interpreter where the environment is not beside the project.
 pub const PYTHON_VARIABLE: &str = "FABKIT_PYTHON";
@@ -44,6 +51,9 @@ pub enum VerifierError {
         /// What the system said.
         source: io::Error,
     },
+    /// A file that a kernel left cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// The package did not answer as it should.
     #[error("the verifier stopped without an answer ({0})")]
     NoAnswer(String),
@@ -167,10 +177,7 @@ impl Verifier {
         let read = |file: &Value| {
             let name = text(&file["name"]);
             let path = output.path().join(&name);
-            let bytes = fs::read(&path).map_err(|source| VerifierError::Io {
-                action: format!("read {}", path.display()),
-                source,
-            })?;
+            let bytes = reading::read(&path, STEP)?;
             let parts = file["parts"].as_array().cloned().unwrap_or_default();
             let parts = parts.iter().map(text).collect();
             Ok(ForeignFile { file: OutputFile { name, bytes }, format: "step", parts })

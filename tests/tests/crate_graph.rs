@@ -70,6 +70,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "fabkit-export",
         ],
     ),
+    ("fabkit-fuzz-targets", &["fabkit"]),
     ("fabkit-python", &["fabkit"]),
     ("xtask", &[]),
 ];

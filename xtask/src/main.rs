@@ -5,6 +5,7 @@ mod bench_peers;
 mod book;
 #[cfg(unix)]
 mod faults;
+mod fuzz;
 mod lint;
 mod python;
 mod python_package;
@@ -22,6 +23,8 @@ Tasks:
   test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
   verify-env         Make the Python environment of the verifier and of the outside oracles
   lint               Formatting, clippy and documentation without warnings, licences and sources
+  fuzz [--seconds S | --runs N] [--seed K] [NAME...]
+                     Feed everything that reads files, and the command, with files that are nearly right
   python             Build the Python package's wheel, install it, run its tests; types and style
   book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
   faults [--rounds N] [--seed N]
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "verify-env" => python::run(),
         "lint" => lint::run(),
+        "fuzz" => fuzz::run(env::args().skip(2)),
         "python" => python_package::run(),
         "book" => book::run(env::args().nth(2).as_deref()),
         #[cfg(unix)]

@@ -33,6 +33,7 @@ pub fn run() -> Result<(), String> {
         Ok(_) => crate::python_package::run()?,
         Err(why) => skip("the Python package", &why)?,
     }
+    crate::fuzz::run(std::iter::empty())?;
     #[cfg(unix)]
     crate::faults::run(&[])?;
     // Last, so that its summary ends the output. Doc tests are part of it.

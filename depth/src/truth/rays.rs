@@ -1,5 +1,7 @@
 //! One ray for each pixel of a calibrated camera.
 
+use std::ops::Range;
+
 use fabkit_camera::{Camera, Interface, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 use rayon::prelude::*;
@@ -11,6 +13,8 @@ use super::tiles::{Tile, tiles};
 pub struct PixelRays {
     width_px: u32,
     height_px: u32,
+    /// The first row's place in the image.
+    top: u32,
     camera: Camera,
     /// Rays along each side of a pixel.
     samples: u32,
@@ -39,10 +43,24 @@ impl PixelRays {
     /// The rays of an image whose pixels are split into `samples` x `samples`: `samples` times as
     /// wide and as high.
     pub fn with_samples(camera: &Camera, sensor_from_camera: &Pose, samples: u32) -> Self {
+        Self::of_rows(camera, sensor_from_camera, samples, 0..camera.height_px() * samples.max(1))
+    }
+
+    /// Some rows of [`PixelRays::with_samples`]: an image as high as there are rows, each ray the same
+    /// as in the whole. What needs too much memory at once is cast in pieces. Rows below the image are
+    /// left out.
+    pub fn of_rows(
+        camera: &Camera,
+        sensor_from_camera: &Pose,
+        samples: u32,
+        rows: Range<u32>,
+    ) -> Self {
         let samples = samples.max(1);
-        let (width_px, height_px) = (camera.width_px() * samples, camera.height_px() * samples);
+        let width_px = camera.width_px() * samples;
+        let top = rows.start;
+        let height_px = rows.end.min(camera.height_px() * samples).saturating_sub(top);
         let ray = |pixel: usize| {
-            let (column, row) = (pixel as u32 % width_px, pixel as u32 / width_px);
+            let (column, row) = (pixel as u32 % width_px, top + pixel as u32 / width_px);
             let at_px = Point2::new(middle(column, samples), middle(row, samples));
             let Ok(ray) = camera.unproject(&at_px) else {
                 return (Point3::origin(), Vector3::repeat(f64::NAN));
@@ -64,6 +82,7 @@ impl PixelRays {
         let mut rays = Self {
             width_px,
             height_px,
+            top,
             camera: *camera,
             samples,
             directions,
@@ -90,7 +109,7 @@ impl PixelRays {
         self.directions.len()
     }
 
-    /// Whether there are none; a camera has at least one pixel.
+    /// Whether there are none; a whole image has at least one pixel.
     pub fn is_empty(&self) -> bool {
         self.directions.is_empty()
     }
@@ -108,6 +127,7 @@ impl PixelRays {
     /// Where in the camera's image a ray starts, column and row, px; by its place in the list.
     pub fn at_px(&self, pixel: usize) -> Point2<f64> {
         let (column, row) = (pixel as u32 % self.width_px, pixel as u32 / self.width_px);
+        let row = self.top + row;
         Point2::new(middle(column, self.samples), middle(row, self.samples))
     }
 

@@ -1,6 +1,7 @@
 //! `fabkit dataset SENSOR -o DIR`
 
 mod probes;
+mod room;
 
 use std::path::Path;
 use std::time::Instant;
@@ -16,6 +17,7 @@ use fabkit::identity::design_hash;
 use fabkit::staging::write_each;
 use serde_json::json;
 
+use self::room::Room;
 use super::progress::Progress;
 use super::{Report, view};
 use crate::cli::{Dataset, Global};
@@ -50,9 +52,12 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         interrupt::begin_writing()?;
         let progress = Progress::new(global, "files");
         let show = |done, found, all| progress.show(done, found, all);
-        let written = dataset::write(&args.output, job, &show, &interrupt::requested);
+        let room = Room::new(&scene, &order, job.patterns.len(), args.contact_sheet.is_some());
+        let written = room.work(|| {
+            dataset::write(&args.output, job, &show, &interrupt::requested).map_err(failure)
+        });
         progress.clear();
-        let written = written.map_err(failure)?;
+        let written = written?;
         // Nothing is replaced for a data set that does not come about.
         if let Some((path, bytes)) = sheet {
             write_each([(path.to_owned(), &bytes[..])], &|| false)?;
@@ -103,6 +108,7 @@ pub fn prepare<R>(
     work: impl FnOnce(&Job) -> Result<R, Failure>,
 ) -> Result<R, Failure> {
     let named = patterns(order, sensor, scene)?;
+    Room::new(scene, order, named.len(), false).work(|| Ok(()))?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
     scene.check_depths(presses)?;

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use fabkit::depth::truth::DepthMap;
-use fabkit::export::{ExportError, npz, png};
+use fabkit::export::ExportError;
 use fabkit::fixtures::Press;
-use fabkit::ground_truth::{self, Deepest, GREY_STEP_MM, Shown, arrays, cloud, picture};
+use fabkit::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
 use fabkit::staging::write_each;
 use serde_json::json;
 
@@ -14,7 +13,7 @@ use crate::cli::Depth;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::roles::has_ending;
-use crate::scene::{Cast, Scene, Seen, press_failure};
+use crate::scene::{Cast, Scene, press_failure};
 use crate::table::size;
 
 pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
@@ -33,14 +32,40 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         membrane_mm: args.view.membrane,
         print_sigma_mm: args.print_sigma,
     };
-    scene.cast(&cast, |seen| write(args, &scene, seen))
+    let default = if args.press.is_empty() { Shown::Range } else { Shown::Indentation };
+    let is_shown = args.png.is_some() || args.grey.is_some() || args.tiff.is_some();
+    let wanted = Wanted {
+        npz: args.output.is_some(),
+        shown: is_shown.then(|| args.show.map_or(default, Shown::from)),
+        png: args.png.is_some(),
+        grey: args.grey.is_some(),
+        tiff: args.tiff.is_some(),
+        cloud: args.ply.is_some(),
+    };
+    let camera = scene.viewpoint.camera();
+    let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
+    let mut collected = Collected::new(wanted, [width, height]);
+    scene.cast_in_bands(&cast, wanted.bytes_per_ray(), |seen| {
+        collected.add(seen.map, seen.sigma_mm).map_err(unwritable)?;
+        collected.surface_px += seen.surface_px;
+        // Of equals, the last one, as within a band.
+        let before = collected.deepest.map_or(f64::NEG_INFINITY, |deepest| deepest.depth_mm);
+        let deeper = seen.deepest.filter(|deepest| deepest.depth_mm.total_cmp(&before).is_ge());
+        collected.deepest = deeper.or(collected.deepest);
+        Ok(())
+    })?;
+    write(args, &scene, [width, height], collected)
 }
 
-fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
-    let Seen { map, sigma_mm, deepest, surface_px } = seen;
-    let default = if args.press.is_empty() { Shown::Range } else { Shown::Indentation };
-    let shown = args.show.map_or(default, Shown::from);
-    let files = files(args, map, sigma_mm, shown)?;
+fn write(
+    args: &Depth,
+    scene: &Scene,
+    [width, height]: [u32; 2],
+    mut collected: Collected,
+) -> Result<Report, Failure> {
+    let median = collected.median_sigma_mm();
+    let files = files(args, &mut collected)?;
+    let Collected { names, deepest, surface_px, contact_px: contact, .. } = collected;
 
     interrupt::begin_writing()?;
     let mut text = String::new();
@@ -54,19 +79,14 @@ fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
     write_each(files, &interrupt::requested)?;
 
-    let contact = map.contact().filter(|contact| *contact).count();
     text += &scene.coverage_text();
     text += &format!(
-        "{} x {} px, {} see the surface, {contact} of them contact\n",
-        map.width_px(),
-        map.height_px(),
-        surface_px,
+        "{width} x {height} px, {surface_px} see the surface, {contact} of them contact\n",
     );
     if let Some(Deepest { depth_mm, label, .. }) = deepest {
-        let name = &map.names()[usize::from(label)];
+        let name = &names[usize::from(label)];
         text += &format!("deepest contact seen: {depth_mm:.3} mm ({name})\n");
     }
-    let median = median(sigma_mm);
     let sigma_of = scene.viewpoint.sigma_of();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
     let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
@@ -80,11 +100,11 @@ fn write(args: &Depth, scene: &Scene, seen: Seen) -> Result<Report, Failure> {
         "files": listed,
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": scene.coverage_json(),
-        "width_px": map.width_px(),
-        "height_px": map.height_px(),
+        "width_px": width,
+        "height_px": height,
         "pixels_seen": surface_px,
         "pixels_in_contact": contact,
-        "labels": map.names(),
+        "labels": names,
         "deepest_mm": deepest.map(|deepest| deepest.depth_mm),
         "deepest_in_sensor_mm": deepest.map(|d| <[f64; 3]>::from(d.point_in_sensor)),
         "membrane_mm": args.view.membrane,
@@ -103,39 +123,31 @@ fn presses(scene: &Scene, args: &Depth) -> Result<Vec<Press>, Failure> {
     args.press.iter().map(press).collect()
 }
 
-/// Every file asked for with its bytes.
-fn files(
-    args: &Depth,
-    map: &DepthMap,
-    sigma_mm: &[f64],
-    shown: Shown,
-) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
-    let values_mm = shown.values_mm(map, sigma_mm);
-    let (width, height) = (map.width_px(), map.height_px());
-    let mut files = Vec::new();
-    let mut add =
-        |path: &Option<PathBuf>, ends: &[&str], bytes: &dyn Fn() -> Result<_, ExportError>| {
-            let Some(path) = path else { return Ok(()) };
-            if !ends.iter().any(|ending| has_ending(path, ending)) {
-                let message = format!("{} does not name a .{} file", path.display(), ends[0]);
-                return Err(Failure::plain(Exit::BadInput, message));
-            }
-            files.push((path.clone(), bytes().map_err(Failure::bug)?));
-            Ok(())
-        };
-    add(&args.output, &["npz"], &|| npz(&arrays(map, sigma_mm)))?;
-    add(&args.png, &["png"], &|| {
-        let picture = picture(width, &values_mm);
-        png(picture.width_px, picture.height_px, &picture.rgb)
-    })?;
-    add(&args.grey, &["png"], &|| ground_truth::grey(width, height, &values_mm))?;
-    add(&args.tiff, &["tiff", "tif"], &|| ground_truth::tiff(width, height, &values_mm))?;
-    add(&args.ply, &["ply"], &|| Ok(cloud(map)))?;
-    Ok(files)
+/// Formats have limits of their own.
+fn unwritable(error: ExportError) -> Failure {
+    match error {
+        ExportError::TooLarge { .. } => Failure::new(Exit::Limit, error, "ask for fewer --samples"),
+        other => Failure::bug(other),
+    }
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    finite.sort_by(f64::total_cmp);
-    finite.get(finite.len() / 2).copied().unwrap_or(f64::NAN)
+/// Every file asked for with its bytes.
+fn files(args: &Depth, collected: &mut Collected) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    type Bytes<'a> = &'a dyn Fn(&mut Collected) -> Result<Vec<u8>, ExportError>;
+    let mut files = Vec::new();
+    let mut add = |path: &Option<PathBuf>, ends: &[&str], bytes: Bytes| {
+        let Some(path) = path else { return Ok(()) };
+        if !ends.iter().any(|ending| has_ending(path, ending)) {
+            let message = format!("{} does not name a .{} file", path.display(), ends[0]);
+            return Err(Failure::plain(Exit::BadInput, message));
+        }
+        files.push((path.clone(), bytes(collected).map_err(unwritable)?));
+        Ok(())
+    };
+    add(&args.output, &["npz"], &Collected::take_npz)?;
+    add(&args.png, &["png"], &|collected| collected.picture())?;
+    add(&args.grey, &["png"], &|collected| collected.grey())?;
+    add(&args.tiff, &["tiff", "tif"], &|collected| collected.tiff())?;
+    add(&args.ply, &["ply"], &|collected| Ok(collected.take_cloud()))?;
+    Ok(files)
 }

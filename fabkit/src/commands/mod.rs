@@ -27,6 +27,7 @@ use serde_json::Value;
 use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{self, Exit, Failure};
 use crate::interrupt;
+use crate::memory;
 
 /// The command did its work, and what it examined is not in order.
 const CHECK_FAILED: u8 = 1;
@@ -94,6 +95,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
             .build_global()
             .map_err(|e| Failure::plain(Exit::Limit, format!("{threads} threads: {e}")))?;
     }
+    memory::set_limit(cli.global.memory);
     match &cli.command {
         Command::List => list::run(),
         Command::Show(args) => show::run(args),

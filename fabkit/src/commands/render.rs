@@ -9,9 +9,15 @@ use super::Report;
 use crate::cli::Render;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::memory;
 use crate::roles::{Roles, has_ending};
 use crate::source::Target;
 use crate::table::size;
+
+/// A picture, the same filtered, and a file of at most that, bytes for each pixel.
+const PIXEL_BYTES: u64 = 9;
+/// Tiles that threads are drawing.
+const TILES_BYTES: u64 = 200 * memory::MB;
 
 pub(super) fn run(args: &Render) -> Result<Report, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
@@ -22,6 +28,11 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
             format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
         return Err(Failure::new(Exit::Limit, message, "ask for a smaller --size"));
     }
+    memory::admit(
+        &format!("a picture of {width_px} x {height_px} px"),
+        PIXEL_BYTES * u64::from(width_px) * u64::from(height_px) + TILES_BYTES,
+        "ask for a smaller --size",
+    )?;
     if !has_ending(&args.output, "png") {
         let message = format!("{} does not name a .png file", args.output.display());
         return Err(Failure::plain(Exit::BadInput, message));

@@ -12,7 +12,13 @@ use super::progress::Progress;
 use crate::cli::{Global, Sweep};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::memory;
 use crate::table::grouped;
+
+/// What a row takes in memory, in the tables and in the report, bytes.
+const ROW_BYTES: u64 = 6000;
+/// What a variant takes while it is computed, its meshes included, bytes.
+const VARIANT_BYTES: u64 = 40 * memory::MB;
 
 pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
@@ -20,7 +26,11 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
     interrupt::begin_writing()?;
     let progress = Progress::new(global, "variants");
     let show = |done, found, all| progress.show(done, found, all);
-    let finished = sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested);
+    let rows = ROW_BYTES * plan.len() as u64;
+    let finished =
+        memory::on_workers("the sweep", rows, VARIANT_BYTES, "plan fewer variants", || {
+            Ok(sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested)?)
+        });
     progress.clear();
     Ok(report(&args.output, &finished?, start))
 }

@@ -1,10 +1,9 @@
 //! Pictures of half presses, real or rendered, stitched like the halves that they show.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{Element, Pixels, ZarrArray, read_png, zarr_pack};
+use fabkit_export::{Element, Pixels, ZarrArray, png_size, read_png, zarr_pack};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -12,13 +11,22 @@ use super::Job;
 use super::samples::{Part, stitched_array, write_array};
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
+use crate::reading::{self, Expected};
 
 /// Words for the sides, in file names and in CSV, in the order of the halves.
 const SIDES: [&str; 2] = ["left", "right"];
 const HALVES: &str = "halves/image";
 const SAMPLES: &str = "samples/image";
-/// Longest list of captures, bytes.
-const MAX_CSV: u64 = 1 << 20;
+const LIST: Expected = Expected {
+    what: "a list of captures",
+    max_bytes: 1 << 20,
+    hint: "it has one row for each half",
+};
+const PICTURE: Expected = Expected {
+    what: "a capture",
+    max_bytes: 256 << 20,
+    hint: "captures are PNG files of a few megabytes at most",
+};
 
 /// One picture for each half: left halves, then right ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +53,7 @@ impl Captures {
     pub fn read(
         place: &Path,
         patterns: &[String],
-        [width_px, height_px]: [u32; 2],
+        size_px: [u32; 2],
     ) -> Result<Self, InvalidCaptures> {
         let mut faults = Vec::new();
         let paths = match place.is_dir() {
@@ -72,19 +80,13 @@ impl Captures {
             }
         }
         let read: Vec<Result<Pixels, String>> =
-            files.par_iter().map(|file| read_one(file)).collect();
+            files.par_iter().map(|file| read_one(file, size_px)).collect();
         let mut pictures = Vec::new();
         let mut channels = None;
         for (file, pixels) in files.iter().zip(read) {
             let shown = file.display();
             match pixels {
                 Err(message) => faults.push(message),
-                Ok(p) if [p.width_px, p.height_px] != [width_px, height_px] => {
-                    faults.push(format!(
-                        "{shown} has {} x {} px; the camera has {width_px} x {height_px}",
-                        p.width_px, p.height_px
-                    ));
-                }
                 Ok(p) if channels.is_some_and(|count| count != p.channels) => {
                     faults.push(format!("{shown} has {} channels; the first has not", p.channels));
                 }
@@ -200,15 +202,10 @@ fn in_folder(folder: &Path, patterns: &[String]) -> Found {
 fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
     let mut found = Found::new();
     let shown = csv.display();
-    let too_long = fs::metadata(csv).is_ok_and(|file| file.len() > MAX_CSV);
-    let text = match fs::read_to_string(csv) {
-        Ok(text) if !too_long => text,
-        Ok(_) => {
-            faults.push(format!("{shown} is longer than {MAX_CSV} bytes"));
-            return found;
-        }
+    let text = match reading::read_text(csv, LIST) {
+        Ok(text) => text,
         Err(error) => {
-            faults.push(format!("cannot read {shown}: {error}"));
+            faults.push(error.to_string());
             return found;
         }
     };
@@ -239,8 +236,16 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
     found
 }
 
-fn read_one(file: &Path) -> Result<Pixels, String> {
+/// Sizes are compared before anything is decoded.
+fn read_one(file: &Path, size_px: [u32; 2]) -> Result<Pixels, String> {
     let shown = file.display();
-    let bytes = fs::read(file).map_err(|error| format!("cannot read {shown}: {error}"))?;
+    let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
+    let found = png_size(&bytes).map_err(|error| format!("{shown}: {error}"))?;
+    if found != size_px {
+        let ([found_width, found_height], [width, height]) = (found, size_px);
+        return Err(format!(
+            "{shown} has {found_width} x {found_height} px; the camera has {width} x {height}"
+        ));
+    }
     read_png(&bytes).map_err(|error| format!("{shown}: {error}"))
 }

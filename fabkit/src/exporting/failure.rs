@@ -4,7 +4,6 @@ use fabkit_export::ExportError;
 use fabkit_geometry::NotASheet;
 use fabkit_mesh::MeshError;
 
-use super::MAX_TRIANGLES;
 use crate::bodies::UnknownName;
 use crate::pictures::PictureError;
 
@@ -41,10 +40,12 @@ pub enum ExportFailure {
         profile: String,
     },
     /// More triangles than a slicer can be expected to load.
-    #[error("the export has {found} triangles, more than {MAX_TRIANGLES}")]
+    #[error(
+        "the export has more than {most} triangles, which is as many as slicers and memory take"
+    )]
     TooManyTriangles {
-        /// How many there are.
-        found: usize,
+        /// How many there may be.
+        most: usize,
     },
     /// Two bodies would have the same file name.
     #[error("two files are called {0}")]

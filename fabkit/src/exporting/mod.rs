@@ -9,6 +9,7 @@ mod plates;
 mod sheets;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_designs::{Companion, Design};
 use fabkit_export::{
@@ -26,11 +27,14 @@ pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 use self::sheets::CutSheet;
 use crate::bodies::{self, BodyRef, Kind};
 use crate::identity::design_hash;
+use crate::memory;
 use crate::pictures::{self, Shot};
 use crate::staging::OutputFile;
 
 /// Most triangles that one export may have, copies on plates included.
 pub const MAX_TRIANGLES: usize = 5_000_000;
+/// What a triangle takes in meshes and files, bytes: measured at small tolerances.
+const TRIANGLE_BYTES: u64 = 380;
 
 /// Name of the list of contents.
 pub const MANIFEST_NAME: &str = crate::staging::CONTENTS;
@@ -145,11 +149,16 @@ pub fn export(
         .collect();
     let hash = design_hash(design);
 
+    let triangles = AtomicUsize::new(0);
     type OnePiece<'a> = (Vec<Meshed<'a>>, Vec<Made>);
     let results: Vec<Result<OnePiece, ExportFailure>> = pieces::pieces(sensor, chosen)?
         .into_par_iter()
         .map(|piece| {
+            // Not after others have made too many already.
+            limit_triangles(triangles.load(Ordering::Relaxed))?;
             let meshed = piece.meshed(options)?;
+            let more = meshed.iter().map(|body| body.figures.triangles).sum::<usize>();
+            limit_triangles(more + triangles.fetch_add(more, Ordering::Relaxed))?;
             let mut files = Vec::new();
             for body in &meshed {
                 // A part of a group has its 3MF in common with the others.
@@ -184,7 +193,6 @@ pub fn export(
     if options.parts.is_empty() {
         made.extend(design.companions.iter().map(companion));
     }
-    limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
     assemble(design, options, hash, &meshed, made)
 }
 
@@ -301,8 +309,11 @@ fn figures(print: &PrintMesh, chord_tolerance_mm: f64) -> MeshFigures {
     }
 }
 
+/// All triangles are in memory until the last file is made.
 fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
-    if found > MAX_TRIANGLES { Err(ExportFailure::TooManyTriangles { found }) } else { Ok(()) }
+    let room = usize::try_from(memory::room() / TRIANGLE_BYTES).unwrap_or(usize::MAX);
+    let most = room.min(MAX_TRIANGLES);
+    if found > most { Err(ExportFailure::TooManyTriangles { most }) } else { Ok(()) }
 }
 
 fn part_files<'a>(

@@ -2,7 +2,7 @@
 
 use fabkit_depth::Picture;
 use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, false_color};
-use fabkit_export::{Array, CloudPoint, ExportError, Values, float_tiff, grey16_png, ply};
+use fabkit_export::{Array, Cloud, CloudPoint, ExportError, Values, float_tiff, grey16_png};
 
 /// A step of 16-bit pictures, mm: 1 um, so that they reach to 65 mm.
 pub const GREY_STEP_MM: f64 = 0.001;
@@ -84,19 +84,22 @@ pub fn tiff(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>,
     float_tiff(width_px, height_px, &values_mm.iter().map(|mm| *mm as f32).collect::<Vec<f32>>())
 }
 
-/// A point for each pixel that sees the surface, coloured by its label.
-pub fn cloud(map: &DepthMap) -> Vec<u8> {
+/// A cloud of what pixels see, without points as yet.
+pub fn cloud() -> Cloud {
+    Cloud::new("sensor frame, mm; label 1 is the surface, from 2 on what presses")
+}
+
+/// Adds a point for each pixel that sees the surface, coloured by its label.
+pub fn add_points(map: &DepthMap, cloud: &mut Cloud) {
     let pixels = map.point_in_sensor().zip(map.normal_in_sensor()).zip(map.label());
-    let points: Vec<CloudPoint> = pixels
-        .filter(|((point, _), _)| point.x.is_finite())
-        .map(|((point, normal), &label)| CloudPoint {
+    for ((point, normal), &label) in pixels.filter(|((point, _), _)| point.x.is_finite()) {
+        cloud.push(&CloudPoint {
             position_mm: point.into(),
             normal: normal.into(),
             color: color(label),
             label,
-        })
-        .collect();
-    ply("sensor frame, mm; label 1 is the surface, from 2 on what presses", &points)
+        });
+    }
 }
 
 /// Grey for the surface, then hues a golden section apart, which stay distinct however many.

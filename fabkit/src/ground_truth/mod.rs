@@ -1,6 +1,7 @@
 //! Ground truth for one camera: where it looks from, what it sees of a sensor's surface, what
 //! presses there, and all of it as bytes.
 
+mod collected;
 mod coverage;
 mod files;
 mod penetration;
@@ -8,8 +9,9 @@ mod presses;
 pub mod probes;
 mod viewpoint;
 
+pub use collected::{Collected, Wanted};
 pub use coverage::{Coverage, coverage};
-pub use files::{GREY_STEP_MM, Shown, arrays, cloud, grey, picture, tiff};
+pub use files::{GREY_STEP_MM, Shown, arrays, picture};
 pub use penetration::{Penetration, penetration};
 pub use presses::{Deepest, deepest, pressers};
 pub use viewpoint::{InvalidViewpoint, Viewpoint};

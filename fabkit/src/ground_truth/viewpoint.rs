@@ -1,5 +1,7 @@
 //! A camera at its place, calibrated or as designed.
 
+use std::ops::Range;
+
 use fabkit_camera::files::{self, InvalidCameraFile, PoseFile};
 use fabkit_camera::{Camera, CameraEstimate, InvalidCamera, InvalidCovariance, JointEstimate};
 use fabkit_depth::truth::{PixelRays, Uncertainty};
@@ -79,6 +81,11 @@ impl Viewpoint {
     /// One ray for each of `samples` x `samples` parts of each pixel.
     pub fn rays(&self, samples: u32) -> PixelRays {
         PixelRays::with_samples(self.camera(), &self.sensor_from_camera, samples)
+    }
+
+    /// Those of some rows of them alone.
+    pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
+        PixelRays::of_rows(self.camera(), &self.sensor_from_camera, samples, rows)
     }
 
     /// With the standard deviation of printed or cast surfaces along their normals, mm.

@@ -16,6 +16,9 @@ pub use crate::cli::Detector;
 use crate::failure::{Exit, Failure};
 use crate::reading::{self, Expected};
 
+/// What looking for the board takes for each pixel, the picture itself included, bytes.
+const BOARD_BYTES: u64 = 40;
+
 /// What was looked at, and what can be used of it.
 #[derive(Clone, Debug, Default)]
 pub struct Views {
@@ -52,7 +55,14 @@ pub fn from_pictures(
     detector: Detector,
 ) -> Result<Views, Failure> {
     let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-    from_images(&names, &|i| Ok(Cow::Owned(pictures::read(&paths[i])?)), board, camera, detector)
+    let picture = |i: usize| {
+        let fits = |size_px| check_size(&names[i], size_px, camera);
+        Ok(Cow::Owned(pictures::read(&paths[i], fits)?))
+    };
+    let size_px = [camera.width_px, camera.height_px];
+    pictures::on_workers("looking for the board in", size_px, [0, BOARD_BYTES], || {
+        from_images(&names, &picture, board, camera, detector)
+    })
 }
 
 /// The same with pictures by their names, from wherever `read` has the i-th.
@@ -69,7 +79,8 @@ pub fn from_images<'a>(
     let find = finder(detector, board)?;
     let one = |(i, name): (usize, &String)| -> Result<_, Failure> {
         let image = read(i)?;
-        check_size(name, &image, camera)?;
+        let size_px = [image.width_px(), image.height_px()].map(|px| px as u32);
+        check_size(name, size_px, camera)?;
         let digest = digest(&image);
         Ok((digest, find(&image, board)))
     };
@@ -168,15 +179,14 @@ impl Views {
     }
 }
 
-fn check_size(name: &str, image: &GreyImage, camera: &NominalCamera) -> Result<(), Failure> {
-    let (width, height) = (camera.width_px as usize, camera.height_px as usize);
-    if (image.width_px(), image.height_px()) == (width, height) {
+fn check_size(name: &str, size_px: [u32; 2], camera: &NominalCamera) -> Result<(), Failure> {
+    let NominalCamera { width_px: width, height_px: height, .. } = *camera;
+    if size_px == [width, height] {
         return Ok(());
     }
+    let [found_width, found_height] = size_px;
     let message = format!(
-        "{name}: {} x {} px; the sensor's camera has {width} x {height} px",
-        image.width_px(),
-        image.height_px()
+        "{name}: {found_width} x {found_height} px; the sensor's camera has {width} x {height} px"
     );
     let hint = "take all pictures with the sensor's camera at its own size, or change the sensor's \
                 with --set camera.width_px=... --set camera.height_px=...";

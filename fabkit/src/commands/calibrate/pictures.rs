@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use fabkit::calibration::image::GreyImage;
+use fabkit::calibration::image::{GreyImage, ImageError};
 use fabkit::calibration::pins::{Detection, DetectionError, DetectionOptions, detect};
 use rayon::prelude::*;
 
 use crate::failure::{Exit, Failure};
+use crate::memory;
 use crate::reading::{self, Expected};
 
 const PICTURE: Expected = Expected {
@@ -16,11 +17,37 @@ const PICTURE: Expected = Expected {
     hint: "pictures of tactile sensors are PNG files of a few megabytes at most",
 };
 
-/// Reads a PNG.
-pub(super) fn read(path: &Path) -> Result<GreyImage, Failure> {
+/// What decoding takes for each pixel besides the picture, bytes: the file, and all of the widest
+/// pixels at once where rows are interlaced.
+const DECODING_BYTES: u64 = 16;
+/// What looking for pins takes for each pixel, the picture itself included, bytes.
+const PINS_BYTES: u64 = 32;
+
+/// Reads a PNG whose size passes a test, made before anything is decoded.
+pub(super) fn read(
+    path: &Path,
+    fits: impl Fn([u32; 2]) -> Result<(), Failure>,
+) -> Result<GreyImage, Failure> {
     let bytes = reading::bytes(path, PICTURE)?;
-    GreyImage::from_png(&bytes)
-        .map_err(|error| Failure::plain(Exit::BadInput, format!("{}: {error}", path.display())))
+    let wrong =
+        |error: ImageError| Failure::plain(Exit::BadInput, format!("{}: {error}", path.display()));
+    fits(GreyImage::png_size(&bytes).map_err(wrong)?)?;
+    GreyImage::from_png(&bytes).map_err(wrong)
+}
+
+/// Does something with pictures of this size, as many at once as there is memory for; `each` is what
+/// it takes for a pixel, bytes, and `shared` what all of it takes together.
+pub(super) fn on_workers<R: Send>(
+    what: &str,
+    size_px: [u32; 2],
+    [shared, each]: [u64; 2],
+    work: impl FnOnce() -> Result<R, Failure> + Send,
+) -> Result<R, Failure> {
+    let [width, height] = size_px.map(u64::from);
+    let pixels = width * height;
+    let what = format!("{what} a picture of {width} x {height} px");
+    let each = pixels * (each + DECODING_BYTES);
+    memory::on_workers(&what, pixels * shared, each, "take smaller pictures", work)
 }
 
 /// Looks for pins in each picture; every picture that cannot be used is named.
@@ -30,7 +57,35 @@ pub(super) fn detect_all(
     options: &DetectionOptions,
 ) -> Result<Vec<Detection>, Failure> {
     let names: Vec<String> = pictures.iter().map(|path| path.display().to_string()).collect();
-    detect_in(&read(reference)?, &names, &|i| Ok(Cow::Owned(read(&pictures[i])?)), options)
+    let what = "looking for pins in";
+    let fits = |size_px| on_workers(what, size_px, [4, PINS_BYTES], || Ok(()));
+    let reference = read(reference, fits)?;
+    let reference_px = [reference.width_px(), reference.height_px()];
+    let picture = |i: usize| {
+        let same = |size_px: [u32; 2]| match size_px.map(|px| px as usize) {
+            pressed if pressed == reference_px => Ok(()),
+            pressed => {
+                let error = DetectionError::Size { pressed, reference: reference_px };
+                Err(undetected(&names[i], error))
+            }
+        };
+        Ok(Cow::Owned(read(&pictures[i], same)?))
+    };
+    // The reference is no larger than a picture may be.
+    on_workers(what, reference_px.map(|px| px as u32), [4, PINS_BYTES], || {
+        detect_in(&reference, &names, &picture, options)
+    })
+}
+
+fn undetected(name: &str, error: DetectionError) -> Failure {
+    let hint = match error {
+        DetectionError::Size { .. } => "all pictures come from one camera at one size",
+        DetectionError::Identical => "take the reference without contact",
+        DetectionError::Exposure { .. } => {
+            "lower or raise the exposure until the surface is grey, not white or black"
+        }
+    };
+    Failure::new(Exit::BadInput, format!("{name}: {error}"), hint)
 }
 
 /// The same with pictures by their names, from wherever `read` has the i-th.
@@ -44,16 +99,7 @@ pub fn detect_in<'a>(
     options: &DetectionOptions,
 ) -> Result<Vec<Detection>, Failure> {
     let one = |(i, name): (usize, &String)| -> Result<Detection, Failure> {
-        detect(reference, &*read(i)?, options).map_err(|error| {
-            let hint = match error {
-                DetectionError::Size { .. } => "all pictures come from one camera at one size",
-                DetectionError::Identical => "take the reference without contact",
-                DetectionError::Exposure { .. } => {
-                    "lower or raise the exposure until the surface is grey, not white or black"
-                }
-            };
-            Failure::new(Exit::BadInput, format!("{name}: {error}"), hint)
-        })
+        detect(reference, &*read(i)?, options).map_err(|error| undetected(name, error))
     };
     let results: Vec<Result<Detection, Failure>> = names.par_iter().enumerate().map(one).collect();
     let (found, mut wrong) = (Vec::with_capacity(results.len()), Vec::new());

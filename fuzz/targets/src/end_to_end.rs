@@ -1,0 +1,159 @@
+//! The command itself, with files that are nearly right: it must end in time, with a code that it
+//! documents, within its memory.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::ffi::OsStringExt;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::mutation::mutated;
+use crate::random::Random;
+use crate::running::{MOST_SECONDS, bounded};
+
+/// Codes that `fabkit --help` promises for inputs, whatever they are.
+const DOCUMENTED: std::ops::RangeInclusive<i32> = 0..=4;
+
+/// A camera that is cast at once.
+const SMALL: [&str; 4] = ["--set", "camera.width_px=64", "--set", "camera.height_px=48"];
+/// For inputs that say how much is to be done themselves.
+const LITTLE: [&str; 2] = ["--memory", "200MB"];
+
+/// A command line with an input in it.
+struct Case {
+    /// Its corpus.
+    corpus: &'static str,
+    /// Where the input is written, in the command's folder.
+    file: &'static str,
+    /// `{}` stands for the input itself.
+    arguments: &'static [&'static str],
+    camera: &'static [&'static str],
+}
+
+const fn case(
+    corpus: &'static str,
+    file: &'static str,
+    arguments: &'static [&'static str],
+    camera: &'static [&'static str],
+) -> Case {
+    Case { corpus, file, arguments, camera }
+}
+
+const POSE: &[&str] =
+    &["calibrate", "extrinsics", "rtac0", "--camera", "camera.yaml", "-o", "p.yaml"];
+const BOARD: &[&str] =
+    &["calibrate", "intrinsics", "rtac0", "--board", "board.json", "-o", "c.yaml"];
+
+const CASES: [Case; 17] = [
+    case("sensor", "in.yaml", &["show", "in.yaml"], &[]),
+    case("sensor", "in.yaml", &["render", "in.yaml", "-o", "o.png", "--size", "32x24"], &[]),
+    case("override", "in", &["show", "rtac0", "--set", "{}"], &[]),
+    case(
+        "camera",
+        "in.yaml",
+        &["depth", "rtac0", "--camera", "in.yaml", "--reference", "-o", "o.npz"],
+        &LITTLE,
+    ),
+    case(
+        "pose",
+        "in.yaml",
+        &["depth", "rtac0", "--pose", "in.yaml", "--reference", "--png", "o.png"],
+        &SMALL,
+    ),
+    case("press", "in", &["depth", "rtac0", "--press", "{}", "--png", "o.png"], &SMALL),
+    case("press", "in.txt", &["dataset", "rtac0", "--presses", "in.txt", "-o", "ds"], &SMALL),
+    case("landmarks", "in.json", POSE, &["--captures", "captures", "--landmarks", "in.json"]),
+    case("marks", "captures/captures.csv", POSE, &["--captures", "captures"]),
+    case("png", "in.png", &["calibrate", "pins", "--reference", "picture.png", "in.png"], &[]),
+    case("png", "in.png", &["calibrate", "pins", "--reference", "in.png", "picture.png"], &LITTLE),
+    case("png", "in.png", BOARD, &["in.png"]),
+    case("board", "board.json", BOARD, &["--corners", "corners.csv"]),
+    case("corners", "corners.csv", BOARD, &["--corners", "corners.csv"]),
+    // The folder is not empty: the plan is read, and nothing is begun.
+    case("plan", "in.yaml", &["sweep", "in.yaml", "-o", "."], &[]),
+    case("profile", "in.yaml", &["export", "rtac0/base", "--process", "in.yaml", "-o", "out"], &[]),
+    case("coupon", "in.yaml", &["profile", "in.yaml", "-o", "printer.yaml"], &[]),
+];
+
+/// Files that command lines refer to besides their input: their names, and where in the corpus they
+/// come from.
+const BESIDE: [(&str, &str); 5] = [
+    ("camera.yaml", "camera/fabkit.yaml"),
+    ("board.json", "board/charuco.json"),
+    ("corners.csv", "corners/corners.csv"),
+    ("captures/captures.csv", "marks/measured.csv"),
+    ("picture.png", "png/grey.png"),
+];
+
+/// What went wrong with an input.
+#[derive(Clone, Debug)]
+pub struct Wrong {
+    /// For people.
+    pub what: String,
+    /// The input.
+    pub input: Vec<u8>,
+}
+
+/// Runs the command once, with an input that the seed decides.
+///
+/// # Errors
+/// Files that cannot be read or written; a command that cannot be started.
+pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong>> {
+    let mut random = Random::new(seed);
+    let Case { corpus: kind, file, arguments, camera } = random.one_of(&CASES);
+    let files = crate::running::corpus(&corpus.join(kind))?;
+    let (_, other) = random.one_of(&files);
+    let input = mutated(&random.one_of(&files).1, other, &mut random);
+
+    let folder = tempfile::tempdir()?;
+    fs::create_dir(folder.path().join("captures"))?;
+    for (name, from) in BESIDE {
+        fs::copy(corpus.join(from), folder.path().join(name))?;
+    }
+    fs::write(folder.path().join(file), &input)?;
+    // No argument holds a zero, or is longer than the system allows.
+    let mut word: Vec<u8> = input.iter().copied().filter(|byte| *byte != 0).collect();
+    word.truncate(100_000);
+    let word = OsString::from_vec(word);
+    let mut bounded = bounded(command);
+    for argument in arguments.iter().chain(*camera) {
+        match *argument {
+            "{}" => bounded.arg(&word),
+            other => bounded.arg(other),
+        };
+    }
+    bounded.args(["--threads", "2"]);
+    let said = folder.path().join("said");
+    let verdict = verdict(bounded.current_dir(folder.path()), &said)?;
+    Ok(verdict.map(|what| {
+        let line = format!("fabkit {} {}", arguments.join(" "), camera.join(" "));
+        let said = fs::read(&said).unwrap_or_default();
+        let said = String::from_utf8_lossy(&said[..said.len().min(600)]).into_owned();
+        Wrong { what: format!("{what}: {line}, {file} from {kind}, seed {seed}\n{said}"), input }
+    }))
+}
+
+/// What is wrong with how it ended; `None` for nothing.
+fn verdict(command: &mut Command, said: &Path) -> io::Result<Option<String>> {
+    let said = File::create(said)?;
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(said).spawn()?;
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(match status.code() {
+                Some(code) if DOCUMENTED.contains(&code) => None,
+                Some(code) => Some(format!("exit code {code}")),
+                None => Some(format!("{status}")),
+            });
+        }
+        if start.elapsed() > Duration::from_secs(MOST_SECONDS) {
+            child.kill()?;
+            child.wait()?;
+            return Ok(Some(format!("more than {MOST_SECONDS} s")));
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+}

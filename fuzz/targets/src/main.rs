@@ -1,0 +1,144 @@
+//! Runs all targets, each in a process of its own, then the command itself.
+//!
+//! `fabkit-fuzz CORPUS KEPT COMMAND RUNS SECONDS SEED [NAME...]`: `cargo xtask fuzz` calls it. RUNS and
+//! SECONDS are for all together, whichever is up first.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use fabkit_fuzz_targets::end_to_end;
+use fabkit_fuzz_targets::running::{self, Budget, blame, bounded, corpus, feed, keep};
+use fabkit_fuzz_targets::targets::{TARGETS, Target};
+
+/// The word before a target that a process of its own is to feed.
+const FEED: &str = "feed";
+/// The name of the command's part.
+const COMMAND: &str = "command";
+/// The command's part of time; its part of the inputs is what it gets done.
+const COMMAND_SHARE: f64 = 0.4;
+
+type Failed = Box<dyn Error>;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let result = match arguments.first() {
+        Some(word) if word == FEED => child(&arguments[1..]),
+        _ => parent(&arguments),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("fabkit-fuzz: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+struct Arguments {
+    corpus: PathBuf,
+    kept: PathBuf,
+    command: PathBuf,
+    budget: Budget,
+    seed: u64,
+    names: Vec<String>,
+}
+
+impl Arguments {
+    fn read(words: &[String]) -> Result<Self, Failed> {
+        let [corpus, kept, command, runs, seconds, seed, names @ ..] = words else {
+            return Err("six arguments are needed; `cargo xtask fuzz` gives them".into());
+        };
+        let time = Duration::try_from_secs_f64(seconds.parse()?)?;
+        Ok(Self {
+            corpus: corpus.into(),
+            kept: kept.into(),
+            // It is started in folders of its own.
+            command: fs::canonicalize(command)?,
+            budget: Budget { runs: runs.parse()?, time },
+            seed: seed.parse()?,
+            names: names.to_vec(),
+        })
+    }
+}
+
+/// Feeds one target.
+fn child(words: &[String]) -> Result<bool, Failed> {
+    let Arguments { corpus: folder, kept, budget, seed, names, .. } = Arguments::read(words)?;
+    let name = names.first().ok_or("which target?")?;
+    let target = TARGETS.iter().find(|target| target.name == name).ok_or("no such target")?;
+    let done = feed(*target, &corpus(&folder.join(name))?, seed, budget, &kept)?;
+    println!("{done}");
+    Ok(true)
+}
+
+fn parent(words: &[String]) -> Result<bool, Failed> {
+    let all = Arguments::read(words)?;
+    let is_wanted = |name: &str| all.names.is_empty() || all.names.iter().any(|n| n == name);
+    let targets: Vec<Target> =
+        TARGETS.into_iter().filter(|target| is_wanted(target.name)).collect();
+    let with_command = is_wanted(COMMAND);
+    let for_command = match (with_command, targets.is_empty()) {
+        (false, _) => 0.0,
+        (true, true) => 1.0,
+        (true, false) => COMMAND_SHARE,
+    };
+    fs::create_dir_all(&all.kept)?;
+    let (mut inputs, mut wrong) = (0, 0);
+    for target in &targets {
+        let share = 1.0 / targets.len() as f64;
+        let budget = Budget {
+            runs: (all.budget.runs as f64 * share * (1.0 - for_command)) as u64,
+            time: all.budget.time.mul_f64(share * (1.0 - for_command)),
+        };
+        let (done, is_wrong) = one(&all, *target, budget)?;
+        inputs += done;
+        wrong += u64::from(is_wrong);
+    }
+    let start = Instant::now();
+    let (mut done, most) = (0, (all.budget.runs as f64 * for_command) as u64);
+    while done < most && start.elapsed() < all.budget.time.mul_f64(for_command) {
+        // Each run has a seed of its own, by which it can be had again alone.
+        let found = end_to_end::once(&all.command, &all.corpus, all.seed + done)?;
+        if let Some(end_to_end::Wrong { what, input }) = found {
+            let kept = keep(&all.kept, &input)?;
+            println!("{what}\n  the input is {}", kept.display());
+            wrong += 1;
+        }
+        done += 1;
+    }
+    if with_command {
+        println!("{COMMAND}: {done} inputs");
+    }
+    println!("{} inputs, {wrong} wrong, seed {}", inputs + done, all.seed);
+    Ok(wrong == 0)
+}
+
+/// Feeds a target in a process of its own: how many inputs there were, and whether one was too much
+/// for it.
+fn one(all: &Arguments, target: Target, budget: Budget) -> Result<(u64, bool), Failed> {
+    let current = all.kept.join(format!("{}.current", target.name));
+    let program = env::current_exe()?;
+    let mut command = bounded(&program);
+    command.arg(FEED).arg(&all.corpus).arg(&current).arg(&all.command);
+    command.args([budget.runs.to_string(), budget.time.as_secs_f64().to_string()]);
+    let output = command.arg(all.seed.to_string()).arg(target.name).output()?;
+    let Some(why) = blame(output.status) else {
+        let done = String::from_utf8_lossy(&output.stdout).trim().parse()?;
+        println!("{}: {done} inputs", target.name);
+        fs::remove_file(&current)?;
+        return Ok((done, false));
+    };
+    let kept = match fs::read(&current) {
+        Ok(input) => running::keep(&all.kept.join(target.name), &input)?,
+        Err(_) => Path::new("unknown").to_owned(),
+    };
+    let said = String::from_utf8_lossy(&output.stderr);
+    println!("{}: {why}, seed {}\n  the input is {}", target.name, all.seed, kept.display());
+    println!("{}", said.lines().take(12).collect::<Vec<_>>().join("\n"));
+    Ok((0, true))
+}

@@ -1,0 +1,176 @@
+//! Inputs that are nearly right: bytes flipped, pieces gone, doubled or from elsewhere, numbers beyond
+//! what anybody means, text that is deeper, longer or stranger than expected.
+
+use std::ops::Range;
+
+use crate::random::Random;
+
+/// Longest input, bytes: what is above most limits is tried by repetition, not by chance.
+const MOST_BYTES: usize = 1 << 18;
+
+/// Numbers that are at the end of something.
+const NUMBERS: [&str; 24] = [
+    "0",
+    "-0",
+    "-0.0",
+    "1",
+    "-1",
+    "1e308",
+    "-1e308",
+    "1e309",
+    "1e-320",
+    "nan",
+    ".nan",
+    "inf",
+    "-.inf",
+    "2147483647",
+    "2147483648",
+    "4294967296",
+    "4611686018427387904",
+    "9223372036854775808",
+    "18446744073709551615",
+    "18446744073709551616",
+    "1e6",
+    "0.1",
+    "255",
+    "65537",
+];
+/// What text may hold that nobody types.
+const WORDS: [&str; 22] = [
+    "\u{feff}",
+    "\u{202e}",
+    "\u{0}",
+    "\u{2028}",
+    "\u{1f600}",
+    "e\u{301}",
+    "\u{b5}m",
+    "\r\n",
+    "\r",
+    "\t",
+    "null",
+    "true",
+    "~",
+    "[]",
+    "{}",
+    "\"",
+    "'",
+    "mm",
+    "deg",
+    "@",
+    "&a *a",
+    "!!binary |",
+];
+/// What opens, and what closes it.
+const BRACKETS: [(&str, &str); 4] = [("[", "]"), ("{\"a\":", "}"), ("- ", ""), ("(", ")")];
+
+/// A seed's variant of an input; `other` gives pieces.
+pub fn mutated(input: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = input.to_vec();
+    for _ in 0..=random.below(4) {
+        once(&mut bytes, other, random);
+        bytes.truncate(MOST_BYTES);
+    }
+    bytes
+}
+
+fn once(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
+    match random.below(12) {
+        0 => {
+            let at = random.below(bytes.len());
+            if let Some(byte) = bytes.get_mut(at) {
+                *byte ^= 1 << random.below(8);
+            }
+        }
+        1 => {
+            let at = random.below(bytes.len());
+            if let Some(byte) = bytes.get_mut(at) {
+                *byte = *random.one_of(&[0, 0x7f, 0x80, 0xff, b'\n', b' ', b',']);
+            }
+        }
+        2 => drop(bytes.drain(piece(bytes, random))),
+        3 => {
+            let copy = bytes[piece(bytes, random)].to_vec();
+            insert(bytes, &copy, random);
+        }
+        4 => {
+            let copy = bytes[piece(bytes, random)].to_vec();
+            let times = 1 << random.below(12);
+            insert(bytes, &copy.repeat(times.min(MOST_BYTES / copy.len().max(1))), random);
+        }
+        5 => insert(bytes, &other[piece(other, random)], random),
+        6 => bytes.truncate(random.below(bytes.len())),
+        7 | 8 => {
+            let number = random.one_of(&NUMBERS).as_bytes();
+            let found = numbers(bytes);
+            match found.is_empty() {
+                true => insert(bytes, number, random),
+                false => drop(bytes.splice(random.one_of(&found).clone(), number.iter().copied())),
+            }
+        }
+        9 => insert(bytes, random.one_of(&WORDS).as_bytes(), random),
+        10 => {
+            let (open, close) = random.one_of(&BRACKETS);
+            let times = 1 << random.below(16);
+            let bomb = format!("{}{}", open.repeat(times), close.repeat(random.below(2) * times));
+            insert(bytes, bomb.as_bytes(), random);
+        }
+        _ => {
+            // Lines end otherwise, or swap.
+            let mut lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').collect();
+            let (a, b) = (random.below(lines.len()), random.below(lines.len()));
+            lines.swap(a, b);
+            *bytes = lines.join(*random.one_of(&[&b"\n"[..], b"\n", b"\r\n", b"\n\n"]));
+        }
+    }
+}
+
+/// Some place, usually short.
+fn piece(bytes: &[u8], random: &mut Random) -> Range<usize> {
+    let start = random.below(bytes.len());
+    let most = bytes.len() - start;
+    let most = if random.below(3) == 0 { most } else { most.min(16) };
+    start..start + random.below(most + 1)
+}
+
+fn insert(bytes: &mut Vec<u8>, what: &[u8], random: &mut Random) {
+    let at = random.below(bytes.len() + 1);
+    bytes.splice(at..at, what.iter().copied());
+}
+
+/// Where digits are.
+fn numbers(bytes: &[u8]) -> Vec<Range<usize>> {
+    let is_part = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+    let (mut found, mut at) = (Vec::new(), 0);
+    while let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|i| at + i) {
+        let length = bytes[start..].iter().position(|byte| !is_part(byte));
+        at = length.map_or(bytes.len(), |length| start + length);
+        found.push(start..at);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_decides_and_every_change_is_made() {
+        let input = b"format: 1\nradius: 12.5 mm\nholes: [1, 2, 3]\n";
+        let of = |seed| mutated(input, b"other: 7\n", &mut Random::new(seed));
+        assert_eq!(of(7), of(7));
+        let all: std::collections::BTreeSet<Vec<u8>> = (0..1000).map(of).collect();
+        assert!(all.len() > 900, "{}", all.len());
+        let has =
+            |word: &str| all.iter().any(|bytes| String::from_utf8_lossy(bytes).contains(word));
+        assert!(has("1e308") && has("\r\n") && has("[[[[[[[[") && has("18446744073709551616"));
+        assert!(
+            (0..1000).all(|seed| mutated(b"", b"", &mut Random::new(seed)).len() <= MOST_BYTES)
+        );
+    }
+
+    #[test]
+    fn numbers_are_found() {
+        assert_eq!(numbers(b"a 12.5, 3"), [2..6, 8..9]);
+        assert!(numbers(b"none").is_empty());
+    }
+}

@@ -1,0 +1,127 @@
+//! Targets with inputs, one after the other, until time or their number is up.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::mutation::mutated;
+use crate::random::Random;
+use crate::targets::Target;
+
+/// Longest time for one input.
+pub const MOST_SECONDS: u64 = 10;
+/// Most memory of a process, KiB: 1 GB, and what only its address space takes: stacks, the program.
+pub const MOST_KIB: u64 = 1_200_000;
+/// The process stopped because an input took too long.
+const TOO_LONG: i32 = 124;
+
+/// How long to go on.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Inputs.
+    pub runs: u64,
+    /// Time.
+    pub time: Duration,
+}
+
+/// The files of a corpus, by their names.
+///
+/// # Errors
+/// A folder that cannot be read, or has no files.
+pub fn corpus(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        files.push((name, fs::read(&path)?));
+    }
+    files.sort();
+    match files.is_empty() {
+        true => Err(io::Error::other(format!("{} has no files", folder.display()))),
+        false => Ok(files),
+    }
+}
+
+/// Feeds a corpus as it is, then what mutation makes of it. Whatever input is being read stands in
+/// `current`, so that it is there when the process is gone.
+///
+/// # Errors
+/// Files that cannot be read or written.
+pub fn feed(
+    target: Target,
+    corpus: &[(String, Vec<u8>)],
+    seed: u64,
+    budget: Budget,
+    current: &Path,
+) -> io::Result<u64> {
+    static STARTED_MS: AtomicU64 = AtomicU64::new(0);
+    let start = Instant::now();
+    let now_ms = move || start.elapsed().as_millis() as u64;
+    thread::spawn(move || {
+        loop {
+            thread::sleep(Duration::from_millis(250));
+            let started = STARTED_MS.load(Ordering::Relaxed);
+            if now_ms().saturating_sub(started) > 1000 * MOST_SECONDS {
+                eprintln!("this input takes more than {MOST_SECONDS} s");
+                std::process::exit(TOO_LONG);
+            }
+        }
+    });
+    let one = |input: &[u8]| -> io::Result<()> {
+        fs::write(current, input)?;
+        STARTED_MS.store(now_ms(), Ordering::Relaxed);
+        (target.run)(input);
+        Ok(())
+    };
+    let mut random = Random::new(seed);
+    let mut done = 0;
+    for (_, input) in corpus {
+        one(input)?;
+        done += 1;
+    }
+    while done < budget.runs && start.elapsed() < budget.time {
+        let (_, input) = random.one_of(corpus);
+        let (_, other) = random.one_of(corpus);
+        one(&mutated(input, other, &mut random))?;
+        done += 1;
+    }
+    Ok(done)
+}
+
+/// A program whose address space is bounded, so that it fails where it would take too much.
+pub fn bounded(program: &Path) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"")]).arg(program);
+    // Each arena would reserve more than most inputs ever take.
+    command.env("MALLOC_ARENA_MAX", "1").env("RUST_BACKTRACE", "0");
+    command
+}
+
+/// Why a process that fed a target is gone, if it was the target's fault.
+pub fn blame(status: ExitStatus) -> Option<String> {
+    match status.code() {
+        Some(0) => None,
+        Some(TOO_LONG) => Some(format!("more than {MOST_SECONDS} s")),
+        Some(101) => Some("a panic".into()),
+        Some(code) => Some(format!("exit code {code}")),
+        None => Some(format!("{status}: too much memory, or too deep")),
+    }
+}
+
+/// Keeps an input under a name that its content decides.
+///
+/// # Errors
+/// A folder that cannot be written to.
+pub fn keep(folder: &Path, input: &[u8]) -> io::Result<PathBuf> {
+    fs::create_dir_all(folder)?;
+    let hash = input.iter().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let place = folder.join(format!("{hash:016x}"));
+    fs::write(&place, input)?;
+    Ok(place)
+}

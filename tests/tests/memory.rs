@@ -1,0 +1,188 @@
+//! No command takes more memory than it may: what would is refused before it begins, and what is
+//! allowed stays below what was said of it.
+#![cfg(target_os = "linux")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use fabkit_tests::{Run, binary, fabkit};
+
+/// Runs the command with an address space of so many KiB: above, allocations fail and it aborts.
+fn within(kib: u64, folder: &Path, arguments: &[&str]) -> Run {
+    let mut command = Command::new("sh");
+    command.current_dir(folder).env("MALLOC_ARENA_MAX", "1");
+    command.args(["-c", &format!("ulimit -v {kib} && exec \"$0\" --threads 2 \"$@\"")]);
+    command.arg(binary()).args(arguments).output().unwrap().into()
+}
+
+/// Two threads' stacks, the program itself, and what the allocator keeps.
+const SLACK_KIB: u64 = 150_000;
+
+const SMALL: [&str; 4] = ["--set", "camera.width_px=160", "--set", "camera.height_px=120"];
+
+#[test]
+fn what_is_too_large_is_refused_with_both_figures_and_a_way_out() {
+    let root = tempfile::tempdir().unwrap();
+    let large = ["--set", "camera.width_px=8000", "--set", "camera.height_px=8000"];
+    let depth = ["depth", "rtac0", "--reference", "-o", "d.npz"];
+    for (arguments, what) in [
+        ([&depth[..], &large].concat(), "casting 8000 x 8000 rays"),
+        ([&["dataset", "rtac0", "-o", "ds"][..], &large].concat(), "a data set of 8000 x 8000 px"),
+        (
+            vec!["render", "rtac0", "-o", "r.png", "--size", "8000x8000", "--memory", "500MB"],
+            "a picture of 8000 x 8000 px",
+        ),
+    ] {
+        let run = within(1_000_000, root.path(), &arguments);
+        assert_eq!(run.code, Some(3), "{run:?}");
+        assert!(run.stderr.contains(what) && run.stderr.contains("of memory; the limit is"));
+        assert!(run.stderr.contains("or allow it with --memory "), "{}", run.stderr);
+    }
+    assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
+}
+
+/// As much as is stated, and not more: the same cast that is allowed with a limit works within it.
+#[test]
+fn what_is_allowed_fits() {
+    let root = tempfile::tempdir().unwrap();
+    // 1.2 million rays: 91 bytes of arrays and the pictures are most of it.
+    let cast = [
+        "depth",
+        "rtac0",
+        "--press",
+        "hemisphere@30deg,120deg,1.2mm",
+        "--samples",
+        "2",
+        "-o",
+        "d.npz",
+        "--png",
+        "d.png",
+        "--ply",
+        "d.ply",
+    ];
+    let refused = fabkit(root.path(), &[&cast[..], &["--memory", "200MB"]].concat());
+    assert_eq!(refused.code, Some(3), "{refused:?}");
+    let wanted = refused.stderr.rsplit("--memory ").next().unwrap().trim().to_owned();
+    let mb: u64 = wanted.strip_suffix("MB").unwrap().parse().unwrap();
+    let kib = mb * 1_000_000 / 1024 + SLACK_KIB;
+    within(kib, root.path(), &[&cast[..], &["--memory", &wanted]].concat()).ok();
+}
+
+/// Bands of rows are what the whole is.
+#[test]
+fn casting_in_bands_changes_no_byte() {
+    use fabkit::fixtures::load;
+    use fabkit::ground_truth::{Viewpoint, arrays};
+    use fabkit::scene::{Cast, Scene};
+
+    let root = tempfile::tempdir().unwrap();
+    // More rays than a band has.
+    let cast = ["depth", "rtac0", "--press", "hemisphere@30deg,120deg,1.2mm", "-o", "d.npz"];
+    fabkit(root.path(), &[&cast[..], &["--samples", "2"]].concat()).ok();
+
+    let yaml = fabkit::designs::builtin_yaml("rtac0").unwrap();
+    let project = load("rtac0.yaml", yaml, &[]).unwrap();
+    let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
+    let press = project.press("hemisphere@30deg,120deg,1.2mm").unwrap();
+    let scene = Scene::new(std::sync::Arc::new(project), viewpoint).unwrap();
+    let cast = Cast { presses: &[press], samples: 2, membrane_mm: 0.0, print_sigma_mm: 0.05 };
+    let whole = scene
+        .cast(&cast, |seen| Ok(fabkit::export::npz(&arrays(seen.map, seen.sigma_mm)).unwrap()))
+        .unwrap();
+    assert!(fs::read(root.path().join("d.npz")).unwrap() == whole);
+}
+
+/// A PNG of one grey, so that a few kilobytes are many pixels.
+fn write_png(path: &Path, [width, height]: [u32; 2]) {
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let mut writer = encoder.write_header().unwrap();
+    let mut stream = writer.stream_writer().unwrap();
+    let row = vec![0x60; 8 * width as usize];
+    for _ in 0..height {
+        std::io::Write::write_all(&mut stream, &row).unwrap();
+    }
+    stream.finish().unwrap();
+}
+
+#[test]
+fn pictures_are_refused_by_their_headers() {
+    let root = tempfile::tempdir().unwrap();
+    for i in 0..4 {
+        write_png(&root.path().join(format!("bomb{i}.png")), [6000, 6000]);
+    }
+    write_png(&root.path().join("small.png"), [160, 120]);
+    fabkit(root.path(), &["export", "rtac0/boards", "-o", "boards"]).ok();
+    let bombs = ["bomb0.png", "bomb1.png", "bomb2.png", "bomb3.png"];
+
+    // Not of the reference's size.
+    let pins = [&["calibrate", "pins", "--reference", "small.png"][..], &bombs].concat();
+    let run = within(SLACK_KIB + 50_000, root.path(), &pins);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("bomb3.png: [6000, 6000] px, but the reference has [160, 120]"));
+    // All of one size, which is too large.
+    let pins = ["calibrate", "pins", "--memory", "1GB", "--reference"];
+    let run = within(SLACK_KIB + 50_000, root.path(), &[&pins[..], &bombs].concat());
+    assert_eq!(run.code, Some(3), "{run:?}");
+    assert!(run.stderr.contains("looking for pins in a picture of 6000 x 6000 px takes"));
+    // Not of the camera's size.
+    let board = ["--board", "boards/checkerboard.board.json", "-o", "c.yaml"];
+    let intrinsics = ["calibrate", "intrinsics", "rtac0"];
+    let run = within(
+        SLACK_KIB + 50_000,
+        root.path(),
+        &[&intrinsics[..], &SMALL, &board, &bombs].concat(),
+    );
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("the sensor's camera has 160 x 120 px"), "{}", run.stderr);
+    // Captures of a data set.
+    fs::create_dir(root.path().join("captures")).unwrap();
+    for side in ["left", "right"] {
+        let place = root.path().join(format!("captures/semi-dome-003-{side}.png"));
+        fs::copy(root.path().join("bomb0.png"), place).unwrap();
+    }
+    fs::write(root.path().join("one.txt"), "semi-dome-003\n").unwrap();
+    let data = ["dataset", "rtac0", "-o", "ds", "--presses", "one.txt", "--captures", "captures"];
+    let run = within(SLACK_KIB + 100_000, root.path(), &[&data[..], &SMALL].concat());
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("6000 x 6000 px; the camera has 160 x 120"), "{}", run.stderr);
+}
+
+/// Neither waits for a pipe that nobody writes to, nor reads a device for ever, nor what is larger than
+/// its kind can be.
+#[test]
+fn what_is_no_file_of_its_kind_is_refused_at_once() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("one.txt"), "semi-dome-003\n").unwrap();
+    assert!(Command::new("mkfifo").arg(root.path().join("pipe")).status().unwrap().success());
+    fs::File::create(root.path().join("long.csv")).unwrap().set_len(3 << 30).unwrap();
+    let begin: [&[&str]; 2] = [
+        &["dataset", "rtac0", "-o", "ds", "--presses", "one.txt", "--captures"],
+        &["calibrate", "extrinsics", "rtac0", "-o", "p.yaml", "--captures", ".", "--camera"],
+    ];
+    for begin in begin {
+        for (file, said) in [
+            ("pipe", "pipe is a device or a pipe, not a file"),
+            ("/dev/zero", "/dev/zero is a device or a pipe, not a file"),
+            ("long.csv", "long.csv has 3221225472 bytes"),
+        ] {
+            let run = within(400_000, root.path(), &[begin, &[file][..]].concat());
+            assert!(matches!(run.code, Some(2 | 3)), "{run:?}");
+            assert!(run.stderr.contains(said), "{}", run.stderr);
+        }
+    }
+    // A pipe among the captures.
+    fs::create_dir(root.path().join("captures")).unwrap();
+    for side in ["left", "right"] {
+        let place = root.path().join(format!("captures/semi-dome-003-{side}.png"));
+        assert!(Command::new("mkfifo").arg(place).status().unwrap().success());
+    }
+    let list = "pattern,side,file\nsemi-dome-003,left,pipe\nsemi-dome-003,right,/dev/zero\n";
+    fs::write(root.path().join("list.csv"), list).unwrap();
+    for captures in ["captures", "list.csv"] {
+        let run = within(400_000, root.path(), &[begin[0], &[captures], &SMALL].concat());
+        assert_eq!(run.code, Some(2), "{run:?}");
+    }
+}

@@ -1,0 +1,41 @@
+//! `cargo xtask fuzz`
+
+use std::process::Command;
+
+use crate::run::{built, cargo, check, root};
+
+/// In the gate; together with starting all processes, well below two minutes.
+const SECONDS: &str = "75";
+/// More than that time allows.
+const RUNS: &str = "1000000";
+/// The gate looks at the same inputs each time; another seed looks at others.
+const SEED: &str = "1";
+
+/// Feeds files that are nearly right to everything that reads files, and to the command.
+///
+/// `--seconds S`, `--runs N`, `--seed K`, then names of targets: `camera`, or `command` for the
+/// command itself.
+pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), String> {
+    let (mut seconds, mut runs, mut seed) = (SECONDS.to_owned(), RUNS.to_owned(), SEED.to_owned());
+    let mut names = Vec::new();
+    let mut arguments = arguments.peekable();
+    while let Some(word) = arguments.next() {
+        let mut value = || arguments.next().ok_or(format!("{word} needs a number"));
+        match word.as_str() {
+            // As many inputs as were asked for, however long that takes.
+            "--runs" => (runs, seconds) = (value()?, "86400".into()),
+            "--seconds" => seconds = value()?,
+            "--seed" => seed = value()?,
+            _ => names.push(word),
+        }
+    }
+    if !cfg!(target_os = "linux") {
+        return crate::run::skip("fuzzing", "memory is limited by what Linux has for it");
+    }
+    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
+    check(cargo().args(["build", "--release", "--package", "fabkit-fuzz-targets"]))?;
+    let kept = root().join("target/fuzz");
+    let mut fuzz = Command::new(built("release", "fabkit-fuzz"));
+    fuzz.arg(root().join("fuzz/corpus")).arg(kept).arg(built("release", "fabkit"));
+    check(fuzz.args([runs, seconds, seed]).args(names))
+}

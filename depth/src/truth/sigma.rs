@@ -37,7 +37,7 @@ enum Cause {
     /// One of the pose's parameters, by its place among them.
     Pose(usize),
     /// A parameter of the camera.
-    Camera(Stepped),
+    Camera(Box<Stepped>),
 }
 
 /// A parameter's influence on the rays: cameras a step before and after it.
@@ -81,7 +81,7 @@ impl DepthMap<'_> {
 fn causes(camera: &Camera, joint: &JointEstimate) -> (Vec<Cause>, DMatrix<f64>) {
     let cause = |i: usize| match i.checked_sub(POSE_COUNT) {
         None => Some((i, Cause::Pose(i))),
-        Some(parameter) => Some((i, Cause::Camera(stepped(camera, parameter)?))),
+        Some(parameter) => Some((i, Cause::Camera(Box::new(stepped(camera, parameter)?)))),
     };
     let (free, causes): (Vec<usize>, Vec<Cause>) = joint.free().filter_map(cause).unzip();
     let matrix = joint.covariance();

@@ -180,7 +180,8 @@ pub fn landmarks_of(dome: &Design) -> Result<PinLandmarks, Failure> {
 
 fn cannot_calibrate(error: CalibrationError) -> Failure {
     let hint = match &error {
-        CalibrationError::Covariance(_) => return Failure::bug(error),
+        // What was computed from the file's is no covariance, because the file's hardly is one.
+        CalibrationError::Covariance(_) => "look at the covariance in the camera's file",
         CalibrationError::OnePlane { .. } => "press pins in holes of at least two rings",
         CalibrationError::NoExplanation { .. } => {
             "is the camera's file the one of this camera, and are the landmarks this dome's?"

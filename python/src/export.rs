@@ -116,13 +116,7 @@ impl Exported {
     }
 
     /// Writes them all, or none; the list of contents as it is then.
-    fn write(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        clean: bool,
-        force: bool,
-    ) -> PyResult<String> {
+    fn write(&self, py: Python<'_>, folder: PathBuf, clean: bool, force: bool) -> PyResult<String> {
         let exported = Arc::clone(&self.exported);
         run(py, Interrupted::Wait, None, move |link| {
             let how = Overwriting { clean, force };

@@ -66,9 +66,8 @@ fn measurements_in_a_coupon_are_not_erased_by_a_second_export() {
 fn a_manifest_keeps_what_is_still_true_and_names_the_rest() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("out");
-    let export = |more: &[&str]| {
-        fabkit(root.path(), &[&["export", "rtac0", "-o", "out"], more].concat())
-    };
+    let export =
+        |more: &[&str]| fabkit(root.path(), &[&["export", "rtac0", "-o", "out"], more].concat());
     export(&["--part=collar", "--part=base", "--format=stl,3mf"]).ok();
     let both = fs::read(out.join("manifest.json")).unwrap();
     // One part again: all that is listed is there, all that is there is listed.

@@ -1,4 +1,4 @@
-//! `cargo xtask faults [--rounds N] [--seed N]`: what is on disk after anything that can go wrong.
+//! `cargo xtask faults [--rounds N] [--seed N] [--no-build]`: what is on disk after anything that can go wrong.
 //!
 //! A small library that is loaded before the C library ([`shim`]) fails or kills the command at each
 //! of its calls of open, write, rename, link and fsync; others are killed at random moments, run at
@@ -47,7 +47,9 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         value.map_or(Ok(usual), |v| v.parse().map_err(|_| format!("{name} needs a number")))
     };
     let (rounds, seed) = (option("--rounds", 1)?, option("--seed", 1)?);
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
+    if !arguments.iter().any(|argument| argument == "--no-build") {
+        check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
+    }
     let scratch = Scratch::new(seed)?;
     let shim = match shim::build(&scratch.0) {
         Ok(shim) => shim,
@@ -65,7 +67,8 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
-                while let Some((scenario, trial)) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while let Some((scenario, trial)) = trials.get(next.fetch_add(1, Ordering::Relaxed))
+                {
                     let scenario = &scenarios[*scenario];
                     if let Err(why) = scenario.try_out(trial, &shim) {
                         let text = format!("{} {trial:?}: {why}", scenario.name);
@@ -139,7 +142,8 @@ struct Scratch(PathBuf);
 impl Scratch {
     fn new(seed: u64) -> Result<Self, String> {
         let name = format!("faults-{}-{seed}", std::process::id());
-        let folder = built("release", "").parent().map_or_else(|| root().join("target"), |p| p.into());
+        let folder =
+            built("release", "").parent().map_or_else(|| root().join("target"), |p| p.into());
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         folder.canonicalize().map(Self).map_err(|e| format!("{}: {e}", folder.display()))

@@ -8,7 +8,9 @@ use std::time::Instant;
 
 use fabkit::designs::Design;
 use fabkit::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
-use fabkit::exporting::{self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written};
+use fabkit::exporting::{
+    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written,
+};
 use fabkit::verifier::Verifier;
 use serde_json::{Value, json};
 

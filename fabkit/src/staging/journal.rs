@@ -75,8 +75,7 @@ impl Journal {
             Err(error) if is_missing(&error) => return Ok(None),
             Err(error) => return Err(unreadable(error)),
         };
-        let journal: Self =
-            serde_json::from_slice(&text).map_err(|e| unreadable(e.into()))?;
+        let journal: Self = serde_json::from_slice(&text).map_err(|e| unreadable(e.into()))?;
         if journal.version == VERSION { Ok(Some(journal)) } else { Err(unreadable(newer())) }
     }
 
@@ -126,11 +125,10 @@ pub(super) fn recover(folder: &Path) -> Result<(), StagingError> {
 }
 
 /// An old file that could not be put back.
-#[derive(Debug)]
-pub(super) struct Unreturned {
-    pub place: PathBuf,
-    pub kept: PathBuf,
-    pub source: io::Error,
+struct Unreturned {
+    place: PathBuf,
+    kept: PathBuf,
+    source: io::Error,
 }
 
 impl Unreturned {
@@ -141,7 +139,7 @@ impl Unreturned {
 }
 
 /// Puts the old files back, as many as can be, and tells of the first that cannot.
-pub(super) fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unreturned> {
+fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unreturned> {
     let mut first = Ok(());
     for record in records.iter().rev() {
         let place = folder.join(&record.name);
@@ -151,6 +149,8 @@ pub(super) fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unretur
             // Never replaced, or already back; or changed by somebody since.
             (Ok(There::Other), _) | (Ok(There::Nothing), None) => Ok(()),
             (Ok(There::New), None) => fs::remove_file(&place),
+            // The old file has the same content: nothing to put back.
+            (Ok(There::New), Some(kept)) if matches!(there(kept, record), Ok(There::New)) => Ok(()),
             (Ok(_), Some(kept)) => match fs::rename(kept, &place) {
                 Err(error) if is_missing(&error) => Ok(()),
                 other => other,

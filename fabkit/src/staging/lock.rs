@@ -81,10 +81,21 @@ impl FolderLock {
                 .set_len(0)
                 .and_then(|()| file.rewind())
                 .and_then(|()| file.write_all(holder.as_bytes()));
-            written.map_err(|e| failed("write", &path, e))?;
+            written.map_err(|e| {
+                remove_ours(&file, &path);
+                failed("write", &path, e)
+            })?;
             // The last holder may have removed the file between our opening and locking it: then
             // what we hold has no name any more, and keeps nobody out.
-            if fs::read_to_string(&path).is_ok_and(|there| there == holder) {
+            let there = match fs::read_to_string(&path) {
+                Ok(there) => there,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => {
+                    remove_ours(&file, &path);
+                    return Err(failed("lock", &path, error));
+                }
+            };
+            if there == holder {
                 let lock = Self {
                     folder: folder.into(),
                     file: Some(file),
@@ -162,6 +173,21 @@ impl Drop for FolderLock {
         drop(self.file.take());
     }
 }
+
+/// Removes a lock that is held, if it is the one that the path means. Best effort: one that stays
+/// keeps nobody out.
+#[cfg(unix)]
+fn remove_ours(file: &File, path: &Path) {
+    use std::os::unix::fs::MetadataExt;
+    if let (Ok(ours), Ok(there)) = (file.metadata(), fs::metadata(path)) {
+        if (ours.dev(), ours.ino()) == (there.dev(), there.ino()) {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+#[cfg(not(unix))]
+fn remove_ours(_: &File, _: &Path) {}
 
 /// Some network file systems know no locks.
 fn has_no_locks(error: &io::Error) -> bool {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use super::journal::{JOURNAL, Journal, Record, take_back};
+use super::journal::{JOURNAL, Journal, Record};
 use super::lock::FolderLock;
 use super::{CONTENTS, StagingError, check_replaceable, failed, sync_folder};
 
@@ -64,6 +64,11 @@ struct Staged {
 impl Entry {
     fn is_contents(&self) -> bool {
         self.place.file_name().is_some_and(|name| name == CONTENTS)
+    }
+
+    /// Whether the old file is out of sight while others are replaced.
+    fn leaves(&self) -> bool {
+        self.is_contents() || self.new.is_none()
     }
 }
 
@@ -148,8 +153,9 @@ impl Transaction {
         self.keep_previous()?;
         let records = self.records();
         self.write_journals(&records)?;
-        if let Err(cause) = self.switch() {
-            return Err(self.take_back(&records, cause));
+        let mut done = 0;
+        if let Err(cause) = self.switch(&mut done) {
+            return Err(self.take_back(done, cause));
         }
         self.committed = true;
         // What is left over from here on is removed by the next writer at the latest.
@@ -185,8 +191,8 @@ impl Transaction {
                 continue;
             }
             let previous = self.folders[entry.folder].1.temporary();
-            // Files that go, and lists of contents, move there in the switch itself.
-            let stays = entry.new.is_some() && !entry.is_contents();
+            // Files that leave move there in the switch itself.
+            let stays = !entry.leaves();
             let (place, to) = (&entry.place, &previous);
             let kept = match stays {
                 // File systems without hard links get a copy.
@@ -231,10 +237,11 @@ impl Transaction {
     }
 
     /// The moment in which old and new are mixed: renames and nothing else, and no list of contents
-    /// that could lie about them.
-    fn switch(&self) -> Result<(), StagingError> {
-        for (from, to) in self.renames() {
+    /// that could lie about them. `done` counts the renames.
+    fn switch(&self, done: &mut usize) -> Result<(), StagingError> {
+        for Rename { from, to, .. } in self.renames() {
             fs::rename(from, to).map_err(|e| failed("write", to, e))?;
+            *done += 1;
         }
         for (_, lock) in &self.folders {
             sync_folder(lock.folder())?;
@@ -247,29 +254,66 @@ impl Transaction {
     }
 
     /// What goes and old lists of contents leave their places first, new lists come last.
-    fn renames(&self) -> Vec<(&Path, &Path)> {
-        let leaves = |e: &&Entry| e.is_contents() || e.new.is_none();
-        let leaving = self.entries.iter().filter(leaves);
-        let leaving = leaving.filter_map(|e| Some((e.place.as_path(), e.previous.as_deref()?)));
-        let coming = self.entries.iter();
-        let coming = coming.filter_map(|e| Some((e.new.as_ref()?.temporary.as_path(), &*e.place)));
-        leaving.chain(coming).collect()
-    }
-
-    /// Undoes a switch. What cannot be undone now is left, with its journal, to the next writer.
-    fn take_back(&mut self, records: &[Vec<Record>], cause: StagingError) -> StagingError {
-        for ((_, lock), records) in self.folders.iter().zip(records) {
-            if let Err(unreturned) = take_back(lock.folder(), records) {
-                // Nothing is removed on drop: it may be all that is left of the old files.
-                self.entries.clear();
-                self.made.clear();
-                let (cause, place) = (Some(Box::new(cause)), unreturned.place);
-                let (kept, source) = (unreturned.kept, unreturned.source);
-                return StagingError::Kept { cause, place, kept, source };
+    fn renames(&self) -> Vec<Rename<'_>> {
+        let mut renames = Vec::new();
+        for entry in self.entries.iter().filter(|entry| entry.leaves()) {
+            if let Some(previous) = entry.previous.as_deref() {
+                renames.push(Rename {
+                    from: &entry.place,
+                    to: previous,
+                    back: Back::Rename(previous),
+                });
             }
         }
-        cause
+        for entry in &self.entries {
+            let Some(new) = &entry.new else { continue };
+            let back = match entry.previous.as_deref() {
+                None => Back::Remove,
+                // The old one comes back over it when its leaving is undone.
+                Some(_) if entry.leaves() => Back::Nothing,
+                Some(previous) => Back::Rename(previous),
+            };
+            renames.push(Rename { from: &new.temporary, to: &entry.place, back });
+        }
+        renames
     }
+
+    /// Undoes so many renames. What cannot be undone now is left, with its journal, to the next
+    /// writer.
+    fn take_back(&mut self, done: usize, cause: StagingError) -> StagingError {
+        let mut unreturned = None;
+        for Rename { from, to, back } in self.renames().into_iter().take(done).rev() {
+            // A file that left goes back to where it came from; else the old one to where the new
+            // one is.
+            let (place, kept, result) = match back {
+                Back::Nothing => continue,
+                Back::Remove => (to, to, fs::remove_file(to)),
+                Back::Rename(previous) if previous == to => (from, to, fs::rename(to, from)),
+                Back::Rename(previous) => (to, previous, fs::rename(previous, to)),
+            };
+            if let (Err(source), None) = (result, &unreturned) {
+                unreturned = Some((place.to_owned(), kept.to_owned(), source));
+            }
+        }
+        let Some((place, kept, source)) = unreturned else { return cause };
+        // Nothing is removed on drop: it may be all that is left of the old files.
+        self.entries.clear();
+        self.made.clear();
+        StagingError::Kept { cause: Some(Box::new(cause)), place, kept, source }
+    }
+}
+
+/// A step of a switch, and how it is undone.
+struct Rename<'a> {
+    from: &'a Path,
+    to: &'a Path,
+    back: Back<'a>,
+}
+
+enum Back<'a> {
+    Nothing,
+    Remove,
+    Rename(&'a Path),
 }
 
 #[cfg(test)]
@@ -279,7 +323,7 @@ impl Transaction {
         self.entries.sort_by_key(Entry::is_contents);
         self.keep_previous().unwrap();
         self.write_journals(&self.records()).unwrap();
-        for (from, to) in self.renames().into_iter().take(renames) {
+        for Rename { from, to, .. } in self.renames().into_iter().take(renames) {
             fs::rename(from, to).unwrap();
         }
         self.entries.clear();

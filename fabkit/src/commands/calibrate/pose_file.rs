@@ -25,10 +25,7 @@ pub fn files(
     let estimate = report.calibration.joint.camera_estimate();
     let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
     let text = text(report, camera_name);
-    Ok(vec![
-        (camera_place, camera_text.into_bytes()),
-        (output.to_owned(), text.into_bytes()),
-    ])
+    Ok(vec![(camera_place, camera_text.into_bytes()), (output.to_owned(), text.into_bytes())])
 }
 
 /// Where the camera of a pose goes: `pose.camera.yaml` for `pose.yaml`.

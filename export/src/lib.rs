@@ -35,7 +35,8 @@ pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
 pub use manifest::{
-    Compensation, FileEntry, Manifest, PartEntry, PrintCompensation, SettingEntry, SheetFigures,
+    Compensation, FileEntry, Manifest, NotApplied, PartEntry, PrintCompensation, ProfileEntry,
+    SettingEntry, SheetFigures,
 };
 pub use npz::{Array, Values, npy, npz};
 pub use parquet::{Column, parquet};

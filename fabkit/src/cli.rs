@@ -170,9 +170,13 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    /// Make up for what your printer does to sizes, in parts of the profile's process and material:
+    /// a file from `fabkit profile`
     #[arg(long, value_name = "FILE.yaml")]
     pub process: Option<PathBuf>,
+    /// Apply the profile to parts of other materials too, where the process is the same
+    #[arg(long, requires = "process")]
+    pub process_for_any_material: bool,
     /// Write the geometry as designed, without making up for the laser's cut, the printer and
     /// shrinkage
     #[arg(long, conflicts_with_all = ["kerf", "process"])]

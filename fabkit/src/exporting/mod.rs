@@ -5,7 +5,9 @@ mod failure;
 mod options;
 mod pieces;
 mod plates;
+mod profiled;
 mod sheets;
+mod stock;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,15 +16,16 @@ use fabkit_export::{
     Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
     SettingEntry, TreeDocument,
 };
-use fabkit_geometry::Pose;
+use fabkit_geometry::{Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
+pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
-use crate::bodies::{self, BodyRef, Kind};
+use crate::bodies::{self, BodyRef, Kind, UnknownName};
 use crate::identity::design_hash;
 use crate::pictures::{self, Shot};
 use crate::staging::OutputFile;
@@ -70,7 +73,7 @@ impl Exported {
             if self.files.iter().any(|there| there.name == file.name) {
                 return Err(ExportFailure::DuplicateFile(file.name));
             }
-            self.manifest.files.push(file_entry(&file, format, parts));
+            self.manifest.files.push(file_entry(&file, format, parts, None));
             self.files.push(file);
         }
         self.files.sort_by(|a, b| a.name.cmp(&b.name));
@@ -80,10 +83,19 @@ impl Exported {
     }
 }
 
-fn file_entry(file: &OutputFile, format: &str, parts: Vec<String>) -> FileEntry {
+fn file_entry(
+    file: &OutputFile,
+    format: &str,
+    parts: Vec<String>,
+    stock: Option<(Process, String)>,
+) -> FileEntry {
+    let (process, material) =
+        stock.map(|(process, material)| (process.to_string(), material)).unzip();
     FileEntry {
         name: file.name.clone(),
         parts,
+        process,
+        material,
         format: format.into(),
         bytes: file.bytes.len() as u64,
         blake3: blake3::hash(&file.bytes).to_hex().to_string(),
@@ -115,6 +127,8 @@ struct Made {
     file: OutputFile,
     format: &'static str,
     parts: Vec<String>,
+    /// How and from what, where several pieces are made together.
+    stock: Option<(Process, String)>,
 }
 
 /// Makes all files of a design in memory, on as many threads as the current rayon pool has.
@@ -130,15 +144,7 @@ pub fn export(
     finished: OnFinished,
 ) -> Result<Exported, ExportFailure> {
     let sensor = &design.sensor;
-    for name in &options.parts {
-        bodies::find(sensor, name)?;
-    }
-    // In the design's order and each once, however they were asked for.
-    let asked: BTreeSet<&str> = options.parts.iter().map(String::as_str).collect();
-    let chosen: Vec<BodyRef> = bodies::bodies(sensor)
-        .into_iter()
-        .filter(|b| if asked.is_empty() { b.kind == Kind::Part } else { asked.contains(b.name) })
-        .collect();
+    let chosen = chosen(sensor, &options.parts)?;
     let hash = design_hash(design);
 
     type OnePiece<'a> = (Vec<Meshed<'a>>, Vec<Made>);
@@ -181,7 +187,20 @@ pub fn export(
         made.extend(design.companions.iter().map(companion));
     }
     limit_triangles(meshed.iter().map(|m| m.figures.triangles).sum())?;
-    assemble(design, hash, &meshed, made)
+    assemble(design, hash, options, &meshed, made)
+}
+
+/// The bodies that are asked for, in the design's order and each once; all parts if none is named.
+fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<BodyRef<'a>>, UnknownName> {
+    for name in parts {
+        bodies::find(sensor, name)?;
+    }
+    let asked: BTreeSet<&str> = parts.iter().map(String::as_str).collect();
+    let is_asked = |body: &BodyRef| match asked.is_empty() {
+        true => body.kind == Kind::Part,
+        false => asked.contains(body.name),
+    };
+    Ok(bodies::bodies(sensor).into_iter().filter(is_asked).collect())
 }
 
 /// A file that comes with the design; its format is the end of its name.
@@ -196,7 +215,7 @@ fn companion(companion: &Companion) -> Made {
         Some((_, "yaml")) => "yaml",
         _ => "other",
     };
-    Made { file: OutputFile { name, bytes }, format, parts: Vec::new() }
+    Made { file: OutputFile { name, bytes }, format, parts: Vec::new(), stock: None }
 }
 
 /// A body that is compensated and turned, but not yet shifted to where it lies in its files.
@@ -358,7 +377,8 @@ fn part_files<'a>(
             }
         };
         let file = OutputFile { name, bytes };
-        Ok(Some(Made { file, format: format.word(), parts: vec![body.name.into()] }))
+        let parts = vec![body.name.into()];
+        Ok(Some(Made { file, format: format.word(), parts, stock: None }))
     };
     formats.filter_map(|&format| make(format).transpose()).collect()
 }
@@ -370,12 +390,13 @@ fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {
 fn assemble(
     design: &Design,
     design_hash: String,
+    options: &ExportOptions,
     meshed: &[Meshed],
     made: Vec<Made>,
 ) -> Result<Exported, ExportFailure> {
     let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
-    for Made { file, format, parts } in made {
-        let entry = file_entry(&file, format, parts);
+    for Made { file, format, parts, stock } in made {
+        let entry = file_entry(&file, format, parts, stock);
         if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
             return Err(ExportFailure::DuplicateFile(earlier.name));
         }
@@ -394,6 +415,7 @@ fn assemble(
         reference: sensor.reference.clone(),
         design_hash,
         parameters,
+        profile: profiled::entry(meshed.iter().map(|m| &m.body), options),
         parts: meshed.iter().map(part_entry).collect(),
         files: entries,
     };

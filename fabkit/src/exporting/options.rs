@@ -69,8 +69,10 @@ pub struct ExportOptions {
     pub stock: Bed,
     /// Width of the laser's cut, mm; by material where nothing is said.
     pub kerf_mm: Option<f64>,
-    /// What the printer does to sizes; files of parts made by its process make up for it.
+    /// What the printer does to sizes; files of parts of its process and material make up for it.
     pub profile: Option<ProcessProfile>,
+    /// Apply the profile to parts of its process that are of another material too.
+    pub profile_for_any_material: bool,
     /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf, and no
     /// profile.
     pub nominal: bool,
@@ -80,6 +82,11 @@ impl ExportOptions {
     /// Whether any file may differ from the design.
     pub(super) fn compensates(&self) -> bool {
         !self.nominal && self.formats.iter().any(|format| format.is_compensated())
+    }
+
+    /// Whether any file may make up for what a printer does.
+    pub(super) fn prints(&self) -> bool {
+        !self.nominal && self.formats.iter().any(|f| matches!(f, Format::Stl | Format::ThreeMf))
     }
 }
 
@@ -96,6 +103,7 @@ impl Default for ExportOptions {
             stock: DEFAULT_STOCK,
             kerf_mm: None,
             profile: None,
+            profile_for_any_material: false,
             nominal: false,
         }
     }

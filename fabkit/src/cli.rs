@@ -66,6 +66,7 @@ pub enum Command {
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
     Check(Design),
     /// Rebuild a sensor in kernels that fabkit did not write, and compare
+    #[command(after_help = VERIFY_ENVIRONMENT)]
     Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
@@ -116,6 +117,11 @@ pub struct Design {
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 }
+
+const VERIFY_ENVIRONMENT: &str = "The kernels are Python packages. Which Python runs them is decided \
+so: FABKIT_PYTHON, which must be an absolute path; else `.venv` of fabkit's checkout, made by `cargo \
+xtask verify-env`, if this program lies in the checkout's `target` folder. Nothing of the current \
+folder is run: Python starts isolated, without PYTHON* variables, in an empty folder.";
 
 /// `fabkit show`.
 #[derive(Debug, Args)]

@@ -213,7 +213,9 @@ impl From<ExportFailure> for Failure {
 impl From<VerifierError> for Failure {
     fn from(error: VerifierError) -> Self {
         match error {
-            VerifierError::NoEnvironment => Self::plain(Exit::BadInput, error),
+            VerifierError::NoEnvironment
+            | VerifierError::NoPackage(_)
+            | VerifierError::RelativePython(_) => Self::plain(Exit::BadInput, error),
             VerifierError::Export(failure) => failure.into(),
             VerifierError::Staging(error) => error.into(),
             VerifierError::Io { .. } => Self::plain(Exit::Io, error),

@@ -129,7 +129,7 @@ fn a_profile_that_changes_nothing_is_refused_and_one_for_a_fixture_alone_is_not(
     for (arguments, says, help) in [
         (&["uvdtact", "--process=pla.yaml"][..], "sla of Formlabs Clear", "leave --process out"),
         (&["rtac0/diffuser", "--process=pla.yaml"], "laser of acrylic", "leave --process out"),
-        (&["rtac0", "--process=abs.yaml"], "fdm of black PLA; fdm of PLA", "fixtures.coupon"),
+        (&["rtac0", "--process=abs.yaml"], "fdm of PLA; fdm of black PLA", "fixtures.coupon"),
         (&["rtac0", "--format=tree", "--process=pla.yaml"], "STL and 3MF", "--format stl"),
         (&["rtac0/shell", "--format=dxf", "--process=pla.yaml"], "STL and 3MF", "--format stl"),
         (&["rtac0", "--process-for-any-material"], "--process <FILE.yaml>", "--help"),

@@ -1,16 +1,28 @@
 //! Bought fasteners and standard pieces, as solids and as the holes they need.
 //!
+//! Heads and nuts are modelled at the largest size that their standard allows, because what is made
+//! has to take every piece that is sold; `designs/tests/hardware.rs` compares all of them with the
+//! standards' tables. Threads are cylinders of their nominal diameter.
+//!
 //! A fastener's frame: origin where its head bears (pan) or ends flush (countersunk), z out of the
 //! material, so that the shaft goes down -z. A hole's frame is its fastener's.
 
+mod dowel;
+mod nuts;
+mod o_ring;
+
 use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
+
+pub use dowel::Dowel;
+pub use nuts::{HeatSetNut, HexNut, HexSpacer};
+pub use o_ring::{ORing, SQUEEZED_PLAY_MM, stocked_cords};
 
 /// Shape of a screw's head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Head {
     /// ISO 7045, bears on a plane.
     Pan,
-    /// ISO 7046, 90 degrees, ends flush with the surface.
+    /// ISO 7046-1, a head of ISO 7721: 90 degrees, ends flush with the surface.
     Countersunk,
 }
 
@@ -30,20 +42,39 @@ struct Thread {
     nominal: f64,
     pan_head_diameter: f64,
     pan_head_height: f64,
-    countersunk_diameter: f64,
+    countersunk: Countersunk,
     /// ISO 273, medium.
     clearance_hole: f64,
     /// Hole in plastic that the screw cuts its own thread into: about 0.82 of the nominal.
     pilot_hole: f64,
 }
 
+/// A countersunk head: its cone would end in a sharp edge, but is cut off by a short cylinder, so
+/// that its rim is narrower than the countersink that it lies in.
+struct Countersunk {
+    standard: &'static str,
+    /// Over the rim.
+    diameter: f64,
+    /// Where the cone would meet the head's flat face ("theoretical" in the standard).
+    sharp_diameter: f64,
+    /// The smallest countersink, at the surface.
+    sink_diameter: f64,
+}
+
+/// ISO 7045 (dk max, k max), ISO 7046-1 (dk max, theoretical dk max), ISO 15065 (Dc min).
 const THREADS: [Thread; 4] = [
-    // Heads as JCIS 10-70: the ISO standards begin at M1.6.
+    // The ISO standards begin at M1.6. Pan: JCIS 10-70, type 3 (D, H max). Countersunk: DIN 963
+    // (dk, and k = 0.72 mm gives the sharp diameter); no standard countersink: the largest head.
     Thread {
         nominal: 1.2,
-        pan_head_diameter: 2.2,
-        pan_head_height: 0.8,
-        countersunk_diameter: 2.2,
+        pan_head_diameter: 2.05,
+        pan_head_height: 0.75,
+        countersunk: Countersunk {
+            standard: "DIN 963",
+            diameter: 2.3,
+            sharp_diameter: 2.64,
+            sink_diameter: 2.64,
+        },
         clearance_hole: 1.4,
         pilot_hole: 1.0,
     },
@@ -51,7 +82,12 @@ const THREADS: [Thread; 4] = [
         nominal: 1.6,
         pan_head_diameter: 3.2,
         pan_head_height: 1.3,
-        countersunk_diameter: 3.0,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 3.0,
+            sharp_diameter: 3.6,
+            sink_diameter: 3.6,
+        },
         clearance_hole: 1.8,
         pilot_hole: 1.3,
     },
@@ -59,7 +95,12 @@ const THREADS: [Thread; 4] = [
         nominal: 2.0,
         pan_head_diameter: 4.0,
         pan_head_height: 1.6,
-        countersunk_diameter: 3.8,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 3.8,
+            sharp_diameter: 4.4,
+            sink_diameter: 4.4,
+        },
         clearance_hole: 2.4,
         pilot_hole: 1.65,
     },
@@ -67,14 +108,19 @@ const THREADS: [Thread; 4] = [
         nominal: 3.0,
         pan_head_diameter: 5.6,
         pan_head_height: 2.4,
-        countersunk_diameter: 5.5,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 5.5,
+            sharp_diameter: 6.3,
+            sink_diameter: 6.3,
+        },
         clearance_hole: 3.4,
         pilot_hole: 2.5,
     },
 ];
 
 impl Screw {
-    /// M1.2 x 3, countersunk.
+    /// M1.2 x 3, countersunk, DIN 963.
     pub const M1_2X3: Self = Self { thread_mm: 1.2, length_mm: 3.0, head: Head::Countersunk };
     /// M1.6 x 5, pan head.
     pub const M1_6X5: Self = Self { thread_mm: 1.6, length_mm: 5.0, head: Head::Pan };
@@ -111,8 +157,31 @@ impl Screw {
     pub fn head_diameter_mm(&self) -> f64 {
         match self.head {
             Head::Pan => self.thread().pan_head_diameter,
-            Head::Countersunk => self.thread().countersunk_diameter,
+            Head::Countersunk => self.thread().countersunk.diameter,
         }
+    }
+
+    /// The standard that it is ordered by.
+    pub fn standard(&self) -> &'static str {
+        match self.head {
+            Head::Pan if self.thread_mm < 1.6 => "JCIS 10-70",
+            Head::Pan => "ISO 7045",
+            Head::Countersunk => self.thread().countersunk.standard,
+        }
+    }
+
+    /// Diameter of the countersink at the surface, mm, for a countersunk head with `gap_mm` to
+    /// spare on each side; of the hole for other heads.
+    pub fn sink_diameter_mm(&self, gap_mm: f64) -> f64 {
+        match self.head {
+            Head::Pan => self.clearance_hole_mm(),
+            Head::Countersunk => self.thread().countersunk.sink_diameter + 2.0 * gap_mm,
+        }
+    }
+
+    /// Depth of that countersink, mm: from the surface to where its cone meets the hole.
+    pub fn sink_depth_mm(&self, gap_mm: f64) -> f64 {
+        (self.sink_diameter_mm(gap_mm) - self.clearance_hole_mm()) / 2.0
     }
 
     /// How far the head stands above the surface it bears on, mm.
@@ -139,16 +208,19 @@ impl Screw {
                 [vec![[0.0, -length], [shaft, -length], [shaft, 0.0]], top.to_vec()].concat()
             }
             Head::Countersunk => {
-                let cone = head - shaft;
-                vec![[0.0, -length], [shaft, -length], [shaft, -cone], [head, 0.0], [0.0, 0.0]]
+                let sharp = self.thread().countersunk.sharp_diameter / 2.0;
+                let (foot, rim) = (shaft - sharp, head - sharp);
+                let shaft = [[0.0, -length], [shaft, -length], [shaft, foot]];
+                [shaft.to_vec(), vec![[head, rim], [head, 0.0], [0.0, 0.0]]].concat()
             }
         };
         Solid::revolution(Path::polygon(&outline)).named("screw")
     }
 
     /// The passage through a plate of `depth_mm` below the origin, open above. A countersunk head
-    /// gets a cone `gap_mm` wider than itself, which goes on upwards so that it leaves a curved
-    /// face too.
+    /// gets the smallest countersink of its standard and `gap_mm` on each side, so that even the
+    /// largest head does not stand proud; the cone goes on upwards so that it leaves a curved face
+    /// too.
     pub fn clearance_tool(&self, depth_mm: f64, gap_mm: f64) -> Solid {
         let hole = self.clearance_hole_mm() / 2.0;
         let bottom = -depth_mm - CUT_OVERLAP_MM;
@@ -157,7 +229,7 @@ impl Screw {
                 vec![[0.0, bottom], [hole, bottom], [hole, CUT_OVERLAP_MM], [0.0, CUT_OVERLAP_MM]]
             }
             Head::Countersunk => {
-                let rim = self.head_diameter_mm() / 2.0 + gap_mm;
+                let rim = self.sink_diameter_mm(gap_mm) / 2.0;
                 let above = 1.0;
                 vec![
                     [0.0, bottom],
@@ -178,129 +250,44 @@ impl Screw {
     }
 }
 
-/// A brass nut that is melted into plastic, M2 x 3 x 3.2: open at z = 0, going down -z.
+/// A hexagon socket head screw, ISO 4762 (dk max of plain heads, k max).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeatSetNut {
+pub struct SocketScrew {
     /// Thread, mm.
     pub thread_mm: f64,
-    /// Outer diameter over the knurl, mm.
-    pub diameter_mm: f64,
-    /// Length, mm.
-    pub length_mm: f64,
-    /// Diameter of the hole it is melted into, mm.
-    pub hole_mm: f64,
+    /// Diameter of the head, mm.
+    pub head_diameter_mm: f64,
+    /// Height of the head, mm.
+    pub head_height_mm: f64,
+    /// Hole that it passes through, ISO 273 medium, mm.
+    pub clearance_hole_mm: f64,
 }
 
-impl HeatSetNut {
-    /// M2, 3 mm long, 3.2 mm over the knurl, into a 3.0 mm hole.
-    pub const M2: Self = Self { thread_mm: 2.0, diameter_mm: 3.2, length_mm: 3.0, hole_mm: 3.0 };
+/// Lengths that ISO 4762 has for M5, mm.
+const SOCKET_LENGTHS_MM: [f64; 10] = [8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0];
 
-    /// Play of the screw in the modelled bore, mm per side: a thread that neither binds nor shows.
-    const BORE_PLAY_MM: f64 = 0.02;
+impl SocketScrew {
+    /// M5.
+    pub const M5: Self =
+        Self { thread_mm: 5.0, head_diameter_mm: 8.5, head_height_mm: 5.0, clearance_hole_mm: 5.5 };
 
-    /// The nut.
-    pub fn solid(&self) -> Solid {
-        let bore = self.thread_mm / 2.0 + Self::BORE_PLAY_MM;
-        Solid::cylinder(self.diameter_mm / 2.0, self.length_mm)
-            .at(0.0, 0.0, -self.length_mm)
-            .minus(Solid::cylinder(bore, self.length_mm + 2.0 * CUT_OVERLAP_MM).at(
-                0.0,
-                0.0,
-                -self.length_mm - CUT_OVERLAP_MM,
-            ))
-            .named("nut")
+    /// The standard's length that is nearest to a wanted one, mm.
+    pub fn length_near_mm(wanted_mm: f64) -> f64 {
+        let off = |length: &f64| (length - wanted_mm).abs();
+        let nearest = SOCKET_LENGTHS_MM.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.unwrap_or(wanted_mm)
     }
 
-    /// Its hole, `spare_mm` deeper than the nut: room for molten plastic and the screw's tip.
-    pub fn tool(&self, spare_mm: f64) -> Solid {
-        let depth = self.length_mm + spare_mm;
-        Solid::cylinder(self.hole_mm / 2.0, depth + CUT_OVERLAP_MM).at(0.0, 0.0, -depth)
-    }
-
-    /// Overlap with its hole before the plastic melts, mm per side.
-    pub fn overlap_mm(&self) -> f64 {
-        (self.diameter_mm - self.hole_mm) / 2.0
-    }
-}
-
-/// Play of a screw in a modelled thread, mm per side: it neither binds nor shows.
-const THREAD_PLAY_MM: f64 = 0.02;
-
-/// From the axis of a hexagon to a corner, mm.
-fn corner_mm(across_flats_mm: f64) -> f64 {
-    across_flats_mm / f64::sqrt(3.0)
-}
-
-/// A hexagon around z, standing on z = 0, a corner on +x.
-fn hexagon(across_flats_mm: f64, height_mm: f64) -> Solid {
-    let corner = |i: usize| {
-        let angle = (60.0 * i as f64).to_radians();
-        [corner_mm(across_flats_mm) * angle.cos(), corner_mm(across_flats_mm) * angle.sin()]
-    };
-    Solid::extrusion(Path::polygon(&std::array::from_fn::<_, 6, _>(corner)), height_mm)
-}
-
-/// A hexagon with a bore for a thread.
-fn threaded_hexagon(across_flats_mm: f64, height_mm: f64, thread_mm: f64) -> Solid {
-    let bore = Solid::cylinder(thread_mm / 2.0 + THREAD_PLAY_MM, height_mm + 2.0 * CUT_OVERLAP_MM);
-    hexagon(across_flats_mm, height_mm).minus(bore.at(0.0, 0.0, -CUT_OVERLAP_MM))
-}
-
-/// A hexagon nut, ISO 4032: bears at z = 0, goes up to its height.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HexNut {
-    /// Thread, mm.
-    pub thread_mm: f64,
-    /// Across flats, mm.
-    pub across_flats_mm: f64,
-    /// Height, mm.
-    pub height_mm: f64,
-}
-
-impl HexNut {
-    /// M2.
-    pub const M2: Self = Self { thread_mm: 2.0, across_flats_mm: 4.0, height_mm: 1.6 };
-    /// M3.
-    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, height_mm: 2.4 };
-
-    /// The nut.
-    pub fn solid(&self) -> Solid {
-        threaded_hexagon(self.across_flats_mm, self.height_mm, self.thread_mm).named("nut")
-    }
-
-    /// Distance of a corner from the axis, mm, for flats `gap_mm` farther out than the nut's.
-    pub fn corner_mm(&self, gap_mm: f64) -> f64 {
-        corner_mm(self.across_flats_mm + 2.0 * gap_mm)
-    }
-
-    /// A pocket that keeps it from turning, from its bearing face up to a surface at `depth_mm`.
-    pub fn tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
-        hexagon(self.across_flats_mm + 2.0 * gap_mm, depth_mm + CUT_OVERLAP_MM)
-    }
-}
-
-/// A hexagonal spacer with a thread at either end: stands on z = 0. Lengths come from the design.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HexSpacer {
-    /// Thread, mm.
-    pub thread_mm: f64,
-    /// Across flats, mm.
-    pub across_flats_mm: f64,
-    /// Depth of the thread at either end, mm.
-    pub thread_depth_mm: f64,
-}
-
-impl HexSpacer {
-    /// M3, 5.5 mm across flats.
-    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, thread_depth_mm: 10.0 };
-
-    /// From the axis to a corner, mm.
-    pub fn corner_radius_mm(&self) -> f64 {
-        corner_mm(self.across_flats_mm)
-    }
-
-    /// The spacer, bored through.
+    /// The screw, its head bearing at z = 0.
     pub fn solid(&self, length_mm: f64) -> Solid {
-        threaded_hexagon(self.across_flats_mm, length_mm, self.thread_mm).named("spacer")
+        let (shaft, head) = (self.thread_mm / 2.0, self.head_diameter_mm / 2.0);
+        Solid::revolution(Path::polygon(&[
+            [0.0, -length_mm],
+            [shaft, -length_mm],
+            [shaft, 0.0],
+            [head, 0.0],
+            [head, self.head_height_mm],
+            [0.0, self.head_height_mm],
+        ]))
     }
 }

@@ -14,7 +14,9 @@ pub mod profile;
 mod registry;
 
 pub use fits::{Fit, gap_mm};
-pub use hardware::{Head, Screw};
+pub use hardware::{
+    Dowel, Head, HeatSetNut, HexNut, HexSpacer, ORing, SQUEEZED_PLAY_MM, Screw, SocketScrew,
+};
 pub use kerf::kerf_mm;
 pub use registry::{Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry};
 

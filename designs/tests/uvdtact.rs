@@ -216,7 +216,7 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
         ("surface.height=10mm", "surface.height", "at least 10.8 mm"),
         ("black_gel.material=honey", "black_gel.material", "MoldStar 30"),
         ("camera.front_depth=6mm", "camera.front_depth", "at most 3.9 mm"),
-        ("holder.skirt=0.8mm", "holder.skirt", "at least 0.9 mm"),
+        ("holder.skirt=0.8mm", "holder.skirt", "at least 1.2"),
         ("holder.outer_diameter=13mm", "holder.outer_diameter", "at least 14.2 mm"),
         ("tooling.silicone_diameter=30mm", "tooling.silicone_diameter", "at least 32 mm"),
         ("tooling.vent_diameter=1mm", "tooling.vent_diameter", "at most 0.8 mm"),

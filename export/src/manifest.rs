@@ -21,6 +21,9 @@ pub struct Manifest {
     pub options: Option<OptionsEntry>,
     /// Every parameter as it was used, in the order of the schema.
     pub parameters: Vec<SettingEntry>,
+    /// The printer's profile that was given, and which parts it is for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileEntry>,
     /// What was exported, in the order of the design.
     pub parts: Vec<PartEntry>,
     /// The files, sorted by name.
@@ -44,14 +47,17 @@ pub struct OptionsEntry {
     pub kerf_mm: Option<f64>,
     /// The printer's profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile: Option<ProfileEntry>,
+    pub profile: Option<GivenProfile>,
+    /// Whether the profile is for all materials of its process.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub any_material: bool,
     /// As designed, without making up for anything.
     pub nominal: bool,
 }
 
-/// A printer's profile.
+/// A printer's profile among the options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ProfileEntry {
+pub struct GivenProfile {
     /// Its name.
     pub name: String,
     /// BLAKE3 of its values, in hex.
@@ -89,6 +95,38 @@ pub struct SettingEntry {
     pub path: String,
     /// Value with unit.
     pub value: String,
+}
+
+/// A printer's profile, and what it was applied to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProfileEntry {
+    /// Name of the printer.
+    pub name: String,
+    /// How the coupon was printed that it was measured on, for example `fdm`.
+    pub process: String,
+    /// From what.
+    pub material: String,
+    /// Whether it was to be applied to all materials of its process.
+    pub for_any_material: bool,
+    /// Parts whose STL and 3MF files make up for it.
+    pub applied: Vec<String>,
+    /// Those of them that are of another material than the coupon.
+    pub applied_to_other_material: Vec<String>,
+    /// What is as designed, in the order of the design.
+    pub not_applied: Vec<NotApplied>,
+}
+
+/// A body that a printer's profile says nothing of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NotApplied {
+    /// Its name.
+    pub part: String,
+    /// How it is made; empty for what is bought.
+    pub process: String,
+    /// From what; empty for what is bought.
+    pub material: String,
+    /// `other-process` or `other-material`.
+    pub because: String,
 }
 
 /// One body.
@@ -178,12 +216,22 @@ pub struct FileEntry {
     pub name: String,
     /// Which bodies it holds; each as often as it lies in there.
     pub parts: Vec<String>,
+    /// How all of it is made, for plates and stock sheets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<String>,
+    /// From what all of it is made, for plates and stock sheets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
     /// `stl`, `3mf`, `dxf`, `svg`, `png`, `tree`, `samples` or `step`.
     pub format: String,
     /// Size.
     pub bytes: u64,
     /// BLAKE3 of the content, in hex.
     pub blake3: String,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 const FORMAT: (&str, u32) = ("fabkit-manifest", 1);

@@ -71,6 +71,7 @@ pub enum Command {
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
     Check(Design),
     /// Rebuild a sensor in kernels that fabkit did not write, and compare
+    #[command(after_help = VERIFY_ENVIRONMENT)]
     Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
@@ -121,6 +122,11 @@ pub struct Design {
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 }
+
+const VERIFY_ENVIRONMENT: &str = "The kernels are Python packages. Which Python runs them is decided \
+so: FABKIT_PYTHON, which must be an absolute path; else `.venv` of fabkit's checkout, made by `cargo \
+xtask verify-env`, if this program lies in the checkout's `target` folder. Nothing of the current \
+folder is run: Python starts isolated, without PYTHON* variables, in an empty folder.";
 
 /// `fabkit show`.
 #[derive(Debug, Args)]
@@ -175,9 +181,13 @@ pub struct Export {
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Make up for what your printer does to sizes: a file from `fabkit profile`
+    /// Make up for what your printer does to sizes, in parts of the profile's process and material:
+    /// a file from `fabkit profile`
     #[arg(long, value_name = "FILE.yaml")]
     pub process: Option<PathBuf>,
+    /// Apply the profile to parts of other materials too, where the process is the same
+    #[arg(long, requires = "process")]
+    pub process_for_any_material: bool,
     /// Write the geometry as designed, without making up for the laser's cut, the printer and
     /// shrinkage
     #[arg(long, conflicts_with_all = ["kerf", "process"])]

@@ -199,6 +199,22 @@ impl From<ExportFailure> for Failure {
                 &failure,
                 "export this part without --process, and let the slicer make up for the printer",
             ),
+            ExportFailure::ProfileWithoutFiles { .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "ask for --format stl or 3mf too, or leave --process out",
+            ),
+            ExportFailure::ProfileUnused { has_process: true, .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "measure a coupon of that material (`--set fixtures.coupon.material=NAME`), or \
+                 apply this profile all the same with --process-for-any-material",
+            ),
+            ExportFailure::ProfileUnused { .. } => Self::new(
+                Exit::BadInput,
+                &failure,
+                "leave --process out, or name the profile of the printer that makes these parts",
+            ),
             ExportFailure::NoOutlines { .. } => {
                 Self::new(Exit::BadInput, &failure, "printed parts have --format stl,3mf")
             }
@@ -210,7 +226,9 @@ impl From<ExportFailure> for Failure {
 impl From<VerifierError> for Failure {
     fn from(error: VerifierError) -> Self {
         match error {
-            VerifierError::NoEnvironment => Self::plain(Exit::BadInput, error),
+            VerifierError::NoEnvironment
+            | VerifierError::NoPackage(_)
+            | VerifierError::RelativePython(_) => Self::plain(Exit::BadInput, error),
             VerifierError::Export(failure) => failure.into(),
             VerifierError::Staging(error) => error.into(),
             VerifierError::Read(error) => error.into(),

@@ -3,16 +3,20 @@
 //! It gets a folder of exported files and answers with one JSON document. Nothing of OpenCascade is
 //! linked here; without the package's environment everything else works.
 
-use std::env;
-use std::ffi::OsStr;
+mod interpreter;
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::{self, Path, PathBuf};
+use std::process::Stdio;
 
 use fabkit_designs::Design;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use self::interpreter::Interpreter;
+pub use self::interpreter::PYTHON_VARIABLE;
 use crate::bodies::{self, Kind};
 use crate::exporting::{self, ExportFailure, ExportOptions, ForeignFile, Format};
 use crate::reading::{self, Expected, ReadError};
@@ -25,18 +29,30 @@ const STEP: Expected = Expected {
     hint: "export fewer parts at once with --part",
 };
 
-/// Names the interpreter where the environment is not beside the project.
-pub const PYTHON_VARIABLE: &str = "FABKIT_PYTHON";
-
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifierError {
     /// No interpreter with the package.
     #[error(
-        "the verifier's Python environment is not here: `cargo xtask verify-env` makes it, or name \
-         its interpreter in {PYTHON_VARIABLE}"
+        "the verifier's Python environment is not here: `cargo xtask verify-env` makes it as `.venv` \
+         of fabkit's checkout, where programs of its `target` folder find it; for all others set \
+         {PYTHON_VARIABLE} to the absolute path of its interpreter"
     )]
     NoEnvironment,
+    /// The interpreter that was named lacks the package.
+    #[error(
+        "{PYTHON_VARIABLE} names {}, which cannot import fabkit_verify; `cargo xtask verify-env` \
+         makes an environment that can",
+        .0.display()
+    )]
+    NoPackage(PathBuf),
+    /// A relative path would be another interpreter in every folder.
+    #[error(
+        "{PYTHON_VARIABLE} is {}, which is no absolute path; interpreters are not searched for in \
+         the current folder",
+        .0.display()
+    )]
+    RelativePython(PathBuf),
     /// The design could not be exported.
     #[error(transparent)]
     Export(#[from] ExportFailure),
@@ -65,7 +81,7 @@ pub enum VerifierError {
 /// A Python interpreter that has the package.
 #[derive(Clone, Debug)]
 pub struct Verifier {
-    python: PathBuf,
+    python: Interpreter,
 }
 
 /// What to verify.
@@ -84,29 +100,15 @@ pub struct VerifyOptions {
 }
 
 impl Verifier {
-    /// The interpreter that `FABKIT_PYTHON` names, or else that of `.venv` in the current folder,
-    /// above it, or above the command.
+    /// The interpreter that `FABKIT_PYTHON` names by an absolute path, or else that of `.venv` in
+    /// fabkit's checkout, for a program in its `target` folder. Nothing of the current folder is run.
     ///
     /// # Errors
-    /// [`VerifierError::NoEnvironment`].
+    /// [`VerifierError::NoEnvironment`], [`VerifierError::NoPackage`],
+    /// [`VerifierError::RelativePython`].
     pub fn find() -> Result<Self, VerifierError> {
-        let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
-        let candidates: Vec<PathBuf> = match named {
-            Some(name) => vec![name.into()],
-            None => {
-                let starts = [env::current_dir(), env::current_exe()];
-                let folders = starts
-                    .into_iter()
-                    .flatten()
-                    .flat_map(|start| start.ancestors().map(Path::to_path_buf).collect::<Vec<_>>());
-                folders.map(|folder| folder.join(".venv").join(interpreter())).collect()
-            }
-        };
-        candidates
-            .into_iter()
-            .find(|python| has_package(python))
-            .map(|python| Self { python })
-            .ok_or(VerifierError::NoEnvironment)
+        let folder = temporary_folder()?;
+        Ok(Self { python: Interpreter::find(folder.path())? })
     }
 
     /// Exports a design and has it rebuilt and compared; the package's document
@@ -119,7 +121,7 @@ impl Verifier {
         let temporary = temporary_folder()?;
         let folder = options.keep.as_deref().unwrap_or(temporary.path());
         write_exports(design, &options.parts, formats, folder)?;
-        let mut arguments = vec![OsStr::new("check").to_owned(), folder.into()];
+        let mut arguments = vec![OsStr::new("check").to_owned(), absolute(folder)?];
         for kernel in &options.kernels {
             arguments.extend(["--kernel".into(), kernel.into()]);
         }
@@ -127,7 +129,7 @@ impl Verifier {
             arguments.extend(["--limit".into(), seconds.to_string().into()]);
         }
         if let Some(report) = &options.report {
-            arguments.extend(["--report".into(), report.into()]);
+            arguments.extend(["--report".into(), absolute(report)?]);
         }
         let threads = rayon::current_num_threads().min(2);
         arguments.extend(["--processes".into(), threads.to_string().into()]);
@@ -157,7 +159,7 @@ impl Verifier {
         let output = temporary_folder()?;
         write_exports(design, parts, vec![Format::Tree, Format::Samples], folder.path())?;
         let mut arguments =
-            vec![OsStr::new("step").to_owned(), folder.path().into(), output.path().into()];
+            vec![OsStr::new("step").to_owned(), absolute(folder.path())?, absolute(output.path())?];
         for name in &wanted {
             arguments.extend(["--part".into(), (*name).into()]);
         }
@@ -185,16 +187,18 @@ impl Verifier {
         files.iter().map(read).collect()
     }
 
-    /// Runs the package and reads the document it prints.
-    fn answer(&self, arguments: &[std::ffi::OsString]) -> Result<Value, VerifierError> {
-        let output = Command::new(&self.python)
+    /// Runs the package in an empty folder and reads the document it prints.
+    fn answer(&self, arguments: &[OsString]) -> Result<Value, VerifierError> {
+        let folder = temporary_folder()?;
+        let output = self
+            .python
+            .command(folder.path())
             .args(["-m", "fabkit_verify"])
             .args(arguments)
-            .stdin(Stdio::null())
             .stderr(Stdio::inherit())
             .output()
             .map_err(|source| VerifierError::Io {
-                action: format!("run {}", self.python.display()),
+                action: format!("run {}", self.python.path().display()),
                 source,
             })?;
         serde_json::from_slice(&output.stdout)
@@ -206,14 +210,10 @@ fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-fn interpreter() -> &'static str {
-    if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" }
-}
-
-fn has_package(python: &Path) -> bool {
-    let probe = "import importlib.util as u, sys; sys.exit(u.find_spec('fabkit_verify') is None)";
-    let run = Command::new(python).args(["-c", probe]).stderr(Stdio::null()).status();
-    run.is_ok_and(|status| status.success())
+/// The package runs in another folder than this process.
+fn absolute(path: &Path) -> Result<OsString, VerifierError> {
+    let failed = |source| VerifierError::Io { action: format!("find {}", path.display()), source };
+    Ok(path::absolute(path).map_err(failed)?.into())
 }
 
 fn temporary_folder() -> Result<TempDir, VerifierError> {

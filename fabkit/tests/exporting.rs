@@ -68,7 +68,7 @@ fn parts_of_one_piece_keep_their_place_and_share_a_3mf() {
     design.sensor.print_groups.push(PrintGroup { name: "slab".into(), parts });
 
     let exported = export(&design, &ExportOptions::default(), &|_| ()).unwrap();
-    let expected = ["alone.3mf", "alone.stl", "hard.stl", "plate-fdm-1.3mf"];
+    let expected = ["alone.3mf", "alone.stl", "hard.stl", "plate-fdm-pla-1.3mf"];
     assert_eq!(names(&exported)[..4], expected);
     assert_eq!(names(&exported)[4..], ["slab.3mf", "soft.stl", "manifest.json"]);
     let [soft, hard, _] = &exported.manifest.parts[..] else { panic!("three parts") };
@@ -101,21 +101,50 @@ fn a_part_lies_turned_in_the_corner_of_the_positive_octant() {
 }
 
 #[test]
-fn plates_follow_process_and_quantity() {
+fn plates_follow_process_material_and_quantity() {
     let mut clips = part("clip", Solid::cuboid(10.0, 10.0, 2.0));
     clips.quantity = 3;
-    let mut lens = part("lens", Solid::sphere(4.0));
-    lens.process = Process::Sla;
+    let resin = |name: &str, material: &str| {
+        let mut part = part(name, Solid::sphere(4.0));
+        (part.process, part.material) = (Process::Sla, material.into());
+        part
+    };
     let mut sheet = part("sheet", Solid::cuboid(10.0, 10.0, 2.0));
     sheet.process = Process::Laser;
-    let exported = run(vec![clips, lens, sheet]).unwrap();
-    let plates: Vec<_> =
-        exported.manifest.files.iter().filter(|f| f.name.starts_with("plate-")).collect();
-    assert_eq!(plates[0].name, "plate-fdm-1.3mf");
-    assert_eq!(plates[0].parts, ["clip", "clip", "clip"]);
-    assert_eq!(plates[1].name, "plate-sla-1.3mf");
-    assert_eq!(plates[1].parts, ["lens"]);
-    assert_eq!(plates.len(), 2);
+    // One printer, three resins; two of them differ in a comma, and "PLA" is also a resin's name.
+    let parts = vec![
+        clips,
+        resin("lens", "clear resin"),
+        resin("cup", "resin, clear"),
+        resin("cap", "clear, resin"),
+        resin("rim", "PLA"),
+        sheet,
+    ];
+    let exported = run(parts).unwrap();
+    let plates: Vec<_> = exported
+        .manifest
+        .files
+        .iter()
+        .filter(|f| f.name.starts_with("plate-"))
+        .map(|f| {
+            let stock = (f.process.as_deref().unwrap(), f.material.as_deref().unwrap());
+            (f.name.as_str(), stock, f.parts.clone())
+        })
+        .collect();
+    let expected = [
+        ("plate-fdm-pla-1.3mf", ("fdm", "PLA"), vec!["clip"; 3]),
+        ("plate-sla-clear-resin-1.3mf", ("sla", "clear resin"), vec!["lens"]),
+        ("plate-sla-clear-resin-no2-1.3mf", ("sla", "clear, resin"), vec!["cap"]),
+        ("plate-sla-pla-1.3mf", ("sla", "PLA"), vec!["rim"]),
+        ("plate-sla-resin-clear-1.3mf", ("sla", "resin, clear"), vec!["cup"]),
+    ];
+    for (found, (name, stock, parts)) in plates.iter().zip(&expected) {
+        assert_eq!((found.0, found.1), (*name, *stock));
+        assert_eq!(&found.2, parts);
+    }
+    assert_eq!(plates.len(), expected.len());
+    let cut = exported.manifest.files.iter().find(|f| f.name.starts_with("sheet-")).unwrap();
+    assert_eq!((cut.process.as_deref(), cut.material.as_deref()), (Some("laser"), Some("PLA")));
 }
 
 #[test]

@@ -90,6 +90,7 @@ class Design:
         tolerance_mm: float | None,
         nominal: bool,
         process: str | None,
+        process_for_any_material: bool,
         bed_mm: tuple[float, float] | None,
         stock_mm: tuple[float, float] | None,
         kerf_mm: float | None,

@@ -228,6 +228,7 @@ class Design:
         tolerance_mm: float = 0.01,
         nominal: bool = False,
         process: str | PathLike[str] | None = None,
+        process_for_any_material: bool = False,
         bed_mm: tuple[float, float] | None = None,
         stock_mm: tuple[float, float] | None = None,
         kerf_mm: float | None = None,
@@ -250,7 +251,9 @@ class Design:
         nominal
             Leave out what makes up for shrinkage, kerf and printer.
         process
-            A printer's profile, as ``fabkit profile`` writes it.
+            A printer's profile, as ``fabkit profile`` writes it, for parts of its process and material.
+        process_for_any_material
+            Apply the profile to parts of other materials too, where the process is the same.
         bed_mm, stock_mm
             Width and depth of the printer's bed, of sheets to cut from, mm.
         kerf_mm
@@ -282,6 +285,7 @@ class Design:
                 tolerance_mm,
                 nominal,
                 None if process is None else os.fspath(process),
+                process_for_any_material,
                 bed_mm,
                 stock_mm,
                 kerf_mm,

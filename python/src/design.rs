@@ -192,7 +192,7 @@ impl Design {
     }
 
     /// Makes files in memory.
-    #[pyo3(signature = (parts, formats, tolerance_mm, nominal, process, bed_mm, stock_mm, kerf_mm, progress))]
+    #[pyo3(signature = (parts, formats, tolerance_mm, nominal, process, process_for_any_material, bed_mm, stock_mm, kerf_mm, progress))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn exported(
         &self,
@@ -202,6 +202,7 @@ impl Design {
         tolerance_mm: Option<f64>,
         nominal: bool,
         process: Option<PathBuf>,
+        process_for_any_material: bool,
         bed_mm: Option<[f64; 2]>,
         stock_mm: Option<[f64; 2]>,
         kerf_mm: Option<f64>,
@@ -213,6 +214,7 @@ impl Design {
             tolerance_mm,
             nominal,
             process,
+            process_for_any_material,
             bed_mm,
             stock_mm,
             kerf_mm,

@@ -36,6 +36,7 @@ pub struct Wish {
     pub tolerance_mm: Option<f64>,
     pub nominal: bool,
     pub process: Option<PathBuf>,
+    pub process_for_any_material: bool,
     pub bed_mm: Option<[f64; 2]>,
     pub stock_mm: Option<[f64; 2]>,
     pub kerf_mm: Option<f64>,
@@ -67,6 +68,7 @@ impl Wish {
             stock: self.stock_mm.map_or(DEFAULT_STOCK, |size_mm| Bed { size_mm, ..DEFAULT_STOCK }),
             kerf_mm: self.kerf_mm,
             profile: self.process.as_deref().map(read_profile).transpose()?,
+            profile_for_any_material: self.process_for_any_material,
             nominal: self.nominal,
         };
         Ok((options, wants_step))
@@ -88,6 +90,7 @@ pub fn exported(
     let design = Arc::clone(design);
     let exported = run(py, Interrupted::Leave, progress, move |link| {
         let (options, wants_step) = wish.options()?;
+        exporting::require_profile_applies([&*design], &options)?;
         let all = bodies::bodies(&design.sensor);
         let parts = all.iter().filter(|body| body.kind == Kind::Part).count();
         link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });

@@ -5,6 +5,7 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use fabkit_tests::{Run, command, contents};
 use serde_json::{Value, json};
@@ -13,8 +14,12 @@ use tempfile::TempDir;
 /// Has the package, keeps its arguments, and answers what stands in a file.
 const STAND_IN: &str = r#"#!/bin/sh
 here=$(dirname "$0")
+[ "$1" = "-I" ] || exit 9
+shift
 [ "$1" = "-c" ] && exit 0
 shift 2
+[ -z "$(ls -A)" ] || exit 8
+env | grep -q ^PYTHON && exit 7
 printf '%s\n' "$@" > "$here/arguments"
 [ "$1" = "step" ] && echo "ISO-10303-21;" > "$3/collar.step"
 cat "$here/answer"
@@ -43,6 +48,7 @@ impl Bench {
     fn run(&self, arguments: &[&str]) -> Run {
         let mut command = command(self.folder.path());
         command.env("FABKIT_PYTHON", self.path("python")).args(arguments);
+        command.envs([("PYTHONPATH", "."), ("PYTHONSAFEPATH", ""), ("PYTHONHOME", "/nowhere")]);
         command.output().expect("fabkit starts").into()
     }
 
@@ -91,6 +97,70 @@ fn without_its_environment_one_line_says_which_command_makes_it() {
     assert!(contents(folder.path()).is_empty(), "nothing is written");
 }
 
+/// An environment whose package imports what a hostile folder has files of, and says where it is.
+fn environment(folder: &Path) -> PathBuf {
+    let made = Command::new("python3").args(["-m", "venv", "--without-pip"]).arg(folder).status();
+    assert!(made.expect("python3 is there").success());
+    let lib = fs::read_dir(folder.join("lib")).unwrap().next().unwrap().unwrap().path();
+    let package = lib.join("site-packages/fabkit_verify");
+    fs::create_dir(&package).unwrap();
+    fs::write(package.join("__init__.py"), "").unwrap();
+    let main = "import json, sys, subprocess, multiprocessing, importlib.util as u\n\
+                lost = [m for m in ('numpy', 'sitecustomize', 'usercustomize') if u.find_spec(m)]\n\
+                subprocess.run([sys.executable, '-c', 'import json'], check=True)\n\
+                print(json.dumps({'kernels': lost, 'passed': not lost, 'results': []}))\n";
+    fs::write(package.join("__main__.py"), main).unwrap();
+    folder.join("bin/python")
+}
+
+#[test]
+fn nothing_of_the_current_folder_is_run() {
+    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let ran = folder.path().join("ran");
+    let python = folder.path().join(".venv/bin/python");
+    fs::create_dir_all(python.parent().unwrap()).unwrap();
+    fs::write(&python, format!("#!/bin/sh\necho .venv >> '{}'\n", ran.display())).unwrap();
+    fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
+    fs::copy(&python, folder.path().join("python")).unwrap();
+    fs::copy(&python, folder.path().join("python3")).unwrap();
+    let hostile = ["numpy", "json", "sitecustomize", "usercustomize", "fabkit_verify"];
+    for module in hostile {
+        let code = format!("open({:?}, 'a').write('{module}\\n')\n", ran.display().to_string());
+        fs::write(folder.path().join(format!("{module}.py")), code).unwrap();
+    }
+    let run = |python: Option<&Path>, arguments: &[&str]| -> Run {
+        let mut command = command(folder.path());
+        command.args(arguments).env_remove("FABKIT_PYTHON").env("PYTHONPATH", folder.path());
+        command.envs([
+            ("VIRTUAL_ENV", folder.path().join(".venv")),
+            ("HOME", elsewhere.path().into()),
+        ]);
+        command.env("PATH", format!("{}:/usr/bin:/bin", folder.path().display()));
+        command.envs(python.map(|python| ("FABKIT_PYTHON", python)));
+        command.output().unwrap().into()
+    };
+    let verify = ["verify", "rtac0/collar", "--kernel=trimesh"];
+    let step = ["export", "rtac0/collar", "--format=step", "-o", "out"];
+    let untouched = |run: Run| {
+        assert!(!ran.exists(), "{:?} ran: {run:?}", fs::read_to_string(&ran));
+        run
+    };
+    // Whether there is an environment beside the program or not: never this one.
+    for arguments in [&verify[..], &step] {
+        let run = untouched(run(None, arguments));
+        assert!(run.code == Some(0) || run.stderr.contains("set FABKIT_PYTHON to"), "{run:?}");
+    }
+    for relative in [".venv/bin/python", "./python", "python3"] {
+        let run = untouched(run(Some(relative.as_ref()), &verify));
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.stderr.contains(&format!("FABKIT_PYTHON is {relative}, which is no absolute")));
+    }
+    // The right one, started where it must not look.
+    let right = environment(&elsewhere.path().join("environment"));
+    let run = untouched(run(Some(&right), &[&verify[..], &["--json"]].concat())).ok();
+    assert_eq!(run.json()["verification"]["kernels"], json!([]));
+}
+
 #[test]
 fn the_package_is_given_nominal_files_and_all_options() {
     let bench = Bench::new(&answer(vec![]), 0);
@@ -100,9 +170,11 @@ fn the_package_is_given_nominal_files_and_all_options() {
     let options = ["--kernel=cadquery", "--kernel=trimesh", "--limit=30", "--keep=kept"];
     let report = ["--report=found.html", "--threads=1"];
     bench.run(&[&["verify", &target][..], &options, &report].concat()).ok();
+    // It runs elsewhere.
+    let [kept, found] = ["kept", "found.html"].map(|name| bench.path(name).display().to_string());
     let expected = [
         "check",
-        "kept",
+        &kept,
         "--kernel",
         "cadquery",
         "--kernel",
@@ -110,7 +182,7 @@ fn the_package_is_given_nominal_files_and_all_options() {
         "--limit",
         "30",
         "--report",
-        "found.html",
+        &found,
         "--processes",
         "1",
     ];

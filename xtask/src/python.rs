@@ -17,7 +17,7 @@ const UV: &str = "uv==0.13.9";
 /// Makes the environment and says which kernels it holds.
 pub fn run() -> Result<(), String> {
     let python = environment()?;
-    check(Command::new(python).args(["-m", "fabkit_verify", "versions"]))
+    check(Command::new(python).args(["-I", "-m", "fabkit_verify", "versions"]))
 }
 
 /// The interpreter of `.venv`, which is made or brought up to date first.
@@ -48,7 +48,7 @@ pub fn environment() -> Result<PathBuf, String> {
             .arg(root().join(SOURCES[2])),
     )?;
     // All kernels side by side, or no environment.
-    check(Command::new(&python).args(["-m", "fabkit_verify", "versions"]))?;
+    check(Command::new(&python).args(["-I", "-m", "fabkit_verify", "versions"]))?;
     fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     Ok(python)
 }

@@ -9,10 +9,12 @@ mod coupon;
 mod fit;
 mod holes;
 mod reading;
+mod suits;
 
 pub use coupon::{Coupon, CouponGroup, CouponRow, MeasuredProfile};
 pub use fit::LinearFit;
 pub use holes::HoleCount;
+pub use suits::Suits;
 
 use fabkit_geometry::{Length, Process};
 
@@ -73,9 +75,9 @@ parameters! {
     pub struct ProcessProfile {
         /// Name of the printer.
         name: Name,
-        /// The parts that it is about.
+        /// How the parts are made that it is about.
         process: PrintProcess,
-        /// What the coupon was printed from, for people.
+        /// What the coupon was printed from: the parts that it is about are of it too.
         material: String = 1..=80,
         /// How much smaller than designed lengths come out, percent.
         shrinkage_percent: Shrinkage,

@@ -14,7 +14,7 @@ use fabkit::exporting::{
 use fabkit::verifier::Verifier;
 use serde_json::{Value, json};
 
-use super::Report;
+use super::{Report, profiled};
 use crate::cli::{Export, Global};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
@@ -52,10 +52,13 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
         stock: Bed { size_mm: args.stock, ..DEFAULT_STOCK },
         kerf_mm: args.kerf,
         profile,
+        profile_for_any_material: args.process_for_any_material,
         nominal: args.nominal,
     };
     options.formats.sort();
     options.formats.dedup();
+    let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
+    exporting::require_profile_applies(designs, &options)?;
 
     let progress = Progress::new(global);
     let export =
@@ -184,7 +187,7 @@ fn table_of(manifest: &Manifest) -> String {
         };
         text += &format!("{}: {pieces}{}\n", file.name, size(file.bytes));
     }
-    text + &compensations(manifest)
+    text + &compensations(manifest) + &profiled::lines(manifest)
 }
 
 /// Whether a file holds that part and nothing else; a plate may do so too, but has its own name.

@@ -10,6 +10,7 @@ mod export;
 mod list;
 mod man;
 mod profile;
+mod profiled;
 mod progress;
 mod render;
 mod schema;

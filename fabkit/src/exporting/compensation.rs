@@ -1,7 +1,7 @@
 //! How exported copies differ from the nominal geometry.
 
 use fabkit_designs::kerf_mm;
-use fabkit_designs::profile::ProcessProfile;
+use fabkit_designs::profile::{ProcessProfile, Suits};
 use fabkit_export::{Compensation, PrintCompensation};
 use fabkit_geometry::{Pose, Solid};
 
@@ -34,15 +34,20 @@ pub(super) fn compensation(
         found.kerf_mm = kerf;
         notes.push(format!("outlines widened by {} mm for a kerf of {kerf} mm", kerf / 2.0));
     }
-    if let Some(profile) = profile(body, options) {
+    if let Some(profile) = applied(body, options) {
         let print = print_compensation(profile);
         let [x, y, z] = print.scale;
         let foot = match print.elephant_foot_left_mm {
             0.0 => String::new(),
             mm => format!("; its foot of {mm} mm is left to the slicer"),
         };
+        let other = match profile.suits(profile.process.process(), body.material) {
+            Suits::OtherMaterial => format!(", which was measured on {}", profile.material),
+            _ => String::new(),
+        };
         notes.push(format!(
-            "stretched by {x:.5} x {y:.5} x {z:.5} and upright round holes fitted for {}{foot}",
+            "stretched by {x:.5} x {y:.5} x {z:.5} and upright round holes fitted for \
+             {}{other}{foot}",
             print.profile
         ));
         found.print = Some(print);
@@ -54,9 +59,13 @@ pub(super) fn compensation(
 }
 
 /// The profile that a body's files make up for.
-fn profile<'a>(body: &BodyRef, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
-    let profile = options.profile.as_ref().filter(|_| options.compensates())?;
-    (body.process == Some(profile.process.process())).then_some(profile)
+fn applied<'a>(body: &BodyRef, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
+    let profile = options.profile.as_ref().filter(|_| options.prints())?;
+    match profile.suits(body.process?, body.material) {
+        Suits::Yes => Some(profile),
+        Suits::OtherMaterial => options.profile_for_any_material.then_some(profile),
+        Suits::OtherProcess => None,
+    }
 }
 
 fn print_compensation(profile: &ProcessProfile) -> PrintCompensation {
@@ -79,7 +88,7 @@ pub(super) fn fitted(
     options: &ExportOptions,
     compensation: &mut Compensation,
 ) -> Option<Solid> {
-    let profile = profile(body, options)?;
+    let profile = applied(body, options)?;
     let (solid, count) = profile.fit_holes(body.solid, bed_from_part, compensation.scale);
     if let Some(print) = &mut compensation.print {
         (print.holes_fitted, print.holes_left) = (count.fitted, count.left);

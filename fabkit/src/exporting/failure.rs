@@ -39,6 +39,30 @@ pub enum ExportFailure {
         /// Name of the printer's profile.
         profile: String,
     },
+    /// A printer's profile, but no file that could make up for what it says.
+    #[error("the profile {profile} is for STL and 3MF files, and none are asked for")]
+    ProfileWithoutFiles {
+        /// Name of the printer's profile.
+        profile: String,
+    },
+    /// A printer's profile that says nothing of any part.
+    #[error(
+        "the profile {profile} is for {process} of {material}, and no part of this export is made \
+         so: {}",
+        .made.join("; ")
+    )]
+    ProfileUnused {
+        /// Name of the printer's profile.
+        profile: String,
+        /// How its coupon was made.
+        process: String,
+        /// From what.
+        material: String,
+        /// How the parts are made, for example `sla of tough resin`, each once.
+        made: Vec<String>,
+        /// Whether parts of its process are among them.
+        has_process: bool,
+    },
     /// More triangles than a slicer can be expected to load.
     #[error(
         "the export has more than {most} triangles, which is as many as slicers and memory take"

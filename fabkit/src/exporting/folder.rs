@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{FileEntry, Manifest, OtherFile, Otherness, PartEntry};
+use fabkit_export::{FileEntry, Manifest, OtherFile, Otherness, PartEntry, ProfileEntry};
 
 use super::{Exported, MANIFEST_NAME, manifest_file};
 use crate::exporting::ExportFailure;
@@ -168,7 +168,7 @@ impl Merged {
             return Ok(Self { manifest, removed: Vec::new() });
         }
         let mut earlier = BTreeMap::new();
-        let mut old_parts = Vec::new();
+        let (mut old_parts, mut old_profile) = (Vec::new(), None);
         if let Some(old) = old {
             let key = |m: &Manifest| (m.sensor.clone(), m.design_hash.clone(), m.options.clone());
             let is_same = key(&old) == key(&manifest);
@@ -180,6 +180,7 @@ impl Merged {
             let stale = old.others.into_iter().filter(|other| is_plain(&other.name));
             earlier.extend(stale.filter_map(|o| Some((o.name, Earlier::Stale(o.blake3?)))));
             old_parts = old.parts;
+            old_profile = old.profile;
         }
         for file in files(exported) {
             let place = folder.join(&file.name);
@@ -220,6 +221,7 @@ impl Merged {
         manifest.others.sort_by(|a, b| a.name.cmp(&b.name));
         manifest.files.sort_by(|a, b| a.name.cmp(&b.name));
         add_parts(&mut manifest, old_parts, &exported.bodies);
+        add_profiled(&mut manifest, old_profile, &exported.bodies);
         Ok(Self { manifest, removed })
     }
 }
@@ -246,6 +248,28 @@ fn add_parts(manifest: &mut Manifest, old: Vec<PartEntry>, order: &[String]) {
         let place = |name: &str| order.iter().position(|there| there == name);
         manifest.parts.sort_by_key(|part| place(&part.name));
     }
+}
+
+/// Adds what the printer's profile did to parts that stay listed. Options are the same, so that it
+/// is the same profile.
+fn add_profiled(manifest: &mut Manifest, old: Option<ProfileEntry>, order: &[String]) {
+    let (Some(profile), Some(old)) = (&mut manifest.profile, old) else { return };
+    let is_known = |name: &String| {
+        profile.applied.contains(name) || profile.not_applied.iter().any(|no| no.part == *name)
+    };
+    let stays = |name: &String| {
+        manifest.parts.iter().any(|part| part.name == *name) && !is_known(name)
+    };
+    let applied = old.applied.into_iter().filter(stays).collect::<Vec<_>>();
+    let to_other = old.applied_to_other_material.into_iter().filter(stays).collect::<Vec<_>>();
+    let not_applied = old.not_applied.into_iter().filter(|no| stays(&no.part)).collect::<Vec<_>>();
+    profile.applied.extend(applied);
+    profile.applied_to_other_material.extend(to_other);
+    profile.not_applied.extend(not_applied);
+    let place = |name: &str| order.iter().position(|there| there == name);
+    profile.applied.sort_by_key(|name| place(name));
+    profile.applied_to_other_material.sort_by_key(|name| place(name));
+    profile.not_applied.sort_by_key(|no| place(&no.part));
 }
 
 enum Old {

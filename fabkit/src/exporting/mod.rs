@@ -6,7 +6,9 @@ mod folder;
 mod options;
 mod pieces;
 mod plates;
+mod profiled;
 mod sheets;
+mod stock;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,7 +18,7 @@ use fabkit_export::{
     Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
     SettingEntry, TreeDocument,
 };
-use fabkit_geometry::Pose;
+use fabkit_geometry::{Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
@@ -24,8 +26,9 @@ use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, Overwriting, Refusal, Written, write};
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
+pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
-use crate::bodies::{self, BodyRef, Kind};
+use crate::bodies::{self, BodyRef, Kind, UnknownName};
 use crate::identity::design_hash;
 use crate::memory;
 use crate::pictures::{self, Shot};
@@ -78,7 +81,7 @@ impl Exported {
             if self.files.iter().any(|there| there.name == file.name) {
                 return Err(ExportFailure::DuplicateFile(file.name));
             }
-            self.manifest.files.push(file_entry(&file, format, parts));
+            self.manifest.files.push(file_entry(&file, format, parts, None));
             self.files.push(file);
         }
         self.files.sort_by(|a, b| a.name.cmp(&b.name));
@@ -88,10 +91,19 @@ impl Exported {
     }
 }
 
-fn file_entry(file: &OutputFile, format: &str, parts: Vec<String>) -> FileEntry {
+fn file_entry(
+    file: &OutputFile,
+    format: &str,
+    parts: Vec<String>,
+    stock: Option<(Process, String)>,
+) -> FileEntry {
+    let (process, material) =
+        stock.map(|(process, material)| (process.to_string(), material)).unzip();
     FileEntry {
         name: file.name.clone(),
         parts,
+        process,
+        material,
         format: format.into(),
         bytes: file.bytes.len() as u64,
         blake3: blake3::hash(&file.bytes).to_hex().to_string(),
@@ -123,6 +135,8 @@ struct Made {
     file: OutputFile,
     format: &'static str,
     parts: Vec<String>,
+    /// How and from what, where several pieces are made together.
+    stock: Option<(Process, String)>,
 }
 
 /// Makes all files of a design in memory, on as many threads as the current rayon pool has.
@@ -138,15 +152,7 @@ pub fn export(
     finished: OnFinished,
 ) -> Result<Exported, ExportFailure> {
     let sensor = &design.sensor;
-    for name in &options.parts {
-        bodies::find(sensor, name)?;
-    }
-    // In the design's order and each once, however they were asked for.
-    let asked: BTreeSet<&str> = options.parts.iter().map(String::as_str).collect();
-    let chosen: Vec<BodyRef> = bodies::bodies(sensor)
-        .into_iter()
-        .filter(|b| if asked.is_empty() { b.kind == Kind::Part } else { asked.contains(b.name) })
-        .collect();
+    let chosen = chosen(sensor, &options.parts)?;
     let hash = design_hash(design);
 
     let triangles = AtomicUsize::new(0);
@@ -196,6 +202,19 @@ pub fn export(
     assemble(design, options, hash, &meshed, made)
 }
 
+/// The bodies that are asked for, in the design's order and each once; all parts if none is named.
+fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<BodyRef<'a>>, UnknownName> {
+    for name in parts {
+        bodies::find(sensor, name)?;
+    }
+    let asked: BTreeSet<&str> = parts.iter().map(String::as_str).collect();
+    let is_asked = |body: &BodyRef| match asked.is_empty() {
+        true => body.kind == Kind::Part,
+        false => asked.contains(body.name),
+    };
+    Ok(bodies::bodies(sensor).into_iter().filter(is_asked).collect())
+}
+
 /// A file that comes with the design; its format is the end of its name.
 fn companion(companion: &Companion) -> Made {
     let Companion { name, bytes } = companion.clone();
@@ -208,7 +227,7 @@ fn companion(companion: &Companion) -> Made {
         Some((_, "yaml")) => "yaml",
         _ => "other",
     };
-    Made { file: OutputFile { name, bytes }, format, parts: Vec::new() }
+    Made { file: OutputFile { name, bytes }, format, parts: Vec::new(), stock: None }
 }
 
 /// A body that is compensated and turned, but not yet shifted to where it lies in its files.
@@ -373,7 +392,8 @@ fn part_files<'a>(
             }
         };
         let file = OutputFile { name, bytes };
-        Ok(Some(Made { file, format: format.word(), parts: vec![body.name.into()] }))
+        let parts = vec![body.name.into()];
+        Ok(Some(Made { file, format: format.word(), parts, stock: None }))
     };
     formats.filter_map(|&format| make(format).transpose()).collect()
 }
@@ -390,8 +410,8 @@ fn assemble(
     made: Vec<Made>,
 ) -> Result<Exported, ExportFailure> {
     let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
-    for Made { file, format, parts } in made {
-        let entry = file_entry(&file, format, parts);
+    for Made { file, format, parts, stock } in made {
+        let entry = file_entry(&file, format, parts, stock);
         if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
             return Err(ExportFailure::DuplicateFile(earlier.name));
         }
@@ -411,6 +431,7 @@ fn assemble(
         design_hash,
         options: Some(options.entry()),
         parameters,
+        profile: profiled::entry(meshed.iter().map(|m| &m.body), options),
         parts: meshed.iter().map(part_entry).collect(),
         files: entries,
         others: Vec::new(),

@@ -1,7 +1,7 @@
 //! What to export.
 
 use fabkit_designs::profile::ProcessProfile;
-use fabkit_export::{Bed, OptionsEntry, ProfileEntry};
+use fabkit_export::{Bed, GivenProfile, OptionsEntry};
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,8 +69,10 @@ pub struct ExportOptions {
     pub stock: Bed,
     /// Width of the laser's cut, mm; by material where nothing is said.
     pub kerf_mm: Option<f64>,
-    /// What the printer does to sizes; files of parts made by its process make up for it.
+    /// What the printer does to sizes; files of parts of its process and material make up for it.
     pub profile: Option<ProcessProfile>,
+    /// Apply the profile to parts of its process that are of another material too.
+    pub profile_for_any_material: bool,
     /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf, and no
     /// profile.
     pub nominal: bool,
@@ -79,7 +81,7 @@ pub struct ExportOptions {
 impl ExportOptions {
     /// What the manifest says of them: all that the content of files depends on.
     pub(super) fn entry(&self) -> OptionsEntry {
-        let profile = self.profile.as_ref().map(|profile| ProfileEntry {
+        let profile = self.profile.as_ref().map(|profile| GivenProfile {
             name: profile.name.as_str().to_owned(),
             blake3: blake3::hash(profile.to_yaml(&[]).as_bytes()).to_hex().to_string(),
         });
@@ -89,6 +91,7 @@ impl ExportOptions {
             stock_mm: self.stock.size_mm,
             kerf_mm: self.kerf_mm,
             profile,
+            any_material: self.profile_for_any_material,
             nominal: self.nominal,
         }
     }
@@ -96,6 +99,11 @@ impl ExportOptions {
     /// Whether any file may differ from the design.
     pub(super) fn compensates(&self) -> bool {
         !self.nominal && self.formats.iter().any(|format| format.is_compensated())
+    }
+
+    /// Whether any file may make up for what a printer does.
+    pub(super) fn prints(&self) -> bool {
+        !self.nominal && self.formats.iter().any(|f| matches!(f, Format::Stl | Format::ThreeMf))
     }
 }
 
@@ -112,6 +120,7 @@ impl Default for ExportOptions {
             stock: DEFAULT_STOCK,
             kerf_mm: None,
             profile: None,
+            profile_for_any_material: false,
             nominal: false,
         }
     }

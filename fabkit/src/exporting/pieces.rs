@@ -71,6 +71,7 @@ impl<'a> Piece<'a> {
         let bytes = fabkit_export::three_mf_of_one_piece(document, &group.name, &objects)
             .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
         let file = OutputFile { name, bytes };
-        Ok(Some(Made { file, format: Format::ThreeMf.word(), parts: group.parts.clone() }))
+        let (format, parts) = (Format::ThreeMf.word(), group.parts.clone());
+        Ok(Some(Made { file, format, parts, stock: None }))
     }
 }

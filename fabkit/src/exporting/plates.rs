@@ -1,18 +1,21 @@
 //! All printed parts, as often as a lab needs them, laid out on beds.
 
+use std::collections::BTreeMap;
+
 use fabkit_designs::Design;
 use fabkit_export::{Document, Object, Spot};
 use fabkit_geometry::{Pose, Process};
 use fabkit_mesh::PrintMesh;
 use rayon::prelude::*;
 
-use super::{ExportFailure, ExportOptions, Format, Made, Meshed, limit_triangles, object};
+use super::{ExportFailure, ExportOptions, Format, Made, Meshed, limit_triangles, object, stock};
 use crate::staging::OutputFile;
 
-/// Processes whose parts lie on a bed, and share it with others of the same process only.
+/// Processes whose parts lie on a bed.
 const BED_PROCESSES: [Process; 2] = [Process::Fdm, Process::Sla];
 
-/// One 3MF file per plate: `plate-fdm-1.3mf` and so on.
+/// One 3MF file per plate: `plate-fdm-black-pla-1.3mf` and so on. A printer holds one material at a
+/// time, so that parts share a plate only where both process and material are the same.
 pub(super) fn plates(
     design: &Design,
     hash: &str,
@@ -22,47 +25,63 @@ pub(super) fn plates(
     // The parts of a group would be laid out apart.
     let groups = &design.sensor.print_groups;
     let in_group = |name: &str| groups.iter().any(|g| g.parts.iter().any(|part| part == name));
+    let mut copies: BTreeMap<(usize, &str), Vec<&Meshed>> = BTreeMap::new();
+    for m in meshed.iter().filter(|m| !in_group(m.body.name)) {
+        let process = BED_PROCESSES.iter().position(|bed| m.body.process == Some(*bed));
+        let Some(process) = process else { continue };
+        let plate = copies.entry((process, m.body.material)).or_default();
+        plate.extend(std::iter::repeat_n(m, m.body.quantity as usize));
+    }
+    limit_triangles(copies.values().flatten().map(|m| m.figures.triangles).sum())?;
+    let words = stock::words(copies.keys().map(|(_, material)| *material));
     let mut made = Vec::new();
-    for process in BED_PROCESSES {
-        let copies: Vec<&Meshed> = meshed
-            .iter()
-            .filter(|m| m.body.process == Some(process) && !in_group(m.body.name))
-            .flat_map(|m| std::iter::repeat_n(m, m.body.quantity as usize))
-            .collect();
-        limit_triangles(copies.iter().map(|m| m.figures.triangles).sum())?;
-        let footprints: Vec<(&str, [f64; 2])> = copies
-            .iter()
-            .map(|m| {
-                let [width_mm, depth_mm, _] = m.lying.bounds().size_mm();
-                (m.body.name, [width_mm, depth_mm])
-            })
-            .collect();
-        let spots = fabkit_export::pack(&footprints, options.bed)?;
-        let plates = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
-        for plate in 0..plates {
-            let title = format!("plate-{process}-{}", plate + 1);
-            let here: Vec<_> = spots.iter().filter(|spot| spot.plate == plate).collect();
-            let placed: Vec<_> =
-                here.par_iter().map(|spot| place(copies[spot.item], spot)).collect();
-            let placed: Vec<PrintMesh> = placed.into_iter().collect::<Result<_, _>>()?;
-
-            let bodies = || here.iter().map(|spot| &copies[spot.item].body);
-            let objects: Vec<Object> =
-                bodies().zip(&placed).map(|(body, mesh)| object(body, mesh)).collect();
-            let heading = format!("{}: {title}", design.sensor.title);
-            let document = Document { title: &heading, design_hash: hash };
-            let name = Format::ThreeMf.file_name(&title);
-            let bytes = fabkit_export::three_mf(document, &objects)
-                .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
-            let parts = bodies().map(|body| body.name.to_owned()).collect();
-            made.push(Made {
-                file: OutputFile { name, bytes },
-                format: Format::ThreeMf.word(),
-                parts,
-            });
-        }
+    for ((process, material), copies) in &copies {
+        let stock = (BED_PROCESSES[*process], *material);
+        let name = format!("plate-{}-{}", stock.0, words[material]);
+        made.extend(plates_of(design, hash, options, (&name, stock), copies)?);
     }
     Ok(made)
+}
+
+/// The plates of one process and material.
+fn plates_of(
+    design: &Design,
+    hash: &str,
+    options: &ExportOptions,
+    (name, (process, material)): (&str, (Process, &str)),
+    copies: &[&Meshed],
+) -> Result<Vec<Made>, ExportFailure> {
+    let footprints: Vec<(&str, [f64; 2])> = copies
+        .iter()
+        .map(|m| {
+            let [width_mm, depth_mm, _] = m.lying.bounds().size_mm();
+            (m.body.name, [width_mm, depth_mm])
+        })
+        .collect();
+    let spots = fabkit_export::pack(&footprints, options.bed)?;
+    let plates = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
+    let plate = |plate: usize| {
+        let title = format!("{name}-{}", plate + 1);
+        let here: Vec<_> = spots.iter().filter(|spot| spot.plate == plate).collect();
+        let placed: Vec<_> = here.par_iter().map(|spot| place(copies[spot.item], spot)).collect();
+        let placed: Vec<PrintMesh> = placed.into_iter().collect::<Result<_, _>>()?;
+
+        let bodies = || here.iter().map(|spot| &copies[spot.item].body);
+        let objects: Vec<Object> =
+            bodies().zip(&placed).map(|(body, mesh)| object(body, mesh)).collect();
+        let heading = format!("{}: {title}", design.sensor.title);
+        let document = Document { title: &heading, design_hash: hash };
+        let name = Format::ThreeMf.file_name(&title);
+        let bytes = fabkit_export::three_mf(document, &objects)
+            .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
+        Ok(Made {
+            file: OutputFile { name, bytes },
+            format: Format::ThreeMf.word(),
+            parts: bodies().map(|body| body.name.to_owned()).collect(),
+            stock: Some((process, material.to_owned())),
+        })
+    };
+    (0..plates).map(plate).collect()
 }
 
 /// Moved before rounding to `f32`, and checked again after it: rounding depends on the place.

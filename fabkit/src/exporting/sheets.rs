@@ -9,7 +9,7 @@ use fabkit_export::{
 };
 use fabkit_geometry::{Process, Profile};
 
-use super::{ExportFailure, ExportOptions, Format, Made, Meshed};
+use super::{ExportFailure, ExportOptions, Format, Made, Meshed, stock};
 use crate::bodies::BodyRef;
 use crate::staging::OutputFile;
 
@@ -88,15 +88,18 @@ pub(super) fn nested(
     options: &ExportOptions,
     meshed: &[Meshed],
 ) -> Result<Vec<Made>, ExportFailure> {
-    let mut stocks: BTreeMap<String, Vec<Piece>> = BTreeMap::new();
-    for m in meshed.iter().filter(|m| m.body.process == Some(Process::Laser)) {
+    let cut = || meshed.iter().filter(|m| m.body.process == Some(Process::Laser));
+    let words = stock::words(cut().map(|m| m.body.material));
+    let mut stocks: BTreeMap<String, (&str, Vec<Piece>)> = BTreeMap::new();
+    for m in cut() {
         let Some(sheet) = &m.sheet else { continue };
-        let (name, quantity) = (m.body.name, m.body.quantity);
-        let stock = format!("sheet-{}-{}", slug(m.body.material), thickness(sheet.thickness_mm));
-        stocks.entry(stock).or_default().push(Piece { name, profile: &sheet.profile, quantity });
+        let (name, quantity, material) = (m.body.name, m.body.quantity, m.body.material);
+        let stock = format!("sheet-{}-{}", words[material], thickness(sheet.thickness_mm));
+        let (_, pieces) = stocks.entry(stock).or_insert_with(|| (material, Vec::new()));
+        pieces.push(Piece { name, profile: &sheet.profile, quantity });
     }
     let mut made = Vec::new();
-    for (stock, pieces) in stocks {
+    for (stock, (material, pieces)) in stocks {
         let sheets = nest(&pieces, options.stock).map_err(ExportFailure::Stock)?;
         for (i, sheet) in sheets.into_iter().enumerate() {
             let title = format!("{stock}-{}", i + 1);
@@ -107,18 +110,16 @@ pub(super) fn nested(
                 let bytes = write(format, document, &sheet.drawing)
                     .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
                 let file = OutputFile { name, bytes };
-                made.push(Made { file, format: format.word(), parts: sheet.pieces.clone() });
+                made.push(Made {
+                    file,
+                    format: format.word(),
+                    parts: sheet.pieces.clone(),
+                    stock: Some((Process::Laser, material.to_owned())),
+                });
             }
         }
     }
     Ok(made)
-}
-
-/// A material's name as part of a file's: letters, digits and single hyphens.
-fn slug(material: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
-    let words: String = material.chars().map(plain).collect();
-    words.split_ascii_whitespace().collect::<Vec<_>>().join("-")
 }
 
 /// Rounded to a micrometre, which no sheet is true to.
@@ -164,8 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn stock_is_named_by_material_and_thickness() {
-        assert_eq!(slug("acrylic, frosted on both sides"), "acrylic-frosted-on-both-sides");
+    fn stock_is_named_by_its_thickness_to_a_micrometre() {
         assert_eq!(thickness(0.1 + 0.2), "0.3mm");
         assert_eq!(thickness(3.0), "3mm");
     }

@@ -11,15 +11,12 @@ use super::surface::dome_shell;
 use super::tooling::{FormLayout, form_screw_poses, groove_radius_mm};
 use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HeatSetNut, Screw};
+use crate::hardware::{Dowel, HeatSetNut, ORing, Screw};
 use crate::molds::{lid_dowel_poses, side_dowel_poses};
 
 const STEEL: Color = [176, 180, 186];
 const BRASS: Color = [205, 170, 90];
 const GLASS: Color = [190, 215, 225];
-
-/// Play that keeps a modelled O-ring off the faces that squeeze it, mm.
-const SQUEEZED_PLAY_MM: f64 = 0.01;
 
 /// Everything bought.
 pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
@@ -53,6 +50,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
         .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat())
         .collect();
     let form = FormLayout::new(p, layout);
+    let (ring, dowel) = (o_ring(p, layout), dowel(p));
     let joint = |pose: fn(&Dome, &Layout, u32) -> Pose| -> Vec<Pose> {
         (0..p.shell.screws).map(|i| pose(p, layout, i)).collect()
     };
@@ -119,7 +117,13 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
             color: BRASS,
             ..bought(
                 "nut-m2",
-                "heat-set nut M2, 3.2 mm outside, 3 mm long".into(),
+                format!(
+                    "heat-set nut M2 as {}, {} mm outside, {} mm long, hole {} mm",
+                    HeatSetNut::M2.maker,
+                    HeatSetNut::M2.diameter_mm,
+                    HeatSetNut::M2.length_mm,
+                    HeatSetNut::M2.hole_mm
+                ),
                 HeatSetNut::M2.solid(),
                 drawn_out(joint(joint_nut_pose), 6.0, -66.0),
             )
@@ -134,28 +138,19 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
         },
         Component {
             quantity: 2 * (side.len() + lid.len()) as u32,
-            ..bought(
-                "dowel",
-                format!(
-                    "dowel pin ISO 2338, {} x {} mm",
-                    p.mold.dowel_diameter.mm(),
-                    p.mold.dowel_length.mm()
-                ),
-                dowel(p),
-                dowels,
-            )
+            ..bought("dowel", dowel.specification(), dowel.solid(), dowels)
         },
         Component {
             quantity: 1,
             color: [30, 30, 30],
             ..bought(
                 "o-ring",
-                format!(
-                    "O-ring, {} mm cord, {:.1} mm inside",
-                    p.connector.o_ring_cord.mm(),
-                    2.0 * groove_radius_mm(p, layout)
+                format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
+                ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius]).at(
+                    0.0,
+                    0.0,
+                    p.connector.plug_length.mm() / 2.0,
                 ),
-                o_ring(p, layout),
                 [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
                     .into_iter()
                     .flat_map(|tool| each(tool, &here, -42.0))
@@ -221,20 +216,16 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
     Solid::union([plate, holder, barrel, connector])
 }
 
-fn dowel(p: &Dome) -> Solid {
-    let length = p.mold.dowel_length.mm();
-    Solid::cylinder(p.mold.dowel_diameter.mm() / 2.0, length).at(0.0, 0.0, -length / 2.0)
+fn dowel(p: &Dome) -> Dowel {
+    Dowel { diameter_mm: p.mold.dowel_diameter.mm(), length_mm: p.mold.dowel_length.mm() }
 }
 
-/// The O-ring as the tube squeezes it: its cord just fills the groove.
-fn o_ring(p: &Dome, layout: &Layout) -> Solid {
-    let inner = groove_radius_mm(p, layout);
-    let cord = (layout.tube_bore_radius - inner) / 2.0 - SQUEEZED_PLAY_MM;
-    Solid::torus((inner + layout.tube_bore_radius) / 2.0, cord).at(
-        0.0,
-        0.0,
-        p.connector.plug_length.mm() / 2.0,
-    )
+/// The ring on the connector's plug.
+fn o_ring(p: &Dome, layout: &Layout) -> ORing {
+    let (cord_mm, bottom_mm) = (p.connector.o_ring_cord.mm(), 2.0 * groove_radius_mm(p, layout));
+    let stocked = ORing::on(cord_mm, bottom_mm);
+    // Only designs that break a constraint have none.
+    stocked.unwrap_or(ORing { inside_mm: bottom_mm, cord_mm, standard: "not stocked" })
 }
 
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.

@@ -5,20 +5,23 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 use fabkit_geometry::Process;
 
 use super::housing::{
-    NUT_SPARE_MM, camera_screw_poses, joint_nut_pose, mount_hole_depth_mm, mount_pose,
+    NUT_SPARE_MM, camera_screw_poses, joint_nut_pose, joint_pose, mount_hole_depth_mm, mount_pose,
     relief_edge_mm,
 };
 use super::layout::Layout;
 use super::mold::OVERFLOW_MARGIN_MM;
 use super::parameters::Dome;
-use super::tooling::{FLANGE_INSET_MM, groove_radius_mm};
+use super::tooling::{FLANGE_INSET_MM, GROOVE_CORDS, groove_radius_mm};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HeatSetNut, Screw};
+use crate::hardware::{HeatSetNut, ORing, Screw, stocked_cords};
 use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
 /// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
 const PRINTED_WALL_MM: f64 = 0.8;
+
+/// Least height of the cylinder below a countersink, mm: its edge would not print otherwise.
+const SINK_LAND_MM: f64 = 0.25;
 
 /// Smallest gap between parts that must not touch, mm.
 const APART_MM: f64 = 0.1;
@@ -117,11 +120,12 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
         "the tube stands inside the shell's bore",
         &["shell.outer_diameter", "tube.outer_diameter"],
     );
-    let countersink = (Screw::M2X4.head_diameter_mm() - Screw::M2X4.clearance_hole_mm()) / 2.0;
+    let countersink = Screw::M2X4.sink_depth_mm(gap_mm(Process::Fdm, Fit::Snug));
+    let head = layout.shell_radius - joint_pose(p, layout, 0).translation_mm().x;
     report.at_least(
         "shell.wall",
         p.shell.wall,
-        countersink + 0.5,
+        head + countersink + SINK_LAND_MM,
         "a countersunk M2 head must find material below its cone",
         &[],
     );
@@ -471,10 +475,28 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
         "the plug must end in the tube's straight part",
         &["surface.wall_height"],
     );
+    let bottom_mm = 2.0 * groove_radius_mm(p, layout);
+    report.require(
+        ORing::on(cord, bottom_mm).is_some(),
+        "connector.o_ring_cord",
+        || {
+            format!(
+                "connector.o_ring_cord is {}; no O-ring of that cord is stocked for a groove of \
+                 {bottom_mm:.2} mm",
+                connector.o_ring_cord
+            )
+        },
+        || {
+            format!(
+                "cords of {} mm are stocked; or change `connector.o_ring_squeeze`",
+                stocked_cords()
+            )
+        },
+    );
     report.at_least(
         "connector.plug_length",
         connector.plug_length,
-        1.3 * cord + 2.0 * PRINTED_WALL_MM,
+        GROOVE_CORDS * cord + 2.0 * PRINTED_WALL_MM,
         "the O-ring's groove needs walls on both sides",
         &["connector.o_ring_cord"],
     );

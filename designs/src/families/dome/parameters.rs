@@ -203,7 +203,7 @@ parameters! {
         /// Diameter of the cord of the O-ring around the plug.
         o_ring_cord: Length = 1.0..=4.0,
         /// How much of the cord is squeezed.
-        o_ring_squeeze: f64 = 0.05..=0.35,
+        o_ring_squeeze: f64 = 0.1..=0.3,
         /// Diameter of the handle.
         handle_diameter: Length = 4.0..=40.0,
         /// Length of the handle.

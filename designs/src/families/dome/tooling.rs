@@ -38,6 +38,9 @@ pub fn plug_radius_mm(layout: &Layout) -> f64 {
     layout.tube_bore_radius - gap_mm(Process::Fdm, Fit::Slide)
 }
 
+/// Width of the O-ring's groove, in cords: a squeezed cord grows wider.
+pub const GROOVE_CORDS: f64 = 1.3;
+
 /// Radius of the bottom of the O-ring's groove, mm.
 pub fn groove_radius_mm(p: &Dome, layout: &Layout) -> f64 {
     layout.tube_bore_radius - p.connector.o_ring_cord.mm() * (1.0 - p.connector.o_ring_squeeze)
@@ -48,8 +51,7 @@ pub fn groove_radius_mm(p: &Dome, layout: &Layout) -> f64 {
 pub fn connector(p: &Dome, layout: &Layout) -> Part {
     let plug = plug_radius_mm(layout);
     let groove = groove_radius_mm(p, layout);
-    // A squeezed cord grows wider: 1.3 cords is the usual groove.
-    let groove_half = 0.65 * p.connector.o_ring_cord.mm();
+    let groove_half = GROOVE_CORDS / 2.0 * p.connector.o_ring_cord.mm();
     let groove_z = p.connector.plug_length.mm() / 2.0;
     let flange_radius = layout.tube_radius - FLANGE_INSET_MM;
     let (handle, air) =

@@ -69,7 +69,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Component> {
         leds("uv-led", &p.leds.uv_model, UV_LED, uv_leds(p).collect()),
         Component {
             name: "bolt-m1-2x3".into(),
-            specification: "countersunk screw M1.2x3, head 2.2 mm (JCIS 10-70)".into(),
+            specification: format!("countersunk screw {} M1.2x3", BOLT.standard()),
             solid: BOLT.solid(),
             quantity: p.base.bolts,
             placements: bolts.collect(),

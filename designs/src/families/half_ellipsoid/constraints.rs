@@ -2,14 +2,17 @@
 
 use std::f64::consts::PI;
 
+use fabkit_geometry::Process;
+
 use super::housing::{
-    LED_HOLE_MARGIN_MM, MOUNT, MOUNT_DEPTH_MM, bolt_end_radius_mm, mount_pose, pocket_radii_mm,
-    wire_slot_radius_mm,
+    LED_HOLE_MARGIN_MM, MOUNT, MOUNT_DEPTH_MM, bolt_end_radius_mm, bolt_pose, mount_pose,
+    pocket_radii_mm, wire_slot_radius_mm,
 };
 use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{key_circle_mm, turn, vent_circles_mm};
+use crate::fits::{Fit, gap_mm};
 use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
@@ -177,7 +180,9 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     report.at_least(
         "holder.skirt",
         p.holder.skirt,
-        (BOLT.head_diameter_mm() - BOLT.clearance_hole_mm()) / 2.0 + RESIN_WALL_MM,
+        layout.holder_radius - bolt_pose(p, layout, 0).translation_mm().x
+            + BOLT.sink_depth_mm(gap_mm(Process::Sla, Fit::Snug))
+            + RESIN_WALL_MM,
         "a countersunk M1.2 head must find material below its cone",
         &[],
     );

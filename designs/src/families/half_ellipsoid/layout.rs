@@ -119,7 +119,8 @@ impl Layout {
         let base_top_z = board_top_z - p.led_board.thickness.mm();
         let pocket_z = base_top_z - p.base.pocket_depth.mm();
         let bolt_z = pocket_z - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
-        let flange_z = bolt_z - BOLT.head_diameter_mm() / 2.0 - BOLT_WALL_MM;
+        let flange_z =
+            bolt_z - BOLT.sink_diameter_mm(gap_mm(Process::Sla, Fit::Snug)) / 2.0 - BOLT_WALL_MM;
 
         let post_bore_radius = p.camera.diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Snug);
         Self {

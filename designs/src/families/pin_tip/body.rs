@@ -10,13 +10,13 @@ use fabkit_geometry::{
 use super::in_sensor;
 use super::layout::Layout;
 use super::parameters::PinTip;
-use crate::hardware::{Head, Screw};
+use crate::hardware::{Head, Screw, SocketScrew};
 
 /// Holds the camera board.
 pub const BOARD_SCREW: Screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
 
-/// Hole for an M5 bolt, ISO 273 medium, mm.
-pub const BOLT_HOLE_MM: f64 = 5.5;
+/// Holds the mount to the robot's flange.
+pub const BOLT: SocketScrew = SocketScrew::M5;
 
 /// Below the tip of a board screw, for chips, mm.
 const PILOT_SPARE_MM: f64 = 1.5;
@@ -209,7 +209,7 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Part {
     ]));
     let holes = bolt_poses(p, layout).into_iter().enumerate().map(|(i, pose)| {
         let depth = p.mount.plate.mm() + CUT_OVERLAP_MM;
-        Solid::cylinder(BOLT_HOLE_MM / 2.0, depth + CUT_OVERLAP_MM)
+        Solid::cylinder(BOLT.clearance_hole_mm / 2.0, depth + CUT_OVERLAP_MM)
             .at(0.0, 0.0, -depth)
             .placed(pose)
             .named(format!("bolt hole {}", i + 1))

@@ -1,22 +1,17 @@
 //! What is bought: camera, LEDs, O-ring, screws and bolts.
 
-use fabkit_geometry::{Color, Component, Path, Placement, Pose, Process, Solid};
+use fabkit_geometry::{Color, Component, Placement, Pose, Process, Solid};
 
-use super::body::{BOARD_SCREW, board_screw_poses, bolt_poses, led_pose};
+use super::body::{BOARD_SCREW, BOLT, board_screw_poses, bolt_poses, led_pose};
 use super::in_sensor;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::fits::{Fit, gap_mm};
+use crate::hardware::{ORing, SocketScrew};
 
 const STEEL: Color = [176, 180, 186];
 const BOARD_BLUE: Color = [40, 70, 130];
 const RUBBER: Color = [30, 30, 30];
-
-/// Play that keeps a modelled O-ring off the faces that squeeze it, mm.
-const SQUEEZED_PLAY_MM: f64 = 0.01;
-
-/// Radius and height of the head of an M5 socket screw (ISO 4762), mm.
-pub const BOLT_HEAD_MM: [f64; 2] = [4.25, 5.0];
 
 /// Length of thread that the robot's flange takes, mm.
 const BOLT_BITE_MM: f64 = 6.0;
@@ -24,9 +19,18 @@ const BOLT_BITE_MM: f64 = 6.0;
 /// Free width around the plug below the camera board, mm.
 const PLUG_MARGIN_MM: f64 = 2.0;
 
-/// Length of an M5 bolt: through the plate and into the flange, in steps of 2 mm.
+/// Length of an M5 bolt: through the plate and into the flange, as near as the standard's lengths
+/// come.
 fn bolt_length_mm(p: &PinTip) -> f64 {
-    2.0 * ((p.mount.plate.mm() + BOLT_BITE_MM) / 2.0).ceil()
+    SocketScrew::length_near_mm(p.mount.plate.mm() + BOLT_BITE_MM)
+}
+
+/// The ring on the body's neck.
+fn o_ring(p: &PinTip, layout: &Layout) -> ORing {
+    let (cord_mm, inside_mm) = (p.seal.cord.mm(), 2.0 * layout.neck_radius);
+    let stocked = ORing::on(cord_mm, inside_mm);
+    // Only designs that break a constraint have none.
+    stocked.unwrap_or(ORing { inside_mm, cord_mm, standard: "not stocked" })
 }
 
 /// Everything bought.
@@ -41,7 +45,7 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Component> {
         Component { name, specification, solid, quantity, placements, color, opacity: 1.0 }
     };
     let c = &p.camera;
-    let length = bolt_length_mm(p);
+    let (length, ring) = (bolt_length_mm(p), o_ring(p, layout));
     vec![
         bought(
             "led",
@@ -53,11 +57,14 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Component> {
         bought(
             "o-ring",
             format!(
-                "O-ring, {} mm cord, {:.1} mm inside, silicone, black",
-                p.seal.cord.mm(),
-                2.0 * layout.neck_radius
+                "O-ring {} x {} mm, {}, silicone, black",
+                ring.inside_mm, ring.cord_mm, ring.standard
             ),
-            o_ring(layout),
+            ring.between_planes(layout.neck_radius, layout.lens_bottom_z - layout.seal_z).at(
+                0.0,
+                0.0,
+                (layout.lens_bottom_z + layout.seal_z) / 2.0,
+            ),
             RUBBER,
             at(vec![Pose::identity()], 2.0),
         ),
@@ -88,20 +95,11 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Component> {
         bought(
             "bolt-m5",
             format!("socket head screw ISO 4762 M5x{length}, and what the robot's maker demands"),
-            bolt(length),
+            BOLT.solid(length),
             STEEL,
             at(bolt_poses(p, layout), -92.0),
         ),
     ]
-}
-
-/// The O-ring as the bayonet squeezes it: a circle as wide as the narrower way.
-fn o_ring(layout: &Layout) -> Solid {
-    let (inner, outer) = (layout.neck_radius, layout.tip_joint.bore_radius);
-    let height = layout.lens_bottom_z - layout.seal_z;
-    let cord = height.min(outer - inner) / 2.0 - SQUEEZED_PLAY_MM;
-    let middle_z = (layout.lens_bottom_z + layout.seal_z) / 2.0;
-    Solid::torus((inner + outer) / 2.0, cord).at(0.0, 0.0, middle_z)
 }
 
 /// Board with four holes, lens holder and barrel above it, plug below.
@@ -136,16 +134,4 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
     .at(0.0, 0.0, layout.camera_board_bottom_z - p.body.wiring_room.mm() + PLUG_MARGIN_MM)
     .named("plug");
     Solid::union([plate, holder, barrel, plug])
-}
-
-fn bolt(length_mm: f64) -> Solid {
-    let ([head, height], shaft) = (BOLT_HEAD_MM, 2.5);
-    Solid::revolution(Path::polygon(&[
-        [0.0, -length_mm],
-        [shaft, -length_mm],
-        [shaft, 0.0],
-        [head, 0.0],
-        [head, height],
-        [0.0, height],
-    ]))
 }

@@ -4,12 +4,12 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::body::{BOARD_SCREW, pilot_depth_mm};
-use super::components::BOLT_HEAD_MM;
+use super::body::{BOARD_SCREW, BOLT, pilot_depth_mm};
 use super::layout::Layout;
 use super::parameters::{PinLayout, PinTip};
 use super::tip::pin_root_mm;
 use crate::fits::{Fit, gap_mm};
+use crate::hardware::{ORing, stocked_cords};
 use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
@@ -257,6 +257,18 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         "the LED board needs a ledge of 0.5 mm in the shaft",
         &["body.shaft_diameter", "tip.diameter", "body.neck_wall"],
     );
+    let neck_mm = 2.0 * layout.neck_radius;
+    report.require(
+        ORing::on(p.seal.cord.mm(), neck_mm).is_some(),
+        "seal.cord",
+        || {
+            format!(
+                "seal.cord is {}; no O-ring of that cord is stocked for a neck of {neck_mm:.2} mm",
+                p.seal.cord
+            )
+        },
+        || format!("cords of {} mm are stocked; or change `tip.diameter`", stocked_cords()),
+    );
     report.at_least(
         "body.neck_wall",
         p.body.neck_wall,
@@ -417,7 +429,7 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
 
 fn mount(p: &PinTip, layout: &Layout, report: &mut Report) {
     let inside = layout.mount_joint.spigot_radius - p.mount.spigot_wall.mm();
-    let [head, _] = BOLT_HEAD_MM;
+    let head = BOLT.head_diameter_mm / 2.0;
     report.at_most(
         "mount.bolt_circle",
         p.mount.bolt_circle,

@@ -12,8 +12,9 @@ use crate::fits::{Fit, gap_mm};
 /// the tip is off and stays clear of the lens.
 const NECK_SHARE: f64 = 0.5;
 
-/// How much narrower than its cord an O-ring's groove is: squeezed a little sideways, it stays put.
-const CORD_ROOM: f64 = 0.9;
+/// Width of the O-ring's groove, in cords: a squeezed cord grows wider. Stretched over the neck, it
+/// stays put.
+pub const CORD_ROOM: f64 = 1.2;
 
 /// Share of the gel's depth below the hemisphere that slopes towards the lens.
 const SLOPE_SHARE: f64 = 0.8;

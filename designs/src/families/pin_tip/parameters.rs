@@ -117,7 +117,7 @@ parameters! {
         /// Diameter of the cord.
         cord: Length = 0.6..=3.0,
         /// How much of the cord is squeezed.
-        squeeze: f64 = 0.05..=0.35,
+        squeeze: f64 = 0.1..=0.3,
     }
 }
 

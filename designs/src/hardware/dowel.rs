@@ -1,0 +1,53 @@
+//! Parallel pins that align what is taken apart again.
+
+use fabkit_geometry::Solid;
+
+/// A parallel pin, ISO 2338: hole and pin share their nominal diameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dowel {
+    /// Diameter, mm.
+    pub diameter_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+}
+
+/// ISO 2338: diameter, shortest and longest pin, mm.
+const DOWELS: [[f64; 3]; 10] = [
+    [1.0, 4.0, 10.0],
+    [1.2, 4.0, 12.0],
+    [1.5, 4.0, 16.0],
+    [2.0, 6.0, 20.0],
+    [2.5, 6.0, 24.0],
+    [3.0, 8.0, 30.0],
+    [4.0, 8.0, 40.0],
+    [5.0, 10.0, 50.0],
+    [6.0, 12.0, 60.0],
+    [8.0, 14.0, 80.0],
+];
+/// ISO 2338: lengths up to 40 mm.
+const DOWEL_LENGTHS_MM: [f64; 17] = [
+    4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 22.0, 24.0, 26.0, 28.0, 30.0, 35.0,
+    40.0,
+];
+
+impl Dowel {
+    /// What to order: a pin of the standard, or one to be cut where the standard has none.
+    pub fn specification(&self) -> String {
+        let Self { diameter_mm, length_mm } = *self;
+        let is_stocked = DOWELS.iter().any(|[diameter, shortest, longest]| {
+            *diameter == diameter_mm && (*shortest..=*longest).contains(&length_mm)
+        }) && DOWEL_LENGTHS_MM.contains(&length_mm);
+        match is_stocked {
+            true => format!("dowel pin ISO 2338, {diameter_mm} x {length_mm} mm"),
+            false => format!(
+                "steel pin, {diameter_mm} x {length_mm} mm, to be made: no size of ISO 2338"
+            ),
+        }
+    }
+
+    /// The pin, its middle at z = 0.
+    pub fn solid(&self) -> Solid {
+        let Self { diameter_mm, length_mm } = *self;
+        Solid::cylinder(diameter_mm / 2.0, length_mm).at(0.0, 0.0, -length_mm / 2.0)
+    }
+}

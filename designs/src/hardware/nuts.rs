@@ -1,0 +1,143 @@
+//! Nuts that are melted or dropped into plastic, and spacers.
+
+use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
+
+/// A brass nut that is melted into plastic: open at z = 0, going down -z. No standard covers these;
+/// the sizes are a maker's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatSetNut {
+    /// Maker and series.
+    pub maker: &'static str,
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Outer diameter over the knurl, mm.
+    pub diameter_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Diameter of the hole it is melted into, mm.
+    pub hole_mm: f64,
+    /// Least wall around the hole, mm.
+    pub wall_mm: f64,
+}
+
+impl HeatSetNut {
+    /// M2, 3 mm long, 3.0 mm over the knurl, into a hole of 2.65 to 2.75 mm.
+    pub const M2: Self = Self {
+        maker: "Pencom MNZ",
+        thread_mm: 2.0,
+        diameter_mm: 3.0,
+        length_mm: 3.0,
+        hole_mm: 2.7,
+        wall_mm: 0.8,
+    };
+
+    /// Play of the screw in the modelled bore, mm per side: a thread that neither binds nor shows.
+    const BORE_PLAY_MM: f64 = 0.02;
+
+    /// The nut.
+    pub fn solid(&self) -> Solid {
+        let bore = self.thread_mm / 2.0 + Self::BORE_PLAY_MM;
+        Solid::cylinder(self.diameter_mm / 2.0, self.length_mm)
+            .at(0.0, 0.0, -self.length_mm)
+            .minus(Solid::cylinder(bore, self.length_mm + 2.0 * CUT_OVERLAP_MM).at(
+                0.0,
+                0.0,
+                -self.length_mm - CUT_OVERLAP_MM,
+            ))
+            .named("nut")
+    }
+
+    /// Its hole, `spare_mm` deeper than the nut: room for molten plastic and the screw's tip.
+    pub fn tool(&self, spare_mm: f64) -> Solid {
+        let depth = self.length_mm + spare_mm;
+        Solid::cylinder(self.hole_mm / 2.0, depth + CUT_OVERLAP_MM).at(0.0, 0.0, -depth)
+    }
+
+    /// Overlap with its hole before the plastic melts, mm per side.
+    pub fn overlap_mm(&self) -> f64 {
+        (self.diameter_mm - self.hole_mm) / 2.0
+    }
+}
+
+/// Play of a screw in a modelled thread, mm per side: it neither binds nor shows.
+const THREAD_PLAY_MM: f64 = 0.02;
+
+/// From the axis of a hexagon to a corner, mm.
+fn corner_mm(across_flats_mm: f64) -> f64 {
+    across_flats_mm / f64::sqrt(3.0)
+}
+
+/// A hexagon around z, standing on z = 0, a corner on +x.
+fn hexagon(across_flats_mm: f64, height_mm: f64) -> Solid {
+    let corner = |i: usize| {
+        let angle = (60.0 * i as f64).to_radians();
+        [corner_mm(across_flats_mm) * angle.cos(), corner_mm(across_flats_mm) * angle.sin()]
+    };
+    Solid::extrusion(Path::polygon(&std::array::from_fn::<_, 6, _>(corner)), height_mm)
+}
+
+/// A hexagon with a bore for a thread.
+fn threaded_hexagon(across_flats_mm: f64, height_mm: f64, thread_mm: f64) -> Solid {
+    let bore = Solid::cylinder(thread_mm / 2.0 + THREAD_PLAY_MM, height_mm + 2.0 * CUT_OVERLAP_MM);
+    hexagon(across_flats_mm, height_mm).minus(bore.at(0.0, 0.0, -CUT_OVERLAP_MM))
+}
+
+/// A hexagon nut, ISO 4032 (s nominal, m max): bears at z = 0, goes up to its height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HexNut {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Across flats, mm.
+    pub across_flats_mm: f64,
+    /// Height, mm.
+    pub height_mm: f64,
+}
+
+impl HexNut {
+    /// M2.
+    pub const M2: Self = Self { thread_mm: 2.0, across_flats_mm: 4.0, height_mm: 1.6 };
+    /// M3.
+    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, height_mm: 2.4 };
+
+    /// The nut.
+    pub fn solid(&self) -> Solid {
+        threaded_hexagon(self.across_flats_mm, self.height_mm, self.thread_mm).named("nut")
+    }
+
+    /// Distance of a corner from the axis, mm, for flats `gap_mm` farther out than the nut's.
+    pub fn corner_mm(&self, gap_mm: f64) -> f64 {
+        corner_mm(self.across_flats_mm + 2.0 * gap_mm)
+    }
+
+    /// A pocket that keeps it from turning, from its bearing face up to a surface at `depth_mm`.
+    pub fn tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
+        hexagon(self.across_flats_mm + 2.0 * gap_mm, depth_mm + CUT_OVERLAP_MM)
+    }
+}
+
+/// A hexagonal spacer with a thread at either end: stands on z = 0. Lengths come from the design. No
+/// standard covers these; makers agree on the width of M3's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HexSpacer {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Across flats, mm.
+    pub across_flats_mm: f64,
+    /// Depth of the thread at either end, mm.
+    pub thread_depth_mm: f64,
+}
+
+impl HexSpacer {
+    /// M3, 5.5 mm across flats.
+    pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, thread_depth_mm: 10.0 };
+
+    /// From the axis to a corner, mm.
+    pub fn corner_radius_mm(&self) -> f64 {
+        corner_mm(self.across_flats_mm)
+    }
+
+    /// The spacer, bored through.
+    pub fn solid(&self, length_mm: f64) -> Solid {
+        threaded_hexagon(self.across_flats_mm, length_mm, self.thread_mm).named("spacer")
+    }
+}

@@ -1,0 +1,162 @@
+//! O-rings as they are stocked, and as their grooves deform them.
+//!
+//! Rubber keeps its volume: a ring that is stretched over a groove gets a thinner cord, and what is
+//! squeezed out of its height goes into its width. Grooves follow ISO 3601-2: squeezed by 10 to 30 %
+//! and filled to 60 to 85 %, so that a ring seals and has room to swell and to give way.
+
+use std::f64::consts::{PI, TAU};
+
+use fabkit_geometry::{Path, Solid};
+
+/// An O-ring, free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ORing {
+    /// Inside diameter, mm.
+    pub inside_mm: f64,
+    /// Diameter of the cord, mm.
+    pub cord_mm: f64,
+    /// Where the size comes from.
+    pub standard: &'static str,
+}
+
+/// Rings of one cord.
+struct Series {
+    cord_mm: f64,
+    standard: &'static str,
+    inside: Inside,
+}
+
+/// Inside diameters, mm.
+enum Inside {
+    /// Every millimetre from one to another.
+    Whole(u32, u32),
+    /// Those of a standard's table.
+    Listed(&'static [f64]),
+}
+
+/// ISO 3601-1, size codes 004 to 050.
+const CORD_1_78: [f64; 47] = [
+    1.78, 2.57, 2.90, 3.68, 4.47, 5.28, 6.07, 7.65, 9.25, 10.82, 12.42, 14.00, 15.60, 17.17, 18.77,
+    20.35, 21.95, 23.52, 25.12, 26.70, 28.30, 29.87, 31.47, 33.05, 34.65, 37.82, 41.00, 44.17,
+    47.35, 50.52, 53.70, 56.87, 60.05, 63.22, 66.40, 69.57, 72.75, 75.92, 82.27, 88.62, 94.97,
+    101.32, 107.67, 114.02, 120.37, 126.72, 133.07,
+];
+/// ISO 3601-1, size codes 102 to 130.
+const CORD_2_62: [f64; 29] = [
+    1.24, 2.06, 2.84, 3.63, 4.42, 5.23, 6.02, 7.59, 9.19, 10.77, 12.37, 13.94, 15.54, 17.12, 18.72,
+    20.29, 21.89, 23.47, 25.07, 26.64, 28.24, 29.82, 31.42, 32.99, 34.59, 36.17, 37.77, 39.34,
+    40.94,
+];
+/// ISO 3601-1, size codes 201 to 222.
+const CORD_3_53: [f64; 22] = [
+    4.34, 5.94, 7.52, 9.12, 10.69, 12.29, 13.87, 15.47, 17.04, 18.64, 20.22, 21.82, 23.39, 24.99,
+    26.57, 28.17, 29.74, 31.34, 32.92, 34.52, 36.09, 37.69,
+];
+
+const METRIC: &str = "metric stock size";
+const ISO_3601: &str = "ISO 3601-1";
+
+const SERIES: [Series; 8] = [
+    Series { cord_mm: 1.0, standard: METRIC, inside: Inside::Whole(3, 40) },
+    Series { cord_mm: 1.5, standard: METRIC, inside: Inside::Whole(3, 60) },
+    Series { cord_mm: 1.78, standard: ISO_3601, inside: Inside::Listed(&CORD_1_78) },
+    Series { cord_mm: 2.0, standard: METRIC, inside: Inside::Whole(3, 100) },
+    Series { cord_mm: 2.5, standard: METRIC, inside: Inside::Whole(4, 100) },
+    Series { cord_mm: 2.62, standard: ISO_3601, inside: Inside::Listed(&CORD_2_62) },
+    Series { cord_mm: 3.0, standard: METRIC, inside: Inside::Whole(5, 100) },
+    Series { cord_mm: 3.53, standard: ISO_3601, inside: Inside::Listed(&CORD_3_53) },
+];
+
+/// How much a ring may be stretched for good; makers allow 5 %.
+pub const MOST_STRETCH: f64 = 0.05;
+
+/// How much wider than its groove's bottom a ring may be: the wall around it presses it back.
+const MOST_SLACK: f64 = 0.01;
+
+/// Play that keeps a modelled ring off the faces that squeeze it, mm.
+pub const SQUEEZED_PLAY_MM: f64 = 0.01;
+
+/// Cords that are stocked, mm, for messages: `1, 1.5, 1.78`.
+pub fn stocked_cords() -> String {
+    SERIES.iter().map(|series| series.cord_mm.to_string()).collect::<Vec<_>>().join(", ")
+}
+
+impl ORing {
+    /// The ring of that cord for a groove whose bottom has that diameter: the widest that is
+    /// stretched, or one that is a little wider; `None` if none is stocked.
+    pub fn on(cord_mm: f64, bottom_mm: f64) -> Option<Self> {
+        let series = SERIES.iter().find(|series| (series.cord_mm - cord_mm).abs() < 1e-9)?;
+        let fits = |inside_mm: &f64| {
+            let stretch = bottom_mm / inside_mm - 1.0;
+            (-MOST_SLACK..=MOST_STRETCH).contains(&stretch)
+        };
+        let best = |all: &mut dyn Iterator<Item = f64>| {
+            let fitting: Vec<f64> = all.filter(fits).collect();
+            let stretched = fitting.iter().rev().find(|inside_mm| **inside_mm <= bottom_mm);
+            stretched.or(fitting.first()).copied()
+        };
+        let inside_mm = match series.inside {
+            Inside::Whole(from, to) => best(&mut (from..=to).map(f64::from)),
+            Inside::Listed(listed) => best(&mut listed.iter().copied()),
+        }?;
+        Some(Self { inside_mm, cord_mm: series.cord_mm, standard: series.standard })
+    }
+
+    /// Its volume, mm^3, which no groove changes.
+    pub fn volume_mm3(&self) -> f64 {
+        PI * PI / 4.0 * self.cord_mm.powi(2) * (self.inside_mm + self.cord_mm)
+    }
+
+    /// The cord's cross section, mm^2, when the ring's middle has that radius.
+    pub fn section_mm2(&self, middle_radius_mm: f64) -> f64 {
+        self.volume_mm3() / (TAU * middle_radius_mm)
+    }
+
+    /// Diameter of the cord, mm, once the ring is stretched to that inside diameter.
+    pub fn stretched_cord_mm(&self, inside_mm: f64) -> f64 {
+        // The middle's radius depends on the cord a little: a few steps settle it.
+        (0..8).fold(self.cord_mm, |cord, _| {
+            (4.0 / PI * self.section_mm2((inside_mm + cord) / 2.0)).sqrt()
+        })
+    }
+
+    /// The ring around z, squeezed between two cylinders to `height` across, its middle at z = 0:
+    /// flat where they hold it, round at both ends. `radii_mm` are those of the two cylinders.
+    pub fn between_cylinders(&self, radii_mm: [f64; 2]) -> Solid {
+        let [inner, outer] = [radii_mm[0] + SQUEEZED_PLAY_MM, radii_mm[1] - SQUEEZED_PLAY_MM];
+        let (middle, half) = ((inner + outer) / 2.0, (outer - inner) / 2.0);
+        let straight = self.straight_mm(2.0 * half, middle) / 2.0;
+        let outline = Path::from([outer, -straight])
+            .line([outer, straight])
+            .arc([inner, straight], [middle, straight], true)
+            .line([inner, -straight])
+            .arc([outer, -straight], [middle, -straight], true)
+            .close();
+        Solid::revolution(outline)
+    }
+
+    /// The ring around z, squeezed between two planes `height_mm` apart around z = 0; its inside
+    /// rests on a cylinder of that radius.
+    pub fn between_planes(&self, inner_radius_mm: f64, height_mm: f64) -> Solid {
+        let half = height_mm / 2.0 - SQUEEZED_PLAY_MM;
+        let inner = inner_radius_mm + SQUEEZED_PLAY_MM;
+        // Wider rings have a smaller section: a few steps settle it.
+        let straight = (0..8).fold(0.0, |straight: f64, _| {
+            self.straight_mm(2.0 * half, inner + half + straight / 2.0)
+        });
+        let [from, to] = [inner + half, inner + half + straight];
+        let outline = Path::from([from, -half])
+            .line([to, -half])
+            .arc([to, half], [to, 0.0], true)
+            .line([from, half])
+            .arc([from, -half], [from, 0.0], true)
+            .close();
+        Solid::revolution(outline)
+    }
+
+    /// Length of the flats, mm, of a section that is squeezed to a height.
+    fn straight_mm(&self, height_mm: f64, middle_radius_mm: f64) -> f64 {
+        let round = PI / 4.0 * height_mm.powi(2);
+        ((self.section_mm2(middle_radius_mm) - round) / height_mm).max(1e-3)
+    }
+}

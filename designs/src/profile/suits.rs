@@ -1,0 +1,100 @@
+//! Which parts a profile is for: those made as its coupon was, and from the same material.
+
+use fabkit_geometry::Process;
+
+use super::ProcessProfile;
+
+/// Whether a profile is for a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suits {
+    /// Same process, same material.
+    Yes,
+    /// Same process, but what the part is made from shrinks in its own way.
+    OtherMaterial,
+    /// The part is made in another way altogether.
+    OtherProcess,
+}
+
+/// Filament of any of these is the same plastic. In resin a pigment takes up the light that cures
+/// it, so that holes close in another way: there a color is a material of its own.
+const FILAMENT_COLORS: [&str; 21] = [
+    "beige",
+    "black",
+    "blue",
+    "brown",
+    "clear",
+    "color",
+    "colour",
+    "gold",
+    "gray",
+    "green",
+    "grey",
+    "natural",
+    "orange",
+    "pink",
+    "purple",
+    "red",
+    "silver",
+    "transparent",
+    "violet",
+    "white",
+    "yellow",
+];
+
+impl ProcessProfile {
+    /// Whether sizes of a part made by `process` from `material` come out as this profile says.
+    /// Case and punctuation of materials do not matter, nor does the color of filament.
+    pub fn suits(&self, process: Process, material: &str) -> Suits {
+        if process != self.process.process() {
+            Suits::OtherProcess
+        } else if words(process, material) == words(process, &self.material) {
+            Suits::Yes
+        } else {
+            Suits::OtherMaterial
+        }
+    }
+}
+
+/// What names a material, in lower case. Plus signs and hyphens belong to names: `PLA+`, `PA-CF`.
+fn words(process: Process, material: &str) -> Vec<String> {
+    let is_gap = |c: char| !(c.is_alphanumeric() || matches!(c, '+' | '-'));
+    let lower = material.to_lowercase();
+    let all = || lower.split(is_gap).filter(|word| !word.is_empty()).map(str::to_owned);
+    let is_color = |word: &String| FILAMENT_COLORS.contains(&word.as_str());
+    let named: Vec<String> =
+        all().filter(|word| process != Process::Fdm || !is_color(word)).collect();
+    // A material called by its color alone keeps it.
+    if named.is_empty() { all().collect() } else { named }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profile(process: &str, material: &str) -> ProcessProfile {
+        let yaml = format!(
+            "format: 1\nname: p\nprocess: {process}\nmaterial: \"{material}\"\n\
+             shrinkage_percent: {{x: 0.5, y: 0.0, z: 0.0}}\n\
+             holes: {{offset: 0 mm, gain: 1, smallest: 2 mm, largest: 12 mm}}\n\
+             pins: {{offset: 0 mm, gain: 1, smallest: 2 mm, largest: 8 mm}}\n\
+             elephant_foot: 0 mm\n"
+        );
+        ProcessProfile::read("p.yaml", &yaml).unwrap()
+    }
+
+    #[test]
+    fn the_color_of_filament_is_no_other_material_and_that_of_resin_is() {
+        let pla = profile("fdm", "PLA");
+        for same in ["PLA", "black PLA", "pla, Black", "PLA (white)"] {
+            assert_eq!(pla.suits(Process::Fdm, same), Suits::Yes, "{same}");
+        }
+        for other in ["ABS", "PLA+", "PLA-CF", "silk PLA", "black", ""] {
+            assert_eq!(pla.suits(Process::Fdm, other), Suits::OtherMaterial, "{other}");
+        }
+        assert_eq!(pla.suits(Process::Sla, "PLA"), Suits::OtherProcess);
+        let resin = profile("sla", "tough resin");
+        assert_eq!(resin.suits(Process::Sla, "Tough  Resin"), Suits::Yes);
+        assert_eq!(resin.suits(Process::Sla, "tough resin, blue"), Suits::OtherMaterial);
+        assert_eq!(profile("fdm", "black").suits(Process::Fdm, "white"), Suits::OtherMaterial);
+    }
+}

@@ -1,0 +1,42 @@
+//! What an export says of a printer's profile besides what it changed.
+
+use std::collections::BTreeMap;
+
+use fabkit::export::{Manifest, NotApplied};
+
+/// Which parts a profile is applied to although they are of another material, and which it is not
+/// applied to; each part by its name. Empty where no profile was given.
+pub(super) fn lines(manifest: &Manifest) -> String {
+    let Some(profile) = &manifest.profile else { return String::new() };
+    let mut text = String::new();
+    if !profile.applied_to_other_material.is_empty() {
+        text += &format!(
+            "warning: {} was measured on {} and is applied to other materials: {}\n",
+            profile.name,
+            profile.material,
+            profile.applied_to_other_material.join(", ")
+        );
+    }
+    let mut left: BTreeMap<(&str, &str, &str), Vec<&str>> = BTreeMap::new();
+    for NotApplied { part, process, material, because } in &profile.not_applied {
+        left.entry((because, process, material)).or_default().push(part);
+    }
+    for ((because, process, material), parts) in left {
+        let (of, more) = match (because, process) {
+            ("other-material", _) => {
+                let more = "; --process-for-any-material applies it all the same";
+                (format!("another material, {material}"), more)
+            }
+            (_, "") => ("what is bought".to_owned(), ""),
+            _ => (format!("{process} of {material}"), ""),
+        };
+        text += &format!(
+            "{} ({} of {}) is not applied to {of}: {}{more}\n",
+            profile.name,
+            profile.process,
+            profile.material,
+            parts.join(", ")
+        );
+    }
+    text
+}

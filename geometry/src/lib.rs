@@ -32,7 +32,9 @@ mod outline;
 mod pattern;
 mod pose;
 mod profile;
+pub mod proofs;
 mod roots;
+mod shape_key;
 mod sheet;
 mod solid;
 #[cfg(feature = "testing")]

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::body::{Hit, Line, Span};
+use crate::proofs::{Shadow, meetings};
 use crate::{Aabb, Body, Scratch};
 
 /// A volume and how far it may be off.
@@ -60,13 +61,16 @@ const STUDENT_T: f64 = 3.499;
 /// [`MeasureError::Unbounded`].
 pub fn ray_volume(body: &Body, lines: u32) -> Result<Estimate, MeasureError> {
     let mut scratch = Scratch::default();
-    integrate(&body.bounds(), lines, |line| body.spans(line, &mut scratch).iter().map(length).sum())
+    integrate(&body.bounds(), lines, None, |line| {
+        body.spans(line, &mut scratch).iter().map(length).sum()
+    })
 }
 
 /// Volume common to two bodies in one frame, from about `lines` lines through the box around both.
 ///
 /// Contact without overlap gives exactly 0: stretches thinner than 1e-9 mm, measured across the
-/// faces at their ends, do not count.
+/// faces at their ends, do not count. Lines that pass only where the bodies are proven to have nothing
+/// in common are not cast; they would add 0.
 ///
 /// # Errors
 /// [`MeasureError::Unbounded`] if the boxes of the bodies have an unbounded part in common.
@@ -74,7 +78,9 @@ pub fn overlap_volume(a: &Body, b: &Body, lines: u32) -> Result<Overlap, Measure
     let (mut in_a, mut in_b) = (Scratch::default(), Scratch::default());
     let mut longest_mm = 0.0;
     let mut witness = None;
-    let volume = integrate(&a.bounds().common(&b.bounds()), lines, |line| {
+    let common = a.bounds().common(&b.bounds());
+    let boxes = meetings(a, b);
+    let volume = integrate(&common, lines, boxes.as_deref(), |line| {
         let spans_a = a.spans(line, &mut in_a);
         let spans_b = if spans_a.is_empty() { &[] } else { b.spans(line, &mut in_b) };
         let mut total_mm = 0.0;
@@ -141,10 +147,12 @@ fn length(span: &Span) -> f64 {
     span.exit.t_mm - span.enter.t_mm
 }
 
-/// Integrates a function of parallel lines over the shadow of a box.
+/// Integrates a function of parallel lines over the shadow of a box; it must be 0 on lines that pass
+/// none of `boxes`.
 fn integrate(
     bounds: &Aabb,
     lines: u32,
+    boxes: Option<&[Aabb]>,
     mut length_mm: impl FnMut(&Line) -> f64,
 ) -> Result<Estimate, MeasureError> {
     if bounds.is_empty() {
@@ -161,6 +169,10 @@ fn integrate(
     let half = 0.5 * (bounds.max - bounds.min);
     let shadow = |w: &Vector3<f64>| w.abs().dot(&half);
     let (half_u, half_v) = (shadow(&u), shadow(&v));
+    if boxes.is_some_and(<[Aabb]>::is_empty) {
+        return Ok(Estimate { value_mm3: 0.0, error_mm3: 0.0 });
+    }
+    let shadow = boxes.map(|boxes| Shadow::of(boxes, &centre, &[u, v], [half_u, half_v]));
     let (count, stride) = fibonacci(lines / SHIFTS);
     let mut volumes = [0.0; SHIFTS as usize];
     for (k, volume) in volumes.iter_mut().enumerate() {
@@ -169,6 +181,9 @@ fn integrate(
         for i in 0..count {
             let x = (i as f64 / count as f64 + shift_u).fract();
             let y = ((i * stride % count) as f64 / count as f64 + shift_v).fract();
+            if shadow.as_ref().is_some_and(|shadow| !shadow.holds([x, y])) {
+                continue;
+            }
             let offset = (2.0 * x - 1.0) * half_u * u + (2.0 * y - 1.0) * half_v * v;
             sum_mm += length_mm(&Line::new(centre + offset, direction));
         }

@@ -23,6 +23,11 @@ impl Prism {
         Self { region: Region::new(&solid.profile), height_mm: solid.height_mm }
     }
 
+    /// The profile, and the height, mm.
+    pub(crate) fn parts(&self) -> (&Region, f64) {
+        (&self.region, self.height_mm)
+    }
+
     /// Where the line may pass a wall, within `limits`.
     fn walls(&self, ray: &LocalRay, limits: [f64; 2], work: &mut Work) {
         let (o, d) = (ray.origin.xy(), ray.direction.xy());

@@ -4,6 +4,7 @@ mod boxes;
 mod compile;
 mod extrusion;
 mod flat;
+mod local;
 mod offset;
 mod region;
 mod revolution;
@@ -17,6 +18,7 @@ use nalgebra::{Point3, Vector3};
 pub(crate) use self::boxes::Line;
 use self::boxes::generous;
 use self::compile::{CompiledLeaf, Compiler, Node};
+pub(crate) use self::local::{held_boxes, meeting_boxes};
 pub(crate) use self::region::{Edge, Region, path_length, signed_area};
 use self::shape::{LocalRay, Work};
 use self::span::SLIVER_MM;
@@ -195,6 +197,29 @@ impl Body {
                 });
             }
         }
+    }
+
+    /// The stretches of a line inside, as pairs of `t`: those of [`Body::crossings_into`] without
+    /// their normals, which take as long as the rest. `stretches` is cleared.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Body, Point3, Ray, Scratch, Solid, Vector3};
+    /// let ball = Body::new(&Solid::sphere(2.0))?;
+    /// let ray = Ray { origin: Point3::new(0.0, 0.0, 9.0), direction: -Vector3::z() };
+    /// let mut stretches = Vec::new();
+    /// ball.stretches_into(&ray, &mut Scratch::default(), &mut stretches);
+    /// assert_eq!(stretches, [[7.0, 11.0]]);
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
+    pub fn stretches_into(&self, ray: &Ray, scratch: &mut Scratch, stretches: &mut Vec<[f64; 2]>) {
+        stretches.clear();
+        let length = ray.direction.norm();
+        if !(length > 0.0 && length.is_finite()) {
+            return;
+        }
+        let line = Line::new(ray.origin, ray.direction / length);
+        let ends = |span: &Span| [span.enter.t_mm / length, span.exit.t_mm / length];
+        stretches.extend(self.spans(&line, scratch).iter().map(ends));
     }
 
     /// The first crossing beyond `after_mm` in one direction: into the solid, or out of it.

@@ -88,6 +88,37 @@ impl Edge {
         }
     }
 
+    /// Below 0 on an arc's side of its chord, where all of it lies; 0 for a straight line.
+    pub(crate) fn arc_side(&self, p: Vector2<f64>) -> f64 {
+        // A counter-clockwise arc lies to the right of its chord, however long it is.
+        let turn = if self.ccw { 1.0 } else { -1.0 };
+        if self.ellipse.is_some() {
+            (self.to - self.from).perp(&(p - self.from)) * turn
+        } else {
+            0.0
+        }
+    }
+
+    /// 1 where the region lies to the left, -1 where it lies to the right.
+    pub(crate) fn side(&self) -> f64 {
+        self.left
+    }
+
+    /// Unit direction in which the edge begins.
+    pub(crate) fn direction_at_start(&self) -> Vector2<f64> {
+        self.direction(self.from)
+    }
+
+    /// Unit direction in which the edge ends.
+    pub(crate) fn direction_at_end(&self) -> Vector2<f64> {
+        self.direction(self.to)
+    }
+
+    fn direction(&self, p: Vector2<f64>) -> Vector2<f64> {
+        let outward = self.outward(p) * self.left;
+        Vector2::new(-outward.y, outward.x).normalize()
+    }
+
     /// Normal out of the region at a point of the edge; not of unit length.
     pub(crate) fn outward(&self, p: Vector2<f64>) -> Vector2<f64> {
         match &self.ellipse {

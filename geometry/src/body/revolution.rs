@@ -17,6 +17,11 @@ impl Spun {
     pub(crate) fn new(solid: &Revolution) -> Self {
         Self { region: Region::new(&solid.profile) }
     }
+
+    /// The profile, in distance from z and z.
+    pub(crate) fn region(&self) -> &Region {
+        &self.region
+    }
 }
 
 /// Where the line may pass the plane, cylinder or cone that a straight edge sweeps around z.

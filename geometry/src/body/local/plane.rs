@@ -1,0 +1,162 @@
+//! A profile within a rectangle.
+
+use nalgebra::Vector2;
+
+use super::super::region::{Edge, Ellipse, Region};
+use super::SLACK_MM;
+
+/// A rectangle of the profile's plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rectangle {
+    pub(super) min: Vector2<f64>,
+    pub(super) max: Vector2<f64>,
+}
+
+/// What of a region lies in a rectangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Part {
+    Nothing,
+    Everything,
+    /// What lies behind one edge.
+    Behind(usize),
+    /// What lies behind both edges, or behind one of the two.
+    Corner {
+        edges: [usize; 2],
+        both: bool,
+    },
+    /// Before the end of the first edge what lies behind it, beyond it what lies behind the second.
+    Seam([usize; 2]),
+    /// Anything.
+    Unknown,
+}
+
+impl Rectangle {
+    fn centre(&self) -> Vector2<f64> {
+        0.5 * (self.min + self.max)
+    }
+
+    fn corners(&self) -> [Vector2<f64>; 4] {
+        let (a, b) = (self.min, self.max);
+        [a, Vector2::new(b.x, a.y), b, Vector2::new(a.x, b.y)]
+    }
+
+    /// Least and largest squared length of the rectangle's points, seen from an ellipse's centre in
+    /// its half axes.
+    fn within(&self, ellipse: &Ellipse) -> [f64; 2] {
+        let low = (self.min - ellipse.centre).component_div(&ellipse.half_axes);
+        let high = (self.max - ellipse.centre).component_div(&ellipse.half_axes);
+        let mut range = [0.0, 0.0];
+        for i in 0..2 {
+            let near = low[i].max(-high[i]).max(0.0);
+            let far = high[i].abs().max(low[i].abs());
+            range[0] += near * near;
+            range[1] += far * far;
+        }
+        range
+    }
+
+    /// Whether an edge may pass.
+    fn is_met(&self, edge: &Edge) -> bool {
+        match &edge.ellipse {
+            None => {
+                let apart = (0..2).any(|i| {
+                    edge.from[i].min(edge.to[i]) >= self.max[i] - SLACK_MM
+                        || edge.from[i].max(edge.to[i]) <= self.min[i] + SLACK_MM
+                });
+                if apart {
+                    return false;
+                }
+                let along = edge.to - edge.from;
+                let side = along.perp(&(self.centre() - edge.from));
+                let half = 0.5 * (self.max - self.min);
+                side.abs() < along.x.abs() * half.y + along.y.abs() * half.x
+            }
+            Some(ellipse) => {
+                let [near, far] = self.within(ellipse);
+                let slack = 2.0 * SLACK_MM / ellipse.half_axes.amin();
+                near < 1.0 - slack
+                    && far > 1.0 + slack
+                    && self.corners().iter().any(|corner| edge.arc_side(*corner) <= 0.0)
+            }
+        }
+    }
+
+    /// Whether all of an edge's line or ellipse that lies in the rectangle is the edge's own; asked
+    /// of edges whose ends lie outside.
+    fn holds_only(&self, edge: &Edge) -> bool {
+        edge.ellipse.is_none() || self.corners().iter().all(|corner| edge.arc_side(*corner) <= 0.0)
+    }
+
+    fn diagonal_mm(&self) -> f64 {
+        (self.max - self.min).norm()
+    }
+}
+
+/// Smallest radius of a pair of edges; `None` for arcs of ellipses that are no circles.
+fn least_radius_mm(edges: [&Edge; 2]) -> Option<f64> {
+    edges.iter().try_fold(f64::INFINITY, |least, edge| match &edge.ellipse {
+        None => Some(least),
+        Some(e) if e.half_axes.x == e.half_axes.y => Some(least.min(e.half_axes.x)),
+        Some(_) => None,
+    })
+}
+
+/// Two edges of which one goes on where the other ends.
+fn corner(rectangle: &Rectangle, region: &Region, a: usize, b: usize) -> Part {
+    let ends = |i: usize| (region.edges[i].from, region.edges[i].to);
+    let follows = [ends(a).1 == ends(b).0, ends(b).1 == ends(a).0];
+    if follows == [true; 2] && region.edges[a].ellipse == region.edges[b].ellipse {
+        // Two arcs that make a whole ellipse.
+        return Part::Behind(a);
+    }
+    let edges = if follows == [true, false] {
+        [a, b]
+    } else if follows == [false, true] {
+        [b, a]
+    } else {
+        return Part::Unknown;
+    };
+    let [before, after] = edges.map(|i| &region.edges[i]);
+    let Some(radius_mm) = least_radius_mm([before, after]) else { return Part::Unknown };
+    let turn = before.direction_at_end().perp(&after.direction_at_start());
+    let diagonal_mm = rectangle.diagonal_mm();
+    if turn.abs() < 1e-9 {
+        // A seam, unless the profile turns back; straight on for as far as the rectangle reaches.
+        let goes_on = before.direction_at_end().dot(&after.direction_at_start()) > 0.0;
+        return if goes_on && diagonal_mm < 0.5 * radius_mm {
+            Part::Seam(edges)
+        } else {
+            Part::Unknown
+        };
+    }
+    // Two circles that cross at this angle do not cross again within this distance.
+    if diagonal_mm < radius_mm * turn.abs() {
+        Part::Corner { edges, both: turn * before.side() > 0.0 }
+    } else {
+        Part::Unknown
+    }
+}
+
+impl Region {
+    /// What of the region lies in a rectangle. `skip` are edges that bound nothing.
+    pub(super) fn part_in(&self, rectangle: &Rectangle, skip: impl Fn(&Edge) -> bool) -> Part {
+        let mut met = [0; 2];
+        let mut count = 0;
+        for (i, edge) in self.edges.iter().enumerate() {
+            if !skip(edge) && rectangle.is_met(edge) {
+                if count == met.len() {
+                    return Part::Unknown;
+                }
+                met[count] = i;
+                count += 1;
+            }
+        }
+        match count {
+            0 if self.holds(rectangle.centre()) => Part::Everything,
+            0 => Part::Nothing,
+            1 if rectangle.holds_only(&self.edges[met[0]]) => Part::Behind(met[0]),
+            1 => Part::Unknown,
+            _ => corner(rectangle, self, met[0], met[1]),
+        }
+    }
+}

@@ -174,10 +174,6 @@ fn what_is_no_finished_piece_is_made_again_or_refused() {
     run(other.path(), &arguments, &[]).ok();
     let out = root.path().join("out");
     stopped(root.path(), &arguments, 7);
-    let piece = out.join("zarr.json");
-    let huge = fs::File::create(&piece).unwrap();
-    huge.set_len(3 << 30).unwrap();
-    drop(huge);
     let start = Instant::now();
     #[cfg(unix)]
     {
@@ -188,8 +184,11 @@ fn what_is_no_finished_piece_is_made_again_or_refused() {
         let again = run(root.path(), &arguments, &["--resume"]);
         assert_eq!(again.code, Some(4), "{again:?}");
         assert!(again.stderr.contains("a device or a pipe"), "{again:?}");
-        fs::remove_file(pipe).unwrap();
+        fs::remove_file(&pipe).unwrap();
     }
+    let huge = fs::OpenOptions::new().write(true).open(out.join("zarr.json")).unwrap();
+    huge.set_len(3 << 30).unwrap();
+    drop(huge);
     let again = run(root.path(), &arguments, &["--resume"]).ok();
     assert!(start.elapsed() < Duration::from_secs(20), "nothing was read that is no piece");
     assert!(again.stdout.contains("were damaged and are made again"), "{again:?}");

@@ -94,13 +94,13 @@ fn casting_in_bands_changes_no_byte() {
 }
 
 /// A PNG of one grey, so that a few kilobytes are many pixels.
-fn write_png(path: &Path, [width, height]: [u32; 2]) {
+fn write_png(path: &Path, [width, height]: [u32; 2], depth: png::BitDepth) {
     let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), width, height);
     encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_depth(depth);
     let mut writer = encoder.write_header().unwrap();
     let mut stream = writer.stream_writer().unwrap();
-    let row = vec![0x60; 8 * width as usize];
+    let row = vec![0x60; depth as usize / 2 * width as usize];
     for _ in 0..height {
         std::io::Write::write_all(&mut stream, &row).unwrap();
     }
@@ -109,11 +109,13 @@ fn write_png(path: &Path, [width, height]: [u32; 2]) {
 
 #[test]
 fn pictures_are_refused_by_their_headers() {
+    use png::BitDepth::{Eight, Sixteen};
+
     let root = tempfile::tempdir().unwrap();
     for i in 0..4 {
-        write_png(&root.path().join(format!("bomb{i}.png")), [6000, 6000]);
+        write_png(&root.path().join(format!("bomb{i}.png")), [6000, 6000], Sixteen);
     }
-    write_png(&root.path().join("small.png"), [160, 120]);
+    write_png(&root.path().join("small.png"), [160, 120], Eight);
     fabkit(root.path(), &["export", "rtac0/boards", "-o", "boards"]).ok();
     let bombs = ["bomb0.png", "bomb1.png", "bomb2.png", "bomb3.png"];
 
@@ -141,7 +143,7 @@ fn pictures_are_refused_by_their_headers() {
     fs::create_dir(root.path().join("captures")).unwrap();
     for side in ["left", "right"] {
         let place = root.path().join(format!("captures/semi-dome-003-{side}.png"));
-        fs::copy(root.path().join("bomb0.png"), place).unwrap();
+        write_png(&place, [6000, 6000], Eight);
     }
     fs::write(root.path().join("one.txt"), "semi-dome-003\n").unwrap();
     let data = ["dataset", "rtac0", "-o", "ds", "--presses", "one.txt", "--captures", "captures"];

@@ -6,7 +6,6 @@
 mod interpreter;
 
 use std::ffi::{OsStr, OsString};
-use std::fs;
 use std::io;
 use std::path::{self, Path, PathBuf};
 use std::process::Stdio;

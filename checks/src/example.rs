@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{
     Action, Angle, Assembly, Cure, Layer, Mix, NominalCamera, Opening, Part, Placement, Point3,
-    Pose, Pour, Process, Pull, Sensor, Solid, Step, Vector3,
+    Pose, Pour, Process, Pull, Sensor, Shells, Solid, Step, Vector3,
 };
 
 /// Radius of the puck, mm.
@@ -32,6 +32,7 @@ fn part(name: &str, solid: Solid, genus: i32) -> Part {
         print_notes: Vec::new(),
         shrinkage: 0.0,
         genus,
+        shells: Shells::ONE,
     }
 }
 
@@ -94,6 +95,7 @@ pub fn puck() -> Sensor {
             color: [0; 3],
             opacity: 1.0,
             genus: 0,
+            shells: Shells::ONE,
         }],
         components: Vec::new(),
         chain: vec![

@@ -1,6 +1,6 @@
 //! Parts, layers and components seen as one list of bodies.
 
-use fabkit_geometry::{Color, Landmark, Placement, Pose, Process, Sensor, Solid};
+use fabkit_geometry::{Color, Landmark, Placement, Pose, Process, Sensor, Shells, Solid};
 
 /// Which list of the sensor a body comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +55,8 @@ pub struct BodyRef<'a> {
     pub shrinkage: f64,
     /// Through holes and handles, where the design counts them.
     pub genus: Option<i32>,
+    /// Pieces and cavities, where the design counts them.
+    pub shells: Option<Shells>,
     /// What the person at the printer or cutter should know.
     pub notes: &'a [String],
 }
@@ -83,6 +85,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         bed_from_part: part.bed_from_part,
         shrinkage: part.shrinkage,
         genus: Some(part.genus),
+        shells: Some(part.shells),
         notes: &part.print_notes,
     });
     let layers = sensor.layers.iter().map(|layer| BodyRef {
@@ -100,6 +103,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         bed_from_part: Pose::identity(),
         shrinkage: 0.0,
         genus: Some(layer.genus),
+        shells: Some(layer.shells),
         notes: &[],
     });
     let components = sensor.components.iter().map(|component| BodyRef {
@@ -117,6 +121,7 @@ pub fn bodies(sensor: &Sensor) -> Vec<BodyRef<'_>> {
         bed_from_part: Pose::identity(),
         shrinkage: 0.0,
         genus: None,
+        shells: None,
         notes: &[],
     });
     parts.chain(layers).chain(components).collect()

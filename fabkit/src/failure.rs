@@ -194,6 +194,17 @@ impl From<ExportFailure> for Failure {
                 &failure,
                 "name your laser's width with --kerf, or leave it out with --nominal",
             ),
+            ExportFailure::CannotBeMade { ref changed, .. } => {
+                let list = match &changed[..] {
+                    [] => String::new(),
+                    all => format!(" of {}", all.join(", ")),
+                };
+                let hint = format!(
+                    "take values{list} nearer to those of the built-in sensor: holes meet each other, \
+                     break out of the part, or leave too little between them"
+                );
+                Self::new(Exit::BadInput, &failure, hint)
+            }
             ExportFailure::HolesBreakOut { .. } => Self::new(
                 Exit::BadInput,
                 &failure,

@@ -5,7 +5,7 @@ use fabkit::export::ExportError;
 use fabkit::exporting::{ExportFailure, ExportOptions, Exported, Format, export};
 use fabkit::geometry::{
     Angle, Assembly, NominalCamera, Part, Placement, Point3, Pose, PrintGroup, Process, Sensor,
-    Solid,
+    Shells, Solid,
 };
 
 fn part(name: &str, solid: Solid) -> Part {
@@ -23,6 +23,7 @@ fn part(name: &str, solid: Solid) -> Part {
         print_notes: Vec::new(),
         shrinkage: 0.0,
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -198,6 +199,35 @@ fn a_hole_that_the_design_did_not_count_is_refused() {
     let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
     let error = run(vec![part("washer", washer)]).unwrap_err();
     assert!(matches!(error, ExportFailure::Genus { found: 1, counted: 0, .. }), "{error}");
+}
+
+#[test]
+fn loose_pieces_and_closed_cavities_are_refused_with_place_and_volume() {
+    let chip = Solid::cuboid(9.0, 9.0, 9.0).plus(Solid::sphere(0.5).at(7.0, 0.0, 4.5));
+    let error = run(vec![part("chipped", chip)]).unwrap_err().to_string();
+    // In the file's corner: the box begins at 0.
+    assert!(error.contains("2 pieces and 0 closed cavities"), "{error}");
+    assert!(error.contains("a piece of 5.2") && error.contains("(11.50, 4.50, 4.50)"), "{error}");
+
+    let hollow = Solid::cuboid(9.0, 9.0, 9.0).minus(Solid::sphere(2.0).at(0.0, 0.0, 4.5));
+    let error = run(vec![part("hollow", hollow.clone())]).unwrap_err();
+    let ExportFailure::Shells { unexpected, .. } = &error else { panic!("{error}") };
+    assert!((unexpected[0].volume_mm3 + 33.5).abs() < 0.3, "{error}");
+
+    let counted = Shells { pieces: 1, voids: 1 };
+    run(vec![Part { shells: counted, ..part("hollow", hollow) }]).unwrap();
+}
+
+#[test]
+fn a_wall_thinner_than_the_tolerance_is_meshed_finer() {
+    let tube = Solid::cylinder(10.0, 5.0).minus(
+        Solid::cylinder(9.7, 7.0).turned_z(Angle::from_deg(11.0).unwrap()).at(0.0, 0.0, -1.0),
+    );
+    let design = design(vec![Part { genus: 1, ..part("tube", tube) }]);
+    let options = ExportOptions { tolerance_mm: 1.0, ..ExportOptions::default() };
+    let exported = export(&design, &options, &|_| ()).unwrap();
+    let used_mm = exported.manifest.parts[0].mesh.chord_tolerance_mm;
+    assert!(used_mm < 0.3, "{used_mm}");
 }
 
 #[test]

@@ -110,6 +110,25 @@ impl Placement {
     }
 }
 
+/// How many closed surfaces bound a body, counted by its author; the mesh must agree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Shells {
+    /// Outer ones: what falls apart.
+    pub pieces: usize,
+    /// Inner ones: cavities without a way out.
+    pub voids: usize,
+}
+
+impl Shells {
+    /// One piece without a cavity, as nearly all bodies are.
+    pub const ONE: Self = Self { pieces: 1, voids: 0 };
+
+    /// Several pieces without cavities.
+    pub const fn pieces(pieces: usize) -> Self {
+        Self { pieces, voids: 0 }
+    }
+}
+
 /// Something a lab makes from a file: printed, cut or etched.
 #[derive(Clone, Debug)]
 pub struct Part {
@@ -141,6 +160,8 @@ pub struct Part {
     pub shrinkage: f64,
     /// Through holes and handles, counted where they are cut; the mesh must agree.
     pub genus: i32,
+    /// As for `genus`, in how many pieces it comes and which cavities it encloses.
+    pub shells: Shells,
 }
 
 /// Parts of several materials that leave the printer as one piece.
@@ -173,6 +194,8 @@ pub struct Layer {
     pub opacity: f64,
     /// As for a part.
     pub genus: i32,
+    /// As for a part.
+    pub shells: Shells,
 }
 
 /// Something bought; its solid is there so that fits can be checked.

@@ -1,7 +1,7 @@
 //! Solids to triangles.
 //!
-//! [`mesh`] gives a [`TriMesh`] whose vertices on curved faces lie on the exact surface and whose
-//! triangles are nowhere farther from it than the chord tolerance. [`PrintMesh`] is what files are
+//! [`mesh`] gives a [`TriMesh`] whose vertices lie on the exact surface, but for few that booleans make,
+//! and whose triangles are nowhere farther from it than the chord tolerance. [`PrintMesh`] is what files are
 //! written from: rounded to `f32`, welded, and proven closed and oriented *after* that.
 //!
 //! This crate is the only one that knows the boolean kernel.
@@ -34,6 +34,7 @@ mod tessellate;
 
 use fabkit_geometry::{Pose, Solid};
 
+pub use measure::Shell;
 pub use print::{PrintDefect, PrintMesh};
 
 /// Chord tolerance where nobody asks for another, mm.

@@ -1,5 +1,7 @@
 //! Volume, area, genus, bounds.
 
+use std::collections::BTreeMap;
+
 use fabkit_geometry::{Aabb, Solid};
 
 use crate::facets::bounds_of;
@@ -67,6 +69,11 @@ impl PrintMesh {
         genus(self.vertices().len(), self.triangles())
     }
 
+    /// The closed surfaces that it consists of, in the order of their first triangles.
+    pub fn shells(&self) -> Vec<Shell> {
+        shells(&self.vertices_f64(), self.triangles())
+    }
+
     /// Smallest box, mm.
     pub fn bounds(&self) -> Aabb {
         bounds_of(&self.vertices_f64())
@@ -79,6 +86,22 @@ impl PrintMesh {
 
     fn vertices_f64(&self) -> Vec<[f64; 3]> {
         self.vertices().iter().map(|v| v.map(f64::from)).collect()
+    }
+}
+
+/// One closed, connected surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shell {
+    /// What it encloses, mm^3: below 0 for a cavity.
+    pub volume_mm3: f64,
+    /// Centre of its box, mm.
+    pub at_mm: [f64; 3],
+}
+
+impl Shell {
+    /// Whether the material is outside.
+    pub fn is_void(&self) -> bool {
+        self.volume_mm3 < 0.0
     }
 }
 
@@ -129,10 +152,41 @@ pub(crate) fn genus(vertex_count: usize, triangles: &[[u32; 3]]) -> i32 {
     (shells as i64 - characteristic / 2) as i32
 }
 
+fn shells(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Shell> {
+    let root = components(vertices.len(), triangles);
+    let mut of: BTreeMap<u32, (usize, Vec<[u32; 3]>)> = BTreeMap::new();
+    for (t, triangle) in triangles.iter().enumerate() {
+        let (_, all) = of.entry(root[triangle[0] as usize]).or_insert((t, Vec::new()));
+        all.push(*triangle);
+    }
+    let mut of: Vec<(usize, Vec<[u32; 3]>)> = of.into_values().collect();
+    of.sort_unstable_by_key(|(first, _)| *first);
+    let shell = |triangles: Vec<[u32; 3]>| {
+        // Its own corners, so that the volume is summed from one of them.
+        let corners: Vec<[f64; 3]> =
+            triangles.iter().flatten().map(|&v| vertices[v as usize]).collect();
+        let own: Vec<[u32; 3]> =
+            (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let at_mm = bounds_of(&corners).centre().into();
+        Shell { volume_mm3: volume_mm3(&corners, &own), at_mm }
+    };
+    of.into_iter().map(|(_, triangles)| shell(triangles)).collect()
+}
+
 /// Connected components and vertices in use.
 fn shells_and_vertices(vertex_count: usize, triangles: &[[u32; 3]]) -> (usize, usize) {
-    let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
+    let root = components(vertex_count, triangles);
     let mut used = vec![false; vertex_count];
+    for &v in triangles.as_flattened() {
+        used[v as usize] = true;
+    }
+    let shells = (0..vertex_count).filter(|&v| used[v] && root[v] == v as u32).count();
+    (shells, used.iter().filter(|u| **u).count())
+}
+
+/// For each vertex, the least vertex that it is connected with.
+fn components(vertex_count: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
     fn root(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {
             parent[v as usize] = parent[parent[v as usize] as usize];
@@ -141,14 +195,10 @@ fn shells_and_vertices(vertex_count: usize, triangles: &[[u32; 3]]) -> (usize, u
         v
     }
     for &[a, b, c] in triangles {
-        for v in [a, b, c] {
-            used[v as usize] = true;
-        }
         for v in [b, c] {
             let (x, y) = (root(&mut parent, a), root(&mut parent, v));
             parent[x.max(y) as usize] = x.min(y);
         }
     }
-    let shells = (0..vertex_count).filter(|&v| used[v] && parent[v] == v as u32).count();
-    (shells, used.iter().filter(|u| **u).count())
+    (0..vertex_count as u32).map(|v| root(&mut parent, v)).collect()
 }

@@ -1,9 +1,11 @@
 //! What fabkit believes about the exact solid, as samples that any other kernel can be asked for.
 
+mod seams;
+
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{Body, Landmark, Point3, Ray, Scratch, Solid, Vector3};
-use fabkit_mesh::{FaceId, TriMesh};
+use fabkit_mesh::{DEFAULT_TOLERANCE_MM, FaceId, TriMesh};
 use serde::Serialize;
 
 use super::figures::{ExactFigures, figures};
@@ -94,7 +96,8 @@ pub struct SamplesDocument<'a> {
 /// solid's integrals, as JSON (`fabkit-samples` version 1).
 ///
 /// Three bundles of parallel lines weigh the whole; two lines are aimed at each face of each
-/// primitive that has any surface left, so that no feature is missed.
+/// primitive that has any surface left, so that no feature is missed; and where faces of two primitives
+/// meet, some pass the spots where triangles stray most.
 ///
 /// # Errors
 /// [`ExportError::Samples`] for a solid that cannot be meshed, [`ExportError::Json`] if the encoder
@@ -112,6 +115,8 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
         bundle_mm2.push(caster.bundle(i, Vector3::from(*direction), &mesh, &mut lines));
     }
     caster.aimed(&mesh, reach_mm, &mut lines);
+    let usual = fabkit_mesh::mesh(document.solid, DEFAULT_TOLERANCE_MM);
+    seams::aimed(&mut caster, &usual.map_err(|e| refused(e.to_string()))?, reach_mm, &mut lines);
     let landmarks = document.landmarks.iter().map(|landmark| {
         let lies_in = caster.landmark(landmark, reach_mm, &mut lines);
         let (point_mm, axis) = (landmark.point.coords.into(), landmark.axis.into());

@@ -1,9 +1,10 @@
 //! Why there is nothing to write.
 
 use fabkit_export::ExportError;
-use fabkit_geometry::NotASheet;
-use fabkit_mesh::MeshError;
+use fabkit_geometry::{NotASheet, Shells};
+use fabkit_mesh::{MeshError, Shell};
 
+use super::topology::places;
 use crate::bodies::UnknownName;
 use crate::pictures::PictureError;
 
@@ -30,6 +31,34 @@ pub enum ExportFailure {
         found: i32,
         /// In the design.
         counted: i32,
+    },
+    /// The mesh is in other pieces, or has other cavities, than the design counts.
+    #[error(
+        "{part}: the mesh has {} and {}, the design counts {} and {}{}",
+        many(.found.pieces, "piece", "pieces"),
+        many(.found.voids, "closed cavity", "closed cavities"),
+        .counted.pieces,
+        .counted.voids,
+        places(.unexpected)
+    )]
+    Shells {
+        /// Which part.
+        part: String,
+        /// In the mesh.
+        found: Shells,
+        /// In the design.
+        counted: Shells,
+        /// The smallest of those that are too many, in the frame of the part's files.
+        unexpected: Vec<Shell>,
+    },
+    /// Parts whose holes, pieces or cavities are not those of the design, with values that are not the
+    /// built-in design's.
+    #[error("{reason}: with these values it cannot be made")]
+    CannotBeMade {
+        /// Which part, and what is wrong with it.
+        reason: String,
+        /// Parameters that differ from the built-in design's, with their values.
+        changed: Vec<String>,
     },
     /// Holes as wide as the printer needs them leave the part elsewhere.
     #[error("{part}: holes fitted for {profile} break out of the part or into each other")]
@@ -120,4 +149,22 @@ pub enum ExportFailure {
         /// The parts asked for.
         parts: Vec<String>,
     },
+}
+
+impl ExportFailure {
+    /// Whether triangles that stray less may do better.
+    pub(super) fn is_of_topology(&self) -> bool {
+        matches!(
+            self,
+            Self::Genus { .. }
+                | Self::Shells { .. }
+                | Self::HolesBreakOut { .. }
+                | Self::Mesh { source: MeshError::Empty | MeshError::Print(_), .. }
+        )
+    }
+}
+
+/// `1 piece`, `2 pieces`.
+fn many(count: usize, one: &str, more: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { more })
 }

@@ -9,6 +9,7 @@ mod plates;
 mod profiled;
 mod sheets;
 mod stock;
+mod topology;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -28,6 +29,7 @@ pub use self::folder::{FolderError, Overwriting, Refusal, Written, write};
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
+use self::topology::Counted;
 use crate::bodies::{self, BodyRef, Kind, UnknownName};
 use crate::identity::design_hash;
 use crate::memory;
@@ -141,6 +143,9 @@ struct Made {
 
 /// Makes all files of a design in memory, on as many threads as the current rayon pool has.
 ///
+/// A piece whose triangles have other holes, pieces or cavities than its design counts is meshed again,
+/// finer; the manifest tells at which tolerance.
+///
 /// The bytes depend on the design and the options alone. Plates are made when 3MF is asked for and
 /// all parts are exported; they hold each printed part as often as a lab needs it.
 ///
@@ -162,7 +167,8 @@ pub fn export(
         .map(|piece| {
             // Not after others have made too many already.
             limit_triangles(triangles.load(Ordering::Relaxed))?;
-            let meshed = piece.meshed(options)?;
+            let meshed =
+                piece.meshed(options).map_err(|failure| topology::by_values(failure, design))?;
             let more = meshed.iter().map(|body| body.figures.triangles).sum::<usize>();
             limit_triangles(more + triangles.fetch_add(more, Ordering::Relaxed))?;
             let mut files = Vec::new();
@@ -242,6 +248,7 @@ fn turned<'a>(
     body: BodyRef<'a>,
     bed_from_part: &Pose,
     options: &ExportOptions,
+    tolerance_mm: f64,
 ) -> Result<Turned<'a>, ExportFailure> {
     let is_drawn = options.formats.iter().any(|format| format.is_drawing());
     let mut compensation = compensation(&body, options, is_drawn);
@@ -251,9 +258,8 @@ fn turned<'a>(
     let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
     // Finer by as much as scaling coarsens it.
     let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
-    let mut mesh =
-        fabkit_mesh::mesh(fitted.as_ref().unwrap_or(body.solid), options.tolerance_mm / coarser)
-            .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
+    let mut mesh = fabkit_mesh::mesh(fitted.as_ref().unwrap_or(body.solid), tolerance_mm / coarser)
+        .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
     if compensation.scale != 1.0 {
         mesh = mesh.scaled(compensation.scale);
     }
@@ -264,9 +270,10 @@ fn turned<'a>(
     Ok(Turned { body, mesh, compensation, sheet })
 }
 
-/// A body whose mesh lies as it should, rounded to its files' precision, proven and measured.
+/// A body whose mesh lies as it should, rounded to its files' precision, proven, counted and measured.
 fn measured<'a>(
     turned: Turned<'a>,
+    counted: Option<Counted>,
     shift: &Pose,
     bed_from_part: &Pose,
     tolerance_mm: f64,
@@ -275,13 +282,10 @@ fn measured<'a>(
     let lying = mesh.placed(shift);
     let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
     let print = lying.to_print().map_err(failed)?;
-    let genus = print.genus();
-    if let Some(counted) = body.genus.filter(|counted| *counted != genus) {
-        if let Some(print) = &compensation.print {
-            let (part, profile) = (body.name.into(), print.profile.clone());
-            return Err(ExportFailure::HolesBreakOut { part, profile });
-        }
-        return Err(ExportFailure::Genus { part: body.name.into(), found: genus, counted });
+    if let Some(failure) = counted.and_then(|counted| counted.failure(&body, &print)) {
+        let Some(print) = &compensation.print else { return Err(failure) };
+        let (part, profile) = (body.name.into(), print.profile.clone());
+        return Err(ExportFailure::HolesBreakOut { part, profile });
     }
     let figures = figures(&print, tolerance_mm);
     limit_triangles(figures.triangles)?;

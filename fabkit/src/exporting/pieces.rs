@@ -2,10 +2,15 @@
 
 use fabkit_export::Document;
 use fabkit_geometry::{Pose, PrintGroup, Sensor};
+use fabkit_mesh::DEFAULT_TOLERANCE_MM;
 
+use super::topology::Counted;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, measured, object, turned};
 use crate::bodies::{self, BodyRef, UnknownName};
 use crate::staging::OutputFile;
+
+/// A topology that is wrong at this tolerance, mm, is no matter of the tolerance.
+const FINEST_MM: f64 = DEFAULT_TOLERANCE_MM / 2.0;
 
 /// A body alone, or all bodies of a print group.
 pub(super) struct Piece<'a> {
@@ -39,12 +44,34 @@ pub(super) fn pieces<'a>(
 impl<'a> Piece<'a> {
     /// Meshes its bodies as they lie in their files: turned as the first of them says, and moved
     /// together.
+    ///
+    /// Where a wall is thinner than what triangles may stray, or a hole narrower, the tolerance is
+    /// halved until the topology is the design's: for all bodies, since they share faces.
     pub(super) fn meshed(&self, options: &ExportOptions) -> Result<Vec<Meshed<'a>>, ExportFailure> {
+        let mut tolerance_mm = options.tolerance_mm;
+        let counted: Vec<_> =
+            self.bodies.iter().map(|body| Counted::of(body, tolerance_mm)).collect();
+        loop {
+            match self.meshed_at(options, &counted, tolerance_mm) {
+                Err(failure) if failure.is_of_topology() && tolerance_mm > FINEST_MM => {
+                    tolerance_mm /= 2.0;
+                }
+                done => return done,
+            }
+        }
+    }
+
+    fn meshed_at(
+        &self,
+        options: &ExportOptions,
+        counted: &[Option<Counted>],
+        tolerance_mm: f64,
+    ) -> Result<Vec<Meshed<'a>>, ExportFailure> {
         let bed_from_part = self.bodies[0].bed_from_part;
         let bodies: Vec<_> = self
             .bodies
             .iter()
-            .map(|body| turned(*body, &bed_from_part, options))
+            .map(|body| turned(*body, &bed_from_part, options, tolerance_mm))
             .collect::<Result<_, ExportFailure>>()?;
         // Turned first and shifted after, so that the lowest vertices are at zero exactly.
         let corners = bodies.iter().map(|body| body.mesh.bounds().min);
@@ -52,7 +79,8 @@ impl<'a> Piece<'a> {
         let shift = Pose::translation(-min.x, -min.y, -min.z);
         bodies
             .into_iter()
-            .map(|body| measured(body, &shift, &bed_from_part, options.tolerance_mm))
+            .zip(counted)
+            .map(|(body, counted)| measured(body, *counted, &shift, &bed_from_part, tolerance_mm))
             .collect()
     }
 

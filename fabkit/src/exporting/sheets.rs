@@ -153,6 +153,7 @@ mod tests {
             bed_from_part: Pose::identity(),
             shrinkage: 0.02,
             genus: None,
+            shells: None,
             notes: &[],
         };
         let options = ExportOptions::default();

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Solid, Vector3,
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Shells, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -115,6 +115,7 @@ pub fn plate(p: &Cap, layout: &Layout) -> Part {
         print_notes: vec!["leave the protective film on until the skin is glued".into()],
         shrinkage: 0.0,
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -177,6 +178,7 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
         shrinkage: 0.0,
         // The chamber goes through; everything else is open to it or blind.
         genus: 1,
+        shells: Shells::ONE,
     }
 }
 
@@ -247,5 +249,6 @@ pub fn base(p: &Cap, layout: &Layout) -> Part {
         shrinkage: 0.0,
         // A cup with the joint's passages, the mounting holes and the plug's window.
         genus: 4 + p.base.mount_holes as i32 + 1,
+        shells: Shells::ONE,
     }
 }

@@ -8,7 +8,7 @@
 //! matter and no dowels are needed.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Solid, Vector3,
+    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Shells, Solid, Vector3,
 };
 
 use super::casing::turn;
@@ -83,6 +83,7 @@ fn tool(p: &Cap, name: &str, summary: &str, solid: Solid, genus: i32) -> Part {
         ],
         shrinkage: castable(&p.skin.material).map_or(0.0, |m| m.shrinkage),
         genus,
+        shells: Shells::ONE,
     }
 }
 

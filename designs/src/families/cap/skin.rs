@@ -4,7 +4,7 @@
 //! without gap or overlap.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, EllipsoidOffset, InvalidPattern, Layer, Path, Pattern, Pose, Solid,
+    CUT_OVERLAP_MM, EllipsoidOffset, InvalidPattern, Layer, Path, Pattern, Pose, Shells, Solid,
 };
 
 use super::layout::Layout;
@@ -108,6 +108,7 @@ pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Layer> {
             opacity: 0.8,
             // Dimples are blind.
             genus: 0,
+            shells: Shells::ONE,
         },
         Layer {
             name: "reflective-paint".into(),
@@ -122,6 +123,7 @@ pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Layer> {
             color: [205, 207, 212],
             opacity: 1.0,
             genus: 0,
+            shells: Shells::ONE,
         },
     ]
 }

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Shells, Solid,
+    Vector3,
 };
 
 use super::layout::Layout;
@@ -131,6 +132,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
         ],
         shrinkage: 0.0,
         genus: 1 + p.shell.screws as i32,
+        shells: Shells::ONE,
     }
 }
 
@@ -219,6 +221,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
         // The cable slot and the four camera screws go all the way through.
         shrinkage: 0.0,
         genus: 5,
+        shells: Shells::ONE,
     }
 }
 
@@ -266,6 +269,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
         ],
         shrinkage: 0.0,
         genus: 1,
+        shells: Shells::ONE,
     }
 }
 
@@ -320,6 +324,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Part {
         ],
         shrinkage: 0.0,
         genus: 3,
+        shells: Shells::ONE,
     }
 }
 

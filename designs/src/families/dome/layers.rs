@@ -1,6 +1,6 @@
 //! The layers of the contact module, from the inside out.
 
-use fabkit_geometry::{Color, Layer};
+use fabkit_geometry::{Color, Layer, Shells};
 
 use super::layout::Layout;
 use super::parameters::Dome;
@@ -20,6 +20,7 @@ pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
         opacity: 1.0,
         // A dome and a bowl have no handles.
         genus: 0,
+        shells: Shells::ONE,
     };
     // In every tool the layers stay together; only the sensor's picture takes them apart.
     let placed =

@@ -6,7 +6,7 @@
 //! highest point, and leave through the lid's vents.
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Part, Path, Placement, Pose, Process, Profile, Solid, Vector3,
+    Angle, CUT_OVERLAP_MM, Part, Path, Placement, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
 use super::housing::turn;
@@ -74,6 +74,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
         ],
         shrinkage: cavity.shrinkage,
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -142,6 +143,7 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
         // Bore, vents and two dowel holes.
         shrinkage: cavity.shrinkage,
         genus: 3 + p.mold.vents as i32,
+        shells: Shells::ONE,
     }
 }
 
@@ -179,5 +181,6 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
         print_notes: vec!["sockets up".into()],
         shrinkage: 0.0,
         genus: 1,
+        shells: Shells::ONE,
     }
 }

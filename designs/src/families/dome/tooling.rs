@@ -4,7 +4,7 @@
 //! All stand in the sensor frame; like the molds they are used tip down.
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Layer, Part, Path, Point3, Pose, Process, Solid, Vector3,
+    Angle, CUT_OVERLAP_MM, Layer, Part, Path, Point3, Pose, Process, Shells, Solid, Vector3,
 };
 
 use super::housing::turn;
@@ -90,6 +90,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Part {
         print_notes: vec!["plug down, handle up".into(), "put the O-ring on dry".into()],
         shrinkage: 0.0,
         genus: 1,
+        shells: Shells::ONE,
     }
 }
 
@@ -160,6 +161,7 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         print_notes: notes.iter().map(|n| n.to_string()).collect(),
         shrinkage: 0.0,
         genus,
+        shells: Shells::ONE,
     };
     let cup = tool(
         "form-cup",
@@ -246,6 +248,7 @@ pub fn silicone_mold(p: &Dome, layout: &Layout) -> Layer {
         color: [90, 140, 215],
         opacity: 0.6,
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -299,6 +302,7 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
         print_notes: notes.iter().map(|n| n.to_string()).collect(),
         shrinkage: 0.0,
         genus: 0,
+        shells: Shells::ONE,
     };
     [
         tool(

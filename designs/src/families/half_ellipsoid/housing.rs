@@ -1,7 +1,7 @@
 //! Shell, shell holder, base, camera holder, diffusion ring and LED board.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
 use super::layout::{BOLT, Layout};
@@ -84,6 +84,7 @@ fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -
         print_notes: Vec::new(),
         shrinkage: 0.0,
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -152,6 +153,7 @@ fn holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
     Part {
         landmarks: landmarks.collect(),
         genus: 1 + p.base.bolts as i32,
+        shells: Shells::ONE,
         print_notes: notes(&[
             "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
             "instant adhesive around the shell's foot",
@@ -195,6 +197,7 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Part {
         bed_from_part: flipped(),
         landmarks: holes.iter().map(|(name, pose)| Landmark::at(name.clone(), pose)).collect(),
         genus: 1 + p.leds.pairs as i32,
+        shells: Shells::ONE,
         print_notes: notes(&["white resin; the plate on the bed, holes over the UV LEDs"]),
         ..part(
             "diffusion-ring",
@@ -219,6 +222,7 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
     ];
     Part {
         genus: 1,
+        shells: Shells::ONE,
         print_notes: notes(&[
             "upright, the wide bore up",
             "thread the cable from above before the plug is soldered on; the camera ends flush",
@@ -266,6 +270,7 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Part {
         color: MASK_GREEN,
         landmarks: landmarks.collect(),
         genus: 3,
+        shells: Shells::ONE,
         print_notes: notes(&[
             "white and UV LEDs alternate; two parallel circuits, a resistor for each",
             "resistors and the dual switch on the underside, inside the base's pocket",
@@ -342,6 +347,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Part {
         landmarks: bolt_marks.chain(mount_marks).collect(),
         // Passages of the camera's cable and of the board's wires.
         genus: 2,
+        shells: Shells::ONE,
         print_notes: notes(&[
             "flange on the bed",
             "glue in this order: post with camera, board, diffusion ring",

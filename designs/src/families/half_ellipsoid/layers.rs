@@ -3,7 +3,7 @@
 //! A solid and its negative are cut from one and the same tree, so that the chain from print to
 //! silicone to elastomer closes.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Placement, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Placement, Shells, Solid};
 
 use super::layout::Layout;
 use super::markers;
@@ -29,6 +29,7 @@ fn layer(name: &str, summary: &str, solid: Solid, material: &str) -> Layer {
         opacity: 1.0,
         // Bowls with blind slots or pegs have no handles.
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -101,6 +102,7 @@ fn core(p: &HalfEllipsoid, layout: &Layout) -> Layer {
             .to_vec(),
         // The vents.
         genus: 2 * p.tooling.vents as i32,
+        shells: Shells::ONE,
         ..layer(
             CORE,
             "silicone mold: inner boundary of the inner elastomer; closes the other molds",
@@ -129,6 +131,7 @@ fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Layer {
             boundary.mold().in_place().lifted(110.0),
         ],
         genus: i32::from(vent.is_some()),
+        shells: Shells::ONE,
         ..layer(
             boundary.cup(),
             &format!("silicone mold: outer boundary of the {}", boundary.layer().replace('-', " ")),

@@ -4,7 +4,9 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Solid};
+use fabkit_geometry::{
+    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Shells, Solid,
+};
 
 use super::layout::Layout;
 use super::markers;
@@ -184,6 +186,7 @@ fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Part {
         ],
         shrinkage: 0.0,
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 

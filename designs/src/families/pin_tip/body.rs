@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Color, Landmark, Part, Path, Point3, Pose, Process, Profile, Solid,
-    Vector3,
+    Angle, CUT_OVERLAP_MM, Color, Landmark, Part, Path, Point3, Pose, Process, Profile, Shells,
+    Solid, Vector3,
 };
 
 use super::in_sensor;
@@ -143,6 +143,7 @@ pub fn body(p: &PinTip, layout: &Layout) -> Part {
         shrinkage: 0.0,
         // The bore for the light, and the slot for the cable.
         genus: 2,
+        shells: Shells::ONE,
     }
 }
 
@@ -189,6 +190,7 @@ pub fn led_board(p: &PinTip, layout: &Layout) -> Part {
         ],
         shrinkage: 0.0,
         genus: 1,
+        shells: Shells::ONE,
     }
 }
 
@@ -233,5 +235,6 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Part {
         ],
         shrinkage: 0.0,
         genus: p.mount.bolts as i32,
+        shells: Shells::ONE,
     }
 }

@@ -4,7 +4,7 @@
 //! wherever they meet, so that their meshes share the vertices of the common faces.
 
 use fabkit_geometry::{
-    Color, Landmark, Layer, Part, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+    Color, Landmark, Layer, Part, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -59,6 +59,7 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Part; 3] {
         ],
         shrinkage: 0.0,
         genus: 0,
+        shells: Shells::ONE,
     };
     let dots = Solid::union(columns(
         p,
@@ -75,7 +76,8 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Part; 3] {
         },
         Part {
             landmarks: dot_landmarks(p, layout),
-            // Each dot is a shell of its own, without a hole.
+            // Each dot is a piece of its own, without a hole.
+            shells: Shells::pieces(dot_landmarks(p, layout).len()),
             ..part("dots", "white ends of the pins, which the camera sees", dots, 62.0)
         },
         Part {
@@ -158,6 +160,7 @@ pub fn gel(p: &PinTip, layout: &Layout) -> Layer {
         opacity: 0.35,
         // Pins make dimples, not holes.
         genus: 0,
+        shells: Shells::ONE,
     }
 }
 
@@ -190,5 +193,6 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Part {
         print_notes: vec!["cut with the film on; peel it off before gluing".into()],
         shrinkage: 0.0,
         genus: 2,
+        shells: Shells::ONE,
     }
 }

@@ -1,6 +1,6 @@
 //! What is cast, painted, glued and filled in.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Path, Point3, Pose, Solid, Vector3};
+use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Path, Point3, Pose, Shells, Solid, Vector3};
 
 use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
 use super::layout::{Layout, channel_count, marker_centres};
@@ -24,6 +24,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         color,
         opacity,
         genus: 0,
+        shells: Shells::ONE,
     };
     let placed = |layer: Layer, lift_mm: f64, molds: &[AssemblyName]| {
         let in_molds = molds.iter().map(|mold| mold.in_place());
@@ -39,14 +40,17 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         [70, 72, 80],
         1.0,
     );
-    let paint = layer(
-        "marker-paint",
-        "white ends of the markers, which the camera tracks",
-        discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
-        &p.markers.paint_material,
-        [245, 245, 240],
-        1.0,
-    );
+    let paint = Layer {
+        shells: Shells::pieces(marker_centres(p).len()),
+        ..layer(
+            "marker-paint",
+            "white ends of the markers, which the camera tracks",
+            discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
+            &p.markers.paint_material,
+            [245, 245, 240],
+            1.0,
+        )
+    };
     let channel_layer = layer(
         "channel-layer",
         "clear layer that is touched, with the channels on its underside",
@@ -64,6 +68,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         let glue = Layer {
             // A sleeve around each tube.
             genus: p.channels.per_side as i32,
+            shells: Shells::pieces(p.channels.per_side as usize),
             ..layer(
                 &format!("tube-glue-{}", side.word()),
                 "seals the tubes in their channels",
@@ -73,14 +78,17 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
                 0.8,
             )
         };
-        let liquid = layer(
-            &format!("liquid-{}", side.word()),
-            "coloured water in the channels that enter from this side",
-            liquid(p, layout, &channels, side),
-            "water, dyed red",
-            RED,
-            0.9,
-        );
+        let liquid = Layer {
+            shells: Shells::pieces(channels.len()),
+            ..layer(
+                &format!("liquid-{}", side.word()),
+                "coloured water in the channels that enter from this side",
+                liquid(p, layout, &channels, side),
+                "water, dyed red",
+                RED,
+                0.9,
+            )
+        };
         all.push(placed(glue, 44.0, &[]));
         all.push(placed(liquid, 44.0, &[]));
     }
@@ -93,7 +101,8 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         0.9,
     );
     let place = SENSOR.at(layout.sensor_from_display).lifted(34.0);
-    all.push(Layer { placements: vec![place], ..display });
+    let shells = Shells::pieces(channel_count(p) as usize);
+    all.push(Layer { placements: vec![place], shells, ..display });
     all
 }
 

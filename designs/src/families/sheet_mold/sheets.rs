@@ -1,7 +1,9 @@
 //! Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
 //! frame; placements lift it to where it belongs.
 
-use fabkit_geometry::{Color, Landmark, Part, Path, Placement, Pose, Process, Profile, Solid};
+use fabkit_geometry::{
+    Color, Landmark, Part, Path, Placement, Pose, Process, Profile, Shells, Solid,
+};
 
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
@@ -51,6 +53,7 @@ impl Sheet<'_> {
             print_notes: self.notes.iter().map(|n| n.to_string()).collect(),
             shrinkage: self.shrinkage,
             genus,
+            shells: Shells::ONE,
         }
     }
 }

@@ -1,0 +1,115 @@
+//! Whether a mesh has the holes, pieces and cavities that its design counts, and what it means if it has
+//! others.
+
+use fabkit_designs::parameters::SourceKind;
+use fabkit_designs::{Design, builtin_names, builtin_yaml};
+use fabkit_geometry::Shells;
+use fabkit_mesh::{DEFAULT_TOLERANCE_MM, PrintMesh, Shell};
+
+use super::ExportFailure;
+use crate::bodies::BodyRef;
+
+/// Chips and cavities that a message names.
+const MOST_NAMED: usize = 3;
+
+/// What a body is made of, as far as counting goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Counted {
+    genus: i32,
+    shells: Shells,
+}
+
+impl Counted {
+    /// By the design; for what the design does not count, as a mesh at the usual tolerance has it.
+    /// `None` if nothing is known.
+    pub fn of(body: &BodyRef, tolerance_mm: f64) -> Option<Self> {
+        if let (Some(genus), Some(shells)) = (body.genus, body.shells) {
+            return Some(Self { genus, shells });
+        }
+        if tolerance_mm <= DEFAULT_TOLERANCE_MM {
+            return None;
+        }
+        let fine = fabkit_mesh::mesh(body.solid, DEFAULT_TOLERANCE_MM).ok()?.to_print().ok()?;
+        Some(Self::in_mesh(&fine))
+    }
+
+    pub fn in_mesh(mesh: &PrintMesh) -> Self {
+        let shells = mesh.shells();
+        let voids = shells.iter().filter(|shell| shell.is_void()).count();
+        Self { genus: mesh.genus(), shells: Shells { pieces: shells.len() - voids, voids } }
+    }
+
+    /// What is wrong with a mesh that should have been so.
+    pub fn failure(self, body: &BodyRef, mesh: &PrintMesh) -> Option<ExportFailure> {
+        let (part, found) = (body.name.to_owned(), Self::in_mesh(mesh));
+        if found.shells != self.shells {
+            let (counted, found) = (self.shells, found.shells);
+            let unexpected = unexpected(mesh.shells(), counted);
+            return Some(ExportFailure::Shells { part, found, counted, unexpected });
+        }
+        let (found, counted) = (found.genus, self.genus);
+        (found != counted).then_some(ExportFailure::Genus { part, found, counted })
+    }
+}
+
+/// The smallest pieces and cavities of those that are too many.
+fn unexpected(mut shells: Vec<Shell>, counted: Shells) -> Vec<Shell> {
+    shells.sort_by(|a, b| a.volume_mm3.abs().total_cmp(&b.volume_mm3.abs()));
+    let (voids, pieces): (Vec<Shell>, Vec<Shell>) = shells.into_iter().partition(Shell::is_void);
+    let too_many = |all: Vec<Shell>, counted: usize| {
+        let count = all.len().saturating_sub(counted);
+        all.into_iter().take(count)
+    };
+    too_many(pieces, counted.pieces)
+        .chain(too_many(voids, counted.voids))
+        .take(MOST_NAMED)
+        .collect()
+}
+
+/// For people: `; a piece of 0.009 mm3 at (1.0, 2.0, 3.0) mm, a cavity of ...`.
+pub(super) fn places(shells: &[Shell]) -> String {
+    let place = |shell: &Shell| {
+        let what = if shell.is_void() { "cavity" } else { "piece" };
+        let [x, y, z] = shell.at_mm;
+        format!("a {what} of {:.3e} mm3 at ({x:.2}, {y:.2}, {z:.2}) mm", shell.volume_mm3.abs())
+    };
+    let all: Vec<String> = shells.iter().map(place).collect();
+    if all.is_empty() { String::new() } else { format!(": {}", all.join(", ")) }
+}
+
+/// A mesh that is not as counted is a fault of fabkit's if the design is built in, and of the values
+/// if they are somebody else's.
+pub(super) fn by_values(failure: ExportFailure, design: &Design) -> ExportFailure {
+    let (ExportFailure::Genus { .. } | ExportFailure::Shells { .. }) = &failure else {
+        return failure;
+    };
+    match changed(design) {
+        Some(changed) => ExportFailure::CannotBeMade { reason: failure.to_string(), changed },
+        None => failure,
+    }
+}
+
+/// The parameters that differ from the built-in design of that name, or that somebody gave where there
+/// is none; `None` for a built-in design as it is.
+fn changed(design: &Design) -> Option<Vec<String>> {
+    if design.parameters.is_empty() {
+        return None; // Made by a program.
+    }
+    let name = &design.sensor.name;
+    let builtin = builtin_names().into_iter().filter(|builtin| {
+        name.strip_prefix(builtin).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+    });
+    let shown = |path: &str, value: &str| format!("{path} = {value}");
+    // The longest: one name may begin with another.
+    let Some(builtin) = builtin.max_by_key(|builtin| builtin.len()) else {
+        let given = design.parameters.iter().filter(|s| s.source.kind == SourceKind::User);
+        return Some(given.map(|s| shown(&s.path, &s.value)).collect());
+    };
+    let project = fabkit_fixtures::load(builtin, builtin_yaml(builtin)?, &[]).ok()?;
+    let is_same = |path: &str, value: &str| {
+        project.settings().any(|setting| setting.path == path && setting.value == value)
+    };
+    let other = design.parameters.iter().filter(|s| !is_same(&s.path, &s.value));
+    let other: Vec<String> = other.map(|s| shown(&s.path, &s.value)).collect();
+    (!other.is_empty()).then_some(other)
+}

@@ -9,6 +9,7 @@ mod python_package;
 mod real_captures;
 mod run;
 mod test;
+mod variants;
 
 use std::env;
 use std::process::ExitCode;
@@ -24,6 +25,8 @@ Tasks:
   book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
+  variants N         Export N random variants of sensors and fixtures; trimesh judges every file.
+                     --seed S for others than last time
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -35,6 +38,7 @@ fn main() -> ExitCode {
         "lint" => lint::run(),
         "python" => python_package::run(),
         "book" => book::run(env::args().nth(2).as_deref()),
+        "variants" => variants::run(&env::args().skip(2).collect::<Vec<_>>()),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),

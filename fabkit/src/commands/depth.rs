@@ -25,6 +25,7 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         samples: args.samples,
         membrane_mm: args.view.membrane,
         print_sigma_mm: args.print_sigma,
+        allow_no_contact: args.allow_no_contact,
     };
     scene.cast(&cast, |seen| write(args, &scene, seen))
 }

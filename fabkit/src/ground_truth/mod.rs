@@ -10,6 +10,6 @@ mod viewpoint;
 
 pub use coverage::{Coverage, coverage};
 pub use files::{GREY_STEP_MM, Shown, arrays, cloud, grey, picture, tiff};
-pub use penetration::{Penetration, penetration};
+pub use penetration::{Penetration, approach, penetration};
 pub use presses::{Deepest, deepest, pressers};
 pub use viewpoint::{InvalidViewpoint, Viewpoint};

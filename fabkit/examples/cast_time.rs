@@ -20,7 +20,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for _ in 0..count {
         let start = Instant::now();
         let presses = [scene.project.press(&press)?];
-        let cast = Cast { presses: &presses, samples: 1, membrane_mm: 0.0, print_sigma_mm: 0.05 };
+        let cast = Cast {
+            presses: &presses,
+            samples: 1,
+            membrane_mm: 0.0,
+            print_sigma_mm: 0.05,
+            allow_no_contact: false,
+        };
         let seen = scene.cast(&cast, |seen| Ok(arrays(seen.map, seen.sigma_mm))).map_err(text)?;
         drop(std::hint::black_box(seen));
         println!("{}", 1e3 * start.elapsed().as_secs_f64());

@@ -1,5 +1,7 @@
 //! A sensor's surface and the camera that looks at it: what `depth` and `dataset` share.
 
+mod contacts;
+
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::ops::Range;
@@ -11,12 +13,10 @@ use fabkit::camera::files::{PoseFile, read_pose};
 use fabkit::depth::truth::{DepthMap, Presser, Surface};
 use fabkit::fixtures::{Press, PressError, Project};
 use fabkit::geometry::TouchSurface;
-use fabkit::ground_truth::{
-    Coverage, Deepest, Viewpoint, coverage, deepest, penetration, pressers,
-};
-use rayon::prelude::*;
+use fabkit::ground_truth::{Coverage, Deepest, Viewpoint, coverage, deepest, pressers};
 use serde_json::{Value, json};
 
+use self::contacts::Meeting;
 use crate::failure::{Exit, Failure};
 use crate::memory;
 use crate::reading::{self, Expected};
@@ -43,8 +43,6 @@ const MEMBRANE_BYTES: u64 = 550;
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
-/// A press may go this much past the soft layer: rounding.
-const SLACK_MM: f64 = 1e-6;
 /// Faults that are listed one by one.
 pub(crate) const MOST_FAULTS: usize = 50;
 
@@ -70,6 +68,8 @@ pub struct Cast<'a> {
     pub membrane_mm: f64,
     /// Standard deviation of printed and cast surfaces along their normals, mm.
     pub print_sigma_mm: f64,
+    /// Whether a press may miss the surface, or touch it where the camera sees nothing of it.
+    pub allow_no_contact: bool,
 }
 
 /// What the camera sees of a press.
@@ -109,14 +109,20 @@ impl Scene {
     /// Casts a press, and shows what is seen of it.
     ///
     /// # Errors
-    /// Options beyond their limits, a press deeper than the surface is soft, and what `look` says.
+    /// Options beyond their limits, a press deeper than the surface is soft, one without contact
+    /// unless that is allowed, and what `look` says.
     pub fn cast<R>(
         &self,
         cast: &Cast,
         look: impl FnOnce(Seen) -> Result<R, Failure>,
     ) -> Result<R, Failure> {
-        let pressers = self.pressers(cast)?;
-        self.cast_rows(cast, &pressers, 0..u32::MAX, look)
+        let (pressers, meetings) = self.pressers(cast)?;
+        self.cast_rows(cast, &pressers, 0..u32::MAX, |seen| {
+            if seen.deepest.is_none() && !cast.allow_no_contact {
+                self.check_seen(&meetings)?;
+            }
+            look(seen)
+        })
     }
 
     /// The same in bands of rows, from the top down, if they do not depend on each other: what is
@@ -143,16 +149,22 @@ impl Scene {
             kept * rays + per_ray * at_once,
             "ask for fewer --samples or files",
         )?;
-        let pressers = self.pressers(cast)?;
+        let (pressers, meetings) = self.pressers(cast)?;
+        let mut is_seen = false;
         (0..height).step_by(rows as usize).try_for_each(|top| {
-            self.cast_rows(cast, &pressers, top..top.saturating_add(rows), &mut look)
-        })
+            self.cast_rows(cast, &pressers, top..top.saturating_add(rows), |seen| {
+                is_seen |= seen.deepest.is_some();
+                look(seen)
+            })
+        })?;
+        if is_seen || cast.allow_no_contact { Ok(()) } else { self.check_seen(&meetings) }
     }
 
-    fn pressers(&self, cast: &Cast) -> Result<Vec<Presser>, Failure> {
+    fn pressers(&self, cast: &Cast) -> Result<(Vec<Presser>, Vec<Meeting>), Failure> {
         self.check(cast)?;
-        self.check_depths(cast.presses.iter().map(|press| (press.id.as_str(), press)))?;
-        pressers(cast.presses).map_err(Failure::bug)
+        let presses = cast.presses.iter().map(|press| (press.id.as_str(), press));
+        let meetings = self.check_presses(presses, cast.allow_no_contact)?;
+        Ok((pressers(cast.presses).map_err(Failure::bug)?, meetings))
     }
 
     fn cast_rows<R>(
@@ -171,6 +183,19 @@ impl Scene {
         look(Seen { map: &map, sigma_mm: &sigma_mm, deepest, surface_px: surface.seen() })
     }
 
+    /// Refuses presses, by the names they go by, that go deeper than the surface is soft, or do not
+    /// touch it, unless that is allowed.
+    ///
+    /// # Errors
+    /// Every one of them, with how deep or how far, and where.
+    pub fn check_contacts<'a>(
+        &self,
+        presses: impl Iterator<Item = (&'a str, &'a Press)>,
+        allow_no_contact: bool,
+    ) -> Result<(), Failure> {
+        self.check_presses(presses, allow_no_contact).map(|_| ())
+    }
+
     /// Columns and rows of rays.
     fn check(&self, cast: &Cast) -> Result<[u32; 2], Failure> {
         let camera = self.viewpoint.camera();
@@ -187,47 +212,6 @@ impl Scene {
         }
         let message = format!("{width} x {height} rays are more than {MAX_RAYS}");
         Err(Failure::new(Exit::Limit, message, "ask for fewer --samples"))
-    }
-
-    /// Refuses presses, by the names they go by, that reach below the soft layer: what is there does
-    /// not give way, so that nobody can take a picture of such a press.
-    ///
-    /// # Errors
-    /// Every press that is too deep, with how deep and where.
-    pub fn check_depths<'a>(
-        &self,
-        presses: impl Iterator<Item = (&'a str, &'a Press)>,
-    ) -> Result<(), Failure> {
-        let touch = self.touch()?;
-        let bodies: Vec<_> = presses
-            .flat_map(|(name, press)| press.bodies.iter().map(move |body| (name, body)))
-            .collect();
-        let found = bodies.par_iter().map(|(_, body)| penetration(touch, body));
-        let found: Vec<_> = found.collect::<Result<_, _>>().map_err(Failure::bug)?;
-        let too_deep: Vec<String> = bodies
-            .iter()
-            .zip(found)
-            .filter_map(|((name, body), deepest)| {
-                let deepest =
-                    deepest.filter(|deepest| deepest.depth_mm > touch.soft_mm + SLACK_MM)?;
-                let at = deepest.point_in_sensor;
-                let body = if body.name == *name { "it" } else { &body.name };
-                Some(format!(
-                    "`{name}`: {body} goes {:.3} mm deep at ({:.2}, {:.2}, {:.2}) mm, but the rigid \
-                     shell begins {} mm below the surface",
-                    deepest.depth_mm, at.x, at.y, at.z, touch.soft_mm,
-                ))
-            })
-            .collect();
-        if too_deep.is_empty() {
-            return Ok(());
-        }
-        let (count, shown) = (too_deep.len(), too_deep.len().min(MOST_FAULTS));
-        let mut message = too_deep[..shown].join("\nerror: ");
-        if count > shown {
-            message += &format!("\nerror: and {} more", count - shown);
-        }
-        Err(Failure::new(Exit::BadInput, message, "press less deep, or leave these out"))
     }
 
     /// For people; more of it where something may be wrong.
@@ -363,43 +347,42 @@ fn unseen(coverage: &Coverage) -> Failure {
 
 /// A press that cannot be had, for people.
 pub fn press_failure(sensor: &str, error: PressError) -> Failure {
+    let hint = match &error {
+        PressError::Unknown { id, known, place } => Some(unknown_hint(id, known, place)),
+        PressError::Unreadable { example, .. } => {
+            Some(format!("a place is written like `{example}`: polar angle, azimuth, depth"))
+        }
+        _ => None,
+    };
     match error {
-        PressError::Unknown { id, known } => {
-            let list = known.iter().map(String::as_str);
-            let unknown = fabkit::bodies::UnknownName::new("press", &id, list);
-            let tool = known.iter().find(|name| name.ends_with('@'));
-            let hint = match (&unknown.closest, tool) {
-                (Some(closest), _) if closest.ends_with('@') => place_hint(closest),
-                (Some(_), _) => unknown.hint(),
-                (None, tool) => {
-                    let examples = one_of_each_kind(&known);
-                    let listed = format!("presses are {}", examples.join(", "));
-                    [Some(listed), tool.map(|tool| place_hint(tool))]
-                        .into_iter()
-                        .flatten()
-                        .collect::<Vec<_>>()
-                        .join("; ")
-                }
-            };
-            Failure::new(Exit::BadInput, unknown, hint)
-        }
-        PressError::Unreadable { .. } => {
-            let hint = "for example `hemisphere@30deg,120deg,1.2mm`: polar angle, azimuth, depth";
-            Failure::new(Exit::BadInput, error, hint)
-        }
         PressError::Fixture(error) => match Source::find(sensor) {
             Ok(source) => source.failure(error),
             Err(failure) => failure,
         },
-        PressError::OutOfRange { .. } | PressError::Flat { .. } => {
-            Failure::plain(Exit::BadInput, error)
-        }
         PressError::Surface(_) => Failure::bug(error),
+        other => match hint {
+            Some(hint) => Failure::new(Exit::BadInput, other, hint),
+            None => Failure::plain(Exit::BadInput, other),
+        },
     }
 }
 
-fn place_hint(tool: &str) -> String {
-    format!("an indenter and its place are written like `{tool}30deg,120deg,1mm`")
+/// What somebody may have meant who asked for a press that there is not.
+pub fn unknown_hint(id: &str, known: &[String], place: &str) -> String {
+    let written =
+        |tool: &str| format!("an indenter and its place are written like `{tool}{place}`");
+    let unknown = fabkit::bodies::UnknownName::new("press", id, known.iter().map(String::as_str));
+    match &unknown.closest {
+        Some(closest) if closest.ends_with('@') => written(closest),
+        Some(_) => unknown.hint(),
+        None => {
+            let listed = one_of_each_kind(known);
+            let listed = (!listed.is_empty()).then(|| format!("presses are {}", listed.join(", ")));
+            let tools: Vec<&String> = known.iter().filter(|name| name.ends_with('@')).collect();
+            let written = tools.first().map(|tool| written(tool));
+            listed.into_iter().chain(written).collect::<Vec<_>>().join("; ")
+        }
+    }
 }
 
 /// The first of the names that differ in their numbers alone.

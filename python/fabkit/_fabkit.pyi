@@ -151,7 +151,12 @@ class Scene:
     def sensor_from_camera(self) -> _Floats: ...
     def coverage(self) -> tuple[float, float]: ...
     def cast(
-        self, presses: list[str], samples: int, membrane_mm: float, print_sigma_mm: float
+        self,
+        presses: list[str],
+        samples: int,
+        membrane_mm: float,
+        print_sigma_mm: float,
+        allow_no_contact: bool,
     ) -> dict[str, Any]: ...
 
 class DatasetOrder:
@@ -164,6 +169,7 @@ class DatasetOrder:
         seam_margin_mm: float,
         seed: int,
         materialise: bool,
+        allow_no_contact: bool,
     ) -> DatasetOrder: ...
     def write(self, folder: str, resume: bool, progress: _Progress) -> list[str]: ...
     def begin(self, folder: str, resume: bool) -> BegunDataset: ...

@@ -144,6 +144,7 @@ def write(
     seam_margin_mm: float = 0.5,
     seed: int = 1,
     materialise: bool = False,
+    allow_no_contact: bool = False,
     resume: bool = False,
     executor: Any = None,
     progress: Progress = None,
@@ -171,6 +172,8 @@ def write(
         Which patterns are for training, validation and test.
     materialise
         Write all stitched samples, not only the halves that they consist of.
+    allow_no_contact
+        Go on where a press does not touch the surface.
     resume
         Go on where an earlier call with the same arguments was stopped.
     executor
@@ -200,6 +203,7 @@ def write(
         seam_margin_mm,
         seed,
         materialise,
+        allow_no_contact,
     )
     order = _order(scene, options)
     folder = os.fspath(folder)

@@ -178,10 +178,13 @@ class Scene:
         samples: int = 1,
         membrane_mm: float = 0.0,
         print_sigma_mm: float = 0.05,
+        allow_no_contact: bool = False,
     ) -> Truth:
         """Cast a ray for each pixel; see :func:`cast`."""
         presses = [press] if isinstance(press, str) else list(press)
-        seen = self._native.cast(presses, samples, membrane_mm, print_sigma_mm)
+        seen = self._native.cast(
+            presses, samples, membrane_mm, print_sigma_mm, allow_no_contact
+        )
         return Truth(**seen)
 
 
@@ -198,6 +201,7 @@ def cast(
     samples: int = 1,
     membrane_mm: float = 0.0,
     print_sigma_mm: float = 0.05,
+    allow_no_contact: bool = False,
 ) -> Truth:
     """Cast a ray for each pixel: exact depth, normals, labels, and how sure they are.
 
@@ -218,11 +222,14 @@ def cast(
         Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm.
     print_sigma_mm
         Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm.
+    allow_no_contact
+        Go on where a press does not touch the surface, or where the camera sees nothing of it.
 
     Raises
     ------
     FabkitError
-        An unknown press, a press deeper than the surface is soft, options beyond their limits.
+        An unknown press, a press deeper than the surface is soft, one without contact, options
+        beyond their limits.
     KeyboardInterrupt
         What is under way ends in the background; its result is dropped.
 
@@ -233,5 +240,9 @@ def cast(
     """
     scene = Scene(sensor, camera=camera, pose=pose)
     return scene.cast(
-        press, samples=samples, membrane_mm=membrane_mm, print_sigma_mm=print_sigma_mm
+        press,
+        samples=samples,
+        membrane_mm=membrane_mm,
+        print_sigma_mm=print_sigma_mm,
+        allow_no_contact=allow_no_contact,
     )

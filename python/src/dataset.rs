@@ -30,6 +30,7 @@ pub struct DatasetOrder {
     seam_margin_mm: f64,
     seed: u64,
     materialise: bool,
+    allow_no_contact: bool,
 }
 
 #[pymethods]
@@ -45,6 +46,7 @@ impl DatasetOrder {
         seam_margin_mm: f64,
         seed: u64,
         materialise: bool,
+        allow_no_contact: bool,
     ) -> PyResult<Self> {
         within("membrane_mm", membrane_mm, MEMBRANE_LIMITS_MM).or_raise(py)?;
         within("seam_margin_mm", seam_margin_mm, MARGIN_LIMITS_MM).or_raise(py)?;
@@ -58,6 +60,7 @@ impl DatasetOrder {
             seam_margin_mm,
             seed,
             materialise,
+            allow_no_contact,
         };
         Ok(order)
     }
@@ -113,6 +116,7 @@ impl DatasetOrder {
             seam_margin_mm: self.seam_margin_mm,
             seed: self.seed,
             materialise: self.materialise,
+            allow_no_contact: self.allow_no_contact,
             resume,
         };
         order::prepare(&self.scene, &self.sensor, &order, |job| work(job).map_err(order::failure))

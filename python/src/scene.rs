@@ -128,6 +128,7 @@ impl Scene {
         samples: u32,
         membrane_mm: f64,
         print_sigma_mm: f64,
+        allow_no_contact: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let seen = run(py, Interrupted::Leave, None, move |_| {
@@ -135,7 +136,8 @@ impl Scene {
                 scene.project.press(id).map_err(|error| press_failure(&sensor, error))
             };
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
-            let cast = Cast { presses: &presses, samples, membrane_mm, print_sigma_mm };
+            let cast =
+                Cast { presses: &presses, samples, membrane_mm, print_sigma_mm, allow_no_contact };
             scene.cast(&cast, |seen| Ok(arrays(seen.map, seen.sigma_mm)))
         })?;
         arrays::dictionary(py, seen)

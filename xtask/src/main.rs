@@ -12,6 +12,7 @@ mod python_package;
 mod real_captures;
 mod run;
 mod test;
+mod variants;
 
 use std::env;
 use std::process::ExitCode;
@@ -31,6 +32,8 @@ Tasks:
                      Fail each system call, kill, crowd and starve commands; look at what is on disk
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
+  variants N         Export N random variants of sensors and fixtures; trimesh judges every file.
+                     --seed S for others than last time
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -45,6 +48,7 @@ fn main() -> ExitCode {
         "book" => book::run(env::args().nth(2).as_deref()),
         #[cfg(unix)]
         "faults" => faults::run(&env::args().skip(2).collect::<Vec<_>>()),
+        "variants" => variants::run(&env::args().skip(2).collect::<Vec<_>>()),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),

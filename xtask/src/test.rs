@@ -16,6 +16,9 @@ const VERIFIED_IN_CI: [&str; 5] = ["rtac0/pin-dome", "fluidic", "shadowtac", "ta
 const SEMI_DOMES_IN_CI: (&str, [&str; 3]) =
     ("rtac0/semi-domes", ["semi-dome-000", "semi-dome-044", "semi-dome-099"]);
 
+/// Random variants that are made every time, always the same ones; more with `cargo xtask variants`.
+const VARIANTS: (u32, u64) = (150, 13);
+
 /// Programs that read what fabkit writes, from the system's packages.
 const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 
@@ -54,6 +57,8 @@ fn oracles(python: &Path) -> Result<(), String> {
     check(script("tests/python/check_files.py").arg(&fabkit))?;
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
+    let (count, seed) = VARIANTS;
+    crate::variants::judge(python, &fabkit, count, seed)?;
     for consumer in CONSUMERS {
         if installed(consumer) {
             check(script("tests/python/consumers.py").args([consumer]).arg(&fabkit))?;

@@ -49,6 +49,9 @@ pub struct Depth {
     /// Nothing presses
     #[arg(long)]
     pub reference: bool,
+    /// Go on where a press does not touch the surface, or where the camera sees nothing of it
+    #[arg(long, requires = "press")]
+    pub allow_no_contact: bool,
     /// Cast N x N rays for each pixel; the maps grow by that
     #[arg(long, value_name = "N", default_value = "1",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
@@ -116,6 +119,9 @@ pub struct Dataset {
     /// [default: all semi-domes of the sensor]
     #[arg(long, value_name = "FILE")]
     pub presses: Option<PathBuf>,
+    /// Go on where a press does not touch the surface, or where the camera sees no probe's tip
+    #[arg(long)]
+    pub allow_no_contact: bool,
     /// Write all stitched samples, not only the halves that they consist of
     #[arg(long)]
     pub materialise: bool,

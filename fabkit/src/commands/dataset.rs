@@ -41,6 +41,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         captures: args.captures.as_deref(),
         membrane_mm: args.view.membrane,
         seam_margin_mm: args.seam_margin,
+        allow_no_contact: args.allow_no_contact,
         seed: args.seed,
         materialise: args.materialise,
         resume: args.resume,
@@ -89,6 +90,8 @@ pub struct Order<'a> {
     pub membrane_mm: f64,
     /// What is left out on either side of the seam, mm.
     pub seam_margin_mm: f64,
+    /// Whether presses may miss the surface.
+    pub allow_no_contact: bool,
     /// Which patterns are for what.
     pub seed: u64,
     /// Write the stitched samples too.
@@ -111,7 +114,7 @@ pub fn prepare<R>(
     Room::new(scene, order, named.len(), false).work(|| Ok(()))?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
-    scene.check_depths(presses)?;
+    scene.check_contacts(presses, order.allow_no_contact)?;
     let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
     let patterns = patterns.map_err(Failure::bug)?;
     let rays = scene.viewpoint.rays(1);

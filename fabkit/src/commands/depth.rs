@@ -31,6 +31,7 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         samples: args.samples,
         membrane_mm: args.view.membrane,
         print_sigma_mm: args.print_sigma,
+        allow_no_contact: args.allow_no_contact,
     };
     let default = if args.press.is_empty() { Shown::Range } else { Shown::Indentation };
     let is_shown = args.png.is_some() || args.grey.is_some() || args.tiff.is_some();

@@ -5,6 +5,7 @@ use fabkit_fixtures::{Press, PressError, Project};
 
 use super::Pattern;
 use crate::ground_truth::pressers;
+use crate::scene::unknown_hint;
 
 /// Each half is cast, each pair stitched: beyond this, a million samples.
 pub const MAX_PATTERNS: usize = 1000;
@@ -127,10 +128,7 @@ fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPr
         let found = listed.iter().find(|press| press.id == id).cloned();
         found.map_or_else(|| project.press(id), Ok).map_err(|error| {
             let hint = match &error {
-                PressError::Unknown { id, known } => {
-                    let known = known.iter().map(String::as_str);
-                    Some(crate::bodies::UnknownName::new("press", id, known).hint())
-                }
+                PressError::Unknown { id, known, place } => Some(unknown_hint(id, known, place)),
                 _ => None,
             };
             (error.to_string(), hint)

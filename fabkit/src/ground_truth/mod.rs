@@ -12,6 +12,6 @@ mod viewpoint;
 pub use collected::{Collected, Wanted};
 pub use coverage::{Coverage, coverage};
 pub use files::{GREY_STEP_MM, Shown, arrays, picture};
-pub use penetration::{Penetration, penetration};
+pub use penetration::{Penetration, approach, penetration};
 pub use presses::{Deepest, deepest, pressers};
 pub use viewpoint::{InvalidViewpoint, Viewpoint};

@@ -20,7 +20,7 @@ const ROUNDS: u32 = 5;
 /// The deepest point of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penetration {
-    /// Below the untouched surface, along its normal, mm.
+    /// Below the untouched surface, along its normal, mm; negative above it.
     pub depth_mm: f64,
     /// Where, sensor frame, mm.
     pub point_in_sensor: Point3<f64>,
@@ -47,6 +47,18 @@ pub struct Penetration {
 /// # Errors
 /// A solid that is none.
 pub fn penetration(
+    touch: &TouchSurface,
+    body: &PressBody,
+) -> Result<Option<Penetration>, InvalidSolid> {
+    Ok(approach(touch, body)?.filter(|deepest| deepest.depth_mm > 0.0))
+}
+
+/// The point of a body that is deepest in a surface, or nearest to it if none is inside; `None` if
+/// all of the body lies below the surface's foot. As good as [`penetration`].
+///
+/// # Errors
+/// A solid that is none.
+pub fn approach(
     touch: &TouchSurface,
     body: &PressBody,
 ) -> Result<Option<Penetration>, InvalidSolid> {
@@ -121,14 +133,15 @@ impl Rays<'_> {
             direction: self.body_from_sensor.vector(ray.direction),
         };
         self.solid.crossings_into(&ray_in_body, &mut self.scratch, &mut self.crossings);
-        // A centre within the body is a point of it too.
-        let ahead = self.crossings.iter().filter(|c| c.t > 0.0 || !c.entering);
-        let points = ahead.map(|crossing| ray.at(crossing.t.max(0.0)));
+        // What lies behind the centre is seen by rays of the other direction. A centre within the
+        // body, which the ray then leaves first, is a point of it too.
+        let ahead = || self.crossings.iter().filter(|crossing| crossing.t > 0.0);
+        let centre = ahead().next().filter(|first| !first.entering).map(|_| ray.origin);
+        let points = ahead().map(|crossing| ray.at(crossing.t)).chain(centre);
         let pressed = points.filter(|point| point.z >= self.touch.foot_z_mm).map(|point| {
             let (depth_mm, _) = self.touch.depth_mm(&point);
             Penetration { depth_mm, point_in_sensor: point }
         });
-        let deepest = pressed.max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
-        deepest.filter(|deepest| deepest.depth_mm > 0.0)
+        pressed.max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm))
     }
 }

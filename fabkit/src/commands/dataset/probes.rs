@@ -31,6 +31,12 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
     }
     let probes = probes(touch, &scene.viewpoint, args.count, deepest_mm, args.seed);
     let probes = probes.map_err(Failure::bug)?;
+    if probes.seen == 0 && !args.allow_no_contact {
+        let message =
+            format!("the camera sees none of the {} probes' tips", grouped(args.count.into()));
+        let hint = "ask for a larger --count, or allow it with --allow-no-contact";
+        return Err(Failure::new(Exit::BadInput, message, hint));
+    }
     let bytes = probes.csv.into_bytes();
     let count = bytes.len() as u64;
     interrupt::begin_writing()?;

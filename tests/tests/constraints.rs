@@ -1,0 +1,63 @@
+//! What cannot be made is refused, and what a refusal recommends can be made.
+
+use std::path::Path;
+
+use fabkit_tests::{Run, fabkit};
+
+/// Exports coarsely: export itself compares holes and handles with those that the design counts.
+fn export(folder: &Path, design: &str, parts: &[&str], settings: &[String]) -> Run {
+    let mut arguments = vec!["export", design, "-o", "out", "--format", "stl", "--tolerance"];
+    arguments.push("0.05mm");
+    arguments.extend(parts.iter().flat_map(|part| ["--part", part]));
+    arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+    fabkit(folder, &arguments)
+}
+
+/// What a refusal recommends, `error: PATH is 3 mm; it must be at most 2.85 mm, because ...`, as
+/// settings.
+fn recommended(run: &Run) -> Vec<[String; 2]> {
+    let advice = |line: &str| {
+        let (path, rest) = line.strip_prefix("error: ")?.split_once(" is ")?;
+        let (value, _) = rest.split_once("it must be at ")?.1.split_once(", because")?;
+        let (_, value) = value.split_once(' ')?;
+        Some([path.to_owned(), value.replace(' ', "")])
+    };
+    run.stderr.lines().filter_map(advice).collect()
+}
+
+/// Exports with settings; where that is refused, with what the refusal recommends instead.
+fn made_or_mended(design: &str, parts: &[&str], settings: &[[&str; 2]]) -> bool {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |[path, value]: &[&str; 2]| format!("{path}={value}");
+    let mut all: Vec<String> = settings.iter().map(written).collect();
+    let run = export(folder.path(), design, parts, &all);
+    if run.code == Some(0) {
+        return true;
+    }
+    assert_eq!(run.code, Some(2), "{design} {all:?}: {run:?}");
+    let better = recommended(&run);
+    assert!(!better.is_empty(), "no advice: {run:?}");
+    // Of two settings of a parameter, the last one counts.
+    all.retain(|setting| !better.iter().any(|[path, _]| setting.starts_with(&format!("{path}="))));
+    all.extend(better.iter().map(|[path, value]| format!("{path}={value}")));
+    let run = export(folder.path(), design, parts, &all);
+    assert_eq!(run.code, Some(0), "{design} {all:?}: {run:?}");
+    false
+}
+
+#[test]
+fn a_dome_has_room_for_its_numbers_or_says_how_large_they_may_be() {
+    let height = "fixtures.pin_dome.numbers.height";
+    let mut made = 0;
+    for sensor in ["rtac0", "rtac0-published-2025", "shadowtac", "tactip", "uvdtact"] {
+        let design = format!("{sensor}/pin-dome");
+        for value in ["1.5mm", "2.5mm", "3.2mm", "4mm", "5mm", "8mm"] {
+            made += u32::from(made_or_mended(&design, &["dome"], &[[height, value]]));
+        }
+        // As deep as may be.
+        let deep = ["fixtures.pin_dome.numbers.depth", "2mm"];
+        made_or_mended(&design, &["dome"], &[[height, "4mm"], deep]);
+    }
+    // What is made by default, and what is smaller.
+    assert!((8..25).contains(&made), "{made}");
+}

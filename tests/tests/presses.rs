@@ -1,0 +1,152 @@
+//! Every tool presses as deep as it is asked to, on every sensor; what does not press is refused.
+
+use fabkit::fixtures::{Project, SurfacePoints, load};
+use fabkit::geometry::TouchSurface;
+use fabkit::ground_truth::penetration;
+use fabkit_tests::{Run, contents, fabkit};
+
+const SENSORS: [&str; 6] =
+    ["rtac0", "rtac0-published-2025", "shadowtac", "shadowtac-published-cad", "tactip", "uvdtact"];
+const ALL: &str = "fixtures.indenters.shapes=[hemisphere, flat, cone, square, triangle, ridge, \
+                   ring, ball, sphere, cylinder, disc, volute]";
+
+fn project(sensor: &str, overrides: &[&str]) -> Project {
+    let overrides: Vec<String> = overrides.iter().map(|&text| text.into()).collect();
+    load(sensor, fabkit::designs::builtin_yaml(sensor).unwrap(), &overrides).unwrap()
+}
+
+fn touch(project: &Project) -> &TouchSurface {
+    project.design.sensor.touch.as_ref().unwrap()
+}
+
+fn tools(project: &Project) -> Vec<String> {
+    let set = project.fixture("indenters").unwrap();
+    set.sensor.parts.into_iter().map(|part| part.name).collect()
+}
+
+/// Tools are convex where they touch, and so are surfaces: a tool's deepest point is its tip. Only
+/// a ring has nothing there. Its bore's edge, `r` off the axis, is as deep as the tip would be less
+/// what the surface curves away, between 0 and `r^2 / 2 / R` to first order in `r / R`, for the
+/// smallest radius of curvature `R`.
+#[test]
+fn every_indenter_goes_as_deep_as_it_is_asked_to_on_every_sensor() {
+    let mut tried = 0;
+    for sensor in SENSORS {
+        let project = project(sensor, &[ALL]);
+        let touch = touch(&project);
+        let last_deg = SurfacePoints::new(touch).unwrap().last_polar_rad().to_degrees();
+        let (a, b) = (touch.dome.equatorial_mm, touch.dome.polar_mm);
+        let tightest_mm = a.min(a * a / b).min(b * b / a) + touch.dome.offset_mm;
+        for tool in tools(&project) {
+            for (share, azimuth_deg) in [(0.0, 0.0), (0.4, 200.0), (0.7, 35.0)] {
+                for part in [0.3, 1.0] {
+                    let depth_mm = (1e3 * part * touch.soft_mm).floor() / 1e3;
+                    let polar_deg = share * last_deg;
+                    let id = format!("{tool}@{polar_deg}deg,{azimuth_deg}deg,{depth_mm}mm");
+                    let press = project.press(&id).unwrap();
+                    let found = penetration(touch, &press.bodies[0]).unwrap();
+                    let found_mm = found.map_or(0.0, |found| found.depth_mm);
+                    // The bore of a ring of 4 mm with a wall of 0.8 mm, and a tenth for higher orders.
+                    let bore_mm = if tool == "ring" { 1.2 } else { 0.0 };
+                    let sag_mm = 1.1 * bore_mm * bore_mm / 2.0 / tightest_mm;
+                    let expected = depth_mm - sag_mm - 1e-3..=depth_mm + 1e-6;
+                    assert!(expected.contains(&found_mm), "{sensor} {id}: {found_mm}");
+                    tried += 1;
+                }
+            }
+        }
+    }
+    assert!(tried >= 6 * 12 * 6, "{tried}");
+}
+
+/// Seen through the sensor's own camera: pixels miss the tip, but not by a tenth of the depth.
+#[test]
+fn every_indenter_of_every_sensor_is_seen_pressing() {
+    for sensor in SENSORS {
+        let root = tempfile::tempdir().unwrap();
+        let of = project(sensor, &[]);
+        let depth_mm = (100.0 * touch(&of).soft_mm).floor() / 100.0;
+        for tool in tools(&of) {
+            let press = format!("{tool}@30deg,0deg,{depth_mm}mm");
+            let run =
+                fabkit(root.path(), &["depth", sensor, "--press", &press, "-o", "a.npz", "--json"]);
+            let json = run.ok().json();
+            let seen_mm = json["deepest_mm"].as_f64().unwrap_or(0.0);
+            // A ring's middle is hollow: the test above.
+            let least_mm = if tool == "ring" { 0.7 } else { 0.9 } * depth_mm;
+            assert!((least_mm..=depth_mm + 1e-6).contains(&seen_mm), "{sensor} {press}: {seen_mm}");
+            assert!(json["pixels_in_contact"].as_u64().unwrap() > 20, "{sensor} {press}");
+        }
+    }
+}
+
+/// What stands between backticks after a word of a message.
+fn recommended<'a>(run: &'a Run, after: &str) -> &'a str {
+    let start = run.stderr.find(after).unwrap_or_else(|| panic!("no `{after}` in {run:?}"));
+    run.stderr[start + after.len()..].split('`').nth(1).unwrap()
+}
+
+#[test]
+fn what_messages_recommend_presses() {
+    for sensor in SENSORS {
+        let root = tempfile::tempdir().unwrap();
+        let depth = |press: &str| {
+            fabkit(root.path(), &["depth", sensor, "--press", press, "-o", "a.npz", "--json"])
+        };
+        let tool = &tools(&project(sensor, &[]))[0];
+        for wrong in [tool.clone(), format!("{tool}@30deg"), "nonsense".into()] {
+            let run = fabkit(root.path(), &["depth", sensor, "--press", &wrong, "-o", "a.npz"]);
+            assert_eq!(run.code, Some(2), "{run:?}");
+            let better = recommended(&run, "like ");
+            let json = depth(better).ok().json();
+            assert!(json["pixels_in_contact"].as_u64().unwrap() > 0, "{sensor} {better}");
+        }
+    }
+}
+
+#[test]
+fn a_press_that_does_not_touch_is_refused_unless_asked_for() {
+    let root = tempfile::tempdir().unwrap();
+    let ring = ["--set", "fixtures.indenters.shapes=[ring]", "-o", "a.npz"];
+    let depth =
+        |more: &[&str]| fabkit(root.path(), &[&["depth", "rtac0"], &ring[..], more].concat());
+    // The bore's edge is 1.2 mm off the axis: 0.048 mm outside of a ball of 15 mm, less 0.02 mm.
+    let run = depth(&["--press", "ring@30deg,0deg,0.02mm"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    for text in ["`ring@30deg,0deg,0.02mm` does not touch", "0.028 mm"] {
+        assert!(run.stderr.contains(text), "{}", run.stderr);
+    }
+    assert!(contents(root.path()).is_empty());
+    let better = recommended(&run, "for example ").to_owned();
+    depth(&["--press", &better]).ok();
+    let run = depth(&["--press", "ring@30deg,0deg,0.02mm", "--allow-no-contact"]);
+    assert!(run.ok().stdout.contains("0 of them contact"));
+    // Pins that are too short: nothing to write instead, but how far they end from the surface.
+    let short = ["--set", "fixtures.pin_dome.pins.lengths=[4mm,6mm]", "--press", "pin-1-short"];
+    let run = depth(&short);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("`pin-1-short` does not touch the surface: it ends 0.650 mm"));
+    // It touches, where the camera does not look.
+    let aside = ["depth", "shadowtac", "--press", "ball@47deg,90deg,0.3mm", "-o", "a.npz"];
+    let run = fabkit(root.path(), &aside);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("the camera sees nothing of `ball@47deg,90deg,0.3mm`"), "{run:?}");
+    fabkit(root.path(), &[&aside[..], &["--allow-no-contact"]].concat()).ok();
+}
+
+#[test]
+fn a_data_set_refuses_patterns_that_do_not_touch() {
+    let root = tempfile::tempdir().unwrap();
+    let list = "one = ring@30deg,180deg,0.02mm\ntwo = ring@30deg,180deg,1mm\n";
+    std::fs::write(root.path().join("presses.txt"), list).unwrap();
+    let dataset = |more: &[&str]| {
+        let shapes = ["--set", "fixtures.indenters.shapes=[ring]", "--presses", "presses.txt"];
+        let command = ["dataset", "rtac0", "-o", "data"];
+        fabkit(root.path(), &[&command[..], &shapes, more].concat())
+    };
+    let run = dataset(&[]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("`one`: `ring@30deg,180deg,0.02mm` does not touch"), "{run:?}");
+    assert!(!root.path().join("data").exists());
+    dataset(&["--allow-no-contact"]).ok();
+}

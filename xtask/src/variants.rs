@@ -1,0 +1,33 @@
+//! `cargo xtask variants`
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::run::{built, cargo, check, root};
+
+const USAGE: &str = "usage: cargo xtask variants N [--seed S], with N at least 1";
+
+/// Makes random variants of every sensor and fixture and lets trimesh judge every file.
+pub fn run(arguments: &[String]) -> Result<(), String> {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let (count, seed) = match *words {
+        [count] => (count, "1"),
+        [count, "--seed", seed] | ["--seed", seed, count] => (count, seed),
+        _ => return Err(USAGE.into()),
+    };
+    let count: u32 = count.parse().ok().filter(|count| *count > 0).ok_or(USAGE)?;
+    let seed: u64 = seed.parse().map_err(|_| USAGE)?;
+    let python = crate::python::environment()?;
+    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
+    judge(&python, &built("release", "fabkit"), count, seed)
+}
+
+/// The same with an environment and a binary that are there.
+pub fn judge(python: &Path, fabkit: &Path, count: u32, seed: u64) -> Result<(), String> {
+    check(
+        Command::new(python)
+            .arg(root().join("xtask/variants/run.py"))
+            .arg(fabkit)
+            .args([count.to_string(), seed.to_string()]),
+    )
+}

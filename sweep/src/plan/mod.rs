@@ -161,6 +161,8 @@ pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<Vec<(S
 /// A plan that can be carried out.
 #[derive(Debug)]
 pub struct Plan {
+    /// What variants have in common; rows do not depend on it.
+    pub(crate) shared: metrics::Shared,
     pub(crate) source: PlanSource,
     /// The sensor as the plan names it.
     pub(crate) sensor: String,
@@ -313,7 +315,9 @@ impl Plan {
             }
         };
         let mut computed = Computed::default();
-        if let Err(why) = metrics::compute(&project, &self.known.metrics, &mut computed) {
+        if let Err(why) =
+            metrics::compute(&project, &self.known.metrics, &self.shared, &mut computed)
+        {
             row.refuse(Status::Invalid, "design", why.to_string());
             return Ok(row);
         }

@@ -6,12 +6,13 @@
 //! height over which it spills. The search is the merge tree of the columns' tops (Carr, Snoeyink
 //! and Axen, "Computing Contour Trees in All Dimensions", 2003).
 
-use fabkit_geometry::{Point3, Pour, Ray, Vector3};
+use fabkit_geometry::{Body, Point3, Pour, Ray, Vector3};
 use rayon::prelude::*;
 
 use crate::chain::Place;
 use crate::finding::{Finding, Rule};
 use crate::lines::{Caster, basis};
+use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::scene::Scene;
 
@@ -48,11 +49,21 @@ struct Columns {
 }
 
 /// All findings about one pour.
-pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene) -> Vec<Finding> {
+pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene, memo: &Memo) -> Vec<Finding> {
     let Some(layer) = scene.places(place.assembly, &pour.layer).first().copied() else {
         return Vec::new();
     };
-    let grid = Columns::of(&layer.body, pour);
+    let key = opening::keyed(Key::new(3).key(layer.key).vector(&pour.up), &pour.openings);
+    let mut findings = Vec::new();
+    memo.is_clean(&key, || {
+        findings = pockets(place, pour, &layer.body);
+        findings.is_empty()
+    });
+    findings
+}
+
+fn pockets(place: &Place, pour: &Pour, layer: &Body) -> Vec<Finding> {
+    let grid = Columns::of(layer, pour);
     let pockets = grid.pockets();
     pockets
         .into_iter()
@@ -76,7 +87,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene) -> Vec<Finding>
 }
 
 impl Columns {
-    fn of(body: &fabkit_geometry::Body, pour: &Pour) -> Self {
+    fn of(body: &Body, pour: &Pour) -> Self {
         let up = pour.up.normalize();
         let [u, v] = basis(&up);
         let bounds = body.bounds();

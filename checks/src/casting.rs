@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::chain::Place;
 use crate::finding::{Finding, Rule};
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch, steepness};
+use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::scene::{Placed, Scene};
 
@@ -101,7 +102,7 @@ struct Cavity<'a> {
 }
 
 /// All findings about one pour.
-pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene) -> Vec<Finding> {
+pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene, memo: &Memo) -> Vec<Finding> {
     let bodies = scene.bodies(place.assembly);
     let is_wall = |placed: &&Placed| pour.walls.iter().any(|wall| wall == placed.name);
     let Some(layer) = bodies.iter().find(|placed| placed.name == pour.layer) else {
@@ -109,10 +110,22 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene) -> Vec<Finding>
         return Vec::new();
     };
     let cavity = Cavity { pour, layer, walls: bodies.iter().filter(is_wall).collect() };
-    let tally = cast(&cavity);
+    let key = opening::keyed(Key::new(2).key(layer.key), &pour.openings);
+    let key = cavity.walls.iter().fold(key, |key, wall| key.key(wall.key));
+    let mut findings = Vec::new();
+    memo.is_clean(&key, || {
+        findings = findings_of(place, &cavity, bodies);
+        findings.is_empty()
+    });
+    findings
+}
+
+fn findings_of(place: &Place, cavity: &Cavity, bodies: &[Placed]) -> Vec<Finding> {
+    let tally = cast(cavity);
+    let pour = cavity.pour;
     let mut findings = Vec::new();
     if tally.leak.is_some() {
-        findings.push(leak(place, &cavity, &tally, bodies));
+        findings.push(leak(place, cavity, &tally, bodies));
     }
     // Several placements of one wall are one body to whoever reads this.
     let mut by_name = BTreeMap::<&str, Mismatch>::new();

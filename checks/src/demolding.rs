@@ -6,12 +6,14 @@
 //! through the cast, a displacement `u` at the radius `r` is a hoop strain `u / r` (Timoshenko and
 //! Goodier, "Theory of Elasticity", section 28).
 
-use fabkit_geometry::{Aabb, Point3, Pull, Ray, Vector3};
+use fabkit_geometry::proofs::{Shadow, obstacles};
+use fabkit_geometry::{Aabb, Body, Point3, Pull, Ray, Vector3};
 use rayon::prelude::*;
 
-use crate::chain::Place;
+use crate::chain::{Place, Removal};
 use crate::finding::{Finding, Rule, Severity};
 use crate::lines::{Caster, basis, steepness};
+use crate::memo::{Key, Memo};
 use crate::scene::Placed;
 
 /// Lines along the longer side of what tool and cast have in common.
@@ -59,12 +61,20 @@ struct Undercut {
 }
 
 /// All findings about one tool: what was cast and stands in the assembly against it.
-pub(crate) fn examine(
-    place: &Place,
-    pull: &Pull,
-    tools: &[&Placed],
-    cast: &[&Placed],
-) -> Vec<Finding> {
+pub(crate) fn examine(removal: &Removal, memo: &Memo) -> Vec<Finding> {
+    let key = Key::new(4).vector(&removal.pull.direction).word(removal.tools.len() as u64);
+    let bodies = removal.tools.iter().chain(&removal.cast);
+    let key = bodies.fold(key, |key, placed| key.key(placed.key));
+    let mut findings = Vec::new();
+    memo.is_clean(&key, || {
+        findings = undercuts(removal);
+        findings.is_empty()
+    });
+    findings
+}
+
+fn undercuts(removal: &Removal) -> Vec<Finding> {
+    let Removal { place, pull, tools, cast } = removal;
     let direction = pull.direction.normalize();
     let undercuts = tools.iter().filter_map(|tool| {
         let bounds = cast.iter().fold(Aabb::nothing(), |sum, c| sum.hull(&c.body.bounds()));
@@ -121,7 +131,8 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
 }
 
 impl Grid {
-    /// Casts the grid; nothing if tool and cast have no shadow in common.
+    /// Casts the grid; nothing if tool and cast have no shadow in common, or if it is known that
+    /// nothing is held.
     fn along(
         direction: &Vector3<f64>,
         tool: &Placed,
@@ -148,16 +159,35 @@ impl Grid {
         let size = sides.map(|side| (side / cell_mm).ceil() as usize + 2);
         // An odd share of a cell keeps lines off walls that lie in round numbers.
         let place = |axis: usize, i: usize| common[axis][0] + (i as f64 - 0.518) * cell_mm;
+        let ray = |i: usize, j: usize| Ray {
+            origin: Point3::from(place(0, i) * u + place(1, j) * v),
+            direction: *direction,
+        };
+        let cast_bodies: Vec<&Body> = cast.iter().map(|placed| &placed.body).collect();
+        if let Some(boxes) = obstacles(&tool.body, &cast_bodies, direction) {
+            if boxes.is_empty() {
+                return None;
+            }
+            // Where nothing is proven, lines tell whether anything is held; only then is all needed.
+            let middle = [0, 1].map(|k| 0.5 * (common[k][0] + common[k][1]));
+            let centre = Point3::from(middle[0] * u + middle[1] * v);
+            let shadow = Shadow::of(&boxes, &centre, &[u, v], sides.map(|side| 0.5 * side));
+            let share = |k: usize, i: usize| (place(k, i) - common[k][0]) / sides[k];
+            let is_held = (0..size[1]).into_par_iter().any(|j| {
+                let mut caster = Caster::default();
+                (0..size[0])
+                    .filter(|&i| shadow.holds([share(0, i), share(1, j)]))
+                    .any(|i| cell(&ray(i, j), tool, cast, &mut caster).held.is_some())
+            });
+            if !is_held {
+                return None;
+            }
+        }
         let cells: Vec<Vec<Cell>> = (0..size[1])
             .into_par_iter()
             .map(|j| {
                 let mut caster = Caster::default();
-                let mut row = Vec::with_capacity(size[0]);
-                for i in 0..size[0] {
-                    let origin = Point3::from(place(0, i) * u + place(1, j) * v);
-                    row.push(cell(&Ray { origin, direction: *direction }, tool, cast, &mut caster));
-                }
-                row
+                (0..size[0]).map(|i| cell(&ray(i, j), tool, cast, &mut caster)).collect()
             })
             .collect();
         let centre = cast_bounds.centre().coords;

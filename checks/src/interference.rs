@@ -2,11 +2,13 @@
 //! declared.
 
 use fabkit_geometry::measure::overlap_volume;
+use fabkit_geometry::proofs::meetings;
 use fabkit_geometry::{Body, Point3, PressFit, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Rule};
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
+use crate::memo::{Key, Memo};
 use crate::scene::{Placed, Scene};
 
 /// Lines through the box that two bodies share.
@@ -47,13 +49,14 @@ struct Verdict {
 }
 
 /// All findings and the number of pairs examined.
-pub(crate) fn examine(sensor: &Sensor, scene: &Scene) -> (Vec<Finding>, usize) {
+pub(crate) fn examine(sensor: &Sensor, scene: &Scene, memo: &Memo) -> (Vec<Finding>, usize) {
     let pairs: Vec<Pair> = scene
         .assemblies
         .iter()
         .flat_map(|(assembly, bodies)| pairs(sensor, assembly, bodies))
         .collect();
-    let verdicts: Vec<Verdict> = pairs.par_iter().map(|pair| examine_pair(sensor, pair)).collect();
+    let verdicts: Vec<Verdict> =
+        pairs.par_iter().map(|pair| remembered(sensor, pair, memo)).collect();
     let mut met = vec![false; sensor.press_fits.len()];
     let mut findings = Vec::new();
     for (pair, verdict) in pairs.iter().zip(verdicts) {
@@ -96,6 +99,23 @@ fn pairs<'a>(
     })
 }
 
+/// As [`examine_pair`], unless the same bodies in the same places were clean before.
+fn remembered(sensor: &Sensor, pair: &Pair, memo: &Memo) -> Verdict {
+    let key = Key::new(u64::from(pair.fit.is_some())).key(pair.a.key).key(pair.b.key);
+    let key = match pair.fit {
+        // Which of the two is pressed in makes no difference to their depth.
+        Some(fit) => key.number(sensor.press_fits[fit].interference_mm),
+        None => key,
+    };
+    let mut verdict = None;
+    let is_clean = memo.is_clean(&key, || {
+        let found = verdict.insert(examine_pair(sensor, pair));
+        found.finding.is_none() && found.overlaps == pair.fit.is_some()
+    });
+    let clean = Verdict { finding: None, overlaps: pair.fit.is_some() };
+    verdict.filter(|_| !is_clean).unwrap_or(clean)
+}
+
 fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     let Pair { assembly, a, b, fit } = *pair;
     if let Some(fit) = fit {
@@ -129,55 +149,71 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
 }
 
 fn examine_fit(fit: &PressFit, assembly: &str, inner: &Body, outer: &Body) -> Verdict {
-    let Some((depth_mm, place)) = deepest(inner, outer) else {
+    let allowed_mm = fit.interference_mm * (1.0 + REFINEMENT_REST) + FIT_ROUNDING_MM;
+    let Some((depth_mm, place)) = deepest(inner, outer, allowed_mm) else {
         return Verdict { finding: None, overlaps: false };
     };
-    let finding = (depth_mm > fit.interference_mm * (1.0 + REFINEMENT_REST) + FIT_ROUNDING_MM)
-        .then(|| {
-            Finding::error(
-                Rule::Interference,
-                format!("{} presses deeper into {} than its fit says", fit.inner, fit.outer),
-                "widen the hole, or declare the fit as it is meant",
-            )
-            .in_assembly(assembly)
-            .of([fit.inner.as_str(), &fit.outer])
-            .at(Some(place))
-            .measured(depth_mm, fit.interference_mm, "mm")
-        });
+    let finding = (depth_mm > allowed_mm).then(|| {
+        Finding::error(
+            Rule::Interference,
+            format!("{} presses deeper into {} than its fit says", fit.inner, fit.outer),
+            "widen the hole, or declare the fit as it is meant",
+        )
+        .in_assembly(assembly)
+        .of([fit.inner.as_str(), &fit.outer])
+        .at(Some(place))
+        .measured(depth_mm, fit.interference_mm, "mm")
+    });
     Verdict { finding, overlaps: true }
 }
 
 /// How deep two bodies reach into each other, and where: the largest of the thicknesses that their
 /// common volume has at points within it.
-fn deepest(a: &Body, b: &Body) -> Option<(f64, Point3<f64>)> {
+///
+/// What is no more than `allowed_mm` need not be known better than that.
+fn deepest(a: &Body, b: &Body, allowed_mm: f64) -> Option<(f64, Point3<f64>)> {
     let common = a.bounds().common(&b.bounds());
     if common.is_empty() || !common.is_finite() {
         return None;
     }
     let mut casters = [Caster::default(), Caster::default()];
     let mut met = Vec::new();
+    let boxes = meetings(a, b)?;
     for direction in DIRECTIONS {
         let bundle = Bundle::through(&common, direction.into(), FIT_LINES);
-        for ray in (0..FIT_LINES).map(|index| bundle.line(index)) {
-            let stretches = common_stretches(a, b, &ray, &mut casters);
-            met.extend(stretches.iter().map(|s| (s.length_mm(), ray.at(s.middle()))));
+        for ray in bundle.through_boxes(&boxes).map(|index| bundle.line(index)) {
+            let [in_a, in_b] = &mut casters;
+            let in_a = in_a.ends(a, &ray);
+            let in_b = if in_a.is_empty() { &[] } else { in_b.ends(b, &ray) };
+            for [from_b, to_b] in in_b {
+                for [from_a, to_a] in in_a {
+                    let (enter, exit) = (from_a.max(*from_b), to_a.min(*to_b));
+                    // Contact is no overlap.
+                    if exit - enter > FIT_ROUNDING_MM {
+                        met.push((exit - enter, ray.at(0.5 * (enter + exit))));
+                    }
+                }
+            }
         }
     }
     let probes = met.iter().step_by(met.len().div_ceil(FIT_PROBES).max(1));
     probes
-        .map(|&(known_mm, point)| (thickness_mm(a, b, point, known_mm, &mut casters), point))
+        .map(|&(known_mm, point)| {
+            (thickness_mm(a, b, point, known_mm, allowed_mm, &mut casters), point)
+        })
         .max_by(|x, y| x.0.total_cmp(&y.0))
 }
 
 /// Thickness of what two bodies have in common at a point within it: the shortest way through.
 ///
 /// Lines of a fan end near the faces that bound it; lines along the normals of those faces are
-/// shorter, and the shortest of all is followed further.
+/// shorter, and the shortest of all is followed further, until one is no longer than `allowed_mm`.
 fn thickness_mm(
     a: &Body,
     b: &Body,
     point: Point3<f64>,
     known_mm: f64,
+    allowed_mm: f64,
     casters: &mut [Caster; 2],
 ) -> f64 {
     let through = |direction: Vector3<f64>, casters: &mut [Caster; 2]| {
@@ -191,11 +227,19 @@ fn thickness_mm(
         shortest = both.min_by(|x, y| x.length_mm().total_cmp(&y.length_mm()));
         shortest
     };
+    if known_mm <= allowed_mm {
+        return known_mm;
+    }
     for index in 0..FAN {
         let Some(stretch) = through(fan_direction(index), casters) else { continue };
         keep_shorter(Some(stretch));
         for normal in [stretch.enter.normal, stretch.exit.normal] {
             keep_shorter(through(normal, casters));
+        }
+        if let Some(length_mm) = keep_shorter(None).map(|s| s.length_mm())
+            && length_mm <= allowed_mm
+        {
+            return length_mm;
         }
     }
     for _ in 0..REFINEMENTS {

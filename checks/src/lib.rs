@@ -31,6 +31,7 @@ mod finding;
 mod interference;
 mod lines;
 mod masses;
+mod memo;
 mod opening;
 mod printability;
 mod scene;
@@ -40,6 +41,7 @@ use rayon::prelude::*;
 
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
+pub use memo::Memo;
 pub use printability::{PrintLimits, print_limits, printability, thinnest_wall};
 pub use scene::InvalidBody;
 
@@ -89,25 +91,44 @@ impl CheckReport {
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
+    let report = check_variant(sensor, &Memo::default())?;
+    Ok(CheckReport { batches: batches(sensor), ..report })
+}
+
+/// The same for many sensors that have much in common; nothing is weighed, `batches` stays empty.
+///
+/// ```
+/// use fabkit_checks::{Memo, check, check_variant, example};
+/// let memo = Memo::default();
+/// for _ in 0..2 {
+///     let report = check_variant(&example::puck(), &memo)?;
+///     assert_eq!(report.findings, check(&example::puck())?.findings);
+/// }
+/// # Ok::<(), fabkit_checks::InvalidBody>(())
+/// ```
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, InvalidBody> {
     let scene = Scene::new(sensor)?;
     let mut findings = chain::examine(sensor, &scene);
-    let (overlaps, pairs) = interference::examine(sensor, &scene);
+    let (overlaps, pairs) = interference::examine(sensor, &scene, memo);
     findings.extend(overlaps);
 
     let pours: Vec<_> = chain::pours(sensor).collect();
     for (place, pour) in &pours {
-        findings.extend(casting::examine(place, pour, &scene));
+        findings.extend(casting::examine(place, pour, &scene, memo));
     }
     // A direction of no length has been reported by the chain's rule.
     let rising: Vec<_> = pours.iter().filter(|(_, pour)| pour.up.norm() > 0.0).collect();
     for (place, pour) in &rising {
-        findings.extend(air::examine(place, pour, &scene));
+        findings.extend(air::examine(place, pour, &scene, memo));
     }
     let removals = chain::removals(sensor, &scene);
     let pulled: Vec<Vec<Finding>> = removals
         .par_iter()
         .filter(|removal| removal.pull.direction.norm() > 0.0)
-        .map(|r| demolding::examine(&r.place, r.pull, &r.tools, &r.cast))
+        .map(|removal| demolding::examine(removal, memo))
         .collect();
     findings.extend(pulled.into_iter().flatten());
 
@@ -121,7 +142,7 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
             examined(Rule::TrappedAir, rising.len(), "pours"),
             examined(Rule::Demolding, removals.len(), "pulls"),
         ],
-        batches: batches(sensor),
+        batches: Vec::new(),
     })
 }
 
@@ -130,5 +151,5 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn interference(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(interference::examine(sensor, &Scene::new(sensor)?).0)
+    Ok(interference::examine(sensor, &Scene::new(sensor)?, &Memo::default()).0)
 }

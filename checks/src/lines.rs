@@ -1,5 +1,6 @@
 //! Parallel lines through a box, and the stretches of them that lie inside bodies.
 
+use fabkit_geometry::proofs::Shadow;
 use fabkit_geometry::{Aabb, Body, Crossing, Point3, Ray, Scratch, Vector3};
 
 /// Askew to everything that parts are made of, so that no face of an ordinary part is grazed, and
@@ -41,13 +42,23 @@ impl Bundle {
         4.0 * self.half_mm[0] * self.half_mm[1] / self.count as f64
     }
 
-    pub(crate) fn line(&self, index: usize) -> Ray {
+    /// Where a line passes the shadow, whose sides are from 0 to 1.
+    fn place(index: usize) -> [f64; 2] {
         /// Powers of the plastic number's inverse.
         const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
-        let offset = |axis: usize| {
-            let place = (0.5 + STEP[axis] * (index + 1) as f64).fract();
-            (2.0 * place - 1.0) * self.half_mm[axis] * self.across[axis]
-        };
+        STEP.map(|step| (0.5 + step * (index + 1) as f64).fract())
+    }
+
+    /// The lines that may pass any of some boxes, by their numbers.
+    pub(crate) fn through_boxes(&self, boxes: &[Aabb]) -> impl Iterator<Item = usize> + use<> {
+        let shadow = Shadow::of(boxes, &self.centre, &self.across, self.half_mm);
+        (0..self.count).filter(move |&index| shadow.holds(Self::place(index)))
+    }
+
+    pub(crate) fn line(&self, index: usize) -> Ray {
+        let place = Self::place(index);
+        let offset =
+            |axis: usize| (2.0 * place[axis] - 1.0) * self.half_mm[axis] * self.across[axis];
         Ray { origin: self.centre + offset(0) + offset(1), direction: self.direction }
     }
 }
@@ -64,6 +75,7 @@ pub(crate) fn basis(direction: &Vector3<f64>) -> [Vector3<f64>; 2] {
 pub(crate) struct Caster {
     scratch: Scratch,
     crossings: Vec<Crossing>,
+    ends: Vec<[f64; 2]>,
 }
 
 /// One stretch of a line inside a body.
@@ -77,11 +89,6 @@ impl Stretch {
     pub(crate) fn length_mm(&self) -> f64 {
         self.exit.t - self.enter.t
     }
-
-    /// Position of its middle on the line, mm.
-    pub(crate) fn middle(&self) -> f64 {
-        0.5 * (self.enter.t + self.exit.t)
-    }
 }
 
 impl Caster {
@@ -89,6 +96,14 @@ impl Caster {
     pub(crate) fn stretches(&mut self, body: &Body, ray: &Ray) -> impl Iterator<Item = Stretch> {
         body.crossings_into(ray, &mut self.scratch, &mut self.crossings);
         self.crossings.chunks_exact(2).map(|ends| Stretch { enter: ends[0], exit: ends[1] })
+    }
+}
+
+impl Caster {
+    /// The same without what lies at their ends: from where to where, mm.
+    pub(crate) fn ends(&mut self, body: &Body, ray: &Ray) -> &[[f64; 2]] {
+        body.stretches_into(ray, &mut self.scratch, &mut self.ends);
+        &self.ends
     }
 }
 

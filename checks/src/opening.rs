@@ -2,6 +2,8 @@
 
 use fabkit_geometry::{Opening, Point3, Vector3};
 
+use crate::memo::Key;
+
 /// Rounding allowed between an opening and the surface that it lies on, mm.
 const ON_SURFACE_MM: f64 = 1e-6;
 
@@ -28,4 +30,11 @@ pub(crate) fn holds(
     }
     let slope = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine;
     along_mm.abs() <= radial_mm * slope + ON_SURFACE_MM
+}
+
+/// Openings as part of a key.
+pub(crate) fn keyed(key: Key, openings: &[Opening]) -> Key {
+    openings.iter().fold(key, |key, opening| {
+        key.vector(&opening.point.coords).vector(&opening.axis).number(opening.radius_mm)
+    })
 }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Body, InvalidSolid, Placement, Sensor, Solid};
 use rayon::prelude::*;
 
+use crate::memo;
+
 /// Why a sensor cannot be examined.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{body}: {source}")]
@@ -21,6 +23,8 @@ pub(crate) struct Placed<'a> {
     pub(crate) name: &'a str,
     /// In the assembly's frame.
     pub(crate) body: Body,
+    /// The same for the same shape in the same place, see [`memo`].
+    pub(crate) key: u128,
 }
 
 /// Every assembly with its bodies, in the order of the sensor's lists.
@@ -39,7 +43,8 @@ impl<'a> Scene<'a> {
             .map(|(name, solid, placement)| {
                 let body = Body::new(&solid.clone().placed(placement.assembly_from_body))
                     .map_err(|source| InvalidBody { body: name.into(), source })?;
-                Ok((placement.assembly.0.as_str(), Placed { name, body }))
+                let key = memo::of_body(solid, placement);
+                Ok((placement.assembly.0.as_str(), Placed { name, body, key }))
             })
             .collect::<Result<_, _>>()?;
         let mut assemblies = BTreeMap::<_, Vec<_>>::new();

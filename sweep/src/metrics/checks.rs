@@ -1,12 +1,12 @@
 //! The rules of `fabkit check`.
 
-use fabkit_checks::{Rule, Severity, check};
+use fabkit_checks::{Memo, Rule, Severity, check_variant};
 use fabkit_geometry::Sensor;
 
 use super::Computed;
 
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) {
-    let report = match check(sensor) {
+pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
+    let report = match check_variant(sensor, memo) {
         Ok(report) => report,
         Err(invalid) => return computed.notes.push(format!("checks: {invalid}")),
     };

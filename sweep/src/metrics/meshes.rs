@@ -1,21 +1,68 @@
 //! Triangles of all parts.
 
-use fabkit_geometry::Sensor;
-use fabkit_mesh::mesh;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use fabkit_geometry::{Sensor, Solid};
+use fabkit_mesh::{MeshError, mesh};
 
 use super::Computed;
 
 /// Largest distance between triangles and surface, mm: coarser than `export`, to be fast.
 const TOLERANCE_MM: f64 = 0.05;
 
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) {
+/// Numbers in the keys of all solids remembered, at most: 32 MB.
+const MOST_NUMBERS: usize = 4_000_000;
+
+/// What is known of a mesh.
+#[derive(Clone, Copy, Debug)]
+struct Measured {
+    triangles: usize,
+    volume_mm3: f64,
+    area_mm2: f64,
+}
+
+/// Meshes of parts that variants have in common, by their shapes.
+#[derive(Debug, Default)]
+pub(super) struct Memo(Mutex<Known>);
+
+#[derive(Debug, Default)]
+struct Known {
+    by_shape: BTreeMap<Vec<u64>, Measured>,
+    numbers: usize,
+}
+
+impl Memo {
+    fn measured(&self, solid: &Solid) -> Result<Measured, MeshError> {
+        let key = solid.shape_key();
+        let known = self.0.lock().ok().and_then(|known| known.by_shape.get(&key).copied());
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let mesh = mesh(solid, TOLERANCE_MM)?.to_print()?;
+        let measured = Measured {
+            triangles: mesh.triangles().len(),
+            volume_mm3: mesh.volume_mm3(),
+            area_mm2: mesh.area_mm2(),
+        };
+        if let Ok(mut known) = self.0.lock()
+            && known.numbers + key.len() <= MOST_NUMBERS
+        {
+            known.numbers += key.len();
+            known.by_shape.insert(key, measured);
+        }
+        Ok(measured)
+    }
+}
+
+pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     let (mut triangles, mut volume_mm3, mut area_mm2) = (0, 0.0, 0.0);
     for part in &sensor.parts {
-        match mesh(&part.solid, TOLERANCE_MM).and_then(|mesh| mesh.to_print()) {
+        match memo.measured(&part.solid) {
             Ok(mesh) => {
-                triangles += mesh.triangles().len();
-                volume_mm3 += f64::from(part.quantity) * mesh.volume_mm3();
-                area_mm2 += f64::from(part.quantity) * mesh.area_mm2();
+                triangles += mesh.triangles;
+                volume_mm3 += f64::from(part.quantity) * mesh.volume_mm3;
+                area_mm2 += f64::from(part.quantity) * mesh.area_mm2;
             }
             Err(error) => return computed.notes.push(format!("mesh of {}: {error}", part.name)),
         }

@@ -217,10 +217,18 @@ impl Computed {
     }
 }
 
+/// What has been computed of bodies that other variants have too.
+#[derive(Debug, Default)]
+pub(crate) struct Shared {
+    checks: fabkit_checks::Memo,
+    meshes: meshes::Memo,
+}
+
 /// Computes metrics, each group once.
 pub(crate) fn compute(
     project: &Project,
     wanted: &[&'static Metric],
+    shared: &Shared,
     computed: &mut Computed,
 ) -> Result<(), InvalidSolid> {
     let sensor = &project.design.sensor;
@@ -234,8 +242,8 @@ pub(crate) fn compute(
             Group::Masses => masses::compute(sensor, computed)?,
             Group::Walls => walls::compute(sensor, computed)?,
             Group::Calibration => calibration::compute(project, computed),
-            Group::Checks => checks::compute(sensor, computed),
-            Group::Meshes => meshes::compute(sensor, computed),
+            Group::Checks => checks::compute(sensor, &shared.checks, computed),
+            Group::Meshes => meshes::compute(sensor, &shared.meshes, computed),
         }
     }
     computed.values.retain(|name, _| wanted.iter().any(|metric| metric.covers(name)));

@@ -162,6 +162,8 @@ pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<Vec<(S
 /// A plan that can be carried out.
 #[derive(Debug)]
 pub struct Plan {
+    /// What variants have in common; rows do not depend on it.
+    pub(crate) shared: metrics::Shared,
     pub(crate) source: PlanSource,
     /// The sensor as the plan names it.
     pub(crate) sensor: String,
@@ -354,7 +356,7 @@ impl Plan {
             messages.join("; ")
         })?;
         let mut computed = Computed::default();
-        metrics::compute(&project, &self.known.metrics, &mut computed)
+        metrics::compute(&project, &self.known.metrics, &self.shared, &mut computed)
             .map_err(|why| why.to_string())?;
         Ok((project, computed))
     }

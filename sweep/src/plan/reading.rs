@@ -242,6 +242,7 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     }
     let (constraints, places): (Vec<_>, Vec<_>) = constraints.into_iter().unzip();
     let plan = Plan {
+        shared: Default::default(),
         sensor,
         seed,
         sampling,

@@ -86,7 +86,13 @@ fn casting_in_bands_changes_no_byte() {
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
     let press = project.press("hemisphere@30deg,120deg,1.2mm").unwrap();
     let scene = Scene::new(std::sync::Arc::new(project), viewpoint).unwrap();
-    let cast = Cast { presses: &[press], samples: 2, membrane_mm: 0.0, print_sigma_mm: 0.05 };
+    let cast = Cast {
+        presses: &[press],
+        samples: 2,
+        membrane_mm: 0.0,
+        print_sigma_mm: 0.05,
+        allow_no_contact: false,
+    };
     let whole = scene
         .cast(&cast, |seen| Ok(fabkit::export::npz(&arrays(seen.map, seen.sigma_mm)).unwrap()))
         .unwrap();

@@ -83,7 +83,10 @@ impl Shape {
             )?),
             (Solid::Cuboid(s), 0..4) => {
                 let half_mm = s.size_mm[face as usize / 2] / 2.0;
-                Self::Across(face as usize / 2, if face % 2 == 0 { -half_mm } else { half_mm })
+                Self::Across(
+                    face as usize / 2,
+                    if face.is_multiple_of(2) { -half_mm } else { half_mm },
+                )
             }
             (Solid::Cuboid(_), 4) | (Solid::Extrusion(_), 0) => Self::Across(2, 0.0),
             (Solid::Cuboid(s), _) => Self::Across(2, s.size_mm[2]),

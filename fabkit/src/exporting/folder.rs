@@ -257,9 +257,8 @@ fn add_profiled(manifest: &mut Manifest, old: Option<ProfileEntry>, order: &[Str
     let is_known = |name: &String| {
         profile.applied.contains(name) || profile.not_applied.iter().any(|no| no.part == *name)
     };
-    let stays = |name: &String| {
-        manifest.parts.iter().any(|part| part.name == *name) && !is_known(name)
-    };
+    let stays =
+        |name: &String| manifest.parts.iter().any(|part| part.name == *name) && !is_known(name);
     let applied = old.applied.into_iter().filter(stays).collect::<Vec<_>>();
     let to_other = old.applied_to_other_material.into_iter().filter(stays).collect::<Vec<_>>();
     let not_applied = old.not_applied.into_iter().filter(|no| stays(&no.part)).collect::<Vec<_>>();

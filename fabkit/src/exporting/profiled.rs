@@ -84,7 +84,12 @@ pub(super) fn entry<'a>(
             Suits::OtherProcess => "other-process",
         };
         let (process, material) = (body.process_word(), body.material.to_owned());
-        entry.not_applied.push(NotApplied { part: name(), process, material, because: because.to_owned() });
+        entry.not_applied.push(NotApplied {
+            part: name(),
+            process,
+            material,
+            because: because.to_owned(),
+        });
     }
     Some(entry)
 }

@@ -47,7 +47,7 @@ fn the_manifest_tells_the_tolerance_that_was_used() {
     let text = std::fs::read(root.path().join("out/manifest.json")).unwrap();
     let manifest: Value = serde_json::from_slice(&text).unwrap();
     let used = manifest["parts"][0]["mesh"]["chord_tolerance_mm"].as_f64().unwrap();
-    assert!(used < 0.3 && used >= 0.005, "{used}");
+    assert!((0.005..0.3).contains(&used), "{used}");
     assert_eq!(manifest["parts"][0]["mesh"]["genus"], 2);
 }
 

@@ -179,10 +179,10 @@ impl Drop for FolderLock {
 #[cfg(unix)]
 fn remove_ours(file: &File, path: &Path) {
     use std::os::unix::fs::MetadataExt;
-    if let (Ok(ours), Ok(there)) = (file.metadata(), fs::metadata(path)) {
-        if (ours.dev(), ours.ino()) == (there.dev(), there.ino()) {
-            let _ = fs::remove_file(path);
-        }
+    if let (Ok(ours), Ok(there)) = (file.metadata(), fs::metadata(path))
+        && (ours.dev(), ours.ino()) == (there.dev(), there.ino())
+    {
+        let _ = fs::remove_file(path);
     }
 }
 

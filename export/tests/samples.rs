@@ -97,6 +97,7 @@ fn every_face_that_is_left_is_aimed_at_by_its_name() {
         "landmark equator",
         "landmark middle",
         "landmark wall",
+        "seam of leaves 0 and 1",
     ];
     assert_eq!(purposes, expected.into());
     for line in lines.iter().filter(|line| line["of"] == "bore, leaf 1 face 0") {

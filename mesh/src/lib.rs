@@ -111,12 +111,20 @@ pub enum MeshError {
 /// # Errors
 /// See [`MeshError`].
 pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
+    Ok(seams::fitted(mesh_as_cut(solid, tolerance_mm)?, solid, tolerance_mm))
+}
+
+/// As [`mesh`], but where faces meet it is left as it was cut, and may stray by more than the
+/// tolerance: for integrals, whose errors follow the tolerance only if no single edge is refined.
+///
+/// # Errors
+/// As [`mesh`].
+pub fn mesh_as_cut(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     if !TOLERANCE_RANGE_MM.contains(&tolerance_mm) {
         return Err(MeshError::Tolerance { tolerance_mm });
     }
     solid.validate()?;
-    let mesh = to_mesh(solid, evaluate::evaluate(solid, tolerance_mm)?);
-    Ok(seams::fitted(mesh, solid, tolerance_mm))
+    Ok(to_mesh(solid, evaluate::evaluate(solid, tolerance_mm)?))
 }
 
 /// Names the faces by leaf.
@@ -136,7 +144,7 @@ fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
 /// # Errors
 /// As [`mesh`], but nothing in common is no error.
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
-    match mesh(&a.clone().and(b.clone()), tolerance_mm) {
+    match mesh_as_cut(&a.clone().and(b.clone()), tolerance_mm) {
         // What is left of two surfaces that touch may come out as minus nothing.
         Ok(common) => Ok(common.volume_mm3().max(0.0)),
         Err(MeshError::Empty) => Ok(0.0),

@@ -182,9 +182,7 @@ class Scene:
     ) -> Truth:
         """Cast a ray for each pixel; see :func:`cast`."""
         presses = [press] if isinstance(press, str) else list(press)
-        seen = self._native.cast(
-            presses, samples, membrane_mm, print_sigma_mm, allow_no_contact
-        )
+        seen = self._native.cast(presses, samples, membrane_mm, print_sigma_mm, allow_no_contact)
         return Truth(**seen)
 
 

@@ -251,7 +251,8 @@ class Design:
         nominal
             Leave out what makes up for shrinkage, kerf and printer.
         process
-            A printer's profile, as ``fabkit profile`` writes it, for parts of its process and material.
+            A printer's profile, as ``fabkit profile`` writes it, for parts of its process and
+            material.
         process_for_any_material
             Apply the profile to parts of other materials too, where the process is the same.
         bed_mm, stock_mm

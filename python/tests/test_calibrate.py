@@ -114,7 +114,7 @@ def captures(pins, camera, pose, sigma_px):
 
 
 def mounted(sensor):
-    """A pose that is a little off the design's."""
+    """Make a pose that is a little off the design's."""
     moved = np.eye(4)
     moved[:3, :3] = rotation(np.array([0.01, -0.02, 0.015]))
     moved[:3, 3] = [0.2, -0.15, 0.1]

@@ -113,7 +113,7 @@ def test_a_changed_file_is_not_replaced_by_an_export(rtac0, tmp_path):
     coupon = rtac0.fixtures["coupon"]
     coupon.export(tmp_path, formats=["stl"])
     (tmp_path / "coupon.yaml").write_text("mine")
-    with pytest.raises(ValueError, match="coupon.yaml was changed"):
+    with pytest.raises(ValueError, match=r"coupon\.yaml was changed"):
         coupon.export(tmp_path, formats=["stl"])
     assert (tmp_path / "coupon.yaml").read_text() == "mine"
     manifest = coupon.export(tmp_path, formats=["stl"], force=True)

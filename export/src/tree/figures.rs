@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{Body, Matrix3, Point3, Pose, Ray, Scratch, Solid, Vector3};
-use fabkit_mesh::{FaceId, MeshError, TriMesh, mesh};
+use fabkit_mesh::{FaceId, MeshError, TriMesh, mesh_as_cut};
 use serde::Serialize;
 
 /// Chord tolerance of the finer of the two meshes, mm; the other is twice as coarse.
@@ -67,8 +67,8 @@ pub struct ExactFigures {
 
 /// The figures of a solid, and the finer of the meshes they come from.
 pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshError> {
-    let coarse = integrate(solid, &mesh(solid, 2.0 * CHORD_MM)?);
-    let finer_mesh = mesh(solid, CHORD_MM)?;
+    let coarse = integrate(solid, &mesh_as_cut(solid, 2.0 * CHORD_MM)?);
+    let finer_mesh = mesh_as_cut(solid, CHORD_MM)?;
     let fine = integrate(solid, &finer_mesh);
     let bounds = finer_mesh.bounds();
     let (centroid, inertia) = (fine.centroid(), fine.inertia());

@@ -17,7 +17,7 @@ const SEMI_DOMES_IN_CI: (&str, [&str; 3]) =
     ("rtac0/semi-domes", ["semi-dome-000", "semi-dome-044", "semi-dome-099"]);
 
 /// Random variants that are made every time, always the same ones; more with `cargo xtask variants`.
-const VARIANTS: (u32, u64) = (150, 13);
+const VARIANTS: (u32, u64) = (100, 13);
 
 /// Programs that read what fabkit writes, from the system's packages.
 const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];

@@ -150,7 +150,16 @@ class Body:
             known = ", ".join(_FORMATS)
             raise invalid(f"{path} has no ending that fabkit knows", f"known: {known}")
         exported = self._native.exported(
-            [self.name], [_FORMATS[ending]], tolerance_mm, nominal, None, None, None, None, None
+            [self.name],
+            [_FORMATS[ending]],
+            tolerance_mm,
+            nominal,
+            None,
+            False,
+            None,
+            None,
+            None,
+            None,
         )
         files = [file for file in exported.files() if file[0].endswith(ending)]
         # A part of a print group brings the others with it; their 3MF is one file.

@@ -10,20 +10,27 @@ use super::{Caster, Line, MAX_AIMED};
 /// Lines for each pair of primitives that meet.
 const LINES_PER_PAIR: usize = 2;
 
-/// For each two primitives that meet: lines through those points on and beside their common edges that
-/// a mesh at the usual tolerance has farthest from the surface.
+/// How far from an edge's middle to the middle of the triangle beside it a line passes: on the edge
+/// itself it is chance what another kernel finds.
+const INWARDS: [f64; 2] = [0.3, 1.0];
+
+/// For each two primitives that meet: lines through those points beside their common edges that a mesh
+/// at the usual tolerance has farthest from the surface.
 pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
     let mut triangle_of = BTreeMap::new();
     for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         triangle_of.extend([[a, b], [b, c], [c, a]].map(|edge| (edge, t)));
     }
-    // Triangles beside each pair's edges.
-    let mut pairs: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    // Triangles beside each pair's edges, which edge first.
+    let mut pairs: BTreeMap<[u32; 2], Vec<[u32; 3]>> = BTreeMap::new();
     for (&[a, b], &t) in &triangle_of {
         let Some(&other) = triangle_of.get(&[b, a]) else { continue };
         let [here, beyond] = [t, other].map(|t| mesh.faces[t].leaf);
         if here != beyond {
-            pairs.entry([here.min(beyond), here.max(beyond)]).or_default().push(t);
+            pairs
+                .entry([here.min(beyond), here.max(beyond)])
+                .or_default()
+                .push(turned(mesh.triangles[t], a));
         }
     }
     let at = |v: u32| Vector3::from(mesh.vertices[v as usize]);
@@ -31,17 +38,30 @@ pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &
         let of = format!("seam of leaves {one} and {other}");
         let mut found: Vec<(f64, Line)> = Vec::new();
         for t in triangles {
-            let [a, b, c] = mesh.triangles[t].map(at);
+            let [a, b, c] = t.map(at);
             let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else { continue };
-            for point in [(a + b + c) / 3.0, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0] {
+            let (edge, middle) = (0.5 * (a + b), (a + b + c) / 3.0);
+            for point in INWARDS.map(|share| edge + share * (middle - edge)) {
                 let origin = Point3::from(point + reach_mm * normal);
                 let Some(line) = caster.line(&of, origin, -normal) else { continue };
                 let strays = line.t_mm.iter().map(|t| (t - reach_mm).abs());
                 found.push((strays.fold(f64::INFINITY, f64::min), line));
             }
-            found.sort_by(|a, b| b.0.total_cmp(&a.0));
-            found.truncate(LINES_PER_PAIR);
         }
-        lines.extend(found.into_iter().map(|(_, line)| line));
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let clear = found.into_iter().map(|(_, line)| line).filter(|line| {
+            let direction = Vector3::from(line.direction);
+            caster.is_clear(Point3::from(line.origin_mm), direction)
+        });
+        lines.extend(clear.take(LINES_PER_PAIR));
+    }
+}
+
+/// The triangle from that corner on.
+fn turned([a, b, c]: [u32; 3], first: u32) -> [u32; 3] {
+    match first {
+        _ if first == b => [b, c, a],
+        _ if first == c => [c, a, b],
+        _ => [a, b, c],
     }
 }

@@ -298,12 +298,14 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
         &["pins.reach", "camera.array_size", "camera.focal_length"],
     );
     let corners = 2.0 * (tangent * SQRT_2).atan().to_degrees();
+    // Rounded up to a view that does cover them.
+    let works = (corners * 10.0).ceil() / 10.0;
     report.require(
         p.camera.lens_view.deg() >= corners,
         "camera.lens_view",
         || {
             format!(
-                "camera.lens_view is {}; it must be at least {corners:.1} deg, because the lens \
+                "camera.lens_view is {}; it must be at least {works:.1} deg, because the lens \
                  must light the chip's corners",
                 p.camera.lens_view
             )

@@ -182,7 +182,10 @@ impl BegunDataset {
 
     /// Lets others write there.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |begun| Ok(drop(begun.take())))
+        self.with(py, |begun| {
+            *begun = None;
+            Ok(())
+        })
     }
 }
 

@@ -204,7 +204,10 @@ impl SweepStore {
 
     /// Lets others write there.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |store| Ok(drop(store.take())))
+        self.with(py, |store| {
+            *store = None;
+            Ok(())
+        })
     }
 
     /// Writes the tables; a `fabkit-sweep-report` document.

@@ -142,6 +142,8 @@ fn a_profile_that_changes_nothing_is_refused_and_one_for_a_fixture_alone_is_not(
     // Only the coupon is of filament here.
     let run = export(&["uvdtact", "--fixtures", "--format=stl", "--process=pla.yaml"]).ok();
     assert!(run.stdout.contains("is not applied to sla of white resin: "), "{}", run.stdout);
+    // Another sensor has a folder of its own.
+    fs::remove_dir_all(root.path().join("out")).unwrap();
     let run = export(&["rtac0/shell", "--format=stl", "--process=pla.yaml"]).ok();
     assert!(run.stdout.contains("holes fitted for my-printer"), "{}", run.stdout);
 }

@@ -11,14 +11,14 @@ use fabkit_geometry::{Body, Point3, Ray, Solid, Vector3};
 
 /// The smallest and the largest, mm.
 type Limits = [f64; 2];
-type Screw = (f64, Limits, Limits, Limits);
-type Countersunk = (f64, f64, Limits, f64, Limits);
+type PanRow = (f64, Limits, Limits, Limits);
+type CountersunkRow = (f64, f64, Limits, f64, Limits);
 
 /// Arithmetic alone.
 const EXACT: f64 = 1e-9;
 
 /// ISO 7045, product grade A: thread, dk, k, shortest and longest screw.
-const ISO_7045: [Screw; 3] = [
+const ISO_7045: [PanRow; 3] = [
     (1.6, [2.9, 3.2], [1.16, 1.3], [3.0, 16.0]),
     (2.0, [3.7, 4.0], [1.46, 1.6], [3.0, 20.0]),
     (3.0, [5.3, 5.6], [2.26, 2.4], [4.0, 30.0]),
@@ -27,7 +27,7 @@ const ISO_7045: [Screw; 3] = [
 const LENGTHS: [f64; 9] = [3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0];
 /// ISO 7046-1 (M1.2: DIN 963): thread, theoretical dk max, dk, k max; ISO 15065 (M1.2: DIN 74 form A
 /// as the largest): Dc.
-const COUNTERSUNK: [Countersunk; 2] =
+const COUNTERSUNK: [CountersunkRow; 2] =
     [(1.2, 2.64, [2.16, 2.3], 0.72, [2.64, 2.8]), (2.0, 4.4, [3.5, 3.8], 1.2, [4.4, 4.5])];
 /// ISO 273, medium.
 const ISO_273: [(f64, f64); 4] = [(1.2, 1.4), (1.6, 1.8), (2.0, 2.4), (3.0, 3.4)];

@@ -268,7 +268,7 @@ impl Scenario {
             }
         }
         let after = judge::files(&place.join("out"));
-        let is_one = self.rival_files.iter().any(|files| *files == after);
+        let is_one = self.rival_files.contains(&after);
         if is_one { Ok(()) } else { Err("a mixture of several runs".into()) }
     }
 

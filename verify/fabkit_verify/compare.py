@@ -183,7 +183,9 @@ def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
     off.sort(key=lambda o: -o.distance_mm)
     worst = off[0].distance_mm if off else 0.0
     beyond = [o for o in off if o.distance_mm > limit]
+    # What has a name says more than a line through everything or along a seam.
     names = list(dict.fromkeys(o.of for o in beyond))
+    names.sort(key=lambda name: name.startswith(("bundle ", "seam ")))
     note = f"at {', '.join(names[:4])}" + (f" and {len(names) - 4} more" if len(names) > 4 else "")
     places = tuple(tuple(map(float, o.at_mm)) for o in beyond[:200])
     area = samples["figures"]["area_mm2"]

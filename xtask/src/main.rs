@@ -3,6 +3,7 @@
 mod bench_depth;
 mod bench_peers;
 mod book;
+mod bytes;
 #[cfg(unix)]
 mod faults;
 mod fuzz;
@@ -28,6 +29,7 @@ Tasks:
                      Feed everything that reads files, and the command, with files that are nearly right
   python             Build the Python package's wheel, install it, run its tests; types and style
   book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
+  bytes [--accept]   Compare the bytes of all exports with the list in xtask/bytes.txt, or write it anew
   faults [--rounds N] [--seed N]
                      Fail each system call, kill, crowd and starve commands; look at what is on disk
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         "fuzz" => fuzz::run(env::args().skip(2)),
         "python" => python_package::run(),
         "book" => book::run(env::args().nth(2).as_deref()),
+        "bytes" => bytes::run(&env::args().skip(2).collect::<Vec<_>>()),
         #[cfg(unix)]
         "faults" => faults::run(&env::args().skip(2).collect::<Vec<_>>()),
         "variants" => variants::run(&env::args().skip(2).collect::<Vec<_>>()),

@@ -6,7 +6,7 @@
 //! height over which it spills. The search is the merge tree of the columns' tops (Carr, Snoeyink
 //! and Axen, "Computing Contour Trees in All Dimensions", 2003).
 
-use fabkit_geometry::{Body, Point3, Pour, Ray, Vector3};
+use fabkit_geometry::{CompiledSolid, Point3, Pour, Ray, Vector3};
 use rayon::prelude::*;
 
 use crate::chain::Place;
@@ -62,7 +62,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene, memo: &Memo) ->
     findings
 }
 
-fn pockets(place: &Place, pour: &Pour, layer: &Body) -> Vec<Finding> {
+fn pockets(place: &Place, pour: &Pour, layer: &CompiledSolid) -> Vec<Finding> {
     let grid = Columns::of(layer, pour);
     let pockets = grid.pockets();
     pockets
@@ -87,7 +87,7 @@ fn pockets(place: &Place, pour: &Pour, layer: &Body) -> Vec<Finding> {
 }
 
 impl Columns {
-    fn of(body: &Body, pour: &Pour) -> Self {
+    fn of(body: &CompiledSolid, pour: &Pour) -> Self {
         let up = pour.up.normalize();
         let [u, v] = basis(&up);
         let bounds = body.bounds();

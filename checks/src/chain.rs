@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Action, Body, Cure, Mix, Opening, Point3, Pour, Pull, Ray, Sensor, Spray, Step, Vector3,
+    Action, CompiledSolid, Cure, Mix, Opening, Point3, Pour, Pull, Ray, Sensor, Spray, Step,
+    Vector3,
 };
 
 use crate::finding::{Finding, Rule, Severity};
 use crate::lines::{Caster, basis};
 use crate::opening;
-use crate::scene::{Placed, Scene, solids};
+use crate::scene::{Placed, Scene};
 
 /// How far a unit vector's length may be off.
 const UNIT_ROUNDING: f64 = 1e-9;
@@ -72,7 +73,7 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Scene<'a>) -> Vec<Remo
             let stands_against = |other: &str| match walls {
                 Some(walls) => {
                     walls.iter().any(|wall| wall == other)
-                        && sensor.parts.iter().any(|part| part.name == other)
+                        && sensor.parts().any(|part| part.name == other)
                 }
                 None => cast.contains(other),
             };
@@ -97,8 +98,8 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Scene<'a>) -> Vec<Remo
 pub(crate) fn examine(sensor: &Sensor, scene: &Scene) -> Vec<Finding> {
     let mut examiner = Examiner {
         scene,
-        names: solids(sensor).map(|(name, _, _)| name).collect(),
-        layers: sensor.layers.iter().map(|l| l.name.as_str()).collect(),
+        names: sensor.bodies.iter().map(|body| body.name.as_str()).collect(),
+        layers: sensor.layers().map(|l| l.name.as_str()).collect(),
         made_in: BTreeMap::new(),
         used: BTreeSet::new(),
         findings: Vec::new(),
@@ -292,7 +293,7 @@ impl<'a> Examiner<'a> {
 
     /// Every layer is cast, and nothing is there that no step needs.
     fn completeness(&mut self, sensor: &'a Sensor) {
-        for layer in &sensor.layers {
+        for layer in sensor.layers() {
             if !self.made_in.contains_key(layer.name.as_str()) {
                 self.findings.push(
                     Finding::error(
@@ -309,8 +310,10 @@ impl<'a> Examiner<'a> {
             return;
         }
         let layers = &self.layers;
-        let unused = solids(sensor)
-            .map(|(name, _, _)| name)
+        let unused = sensor
+            .bodies
+            .iter()
+            .map(|body| body.name.as_str())
             .filter(|name| !self.used.contains(name) && !layers.contains(name));
         self.findings.extend(unused.map(|name| {
             Finding::error(
@@ -327,7 +330,7 @@ impl<'a> Examiner<'a> {
 /// Whether some point of an opening's disc lies on a body's surface.
 ///
 /// The points are Vogel's sunflower ("A better way to construct the sunflower head", 1979).
-fn lies_on(opening: &Opening, body: &Body) -> bool {
+fn lies_on(opening: &Opening, body: &CompiledSolid) -> bool {
     let [u, v] = basis(&opening.axis);
     let mut caster = Caster::default();
     (0..OPENING_POINTS).any(|i| {

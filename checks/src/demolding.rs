@@ -7,7 +7,7 @@
 //! Goodier, "Theory of Elasticity", section 28).
 
 use fabkit_geometry::proofs::{Shadow, obstacles};
-use fabkit_geometry::{Aabb, Body, Point3, Pull, Ray, Vector3};
+use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pull, Ray, Vector3};
 use rayon::prelude::*;
 
 use crate::chain::{Place, Removal};
@@ -163,7 +163,7 @@ impl Grid {
             origin: Point3::from(place(0, i) * u + place(1, j) * v),
             direction: *direction,
         };
-        let cast_bodies: Vec<&Body> = cast.iter().map(|placed| &placed.body).collect();
+        let cast_bodies: Vec<&CompiledSolid> = cast.iter().map(|placed| &placed.body).collect();
         if let Some(boxes) = obstacles(&tool.body, &cast_bodies, direction) {
             if boxes.is_empty() {
                 return None;

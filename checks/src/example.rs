@@ -1,8 +1,8 @@
 //! The smallest sensor that has something to check: a puck of gel, cast in a dish under a lid.
 
 use fabkit_geometry::{
-    Action, Angle, Assembly, Cure, Layer, Mix, NominalCamera, Opening, Part, Placement, Point3,
-    Pose, Pour, Process, Pull, Sensor, Shells, Solid, Step, Vector3,
+    Action, Angle, Assembly, Body, Cure, Mix, NominalCamera, Opening, Placement, Point3, Pose,
+    Pour, Process, Pull, Sensor, Solid, Step, Vector3,
 };
 
 /// Radius of the puck, mm.
@@ -17,23 +17,12 @@ pub const GATE_RADIUS_MM: f64 = 1.0;
 /// Name of its only assembly.
 pub const MOLD: &str = "mold";
 
-fn part(name: &str, solid: Solid, genus: i32) -> Part {
-    Part {
-        name: name.into(),
-        summary: String::new(),
-        solid,
-        placements: vec![Placement::in_place(Assembly(MOLD.into()))],
-        process: Process::Sla,
-        material: "resin".into(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: [0; 3],
-        bed_from_part: Pose::identity(),
-        print_notes: Vec::new(),
-        shrinkage: 0.0,
-        genus,
-        shells: Shells::ONE,
-    }
+fn part(name: &str, solid: Solid, genus: i32) -> Body {
+    Body::made(name, String::new(), Process::Sla, solid)
+        .from("resin")
+        .placed([Placement::in_place(Assembly(MOLD.into()))])
+        .colored([0; 3])
+        .with_handles(genus)
 }
 
 /// A dish around the puck, 2 mm thick.
@@ -82,22 +71,6 @@ pub fn puck() -> Sensor {
     };
     let pull = |body: &str, direction| Pull { body: body.into(), direction, strain_limit: None };
     Sensor {
-        name: "puck".into(),
-        title: "a puck".into(),
-        reference: String::new(),
-        parts: vec![part("dish", dish(), 0), part("lid", lid(), 1)],
-        layers: vec![Layer {
-            name: "puck".into(),
-            summary: String::new(),
-            solid: Solid::cylinder(RADIUS_MM, HEIGHT_MM),
-            placements: vec![Placement::in_place(Assembly(MOLD.into()))],
-            material: "gel".into(),
-            color: [0; 3],
-            opacity: 1.0,
-            genus: 0,
-            shells: Shells::ONE,
-        }],
-        components: Vec::new(),
         chain: vec![
             step("pour", Action::Pour(pour)),
             step(
@@ -105,14 +78,24 @@ pub fn puck() -> Sensor {
                 Action::Demold(vec![pull("lid", Vector3::z()), pull("dish", -Vector3::z())]),
             ),
         ],
-        print_groups: Vec::new(),
-        press_fits: Vec::new(),
-        camera: NominalCamera {
-            sensor_from_camera: Pose::identity(),
-            width_px: 640,
-            height_px: 480,
-            field_of_view: Angle::from_deg(90.0).expect("finite"),
-        },
-        touch: None,
+        ..Sensor::new(
+            "puck",
+            "a puck",
+            "",
+            NominalCamera {
+                sensor_from_camera: Pose::identity(),
+                width_px: 640,
+                height_px: 480,
+                field_of_view: Angle::from_deg(90.0).expect("finite"),
+            },
+            [part("dish", dish(), 0), part("lid", lid(), 1)].into_iter().chain([Body::cast(
+                "puck",
+                String::new(),
+                Solid::cylinder(RADIUS_MM, HEIGHT_MM),
+            )
+            .from("gel")
+            .placed([Placement::in_place(Assembly(MOLD.into()))])
+            .colored([0; 3])]),
+        )
     }
 }

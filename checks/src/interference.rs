@@ -3,7 +3,7 @@
 
 use fabkit_geometry::measure::overlap_volume;
 use fabkit_geometry::proofs::meetings;
-use fabkit_geometry::{Body, Point3, PressFit, Ray, Sensor, Vector3};
+use fabkit_geometry::{CompiledSolid, Point3, PressFit, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Rule};
@@ -148,7 +148,12 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     Verdict { finding, overlaps: volume_mm3 > 0.0 }
 }
 
-fn examine_fit(fit: &PressFit, assembly: &str, inner: &Body, outer: &Body) -> Verdict {
+fn examine_fit(
+    fit: &PressFit,
+    assembly: &str,
+    inner: &CompiledSolid,
+    outer: &CompiledSolid,
+) -> Verdict {
     let allowed_mm = fit.interference_mm * (1.0 + REFINEMENT_REST) + FIT_ROUNDING_MM;
     let Some((depth_mm, place)) = deepest(inner, outer, allowed_mm) else {
         return Verdict { finding: None, overlaps: false };
@@ -171,7 +176,7 @@ fn examine_fit(fit: &PressFit, assembly: &str, inner: &Body, outer: &Body) -> Ve
 /// common volume has at points within it.
 ///
 /// What is no more than `allowed_mm` need not be known better than that.
-fn deepest(a: &Body, b: &Body, allowed_mm: f64) -> Option<(f64, Point3<f64>)> {
+fn deepest(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> Option<(f64, Point3<f64>)> {
     let common = a.bounds().common(&b.bounds());
     if common.is_empty() || !common.is_finite() {
         return None;
@@ -209,8 +214,8 @@ fn deepest(a: &Body, b: &Body, allowed_mm: f64) -> Option<(f64, Point3<f64>)> {
 /// Lines of a fan end near the faces that bound it; lines along the normals of those faces are
 /// shorter, and the shortest of all is followed further, until one is no longer than `allowed_mm`.
 fn thickness_mm(
-    a: &Body,
-    b: &Body,
+    a: &CompiledSolid,
+    b: &CompiledSolid,
     point: Point3<f64>,
     known_mm: f64,
     allowed_mm: f64,
@@ -260,7 +265,12 @@ fn fan_direction(index: u32) -> Vector3<f64> {
 }
 
 /// What a line has in both bodies.
-fn common_stretches(a: &Body, b: &Body, ray: &Ray, casters: &mut [Caster; 2]) -> Vec<Stretch> {
+fn common_stretches(
+    a: &CompiledSolid,
+    b: &CompiledSolid,
+    ray: &Ray,
+    casters: &mut [Caster; 2],
+) -> Vec<Stretch> {
     let [in_a, in_b] = casters;
     let in_a: Vec<Stretch> = in_a.stretches(a, ray).collect();
     if in_a.is_empty() {

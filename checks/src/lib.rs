@@ -15,7 +15,7 @@
 //! assert_eq!(check(&sensor)?.errors(), 0);
 //!
 //! // The same dish 0.1 mm lower is no longer the puck's negative.
-//! sensor.parts[0].placements[0].assembly_from_body =
+//! sensor.bodies[0].placements[0].assembly_from_body =
 //!     fabkit_geometry::Pose::translation(0.0, 0.0, -0.1);
 //! let report = check(&sensor)?;
 //! assert!(report.findings.iter().any(|f| f.rule == Rule::Casting && f.bodies == ["puck", "dish"]));

@@ -1,7 +1,7 @@
 //! Parallel lines through a box, and the stretches of them that lie inside bodies.
 
 use fabkit_geometry::proofs::Shadow;
-use fabkit_geometry::{Aabb, Body, Crossing, Point3, Ray, Scratch, Vector3};
+use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Ray, Scratch, Vector3};
 
 /// Askew to everything that parts are made of, so that no face of an ordinary part is grazed, and
 /// far enough apart that each face is met steeply by one of them.
@@ -93,7 +93,11 @@ impl Stretch {
 
 impl Caster {
     /// The stretches of a line (of unit direction) inside a body, in order.
-    pub(crate) fn stretches(&mut self, body: &Body, ray: &Ray) -> impl Iterator<Item = Stretch> {
+    pub(crate) fn stretches(
+        &mut self,
+        body: &CompiledSolid,
+        ray: &Ray,
+    ) -> impl Iterator<Item = Stretch> {
         body.crossings_into(ray, &mut self.scratch, &mut self.crossings);
         self.crossings.chunks_exact(2).map(|ends| Stretch { enter: ends[0], exit: ends[1] })
     }
@@ -101,7 +105,7 @@ impl Caster {
 
 impl Caster {
     /// The same without what lies at their ends: from where to where, mm.
-    pub(crate) fn ends(&mut self, body: &Body, ray: &Ray) -> &[[f64; 2]] {
+    pub(crate) fn ends(&mut self, body: &CompiledSolid, ray: &Ray) -> &[[f64; 2]] {
         body.stretches_into(ray, &mut self.scratch, &mut self.ends);
         &self.ends
     }

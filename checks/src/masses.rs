@@ -1,7 +1,7 @@
 //! How much of each component a layer takes.
 
 use fabkit_geometry::measure::{Estimate, ray_volume};
-use fabkit_geometry::{Action, Body, Cure, Mix, Sensor};
+use fabkit_geometry::{Action, CompiledSolid, Cure, Mix, Sensor};
 use rayon::prelude::*;
 
 /// Lines through a layer; enough for about 1e-5 of its volume.
@@ -53,8 +53,8 @@ pub fn batches(sensor: &Sensor) -> Vec<Batch> {
     liquids
         .into_par_iter()
         .filter_map(|(step, layer, mix, waste, cure)| {
-            let solid = &sensor.layers.iter().find(|l| l.name == layer)?.solid;
-            let volume = ray_volume(&Body::new(solid).ok()?, LINES).ok()?;
+            let solid = &sensor.layers().find(|l| l.name == layer)?.solid;
+            let volume = ray_volume(&CompiledSolid::new(solid).ok()?, LINES).ok()?;
             let names = mix.by_mass.iter().map(|(name, _)| name.clone());
             Some(Batch {
                 step: step.into(),

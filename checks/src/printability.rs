@@ -1,6 +1,6 @@
 //! Whether a printer can make a part: it fits on the bed, its walls and holes are not too thin.
 
-use fabkit_geometry::{Body, Part, Point3, Process, Sensor, Solid};
+use fabkit_geometry::{Body, CompiledSolid, Point3, Process, Sensor, Solid};
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Rule};
@@ -60,7 +60,7 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
 /// assert!(printability(&kit)?.0.is_empty());
 /// // A fin of 0.3 mm on the dish.
 /// let fin = Solid::cuboid(0.3, 4.0, 5.0).at(12.0, 0.0, -1.0);
-/// kit.parts[0].solid = kit.parts[0].solid.clone().plus(fin);
+/// kit.bodies[0].solid = kit.bodies[0].solid.clone().plus(fin);
 /// assert!(printability(&kit)?.0[0].message.contains("0.30 mm"));
 /// # Ok::<(), fabkit_checks::InvalidBody>(())
 /// ```
@@ -68,17 +68,18 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
 /// # Errors
 /// [`InvalidBody`] if a solid is none.
 pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
-    let printed: Vec<(&Part, PrintLimits)> =
-        kit.parts.iter().filter_map(|part| Some((part, print_limits(part.process)?))).collect();
+    let printed: Vec<(&Body, PrintLimits)> =
+        kit.parts().filter_map(|part| Some((part, print_limits(part.process()?)?))).collect();
     let found: Vec<Vec<Finding>> =
         printed.par_iter().map(|(part, limits)| examine(part, limits)).collect::<Result<_, _>>()?;
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
-fn examine(part: &Part, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
+fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
-    let body = Body::new(&part.solid).map_err(invalid)?;
-    let on_bed = Body::new(&part.solid.clone().placed(part.bed_from_part)).map_err(invalid)?;
+    let body = CompiledSolid::new(&part.solid).map_err(invalid)?;
+    let on_bed =
+        CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body)).map_err(invalid)?;
     let about = |finding: Finding| finding.of([part.name.as_str()]);
     let mut findings = Vec::new();
 
@@ -89,7 +90,11 @@ fn examine(part: &Part, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     if let Some((value, limit)) = over.into_iter().find(|(value, limit)| value > limit) {
         let message = format!(
             "{} is {:.1} x {:.1} x {:.1} mm, more than a usual printer for {} takes",
-            part.name, size.x, size.y, size.z, part.process
+            part.name,
+            size.x,
+            size.y,
+            size.z,
+            part.process_word()
         );
         let fix = "make it smaller, or print it elsewhere";
         findings.push(
@@ -131,7 +136,11 @@ fn examine(part: &Part, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
 /// The thinnest wall below a limit, mm, and where it is; from `lines` lines in each of three
 /// directions, so that what is smaller than their distance is not seen. See [`printability`] for
 /// what a wall is.
-pub fn thinnest_wall(body: &Body, limit_mm: f64, lines: usize) -> Option<(f64, Point3<f64>)> {
+pub fn thinnest_wall(
+    body: &CompiledSolid,
+    limit_mm: f64,
+    lines: usize,
+) -> Option<(f64, Point3<f64>)> {
     let bounds = body.bounds();
     if bounds.is_empty() || !bounds.is_finite() {
         return None;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Body, InvalidSolid, Placement, Sensor, Solid};
+use fabkit_geometry::{Body, CompiledSolid, InvalidSolid, Placement, Sensor};
 use rayon::prelude::*;
 
 use crate::memo;
@@ -22,7 +22,7 @@ pub struct InvalidBody {
 pub(crate) struct Placed<'a> {
     pub(crate) name: &'a str,
     /// In the assembly's frame.
-    pub(crate) body: Body,
+    pub(crate) body: CompiledSolid,
     /// The same for the same shape in the same place, see [`memo`].
     pub(crate) key: u128,
 }
@@ -35,16 +35,15 @@ pub(crate) struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     pub(crate) fn new(sensor: &'a Sensor) -> Result<Self, InvalidBody> {
-        let places: Vec<(&str, &Solid, &Placement)> = solids(sensor)
-            .flat_map(|(name, solid, placements)| placements.iter().map(move |p| (name, solid, p)))
-            .collect();
+        let places = |body: &'a Body| body.placements.iter().map(move |place| (body, place));
+        let places: Vec<(&Body, &Placement)> = sensor.bodies.iter().flat_map(places).collect();
         let placed: Vec<(&str, Placed)> = places
             .into_par_iter()
-            .map(|(name, solid, placement)| {
-                let body = Body::new(&solid.clone().placed(placement.assembly_from_body))
+            .map(|(Body { name, solid, .. }, placement)| {
+                let body = CompiledSolid::new(&solid.clone().placed(placement.assembly_from_body))
                     .map_err(|source| InvalidBody { body: name.into(), source })?;
                 let key = memo::of_body(solid, placement);
-                Ok((placement.assembly.0.as_str(), Placed { name, body, key }))
+                Ok((placement.assembly.0.as_str(), Placed { name: name.as_str(), body, key }))
             })
             .collect::<Result<_, _>>()?;
         let mut assemblies = BTreeMap::<_, Vec<_>>::new();
@@ -63,13 +62,4 @@ impl<'a> Scene<'a> {
     pub(crate) fn places(&self, assembly: &str, name: &str) -> Vec<&Placed<'a>> {
         self.bodies(assembly).iter().filter(|placed| placed.name == name).collect()
     }
-}
-
-/// Parts, layers and components as one list.
-pub(crate) fn solids(sensor: &Sensor) -> impl Iterator<Item = (&str, &Solid, &[Placement])> {
-    let parts = sensor.parts.iter().map(|p| (p.name.as_str(), &p.solid, p.placements.as_slice()));
-    let layers = sensor.layers.iter().map(|l| (l.name.as_str(), &l.solid, l.placements.as_slice()));
-    let components =
-        sensor.components.iter().map(|c| (c.name.as_str(), &c.solid, c.placements.as_slice()));
-    parts.chain(layers).chain(components)
 }

@@ -3,7 +3,7 @@
 use fabkit_checks::example::{GATE_RADIUS_MM, HEIGHT_MM, MOLD, RADIUS_MM, puck};
 use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};
 use fabkit_geometry::{
-    Action, Assembly, CUT_OVERLAP_MM, Component, Opening, Placement, Point3, Pose, Pour, PressFit,
+    Action, Assembly, Body, CUT_OVERLAP_MM, Opening, Placement, Point3, Pose, Pour, PressFit,
     Sensor, Solid, Vector3,
 };
 
@@ -42,7 +42,7 @@ fn a_sound_sensor_has_no_findings() {
 #[test]
 fn a_dish_that_is_too_low_leaves_a_gap_of_its_volume() {
     let mut sensor = puck();
-    sensor.parts[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -0.1);
+    sensor.bodies[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -0.1);
     let report = report(&sensor);
     let found = |wall: &str| {
         let finding = report.of(Rule::Casting).find(|f| f.bodies == ["puck", wall]).unwrap();
@@ -61,7 +61,7 @@ fn a_dish_that_is_too_low_leaves_a_gap_of_its_volume() {
 #[test]
 fn a_dish_that_is_too_high_overlaps_the_layer() {
     let mut sensor = puck();
-    sensor.parts[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, 0.1);
+    sensor.bodies[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, 0.1);
     let finding = only(&sensor, Rule::Casting);
     assert_eq!(finding.bodies, ["puck", "dish"]);
     let fraction = finding.measured.unwrap().value;
@@ -71,7 +71,7 @@ fn a_dish_that_is_too_high_overlaps_the_layer() {
 #[test]
 fn a_gap_of_a_tenth_of_a_nanometre_is_none() {
     let mut sensor = puck();
-    sensor.parts[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -1e-7);
+    sensor.bodies[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -1e-7);
     assert_eq!(report(&sensor).of(Rule::Casting).count(), 0);
 }
 
@@ -79,7 +79,7 @@ fn a_gap_of_a_tenth_of_a_nanometre_is_none() {
 fn a_hole_that_nobody_declared_is_a_leak() {
     let mut sensor = puck();
     let drain = Solid::cylinder(0.5, 3.0).at(5.0, 0.0, -3.0 + CUT_OVERLAP_MM);
-    sensor.parts[0].solid = sensor.parts[0].solid.clone().minus(drain);
+    sensor.bodies[0].solid = sensor.bodies[0].solid.clone().minus(drain);
     // Lines that meet the hole's side find a wall that is too far away as well.
     let report = report(&sensor);
     let finding = report.of(Rule::Casting).find(|f| f.message.contains("is open")).unwrap();
@@ -123,10 +123,10 @@ fn with_boss() -> Sensor {
     let mut sensor = puck();
     let boss = |from: f64, to: f64| Solid::cylinder(2.0, to - from).at(6.0, 0.0, from);
     let top = HEIGHT_MM + 1.0;
-    sensor.layers[0].solid =
-        sensor.layers[0].solid.clone().plus(boss(HEIGHT_MM - CUT_OVERLAP_MM, top));
-    sensor.parts[1].solid =
-        sensor.parts[1].solid.clone().minus(boss(HEIGHT_MM - CUT_OVERLAP_MM, top));
+    sensor.bodies[2].solid =
+        sensor.bodies[2].solid.clone().plus(boss(HEIGHT_MM - CUT_OVERLAP_MM, top));
+    sensor.bodies[1].solid =
+        sensor.bodies[1].solid.clone().minus(boss(HEIGHT_MM - CUT_OVERLAP_MM, top));
     sensor
 }
 
@@ -171,8 +171,8 @@ fn an_undercut_holds_a_rigid_tool_back() {
             .minus(Solid::cylinder(inner, 2.0).at(0.0, 0.0, -0.5))
             .at(0.0, 0.0, 0.7)
     };
-    sensor.layers[0].solid = sensor.layers[0].solid.clone().plus(bead(RADIUS_MM - CUT_OVERLAP_MM));
-    sensor.parts[0].solid = sensor.parts[0].solid.clone().minus(bead(RADIUS_MM - CUT_OVERLAP_MM));
+    sensor.bodies[2].solid = sensor.bodies[2].solid.clone().plus(bead(RADIUS_MM - CUT_OVERLAP_MM));
+    sensor.bodies[0].solid = sensor.bodies[0].solid.clone().minus(bead(RADIUS_MM - CUT_OVERLAP_MM));
     assert_eq!(report(&sensor).of(Rule::Casting).count(), 0);
 
     // Down comes the dish, and its wall above the bead is held by the bead.
@@ -214,16 +214,12 @@ fn a_tool_pulled_through_its_cast_is_held() {
 fn with_pin(interference_mm: Option<f64>) -> Sensor {
     let mut sensor = puck();
     let hole = Solid::cylinder(1.0, 1.5).at(5.0, 0.0, -2.0 - CUT_OVERLAP_MM);
-    sensor.parts[0].solid = sensor.parts[0].solid.clone().minus(hole);
-    sensor.components.push(Component {
-        name: "pin".into(),
-        specification: String::new(),
-        solid: Solid::cylinder(1.02, 3.0),
-        placements: vec![Placement::at(Assembly(MOLD.into()), Pose::translation(5.0, 0.0, -4.0))],
-        quantity: 1,
-        color: [0; 3],
-        opacity: 1.0,
-    });
+    sensor.bodies[0].solid = sensor.bodies[0].solid.clone().minus(hole);
+    sensor.bodies.push(
+        Body::bought("pin", String::new(), Solid::cylinder(1.02, 3.0))
+            .placed([Placement::at(Assembly(MOLD.into()), Pose::translation(5.0, 0.0, -4.0))])
+            .colored([0; 3]),
+    );
     sensor.chain[0].bodies.push("pin".into());
     sensor.press_fits.extend(interference_mm.map(|interference_mm| PressFit {
         inner: "pin".into(),
@@ -256,7 +252,7 @@ fn declared_fits_are_met_and_not_exceeded() {
     assert!((measured.value - 0.02).abs() < 1e-6 && measured.limit == 0.01, "{measured:?}");
 
     let mut loose = with_pin(Some(0.02));
-    loose.components[0].solid = Solid::cylinder(1.0, 3.0);
+    loose.bodies[3].solid = Solid::cylinder(1.0, 3.0);
     let finding = only(&loose, Rule::Interference);
     assert!(finding.message.contains("overlaps it nowhere"), "{}", finding.message);
 }
@@ -282,10 +278,10 @@ fn the_chain_is_complete_and_in_order() {
         ("the cure has no time", |s| pour(s).cure.hours = f64::NAN),
         ("no opening to be poured through", |s| pour(s).openings.clear()),
         ("the wall skin has not been cast yet", |s| {
-            let mut skin = s.layers[0].clone();
+            let mut skin = s.bodies[2].clone();
             skin.name = "skin".into();
             skin.solid = skin.solid.at(0.0, 0.0, 50.0);
-            s.layers.push(skin);
+            s.bodies.push(skin);
             pour(s).walls.push("skin".into());
         }),
     ];
@@ -317,7 +313,7 @@ fn what_no_step_needs_is_a_warning() {
 #[test]
 fn findings_do_not_depend_on_the_number_of_threads() {
     let mut sensor = with_boss();
-    sensor.parts[0].placements[0].assembly_from_body = Pose::translation(0.03, 0.0, -0.1);
+    sensor.bodies[0].placements[0].assembly_from_body = Pose::translation(0.03, 0.0, -0.1);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| report(&sensor))

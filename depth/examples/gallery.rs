@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_depth::{Actor, Picture, View, contact_sheet, render};
-use fabkit_geometry::{Angle, Body, Point3, Pose, Solid, Vector3};
+use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const BLACK: [u8; 3] = [34, 34, 36];
 const BLUE: [u8; 3] = [86, 140, 196];
@@ -24,9 +24,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let section = View::section(width, height, Point3::origin(), -Vector3::y());
     let perspective = isometric.clone().perspective(Angle::from_deg(25.0).ok_or("not finite")?);
     let drawings: [(&str, Vec<Actor>, &View); 6] = [
-        ("shell", vec![Actor::new(Body::new(&shell())?, BLACK)], &isometric),
-        ("dome", vec![Actor::new(Body::new(&dome())?, ORANGE)], &isometric),
-        ("mold", vec![Actor::new(Body::new(&mold())?, GREY)], &section),
+        ("shell", vec![Actor::new(CompiledSolid::new(&shell())?, BLACK)], &isometric),
+        ("dome", vec![Actor::new(CompiledSolid::new(&dome())?, ORANGE)], &isometric),
+        ("mold", vec![Actor::new(CompiledSolid::new(&mold())?, GREY)], &section),
         ("stack", stack(0.35)?, &isometric),
         ("stack-section", stack(0.35)?, &section),
         ("exploded", exploded()?, &perspective),
@@ -101,9 +101,11 @@ fn stack(opacity: f64) -> Result<Vec<Actor>, Box<dyn Error>> {
     };
     let below = |radius: f64| bullet(radius).plus(Solid::cylinder(radius, 1.0).at(0.0, 0.0, -0.5));
     let layers = [
-        Actor::new(Body::new(&bullet(8.0))?, ORANGE),
-        Actor::new(Body::new(&bullet(13.5).minus(below(8.0)))?, GREEN).with_opacity(opacity),
-        Actor::new(Body::new(&bullet(15.0).minus(below(13.5)))?, GLASS).with_opacity(opacity),
+        Actor::new(CompiledSolid::new(&bullet(8.0))?, ORANGE),
+        Actor::new(CompiledSolid::new(&bullet(13.5).minus(below(8.0)))?, GREEN)
+            .with_opacity(opacity),
+        Actor::new(CompiledSolid::new(&bullet(15.0).minus(below(13.5)))?, GLASS)
+            .with_opacity(opacity),
     ];
     Ok(layers.into())
 }
@@ -111,9 +113,9 @@ fn stack(opacity: f64) -> Result<Vec<Actor>, Box<dyn Error>> {
 fn exploded() -> Result<Vec<Actor>, Box<dyn Error>> {
     let lift = |actor: Actor, z_mm: f64| actor.placed(Pose::translation(0.0, 0.0, z_mm));
     let mut actors = vec![
-        lift(Actor::new(Body::new(&Solid::cuboid(30.0, 32.0, 8.65))?, GREY), -20.0),
-        Actor::new(Body::new(&shell())?, BLUE),
-        lift(Actor::new(Body::new(&dome())?, ORANGE), 66.0),
+        lift(Actor::new(CompiledSolid::new(&Solid::cuboid(30.0, 32.0, 8.65))?, GREY), -20.0),
+        Actor::new(CompiledSolid::new(&shell())?, BLUE),
+        lift(Actor::new(CompiledSolid::new(&dome())?, ORANGE), 66.0),
     ];
     actors.extend(stack(0.5)?.into_iter().map(|actor| lift(actor, 30.0)));
     Ok(actors)

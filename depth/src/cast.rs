@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fabkit_geometry::{Aabb, Body, Crossing, Point3, Pose, Ray, Vector3};
+use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Pose, Ray, Vector3};
 
 /// Boxes grow by this much, so that a surface lying in its own box's face is not lost to rounding.
 pub(crate) const BOX_SLACK_MM: f64 = 1e-6;
@@ -16,7 +16,7 @@ pub struct Scene<'a> {
 
 #[derive(Clone, Debug)]
 struct PlacedBody<'a> {
-    body: &'a Body,
+    body: &'a CompiledSolid,
     scene_from_body: Pose,
     body_from_scene: Pose,
     bounds: Aabb,
@@ -56,7 +56,7 @@ pub struct Scratch {
 
 impl<'a> Scene<'a> {
     /// Prepares bodies, each with its `scene_from_body`.
-    pub fn new(bodies: impl IntoIterator<Item = (&'a Body, Pose)>) -> Self {
+    pub fn new(bodies: impl IntoIterator<Item = (&'a CompiledSolid, Pose)>) -> Self {
         let bodies: Vec<_> = bodies
             .into_iter()
             .map(|(body, scene_from_body)| PlacedBody {

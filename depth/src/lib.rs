@@ -16,9 +16,9 @@
 //!
 //! ```
 //! use fabkit_depth::{Actor, View, render};
-//! use fabkit_geometry::{Body, Solid};
+//! use fabkit_geometry::{CompiledSolid, Solid};
 //!
-//! let ball = Actor::new(Body::new(&Solid::sphere(5.0))?, [200, 120, 60]);
+//! let ball = Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200, 120, 60]);
 //! let picture = render(&[ball], &View::isometric(64, 48))?;
 //! let centre = picture.pixel(32, 24);
 //! assert!(centre[0] > centre[2], "the ball is orange");

@@ -1,13 +1,13 @@
 //! What a person must be able to see in a picture, as numbers.
 
 use fabkit_depth::{Actor, MAX_PIXELS, Picture, RenderError, View, contact_sheet, render};
-use fabkit_geometry::{Angle, Body, Point3, Pose, Solid, Vector3};
+use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const RED: [u8; 3] = [220, 40, 40];
 const BLUE: [u8; 3] = [60, 90, 220];
 
 fn actor(solid: &Solid, color: [u8; 3]) -> Actor {
-    Actor::new(Body::new(solid).expect("a solid"), color)
+    Actor::new(CompiledSolid::new(solid).expect("a solid"), color)
 }
 
 fn redness(pixel: [u8; 3]) -> i32 {

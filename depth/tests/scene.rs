@@ -1,7 +1,7 @@
 //! The hierarchy must find what asking every body finds.
 
 use fabkit_depth::{Hit, Scene, Scratch};
-use fabkit_geometry::{Body, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use proptest::prelude::*;
 
 fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -13,14 +13,14 @@ fn pose() -> impl Strategy<Value = Pose> {
     (axis, vector(20.0)).prop_map(|(axis, shift)| Pose::z_to(axis, Point3::from(shift)))
 }
 
-fn body() -> impl Strategy<Value = Body> {
+fn body() -> impl Strategy<Value = CompiledSolid> {
     let solid = prop_oneof![
         (0.5..4.0f64).prop_map(Solid::sphere),
         (0.5..4.0f64, 0.5..9.0f64).prop_map(|(r, h)| Solid::cylinder(r, h)),
         (1.5..5.0f64, 0.2..1.0f64).prop_map(|(ring, tube)| Solid::torus(ring, tube)),
         (2.0..6.0f64).prop_map(|a| Solid::cuboid(a, a, a).minus(Solid::sphere(0.8 * a))),
     ];
-    solid.prop_map(|solid| Body::new(&solid).expect("a solid"))
+    solid.prop_map(|solid| CompiledSolid::new(&solid).expect("a solid"))
 }
 
 proptest! {

@@ -96,7 +96,7 @@ fn every_kind_of_surface_is_left_where_its_solid_is() {
     }] {
         let rays = PixelRays::new(&camera(), &sensor_from_camera());
         let surface = Surface::cast(&touch, &rays).unwrap();
-        let body = fabkit_geometry::Body::new(&touch.solid(0.0, -60.0)).unwrap();
+        let body = fabkit_geometry::CompiledSolid::new(&touch.solid(0.0, -60.0)).unwrap();
         let mut seen = 0;
         for pixel in (0..rays.len()).step_by(7) {
             let Some(ray) = rays.ray(pixel) else { continue };

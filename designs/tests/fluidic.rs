@@ -4,7 +4,7 @@
 use fabkit_designs::parameters::{InvalidDesign, Problem};
 use fabkit_designs::{Design, builtin_yaml, load};
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Action, Body, Process, Solid, Vector3};
+use fabkit_geometry::{Action, CompiledSolid, Process, Solid, Vector3};
 
 const ARRANGEMENTS: [&str; 3] = ["straight", "grid", "radial"];
 
@@ -29,27 +29,24 @@ fn with_arrangement(arrangement: &str) -> Design {
 }
 
 fn layer_volume_mm3(design: &Design, name: &str) -> f64 {
-    let layer = design.sensor.layers.iter().find(|layer| layer.name == name).unwrap();
-    ray_volume(&Body::new(&layer.solid).unwrap(), LINES).unwrap().value_mm3
+    let layer = design.sensor.layers().find(|layer| layer.name == name).unwrap();
+    ray_volume(&CompiledSolid::new(&layer.solid).unwrap(), LINES).unwrap().value_mm3
 }
 
 #[test]
 fn every_solid_of_every_arrangement_is_valid() {
     for arrangement in ARRANGEMENTS {
         let sensor = with_arrangement(arrangement).sensor;
-        let parts = sensor.parts.iter().map(|p| (&p.name, &p.solid));
-        let layers = sensor.layers.iter().map(|l| (&l.name, &l.solid));
-        let components = sensor.components.iter().map(|c| (&c.name, &c.solid));
-        for (name, solid) in parts.chain(layers).chain(components) {
-            solid.validate().unwrap_or_else(|e| panic!("{arrangement}: {name}: {e}"));
+        for body in sensor.bodies {
+            body.solid.validate().unwrap_or_else(|e| panic!("{arrangement}: {}: {e}", body.name));
         }
     }
 }
 
 #[test]
 fn every_sheet_is_one_plain_extrusion() {
-    for part in fluidic(&[]).sensor.parts {
-        assert_eq!(part.process, Process::Laser, "{}", part.name);
+    for part in fluidic(&[]).sensor.parts() {
+        assert_eq!(part.process(), Some(Process::Laser), "{}", part.name);
         assert!(matches!(part.solid, Solid::Extrusion(_)), "{}", part.name);
     }
 }
@@ -92,7 +89,7 @@ fn glue_surrounds_every_tube() {
 #[test]
 fn the_camera_sees_a_hundred_markers() {
     let sensor = fluidic(&[]).sensor;
-    let plate = sensor.parts.iter().find(|part| part.name == "mold-marker-plate").unwrap();
+    let plate = sensor.body("mold-marker-plate").unwrap();
     assert_eq!(plate.landmarks.len(), 100);
     let placement = plate.placements.first().unwrap();
     let camera_from_sensor = sensor.camera.sensor_from_camera.inverse();
@@ -118,7 +115,7 @@ fn every_layer_is_made_once() {
             _ => None,
         })
         .collect();
-    let mut layers: Vec<&str> = sensor.layers.iter().map(|layer| layer.name.as_str()).collect();
+    let mut layers: Vec<&str> = sensor.layers().map(|layer| layer.name.as_str()).collect();
     made.sort_unstable();
     layers.sort_unstable();
     assert_eq!(made, layers);
@@ -185,9 +182,9 @@ fn sizes_follow_the_parameters() {
         "plate.side=90 mm",
         "housing.led_strip_length=40 mm",
     ]);
-    let liquid = small.sensor.layers.iter().find(|l| l.name == "liquid-display").unwrap();
+    let liquid = small.sensor.layers().find(|l| l.name == "liquid-display").unwrap();
     assert_eq!(liquid.solid.children().len(), 12);
     let large = fluidic(&["markers.per_row=12", "markers.pitch=4 mm"]);
-    let plate = large.sensor.parts.iter().find(|p| p.name == "mold-marker-plate").unwrap();
-    assert_eq!(plate.genus, 144 + 4);
+    let plate = large.sensor.body("mold-marker-plate").unwrap();
+    assert_eq!(plate.genus, Some(144 + 4));
 }

@@ -7,7 +7,7 @@ use fabkit_designs::{
     Design, Dowel, HeatSetNut, HexNut, ORing, Screw, SocketScrew, builtin_yaml, load,
 };
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Body, Point3, Ray, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Point3, Ray, Solid, Vector3};
 
 /// The smallest and the largest, mm.
 type Limits = [f64; 2];
@@ -43,7 +43,7 @@ fn sensor(name: &str, sets: &[&str]) -> Design {
 /// Where a line crosses a solid.
 fn along(solid: &Solid, origin: [f64; 3], direction: [f64; 3]) -> Vec<f64> {
     let ray = Ray { origin: Point3::from(origin), direction: Vector3::from(direction) };
-    Body::new(solid).unwrap().crossings(&ray).iter().map(|crossing| crossing.t).collect()
+    CompiledSolid::new(solid).unwrap().crossings(&ray).iter().map(|crossing| crossing.t).collect()
 }
 
 /// Distance of the outermost surface from the z axis at a height.
@@ -136,8 +136,8 @@ fn nuts_socket_screws_inserts_and_dowels_are_those_of_their_tables() {
         assert!(specification.contains("no size of ISO 2338"), "{specification}");
     }
     let rtac0 = sensor("rtac0", &[]);
-    let dowel = rtac0.sensor.components.iter().find(|c| c.name == "dowel").unwrap();
-    assert_eq!(dowel.specification, ordered(3.0, 8.0));
+    let dowel = rtac0.sensor.components().find(|c| c.name == "dowel").unwrap();
+    assert_eq!(dowel.summary, ordered(3.0, 8.0));
 }
 
 /// A ring in its groove, from the solids of the parts around it.
@@ -150,17 +150,17 @@ struct Groove {
 }
 
 fn component<'a>(design: &'a Design, name: &str) -> &'a Solid {
-    &design.sensor.components.iter().find(|c| c.name == name).unwrap().solid
+    &design.sensor.components().find(|c| c.name == name).unwrap().solid
 }
 
 fn part<'a>(design: &'a Design, name: &str) -> &'a Solid {
-    &design.sensor.parts.iter().find(|p| p.name == name).unwrap().solid
+    &design.sensor.body(name).unwrap().solid
 }
 
 /// Around the connector's plug, closed by the tube.
 fn rtac0_groove(design: &Design) -> Groove {
     let connector = part(design, "connector");
-    let middle_z = Body::new(component(design, "o-ring")).unwrap().bounds().centre_z();
+    let middle_z = CompiledSolid::new(component(design, "o-ring")).unwrap().bounds().centre_z();
     let bottom = radius(connector, middle_z);
     let tube = along(component(design, "tube"), [0.0, 0.0, middle_z], [1.0, 0.0, 0.0]);
     let bore = tube[tube.len() - 2];
@@ -173,7 +173,7 @@ fn rtac0_groove(design: &Design) -> Groove {
 /// On the body's neck, below the lens, inside the ring.
 fn tactip_groove(design: &Design) -> Groove {
     let [body, lens, ring] = ["body", "lens", "ring"].map(|name| part(design, name));
-    let middle_z = Body::new(component(design, "o-ring")).unwrap().bounds().centre_z();
+    let middle_z = CompiledSolid::new(component(design, "o-ring")).unwrap().bounds().centre_z();
     let neck = radius(body, middle_z);
     let outer = along(ring, [0.0, 0.0, middle_z], [1.0, 0.0, 0.0]);
     let bore = outer.into_iter().find(|t| *t > 0.0).unwrap();
@@ -207,15 +207,16 @@ fn o_rings_are_stocked_keep_their_volume_and_have_grooves_that_suit_them() {
     ];
     for (name, sets, size, groove) in cases {
         let design = sensor(name, sets);
-        let ring = design.sensor.components.iter().find(|c| c.name == "o-ring").unwrap();
-        let said = &ring.specification;
+        let ring = design.sensor.components().find(|c| c.name == "o-ring").unwrap();
+        let said = &ring.summary;
         assert!(said.starts_with(&format!("O-ring {size} mm, ")), "{said}");
         let (inside, cord) = size.split_once(" x ").unwrap();
         let [inside, cord]: [f64; 2] = [inside, cord].map(|mm| mm.parse().unwrap());
 
         // Rubber keeps its volume: pi^2 / 4 d^2 (D + d). Lines measure to some 1e-5.
         let volume = PI * PI / 4.0 * cord * cord * (inside + cord);
-        let modelled = ray_volume(&Body::new(&ring.solid).unwrap(), 60_000).unwrap().value_mm3;
+        let modelled =
+            ray_volume(&CompiledSolid::new(&ring.solid).unwrap(), 60_000).unwrap().value_mm3;
         assert!((modelled / volume - 1.0).abs() < 1e-3, "{name}: {modelled} mm3, free {volume}");
 
         let Groove { height, width, inside: over } = groove(&design);

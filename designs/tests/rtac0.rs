@@ -11,12 +11,7 @@ fn rtac0(overrides: &[&str]) -> Design {
 #[test]
 fn every_solid_is_valid() {
     let sensor = rtac0(&[]).sensor;
-    let solids = sensor
-        .parts
-        .iter()
-        .map(|p| (&p.name, &p.solid))
-        .chain(sensor.layers.iter().map(|l| (&l.name, &l.solid)))
-        .chain(sensor.components.iter().map(|c| (&c.name, &c.solid)));
+    let solids = sensor.bodies.iter().map(|b| (&b.name, &b.solid));
     for (name, solid) in solids {
         solid.validate().unwrap_or_else(|e| panic!("{name}: {e}"));
     }

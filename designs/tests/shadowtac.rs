@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use fabkit_designs::parameters::InvalidDesign;
 use fabkit_designs::{Design, builtin_yaml, load};
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Body, Point3, Solid};
+use fabkit_geometry::{CompiledSolid, Point3, Solid};
 
 fn try_load(name: &str, overrides: &[&str]) -> Result<Design, InvalidDesign> {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
@@ -23,7 +23,7 @@ fn derived(design: &Design, name: &str) -> String {
 }
 
 fn layer<'a>(design: &'a Design, name: &str) -> &'a Solid {
-    &design.sensor.layers.iter().find(|l| l.name == name).unwrap().solid
+    &design.sensor.layers().find(|l| l.name == name).unwrap().solid
 }
 
 /// Volume of a cap of height `h` over a foot of radius `a`.
@@ -42,12 +42,7 @@ fn every_solid_is_valid() {
     for name in ["shadowtac", "shadowtac-published-cad"] {
         for overrides in [&[][..], &["dimples.direction=out-of-gel"]] {
             let sensor = built(name, overrides).sensor;
-            let solids = sensor
-                .parts
-                .iter()
-                .map(|p| (&p.name, &p.solid))
-                .chain(sensor.layers.iter().map(|l| (&l.name, &l.solid)))
-                .chain(sensor.components.iter().map(|c| (&c.name, &c.solid)));
+            let solids = sensor.bodies.iter().map(|b| (&b.name, &b.solid));
             for (body, solid) in solids {
                 solid.validate().unwrap_or_else(|e| panic!("{name} / {body}: {e}"));
             }
@@ -74,7 +69,7 @@ fn the_published_cad_follows_from_height_rings_and_spacing() {
 #[test]
 fn the_mold_lists_every_dimple_on_the_sphere() {
     let design = built("shadowtac-published-cad", &[]);
-    let block = design.sensor.parts.iter().find(|p| p.name == "mold-skin-block").unwrap();
+    let block = design.sensor.body("mold-skin-block").unwrap();
     assert_eq!(block.landmarks.len(), 469);
     let centre = Point3::new(0.0, 0.0, 8.357864 - 22.5);
     let mut steps_deg = Vec::new();
@@ -96,7 +91,8 @@ fn the_mold_lists_every_dimple_on_the_sphere() {
 fn dimples_take_their_volume_from_the_gel_or_add_it() {
     for (overrides, sign) in [(&[][..], -1.0), (&["dimples.direction=out-of-gel"], 1.0)] {
         let design = built("shadowtac", overrides);
-        let volume = ray_volume(&Body::new(layer(&design, "skin")).unwrap(), 200_000).unwrap();
+        let volume =
+            ray_volume(&CompiledSolid::new(layer(&design, "skin")).unwrap(), 200_000).unwrap();
         let smooth = cap_mm3(17.5, 8.0);
         // Between surface and tangent plane lies pi r^4 / (4 R) at each dimple: below 1e-4 mm3.
         let bound = volume.error_mm3 + 217.0 * 1e-4;
@@ -110,7 +106,8 @@ fn dimples_take_their_volume_from_the_gel_or_add_it() {
 #[test]
 fn paint_and_gel_together_are_a_smooth_cap() {
     let design = built("shadowtac", &[]);
-    let volume = |name| ray_volume(&Body::new(layer(&design, name)).unwrap(), 200_000).unwrap();
+    let volume =
+        |name| ray_volume(&CompiledSolid::new(layer(&design, name)).unwrap(), 200_000).unwrap();
     let (gel, paint) = (volume("skin"), volume("reflective-paint"));
     // The painted cap: same centre, 0.05 mm more radius.
     let (centre, radius) = (-15.140625f64, 23.140625 + 0.05);

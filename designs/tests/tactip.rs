@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use fabkit_designs::parameters::InvalidDesign;
 use fabkit_designs::{Design, builtin_yaml, load};
 use fabkit_geometry::measure::overlap_volume;
-use fabkit_geometry::{Angle, Body, Pose, Solid};
+use fabkit_geometry::{Angle, CompiledSolid, Pose, Solid};
 
 /// Lines through the box that two bodies share: they find a stretch of a lug's size for certain.
 const LINES: u32 = 8_000;
@@ -20,7 +20,7 @@ fn tactip(overrides: &[&str]) -> Design {
 }
 
 fn solid<'a>(design: &'a Design, name: &str) -> &'a Solid {
-    &design.sensor.parts.iter().find(|part| part.name == name).unwrap().solid
+    &design.sensor.body(name).unwrap().solid
 }
 
 /// Ring and dot centres by layout: the counts follow from circles `spacing` apart on a sphere of
@@ -30,7 +30,7 @@ fn each_layout_has_its_pins() {
     for (layout, spacing, pins) in [("A", 3.0, 57), ("B", 4.0, 35), ("C", 4.5, 19), ("D", 4.5, 19)]
     {
         let design = tactip(&[&format!("pins.layout={layout}")]);
-        let dots = design.sensor.parts.iter().find(|part| part.name == "dots").unwrap();
+        let dots = design.sensor.body("dots").unwrap();
         assert_eq!(dots.landmarks.len(), pins, "{layout}");
         // Dots end 2 mm inside the skin, and point at the hemisphere's centre.
         for dot in &dots.landmarks {
@@ -44,16 +44,16 @@ fn each_layout_has_its_pins() {
 }
 
 /// How much the female part, turned from its locked place and lifted, cuts into the male part, mm3.
-fn interference(male: &Body, female: &Solid, turned_deg: f64, lift_mm: f64) -> f64 {
+fn interference(male: &CompiledSolid, female: &Solid, turned_deg: f64, lift_mm: f64) -> f64 {
     let pose = Pose::translation(0.0, 0.0, lift_mm)
         .then_in(Pose::rotation_z(Angle::from_deg(turned_deg).unwrap()));
-    let female = Body::new(&female.clone().placed(pose)).unwrap();
+    let female = CompiledSolid::new(&female.clone().placed(pose)).unwrap();
     overlap_volume(male, &female, LINES).unwrap().volume.value_mm3
 }
 
 /// Puts the female part on, turns it until it locks, and tries all ways out but the one it came.
 fn locks(design: &Design, female: &str, male: &str) {
-    let (female, male) = (solid(design, female), Body::new(solid(design, male)).unwrap());
+    let (female, male) = (solid(design, female), CompiledSolid::new(solid(design, male)).unwrap());
     let turn_deg = 40.0;
     let cuts = |turned_deg, lift_mm| interference(&male, female, turned_deg, lift_mm);
 
@@ -98,10 +98,11 @@ fn every_variant_has_valid_solids_and_locks() {
         &["bayonet.lugs=2", "mount.bolts=6"],
     ] {
         let design = tactip(overrides);
-        for part in &design.sensor.parts {
+        for part in design.sensor.parts() {
             part.solid.validate().unwrap_or_else(|e| panic!("{overrides:?} {}: {e}", part.name));
         }
-        let (ring, body) = (solid(&design, "ring"), Body::new(solid(&design, "body")).unwrap());
+        let (ring, body) =
+            (solid(&design, "ring"), CompiledSolid::new(solid(&design, "body")).unwrap());
         for (turned_deg, lift_mm) in [(40.0, 3.0), (40.0, 0.0), (20.0, 0.0), (0.0, 0.0)] {
             let cut = interference(&body, ring, turned_deg, lift_mm);
             assert_eq!(cut, 0.0, "{overrides:?}: {turned_deg} deg, {lift_mm} mm");

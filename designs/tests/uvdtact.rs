@@ -3,7 +3,7 @@
 
 use fabkit_designs::{Design, builtin_yaml, load};
 use fabkit_geometry::measure::{overlap_volume, ray_volume};
-use fabkit_geometry::{Action, Body, Point3, Ray, Solid, Vector3};
+use fabkit_geometry::{Action, CompiledSolid, Point3, Ray, Solid, Vector3};
 
 fn try_uvdtact(overrides: &[&str]) -> Result<Design, Vec<String>> {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
@@ -22,29 +22,24 @@ fn uvdtact(overrides: &[&str]) -> Design {
 
 fn solid<'a>(design: &'a Design, name: &str) -> &'a Solid {
     let sensor = &design.sensor;
-    let parts = sensor.parts.iter().map(|p| (&p.name, &p.solid));
-    let layers = sensor.layers.iter().map(|l| (&l.name, &l.solid));
+    let parts = sensor.parts().map(|p| (&p.name, &p.solid));
+    let layers = sensor.layers().map(|l| (&l.name, &l.solid));
     parts.chain(layers).find(|(known, _)| *known == name).unwrap().1
 }
 
-fn body(design: &Design, name: &str) -> Body {
-    Body::new(solid(design, name)).unwrap()
+fn body(design: &Design, name: &str) -> CompiledSolid {
+    CompiledSolid::new(solid(design, name)).unwrap()
 }
 
 #[test]
 fn every_solid_is_valid_with_85_43_and_0_markers() {
     for count in ["85", "43", "0"] {
         let sensor = uvdtact(&[&format!("markers.count={count}")]).sensor;
-        let solids = sensor
-            .parts
-            .iter()
-            .map(|p| (&p.name, &p.solid))
-            .chain(sensor.layers.iter().map(|l| (&l.name, &l.solid)))
-            .chain(sensor.components.iter().map(|c| (&c.name, &c.solid)));
+        let solids = sensor.bodies.iter().map(|b| (&b.name, &b.solid));
         for (name, solid) in solids {
             solid.validate().unwrap_or_else(|e| panic!("{name}: {e}"));
         }
-        let negative = sensor.parts.iter().find(|p| p.name == "negative-cup-inner").unwrap();
+        let negative = sensor.body("negative-cup-inner").unwrap();
         assert_eq!(negative.landmarks.len().to_string(), count);
     }
 }
@@ -114,7 +109,7 @@ fn the_shell_is_nowhere_thinner_than_2_mm() {
 fn markers_are_even_and_whole() {
     for (count, slots) in [("85", 85), ("43", 43)] {
         let design = uvdtact(&[&format!("markers.count={count}")]);
-        let negative = design.sensor.parts.iter().find(|p| p.name == "negative-cup-inner").unwrap();
+        let negative = design.sensor.body("negative-cup-inner").unwrap();
         let points: Vec<_> = negative.landmarks.iter().map(|l| l.point).collect();
         assert_eq!(points.len(), slots);
         let nearest = |p: &Point3<f64>| {
@@ -162,7 +157,7 @@ fn the_negative_of_the_negative_is_the_layer() {
     // A region around the dome and the keys that shares no face with any of them.
     let region = Solid::cylinder(16.0, 28.0).at(0.0, 0.0, 0.5);
     let region_mm3 = std::f64::consts::PI * 256.0 * 28.0;
-    let region = Body::new(&region).unwrap();
+    let region = CompiledSolid::new(&region).unwrap();
     let within =
         |name: &str| overlap_volume(&region, &body(&design, name), 100_000).unwrap().volume;
     let (cup, negative) = (within("silicone-cup-inner"), within("negative-cup-inner"));
@@ -195,7 +190,7 @@ fn the_chain_pours_every_layer_once() {
             _ => None,
         })
         .collect();
-    let mut layers: Vec<&str> = sensor.layers.iter().map(|l| l.name.as_str()).collect();
+    let mut layers: Vec<&str> = sensor.layers().map(|l| l.name.as_str()).collect();
     poured.sort_unstable();
     layers.sort_unstable();
     assert_eq!(poured, layers);

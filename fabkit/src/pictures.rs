@@ -2,9 +2,11 @@
 
 use fabkit_depth::{Actor, RenderError, View, render};
 use fabkit_export::ExportError;
-use fabkit_geometry::{Assembly, Body, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3};
+use fabkit_geometry::{
+    Assembly, Body, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3,
+};
 
-use crate::bodies::{BodyRef, UnknownName, bodies};
+use crate::bodies::UnknownName;
 
 pub use fabkit_depth::MAX_PIXELS;
 
@@ -43,8 +45,8 @@ pub enum PictureError {
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn picture_of_body(body: &BodyRef, shot: Shot) -> Result<Vec<u8>, PictureError> {
-    let actor = actor(body, &prepared(body)?, body.bed_from_part, 1.0);
+pub fn picture_of_body(body: &Body, shot: Shot) -> Result<Vec<u8>, PictureError> {
+    let actor = actor(body, &prepared(body)?, body.bed_from_body, 1.0);
     draw(&[actor], shot)
 }
 
@@ -59,8 +61,7 @@ pub fn picture_of_assembly(
     shot: Shot,
 ) -> Result<Vec<u8>, PictureError> {
     let mut actors = Vec::new();
-    let all = bodies(sensor);
-    for body in &all {
+    for body in &sensor.bodies {
         let places: Vec<&Placement> =
             body.placements.iter().filter(|p| p.assembly.0 == assembly).collect();
         if places.is_empty() {
@@ -79,8 +80,12 @@ pub fn picture_of_assembly(
         }
     }
     if actors.is_empty() {
-        let known: std::collections::BTreeSet<&str> =
-            all.iter().flat_map(|b| b.placements).map(|p| p.assembly.0.as_str()).collect();
+        let known: std::collections::BTreeSet<&str> = sensor
+            .bodies
+            .iter()
+            .flat_map(|b| &b.placements)
+            .map(|p| p.assembly.0.as_str())
+            .collect();
         return Err(UnknownName::new("assembly", assembly, known).into());
     }
     draw(&actors, shot)
@@ -89,19 +94,20 @@ pub fn picture_of_assembly(
 /// The assembly that pictures show unless another is asked for: the sensor itself, or the first
 /// one of a fixture.
 pub fn default_assembly(sensor: &Sensor) -> String {
-    let all = bodies(sensor);
-    let mut assemblies = all.iter().flat_map(|body| body.placements).map(|p| &p.assembly);
+    let mut assemblies =
+        sensor.bodies.iter().flat_map(|body| &body.placements).map(|p| &p.assembly);
     let sensor = Assembly::sensor();
     let first = assemblies.clone().next();
     let found = assemblies.find(|assembly| **assembly == sensor).or(first);
     found.unwrap_or(&sensor).0.clone()
 }
 
-fn prepared(body: &BodyRef) -> Result<Body, PictureError> {
-    Body::new(body.solid).map_err(|source| PictureError::Solid { body: body.name.into(), source })
+fn prepared(body: &Body) -> Result<CompiledSolid, PictureError> {
+    CompiledSolid::new(&body.solid)
+        .map_err(|source| PictureError::Solid { body: body.name.clone(), source })
 }
 
-fn actor(body: &BodyRef, prepared: &Body, scene_from_body: Pose, opacity: f64) -> Actor {
+fn actor(body: &Body, prepared: &CompiledSolid, scene_from_body: Pose, opacity: f64) -> Actor {
     Actor { body: prepared.clone(), scene_from_body, color: body.color, opacity }
 }
 

@@ -16,7 +16,6 @@ use tempfile::TempDir;
 
 use self::interpreter::Interpreter;
 pub use self::interpreter::PYTHON_VARIABLE;
-use crate::bodies::{self, Kind};
 use crate::exporting::{self, ExportFailure, ExportOptions, ForeignFile, Format};
 use crate::reading::{self, Expected, ReadError};
 use crate::staging::{OutputFile, StagingError, write_all};
@@ -146,13 +145,14 @@ impl Verifier {
         parts: &[String],
     ) -> Result<Vec<ForeignFile>, VerifierError> {
         let sensor = &design.sensor;
-        let wanted: Vec<&str> = bodies::bodies(sensor)
+        let wanted: Vec<&str> = sensor
+            .bodies
             .iter()
             .filter(|body| match parts {
-                [] => body.kind == Kind::Part,
-                named => named.iter().any(|name| name == body.name),
+                [] => body.is_made(),
+                named => named.contains(&body.name),
             })
-            .map(|body| body.name)
+            .map(|body| body.name.as_str())
             .collect();
         let folder = temporary_folder()?;
         let output = temporary_folder()?;
@@ -227,7 +227,7 @@ fn write_exports(
     formats: Vec<Format>,
     folder: &Path,
 ) -> Result<(), VerifierError> {
-    let all = || bodies::bodies(&design.sensor).iter().map(|body| body.name.to_owned()).collect();
+    let all = || design.sensor.bodies.iter().map(|body| body.name.to_owned()).collect();
     let options = ExportOptions {
         parts: if parts.is_empty() { all() } else { parts.to_vec() },
         formats,

@@ -4,53 +4,29 @@ use fabkit::designs::Design;
 use fabkit::export::ExportError;
 use fabkit::exporting::{ExportFailure, ExportOptions, Exported, Format, export};
 use fabkit::geometry::{
-    Angle, Assembly, NominalCamera, Part, Placement, Point3, Pose, PrintGroup, Process, Sensor,
+    Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, PrintGroup, Process, Sensor,
     Shells, Solid,
 };
 
-fn part(name: &str, solid: Solid) -> Part {
-    Part {
-        name: name.into(),
-        summary: "for tests".into(),
-        solid,
-        placements: vec![Placement::in_place(Assembly::sensor())],
-        process: Process::Fdm,
-        material: "PLA".into(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: [200, 100, 50],
-        bed_from_part: Pose::identity(),
-        print_notes: Vec::new(),
-        shrinkage: 0.0,
-        genus: 0,
-        shells: Shells::ONE,
-    }
+fn part(name: &str, solid: Solid) -> Body {
+    Body::made(name, "for tests", Process::Fdm, solid)
+        .from("PLA")
+        .placed([Placement::in_place(Assembly::sensor())])
+        .colored([200, 100, 50])
 }
 
-fn design(parts: Vec<Part>) -> Design {
+fn design(parts: Vec<Body>) -> Design {
     let camera = NominalCamera {
         sensor_from_camera: Pose::identity(),
         width_px: 640,
         height_px: 480,
         field_of_view: Angle::from_deg(160.0).unwrap(),
     };
-    let sensor = Sensor {
-        name: "small".into(),
-        title: "Small".into(),
-        reference: String::new(),
-        parts,
-        layers: Vec::new(),
-        components: Vec::new(),
-        print_groups: Vec::new(),
-        chain: Vec::new(),
-        press_fits: Vec::new(),
-        camera,
-        touch: None,
-    };
+    let sensor = Sensor::new("small", "Small", "", camera, parts);
     Design { sensor, parameters: Vec::new(), derived: Vec::new(), companions: Vec::new() }
 }
 
-fn run(parts: Vec<Part>) -> Result<Exported, ExportFailure> {
+fn run(parts: Vec<Body>) -> Result<Exported, ExportFailure> {
     export(&design(parts), &ExportOptions::default(), &|_| ())
 }
 
@@ -62,7 +38,7 @@ fn names(exported: &Exported) -> Vec<&str> {
 fn parts_of_one_piece_keep_their_place_and_share_a_3mf() {
     // A slab of two materials: it lies on its left face, as its first part says.
     let mut soft = part("soft", Solid::cuboid_between([1.0, 2.0, 3.0], [2.0, 4.0, 6.0]));
-    soft.bed_from_part = Pose::rotation_y(Angle::from_deg(-90.0).unwrap());
+    soft.bed_from_body = Pose::rotation_y(Angle::from_deg(-90.0).unwrap());
     let hard = part("hard", Solid::cuboid_between([2.0, 2.0, 3.0], [5.0, 4.0, 6.0]));
     let mut design = design(vec![soft, hard, part("alone", Solid::cuboid(1.0, 1.0, 1.0))]);
     let parts = vec!["soft".into(), "hard".into()];
@@ -90,7 +66,7 @@ fn parts_of_one_piece_keep_their_place_and_share_a_3mf() {
 #[test]
 fn a_part_lies_turned_in_the_corner_of_the_positive_octant() {
     let mut bar = part("bar", Solid::cuboid_between([-7.0, 1.0, -2.0], [3.0, 2.0, 5.0]));
-    bar.bed_from_part = Pose::rotation_x(Angle::from_deg(90.0).unwrap());
+    bar.bed_from_body = Pose::rotation_x(Angle::from_deg(90.0).unwrap());
     let exported = run(vec![bar]).unwrap();
     let entry = &exported.manifest.parts[0];
     assert_eq!(entry.bounds_in_file_mm.min, Point3::origin());
@@ -106,12 +82,9 @@ fn plates_follow_process_material_and_quantity() {
     let mut clips = part("clip", Solid::cuboid(10.0, 10.0, 2.0));
     clips.quantity = 3;
     let resin = |name: &str, material: &str| {
-        let mut part = part(name, Solid::sphere(4.0));
-        (part.process, part.material) = (Process::Sla, material.into());
-        part
+        part(name, Solid::sphere(4.0)).made_by(Process::Sla).from(material)
     };
-    let mut sheet = part("sheet", Solid::cuboid(10.0, 10.0, 2.0));
-    sheet.process = Process::Laser;
+    let sheet = part("sheet", Solid::cuboid(10.0, 10.0, 2.0)).made_by(Process::Laser);
     // One printer, three resins; two of them differ in a comma, and "PLA" is also a resin's name.
     let parts = vec![
         clips,
@@ -215,7 +188,7 @@ fn loose_pieces_and_closed_cavities_are_refused_with_place_and_volume() {
     assert!((unexpected[0].volume_mm3 + 33.5).abs() < 0.3, "{error}");
 
     let counted = Shells { pieces: 1, voids: 1 };
-    run(vec![Part { shells: counted, ..part("hollow", hollow) }]).unwrap();
+    run(vec![part("hollow", hollow).in_shells(counted)]).unwrap();
 }
 
 #[test]
@@ -223,7 +196,7 @@ fn a_wall_thinner_than_the_tolerance_is_meshed_finer() {
     let tube = Solid::cylinder(10.0, 5.0).minus(
         Solid::cylinder(9.7, 7.0).turned_z(Angle::from_deg(11.0).unwrap()).at(0.0, 0.0, -1.0),
     );
-    let design = design(vec![Part { genus: 1, ..part("tube", tube) }]);
+    let design = design(vec![part("tube", tube).with_handles(1)]);
     let options = ExportOptions { tolerance_mm: 1.0, ..ExportOptions::default() };
     let exported = export(&design, &options, &|_| ()).unwrap();
     let used_mm = exported.manifest.parts[0].mesh.chord_tolerance_mm;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fabkit_geometry::testing::{dimpled_mold, perforated_dome};
-use fabkit_geometry::{Body, Path, Point3, Ray, Scratch, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Path, Point3, Ray, Scratch, Solid, Vector3};
 
 fn main() {
     let bolt = Solid::cylinder(2.5, 2.0).plus(Solid::cylinder(1.0, 8.0).at(0.0, 0.0, -7.0));
@@ -28,7 +28,7 @@ fn main() {
         ("mold, 200 dimples", dimpled_mold().0),
     ];
     for (name, solid) in bodies {
-        let body = Body::new(&solid).expect("all of these are solids");
+        let body = CompiledSolid::new(&solid).expect("all of these are solids");
         let (lines, crossings, seconds) = cast(&body);
         let millions_per_s = f64::from(lines) / seconds / 1e6;
         println!("{name:20} {millions_per_s:6.2} M lines/s, {crossings} crossings");
@@ -36,7 +36,7 @@ fn main() {
 }
 
 /// Lines from a point obliquely above through a grid around the body's centre.
-fn cast(body: &Body) -> (u32, usize, f64) {
+fn cast(body: &CompiledSolid) -> (u32, usize, f64) {
     const SIDE: u32 = 1000;
     let bounds = body.bounds();
     let (centre, size) = (bounds.centre(), bounds.size_mm());

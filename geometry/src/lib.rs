@@ -7,25 +7,25 @@
 //! - Round solids (sphere, ellipsoid, torus, offset ellipsoid) are centred on their origin; solids
 //!   with a base (cylinder, cone, cuboid, extrusion) stand on the plane z = 0 and are centred on
 //!   the z axis; a revolution keeps its profile's z. A [`Solid::Placed`] moves them.
-//! - A [`Solid`] is a description. [`Body`] is the same solid prepared for questions: bounds,
+//! - A [`Solid`] is a description. [`CompiledSolid`] is the same solid prepared for questions: bounds,
 //!   containment and *all* crossings of a line with normals and faces.
 //! - Booleans are regularised: what has no volume is not there. Cuts go beyond what they cut by
 //!   [`CUT_OVERLAP_MM`], so that no two faces of one tree coincide.
 //!
 //! ```
-//! use fabkit_geometry::{Body, Point3, Ray, Solid, Vector3};
+//! use fabkit_geometry::{CompiledSolid, Point3, Ray, Solid, Vector3};
 //!
 //! let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
-//! let body = Body::new(&washer)?;
+//! let body = CompiledSolid::new(&washer)?;
 //! let along_x = Ray { origin: Point3::new(0.0, 0.0, 0.5), direction: Vector3::x() };
 //! let x_mm: Vec<f64> = body.crossings(&along_x).iter().map(|c| c.t).collect();
 //! assert_eq!(x_mm, [-5.0, -2.0, 2.0, 5.0]);
 //! # Ok::<(), fabkit_geometry::InvalidSolid>(())
 //! ```
 
-mod body;
 mod bounds;
 mod casting;
+mod compiled;
 pub mod measure;
 mod model;
 mod outline;
@@ -43,9 +43,9 @@ mod touch;
 mod units;
 mod validate;
 
-pub use body::{Body, BodyLeaf, Crossing, Ray, Scratch};
 pub use bounds::Aabb;
 pub use casting::*;
+pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
 pub use model::*;
 pub use nalgebra::{Matrix3, Point3, Vector3};
 pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};

@@ -2,9 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Hit, Line, Span};
+use crate::compiled::{Hit, Line, Span};
 use crate::proofs::{Shadow, meetings};
-use crate::{Aabb, Body, Scratch};
+use crate::{Aabb, CompiledSolid, Scratch};
 
 /// A volume and how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +50,8 @@ const STUDENT_T: f64 = 3.499;
 /// lines; a hundred thousand give a part of ordinary shape to about 1e-5.
 ///
 /// ```
-/// use fabkit_geometry::{Body, Solid, measure::ray_volume};
-/// let cube = Body::new(&Solid::cuboid(2.0, 2.0, 2.0))?;
+/// use fabkit_geometry::{CompiledSolid, Solid, measure::ray_volume};
+/// let cube = CompiledSolid::new(&Solid::cuboid(2.0, 2.0, 2.0))?;
 /// let volume = ray_volume(&cube, 20_000)?;
 /// assert!((volume.value_mm3 - 8.0).abs() < 8e-4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -59,7 +59,7 @@ const STUDENT_T: f64 = 3.499;
 ///
 /// # Errors
 /// [`MeasureError::Unbounded`].
-pub fn ray_volume(body: &Body, lines: u32) -> Result<Estimate, MeasureError> {
+pub fn ray_volume(body: &CompiledSolid, lines: u32) -> Result<Estimate, MeasureError> {
     let mut scratch = Scratch::default();
     integrate(&body.bounds(), lines, None, |line| {
         body.spans(line, &mut scratch).iter().map(length).sum()
@@ -74,7 +74,11 @@ pub fn ray_volume(body: &Body, lines: u32) -> Result<Estimate, MeasureError> {
 ///
 /// # Errors
 /// [`MeasureError::Unbounded`] if the boxes of the bodies have an unbounded part in common.
-pub fn overlap_volume(a: &Body, b: &Body, lines: u32) -> Result<Overlap, MeasureError> {
+pub fn overlap_volume(
+    a: &CompiledSolid,
+    b: &CompiledSolid,
+    lines: u32,
+) -> Result<Overlap, MeasureError> {
     let (mut in_a, mut in_b) = (Scratch::default(), Scratch::default());
     let mut longest_mm = 0.0;
     let mut witness = None;
@@ -115,7 +119,7 @@ impl End {
         }
     }
 
-    fn normal(&self, a: &Body, b: &Body, line: &Line) -> Vector3<f64> {
+    fn normal(&self, a: &CompiledSolid, b: &CompiledSolid, line: &Line) -> Vector3<f64> {
         match self {
             Self::OnA(hit) => a.normal(line, hit, true),
             Self::OnB(hit) => b.normal(line, hit, true),

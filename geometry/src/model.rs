@@ -129,39 +129,230 @@ impl Shells {
     }
 }
 
-/// Something a lab makes from a file: printed, cut or etched.
+/// What a lab does to have a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kind {
+    /// Makes it from a file: prints, cuts or etches it.
+    Made(Process),
+    /// Pours, sprays or otherwise forms it in place.
+    Cast,
+    /// Buys it; its solid is there so that fits can be checked.
+    Bought,
+}
+
+impl Kind {
+    /// The word used in files and on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Made(_) => "part",
+            Self::Cast => "layer",
+            Self::Bought => "component",
+        }
+    }
+
+    /// How it is made; nothing for what is bought.
+    pub fn process(self) -> Option<Process> {
+        match self {
+            Self::Made(process) => Some(process),
+            Self::Cast => Some(Process::Cast),
+            Self::Bought => None,
+        }
+    }
+}
+
+/// A part that a lab makes, a layer that it casts or a component that it buys.
+///
+/// Stated by what is special about it; everything else is as for nearly all bodies.
+///
+/// ```
+/// use fabkit_geometry::{Body, Process, Shells, Solid};
+/// let lid = Solid::cylinder(12.0, 2.0).minus(Solid::cylinder(1.0, 4.0).at(8.0, 0.0, -1.0));
+/// let lid = Body::made("lid", "closes the mold", Process::Fdm, lid)
+///     .from("PLA")
+///     .with_handles(1)
+///     .note("flat side down");
+/// assert_eq!((lid.quantity, lid.genus, lid.shells), (1, Some(1), Some(Shells::ONE)));
+/// ```
 #[derive(Clone, Debug)]
-pub struct Part {
-    /// `[a-z0-9-]{1,64}`; the file name.
+pub struct Body {
+    /// `[a-z0-9-]{1,64}`, unique within the sensor; the file name.
     pub name: String,
-    /// One line for people.
+    /// One line for people; for what is bought, what to order.
     pub summary: String,
+    /// What a lab does to have it.
+    pub kind: Kind,
+    /// From what: trade name. Empty for what is bought.
+    pub material: String,
     /// Its shape, mm; in the sensor frame unless its placements say otherwise.
     pub solid: Solid,
-    /// Where it is used.
+    /// Where it is made and where it is used.
     pub placements: Vec<Placement>,
-    /// How it is made.
-    pub process: Process,
-    /// From what.
-    pub material: String,
     /// How many a lab needs.
     pub quantity: u32,
     /// Points others rely on, in the frame of `solid`.
     pub landmarks: Vec<Landmark>,
     /// For pictures.
     pub color: Color,
-    /// Turns the part as it should lie on the printer's bed; where it lies there is up to the
-    /// exporter.
-    pub bed_from_part: Pose,
+    /// Opacity in pictures, 0 to 1.
+    pub opacity: f64,
+    /// Turns a part as it should lie on the printer's bed; where it lies there is up to the exporter.
+    pub bed_from_body: Pose,
     /// What to mind when making it.
-    pub print_notes: Vec<String>,
+    pub notes: Vec<String>,
     /// Linear shrinkage of what is cast in it, 0 for everything but molds: exported copies, and only
     /// those, are larger by 1 / (1 - shrinkage).
     pub shrinkage: f64,
-    /// Through holes and handles, counted where they are cut; the mesh must agree.
-    pub genus: i32,
+    /// Through holes and handles, counted where they are cut; the mesh must agree. Nobody counts
+    /// those of what is bought.
+    pub genus: Option<i32>,
     /// As for `genus`, in how many pieces it comes and which cavities it encloses.
-    pub shells: Shells,
+    pub shells: Option<Shells>,
+}
+
+impl Body {
+    fn new(name: impl Into<String>, summary: impl Into<String>, kind: Kind, solid: Solid) -> Self {
+        let is_counted = kind != Kind::Bought;
+        Self {
+            name: name.into(),
+            summary: summary.into(),
+            kind,
+            material: String::new(),
+            solid,
+            placements: Vec::new(),
+            quantity: 1,
+            landmarks: Vec::new(),
+            color: [255, 255, 255],
+            opacity: 1.0,
+            bed_from_body: Pose::identity(),
+            notes: Vec::new(),
+            shrinkage: 0.0,
+            genus: is_counted.then_some(0),
+            shells: is_counted.then_some(Shells::ONE),
+        }
+    }
+
+    /// A part: one piece without handles that lies on the bed as it stands.
+    pub fn made(
+        name: impl Into<String>,
+        summary: impl Into<String>,
+        process: Process,
+        solid: Solid,
+    ) -> Self {
+        Self::new(name, summary, Kind::Made(process), solid)
+    }
+
+    /// A layer: one piece without handles.
+    pub fn cast(name: impl Into<String>, summary: impl Into<String>, solid: Solid) -> Self {
+        Self::new(name, summary, Kind::Cast, solid)
+    }
+
+    /// A component, and what to order.
+    pub fn bought(name: impl Into<String>, specification: impl Into<String>, solid: Solid) -> Self {
+        Self::new(name, specification, Kind::Bought, solid)
+    }
+
+    /// Its material.
+    #[must_use]
+    pub fn from(self, material: impl Into<String>) -> Self {
+        Self { material: material.into(), ..self }
+    }
+
+    /// Made by another process.
+    #[must_use]
+    pub fn made_by(self, process: Process) -> Self {
+        Self { kind: Kind::Made(process), ..self }
+    }
+
+    /// Where it stands, in one assembly after the other.
+    #[must_use]
+    pub fn placed(mut self, placements: impl IntoIterator<Item = Placement>) -> Self {
+        self.placements.extend(placements);
+        self
+    }
+
+    /// How it looks.
+    #[must_use]
+    pub fn colored(self, color: Color) -> Self {
+        Self { color, ..self }
+    }
+
+    /// How much of what is behind it pictures hide, 0 to 1.
+    #[must_use]
+    pub fn opaque(self, opacity: f64) -> Self {
+        Self { opacity, ..self }
+    }
+
+    /// How many a lab needs, if not one.
+    #[must_use]
+    pub fn times(self, quantity: u32) -> Self {
+        Self { quantity, ..self }
+    }
+
+    /// As many as it has places.
+    #[must_use]
+    pub fn one_per_place(self) -> Self {
+        Self { quantity: self.placements.len() as u32, ..self }
+    }
+
+    /// Points others rely on.
+    #[must_use]
+    pub fn marked(mut self, landmarks: impl IntoIterator<Item = Landmark>) -> Self {
+        self.landmarks.extend(landmarks);
+        self
+    }
+
+    /// How it lies on the bed.
+    #[must_use]
+    pub fn lying(self, bed_from_body: Pose) -> Self {
+        Self { bed_from_body, ..self }
+    }
+
+    /// Something to mind when making it.
+    #[must_use]
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Several of these.
+    #[must_use]
+    pub fn notes<N: Into<String>>(mut self, notes: impl IntoIterator<Item = N>) -> Self {
+        self.notes.extend(notes.into_iter().map(Into::into));
+        self
+    }
+
+    /// Larger by what is cast in it will shrink.
+    #[must_use]
+    pub fn for_shrinkage(self, shrinkage: f64) -> Self {
+        Self { shrinkage, ..self }
+    }
+
+    /// So many through holes and handles more.
+    #[must_use]
+    pub fn with_handles(self, handles: i32) -> Self {
+        Self { genus: Some(self.genus.unwrap_or(0) + handles), ..self }
+    }
+
+    /// Not one piece without a cavity.
+    #[must_use]
+    pub fn in_shells(self, shells: Shells) -> Self {
+        Self { shells: Some(shells), ..self }
+    }
+
+    /// Whether it is a part.
+    pub fn is_made(&self) -> bool {
+        matches!(self.kind, Kind::Made(_))
+    }
+
+    /// How it is made; nothing for what is bought.
+    pub fn process(&self) -> Option<Process> {
+        self.kind.process()
+    }
+
+    /// How it is made, for example `fdm`; empty for what is bought.
+    pub fn process_word(&self) -> String {
+        self.process().map(|process| process.to_string()).unwrap_or_default()
+    }
 }
 
 /// Parts of several materials that leave the printer as one piece.
@@ -173,48 +364,6 @@ pub struct PrintGroup {
     pub name: String,
     /// The parts by name. The first says how the piece lies on the bed.
     pub parts: Vec<String>,
-}
-
-/// A body that is poured, sprayed or otherwise formed in place.
-#[derive(Clone, Debug)]
-pub struct Layer {
-    /// `[a-z0-9-]{1,64}`.
-    pub name: String,
-    /// One line for people.
-    pub summary: String,
-    /// Its shape, mm; in the sensor frame unless its placements say otherwise.
-    pub solid: Solid,
-    /// Where it is poured, and where it is used.
-    pub placements: Vec<Placement>,
-    /// Trade name.
-    pub material: String,
-    /// For pictures.
-    pub color: Color,
-    /// Opacity in pictures, 0 to 1.
-    pub opacity: f64,
-    /// As for a part.
-    pub genus: i32,
-    /// As for a part.
-    pub shells: Shells,
-}
-
-/// Something bought; its solid is there so that fits can be checked.
-#[derive(Clone, Debug)]
-pub struct Component {
-    /// `[a-z0-9-]{1,64}`.
-    pub name: String,
-    /// What to order.
-    pub specification: String,
-    /// Its shape in its own frame, mm.
-    pub solid: Solid,
-    /// Where each one sits.
-    pub placements: Vec<Placement>,
-    /// How many a lab needs.
-    pub quantity: u32,
-    /// For pictures.
-    pub color: Color,
-    /// Opacity in pictures, 0 to 1.
-    pub opacity: f64,
 }
 
 /// Two bodies that are meant to overlap: a press fit, a thread that cuts its own way.
@@ -254,12 +403,9 @@ pub struct Sensor {
     pub title: String,
     /// The paper.
     pub reference: String,
-    /// What is made.
-    pub parts: Vec<Part>,
-    /// What is poured.
-    pub layers: Vec<Layer>,
-    /// What is bought.
-    pub components: Vec<Component>,
+    /// What it consists of and is made with: parts, then layers, then components; see
+    /// [`in_order`].
+    pub bodies: Vec<Body>,
     /// How it is built, step by step.
     pub chain: Vec<Step>,
     /// Parts that are printed as one piece.
@@ -270,4 +416,63 @@ pub struct Sensor {
     pub camera: NominalCamera,
     /// The curved surface that touches things; `None` for flat sensors.
     pub touch: Option<TouchSurface>,
+}
+
+/// Parts first, then layers, then components, each in their own order: that of every list and file.
+pub fn in_order(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
+    let mut bodies: Vec<Body> = bodies.into_iter().collect();
+    bodies.sort_by_key(|body| match body.kind {
+        Kind::Made(_) => 0,
+        Kind::Cast => 1,
+        Kind::Bought => 2,
+    });
+    bodies
+}
+
+impl Sensor {
+    /// Bodies and a camera, without a chain, press fits, a surface to touch with.
+    pub fn new(
+        name: impl Into<String>,
+        title: impl Into<String>,
+        reference: impl Into<String>,
+        camera: NominalCamera,
+        bodies: impl IntoIterator<Item = Body>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            title: title.into(),
+            reference: reference.into(),
+            bodies: in_order(bodies),
+            chain: Vec::new(),
+            print_groups: Vec::new(),
+            press_fits: Vec::new(),
+            camera,
+            touch: None,
+        }
+    }
+
+    /// What is made: each with its process.
+    pub fn parts(&self) -> impl Iterator<Item = &Body> + Clone {
+        self.bodies.iter().filter(|body| body.is_made())
+    }
+
+    /// What is cast.
+    pub fn layers(&self) -> impl Iterator<Item = &Body> + Clone {
+        self.bodies.iter().filter(|body| body.kind == Kind::Cast)
+    }
+
+    /// What is bought.
+    pub fn components(&self) -> impl Iterator<Item = &Body> + Clone {
+        self.bodies.iter().filter(|body| body.kind == Kind::Bought)
+    }
+
+    /// The body of that name.
+    pub fn body(&self, name: &str) -> Option<&Body> {
+        self.bodies.iter().find(|body| body.name == name)
+    }
+
+    /// The same, to change it.
+    pub fn body_mut(&mut self, name: &str) -> Option<&mut Body> {
+        self.bodies.iter_mut().find(|body| body.name == name)
+    }
 }

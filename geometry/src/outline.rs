@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use crate::Profile;
-use crate::body::{Edge, Region, signed_area};
+use crate::compiled::{Edge, Region, signed_area};
 
 /// Paths with more segments are refused: the checks here compare neighbours with each other.
 pub(crate) const MAX_SEGMENTS: usize = 10_000;

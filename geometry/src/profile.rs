@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Angle;
-use crate::body::{Region, path_length, signed_area};
+use crate::compiled::{Region, path_length, signed_area};
 
 /// One piece of a [`Path`], from where the last one ended.
 ///

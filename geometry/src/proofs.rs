@@ -5,8 +5,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{held_boxes, meeting_boxes};
-use crate::{Aabb, Body};
+use crate::compiled::{held_boxes, meeting_boxes};
+use crate::{Aabb, CompiledSolid};
 
 /// Boxes looked at for a pair of bodies; as many take as long as a few hundred lines.
 const MEETING_BOXES: usize = 600;
@@ -20,15 +20,15 @@ const HELD_BOXES: usize = 1_500;
 /// `None` where what their bounds have in common is unbounded.
 ///
 /// ```
-/// use fabkit_geometry::{Body, Solid, proofs::meetings};
-/// let ball = Body::new(&Solid::sphere(5.0))?;
+/// use fabkit_geometry::{CompiledSolid, Solid, proofs::meetings};
+/// let ball = CompiledSolid::new(&Solid::sphere(5.0))?;
 /// let socket = Solid::cuboid(12.0, 12.0, 6.0).minus(Solid::sphere(5.0));
-/// assert!(meetings(&ball, &Body::new(&socket)?).is_some_and(|boxes| boxes.is_empty()));
+/// assert!(meetings(&ball, &CompiledSolid::new(&socket)?).is_some_and(|boxes| boxes.is_empty()));
 /// let tight = Solid::cuboid(12.0, 12.0, 6.0).minus(Solid::sphere(4.9));
-/// assert!(meetings(&ball, &Body::new(&tight)?).is_some_and(|boxes| !boxes.is_empty()));
+/// assert!(meetings(&ball, &CompiledSolid::new(&tight)?).is_some_and(|boxes| !boxes.is_empty()));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```
-pub fn meetings(a: &Body, b: &Body) -> Option<Vec<Aabb>> {
+pub fn meetings(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aabb>> {
     let common = a.bounds().common(&b.bounds());
     if common.is_empty() {
         return Some(Vec::new());
@@ -42,16 +42,20 @@ pub fn meetings(a: &Body, b: &Body) -> Option<Vec<Aabb>> {
 /// `None` where the direction is along no axis of the frame, or a body is unbounded.
 ///
 /// ```
-/// use fabkit_geometry::{Body, Solid, Vector3, proofs::obstacles};
-/// let ball = Body::new(&Solid::sphere(5.0))?;
+/// use fabkit_geometry::{CompiledSolid, Solid, Vector3, proofs::obstacles};
+/// let ball = CompiledSolid::new(&Solid::sphere(5.0))?;
 /// let half = Solid::cuboid(12.0, 12.0, 6.0).minus(Solid::sphere(5.0));
-/// let half = Body::new(&half)?;
+/// let half = CompiledSolid::new(&half)?;
 /// // Upwards it comes off; downwards the ball is in its way.
 /// assert!(obstacles(&half, &[&ball], &Vector3::z()).is_some_and(|boxes| boxes.is_empty()));
 /// assert!(obstacles(&half, &[&ball], &-Vector3::z()).is_some_and(|boxes| !boxes.is_empty()));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```
-pub fn obstacles(tool: &Body, others: &[&Body], direction: &Vector3<f64>) -> Option<Vec<Aabb>> {
+pub fn obstacles(
+    tool: &CompiledSolid,
+    others: &[&CompiledSolid],
+    direction: &Vector3<f64>,
+) -> Option<Vec<Aabb>> {
     let axis = direction.iamax();
     let is_along = (0..3).all(|i| (i == axis) != (direction[i] == 0.0));
     if !is_along {

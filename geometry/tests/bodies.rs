@@ -1,7 +1,7 @@
 //! What must hold for every solid and every line.
 
 use fabkit_geometry::testing::{cases, poses, primitives, rays, trees};
-use fabkit_geometry::{Body, Crossing, Path, Point3, Ray, Solid};
+use fabkit_geometry::{CompiledSolid, Crossing, Path, Point3, Ray, Solid};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -11,7 +11,7 @@ fn length_inside(crossings: &[Crossing]) -> f64 {
 }
 
 /// Order, alternation, normals, and agreement with `contains`.
-fn check(body: &Body, ray: &Ray) -> TestCaseResult {
+fn check(body: &CompiledSolid, ray: &Ray) -> TestCaseResult {
     let crossings = body.crossings(ray);
     let speed = ray.direction.norm();
     prop_assert!(crossings.len().is_multiple_of(2));
@@ -48,7 +48,7 @@ proptest! {
         solid in trees(),
         rays in prop::collection::vec(rays(5.0), 40),
     ) {
-        let body = Body::new(&solid).unwrap();
+        let body = CompiledSolid::new(&solid).unwrap();
         for ray in &rays {
             check(&body, ray)?;
         }
@@ -59,7 +59,7 @@ proptest! {
         solid in primitives(),
         rays in prop::collection::vec(rays(5.0), 40),
     ) {
-        let body = Body::new(&solid).unwrap();
+        let body = CompiledSolid::new(&solid).unwrap();
         for ray in &rays {
             check(&body, ray)?;
         }
@@ -72,7 +72,7 @@ proptest! {
     ) {
         // On a coarse grid many of these run through axes, apexes, vertices, and along faces,
         // where `contains` may say either; the order of crossings must hold all the same.
-        let body = Body::new(&solid).unwrap();
+        let body = CompiledSolid::new(&solid).unwrap();
         for (i, j) in at {
             let (u, v) = (f64::from(i) * 0.5, f64::from(j) * 0.5);
             for (origin, direction) in [
@@ -94,7 +94,7 @@ proptest! {
 
     #[test]
     fn normals_point_out(solid in primitives(), rays in prop::collection::vec(rays(4.0), 10)) {
-        let body = Body::new(&solid).unwrap();
+        let body = CompiledSolid::new(&solid).unwrap();
         for ray in &rays {
             for c in body.crossings(ray) {
                 // A line along the normal leaves the solid here, through the same face.
@@ -122,7 +122,7 @@ proptest! {
         let disc = Path::circle([ring, 0.0], tube);
         // The special case and the general one.
         for solid in [Solid::torus(ring, tube), Solid::revolution(disc)] {
-            let body = Body::new(&solid).unwrap();
+            let body = CompiledSolid::new(&solid).unwrap();
             for ray in &rays {
                 for c in body.crossings(ray) {
                     let p = ray.at(c.t);
@@ -140,8 +140,8 @@ proptest! {
         pose in poses(50.0),
         rays in prop::collection::vec(rays(5.0), 10),
     ) {
-        let body = Body::new(&solid).unwrap();
-        let moved = Body::new(&solid.placed(pose)).unwrap();
+        let body = CompiledSolid::new(&solid).unwrap();
+        let moved = CompiledSolid::new(&solid.placed(pose)).unwrap();
         for ray in &rays {
             let there = Ray { origin: pose.point(ray.origin), direction: pose.vector(ray.direction) };
             let (here, there) = (body.crossings(ray), moved.crossings(&there));
@@ -168,7 +168,7 @@ proptest! {
     fn bounds_of_placed_primitives_are_tight(solid in primitives(), pose in poses(5.0)) {
         // Independent of the support functions: no point above the box, some point just below
         // its top, found by climbing from crossing to crossing in ever smaller steps.
-        let body = Body::new(&solid.placed(pose)).unwrap();
+        let body = CompiledSolid::new(&solid.placed(pose)).unwrap();
         let bounds = body.bounds();
         for axis in 0..3 {
             let (mut best, mut at) = (f64::NEG_INFINITY, bounds.centre());
@@ -204,7 +204,7 @@ proptest! {
 
 #[test]
 fn a_half_space_has_crossings_at_infinity() {
-    let body = Body::new(&Solid::below(2.0)).unwrap();
+    let body = CompiledSolid::new(&Solid::below(2.0)).unwrap();
     let up = Ray { origin: Point3::origin(), direction: fabkit_geometry::Vector3::z() };
     let ts: Vec<f64> = body.crossings(&up).iter().map(|c| c.t).collect();
     assert_eq!(ts, [f64::NEG_INFINITY, 2.0]);
@@ -224,23 +224,23 @@ fn touching_solids_are_one_and_common_faces_leave_no_sliver() {
     let stack = Solid::union(
         (0..10).map(|i| Solid::cuboid(4.0, 4.0, 0.1).at(0.0, 0.0, 0.1 * f64::from(i))),
     );
-    let stack = Body::new(&stack).unwrap();
+    let stack = CompiledSolid::new(&stack).unwrap();
     assert_eq!(stack.crossings(&along_z(0.7)).len(), 2);
     let third = 1.0 / 3.0;
     let block = Solid::cuboid(4.0, 4.0, 1.0);
     let cut = Solid::cuboid(4.0, 4.0, third).at(0.0, 0.0, 1.0 - third);
-    let rest = Body::new(&block.clone().minus(cut.clone())).unwrap();
+    let rest = CompiledSolid::new(&block.clone().minus(cut.clone())).unwrap();
     assert_eq!(rest.crossings(&along_z(0.7)).len(), 2);
-    let nothing = Body::new(&block.clone().minus(block.clone())).unwrap();
+    let nothing = CompiledSolid::new(&block.clone().minus(block.clone())).unwrap();
     assert_eq!(nothing.crossings(&along_z(0.7)).len(), 0);
-    let common = Body::new(&cut.and(Solid::cuboid(4.0, 4.0, 1.0 - third))).unwrap();
+    let common = CompiledSolid::new(&cut.and(Solid::cuboid(4.0, 4.0, 1.0 - third))).unwrap();
     assert_eq!(common.crossings(&along_z(0.7)).len(), 0);
 }
 
 #[test]
 fn a_distant_ray_loses_no_digits() {
     // A thin torus from 10 km away.
-    let body = Body::new(&Solid::torus(10.0, 0.001)).unwrap();
+    let body = CompiledSolid::new(&Solid::torus(10.0, 0.001)).unwrap();
     let ray = Ray { origin: Point3::new(-1e7, 0.0, 0.0), direction: fabkit_geometry::Vector3::x() };
     let xs: Vec<f64> = body.crossings(&ray).iter().map(|c| c.t - 1e7).collect();
     // One unit in the last place of 1e7 is 2e-9.

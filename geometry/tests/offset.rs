@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::testing::{cases, rays};
-use fabkit_geometry::{Body, Point3, Solid};
+use fabkit_geometry::{CompiledSolid, Point3, Solid};
 use proptest::prelude::*;
 
 /// Distance from the ellipsoid's surface, by search along its meridian: the nearest point of a
@@ -36,7 +36,7 @@ proptest! {
     ) {
         let (long, short) = (equatorial.max(polar), equatorial.min(polar));
         let offset = if depth < 0.0 { depth * short * short / long } else { depth };
-        let body = Body::new(&Solid::ellipsoid_offset(equatorial, polar, offset)).unwrap();
+        let body = CompiledSolid::new(&Solid::ellipsoid_offset(equatorial, polar, offset)).unwrap();
         for ray in rays {
             let crossings = body.crossings(&ray);
             for c in &crossings {
@@ -44,7 +44,7 @@ proptest! {
                 prop_assert!((distance - offset.abs()).abs() < 1e-9, "{} {}", distance, offset);
             }
             // Nothing missed: the same intervals by sampling the searched distance.
-            let ellipsoid = Body::new(&Solid::ellipsoid([equatorial, equatorial, polar])).unwrap();
+            let ellipsoid = CompiledSolid::new(&Solid::ellipsoid([equatorial, equatorial, polar])).unwrap();
             let foot = -ray.origin.coords.dot(&ray.direction) / ray.direction.norm_squared();
             for i in 0..20 {
                 let p = ray.at(foot + (f64::from(i) - 9.5) / ray.direction.norm());
@@ -60,8 +60,8 @@ proptest! {
 
 #[test]
 fn equal_half_axes_make_a_sphere() {
-    let body = Body::new(&Solid::ellipsoid_offset(3.0, 3.0, 1.0)).unwrap();
-    let ball = Body::new(&Solid::sphere(4.0)).unwrap();
+    let body = CompiledSolid::new(&Solid::ellipsoid_offset(3.0, 3.0, 1.0)).unwrap();
+    let ball = CompiledSolid::new(&Solid::sphere(4.0)).unwrap();
     for y in [0.0, 1.0, 2.5, 3.999] {
         let ray = fabkit_geometry::Ray {
             origin: Point3::new(0.3, y, 9.0),

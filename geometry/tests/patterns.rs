@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use fabkit_geometry::testing::cases;
 use fabkit_geometry::{
-    Body, EllipsoidOffset, InvalidPattern, MAX_FEATURES, Pattern, Point3, Pose, Ray, Solid, Vector3,
+    CompiledSolid, EllipsoidOffset, InvalidPattern, MAX_FEATURES, Pattern, Point3, Pose, Ray,
+    Solid, Vector3,
 };
 use proptest::prelude::*;
 
@@ -99,7 +100,7 @@ fn even_rings_keep_their_spacing() {
 fn features_are_named_from_the_centre() {
     let hole = Solid::cylinder(0.5, 2.0);
     let holes = Pattern::six_per_ring(1, 3.0).features("hole", &hole).unwrap();
-    let body = Body::new(&Solid::cuboid(20.0, 20.0, 1.0).minus_all(holes)).unwrap();
+    let body = CompiledSolid::new(&Solid::cuboid(20.0, 20.0, 1.0).minus_all(holes)).unwrap();
     assert_eq!(body.leaves().len(), 8);
     assert_eq!((body.feature_of(0), body.feature_of(1)), ("", "hole 1"));
     assert_eq!(body.feature_of(7), "hole 7");
@@ -142,7 +143,7 @@ proptest! {
             surface: surface.clone(), spacing_mm: 1.1, counts: vec![1, count, count + 3],
         };
         // Independent: the ray caster's crossing and normal.
-        let body = Body::new(&Solid::EllipsoidOffset(surface)).unwrap();
+        let body = CompiledSolid::new(&Solid::EllipsoidOffset(surface)).unwrap();
         for pose in pattern.poses().unwrap() {
             let ray = Ray { origin: pose.point(Point3::origin()), direction: pose.vector(Vector3::z()) };
             let exit = body.crossings(&ray)[1];

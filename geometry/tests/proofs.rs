@@ -2,7 +2,7 @@
 
 use fabkit_geometry::proofs::{meetings, obstacles};
 use fabkit_geometry::testing::{cases, poses, primitives, trees};
-use fabkit_geometry::{Aabb, Body, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use proptest::prelude::*;
 
 /// The golden ratio's relatives: points that fill a box evenly.
@@ -16,13 +16,13 @@ fn points(bounds: &Aabb, count: u32) -> impl Iterator<Item = Point3<f64>> + use<
 
 /// A solid and a tool that touches it all around, or misses it by a little in either direction.
 fn molds(solid: Solid, shift: Vector3<f64>) -> Solid {
-    let bounds = Body::new(&solid).unwrap().bounds().grown(2.0);
+    let bounds = CompiledSolid::new(&solid).unwrap().bounds().grown(2.0);
     let block = Solid::cuboid_between(bounds.min.into(), bounds.max.into());
     block.minus(solid.at(shift.x, shift.y, shift.z))
 }
 
 fn assert_meetings_hold(a: &Solid, b: &Solid) -> Result<(), TestCaseError> {
-    let (a, b) = (Body::new(a).unwrap(), Body::new(b).unwrap());
+    let (a, b) = (CompiledSolid::new(a).unwrap(), CompiledSolid::new(b).unwrap());
     let Some(boxes) = meetings(&a, &b) else { return Ok(()) };
     for point in points(&a.bounds().common(&b.bounds()), 2_000) {
         if a.contains(&point) && b.contains(&point) {
@@ -34,7 +34,7 @@ fn assert_meetings_hold(a: &Solid, b: &Solid) -> Result<(), TestCaseError> {
 
 /// Lines along an axis on which the tool ends and something else goes on behind it pass a box.
 fn assert_obstacles_hold(tool: &Solid, other: &Solid) -> Result<(), TestCaseError> {
-    let (tool, other) = (Body::new(tool).unwrap(), Body::new(other).unwrap());
+    let (tool, other) = (CompiledSolid::new(tool).unwrap(), CompiledSolid::new(other).unwrap());
     let bounds = tool.bounds().common(&other.bounds());
     if bounds.is_empty() || !bounds.is_finite() {
         return Ok(());
@@ -85,7 +85,7 @@ proptest! {
     ) {
         let solid = if upright { solid } else { solid.placed(pose) };
         let mold = molds(solid.clone(), Vector3::zeros());
-        let [a, b] = [&solid, &mold].map(|s| Body::new(s).unwrap());
+        let [a, b] = [&solid, &mold].map(|s| CompiledSolid::new(s).unwrap());
         prop_assert_eq!(meetings(&a, &b), Some(vec![]));
         let off = molds(solid.clone(), Vector3::new(0.0, shift, 0.5 * shift));
         assert_meetings_hold(&solid, &off)?;
@@ -97,7 +97,7 @@ proptest! {
 
     #[test]
     fn a_mold_of_a_tree_holds_what_lies_in_both(solid in trees(), shift in -0.2f64..0.2) {
-        prop_assume!(!Body::new(&solid).unwrap().bounds().is_empty());
+        prop_assume!(!CompiledSolid::new(&solid).unwrap().bounds().is_empty());
         let off = molds(solid.clone(), Vector3::new(shift, 0.0, 0.0));
         assert_meetings_hold(&solid, &off)?;
         assert_obstacles_hold(&off, &solid)?;
@@ -116,7 +116,7 @@ fn nested_shells_and_clearances_are_apart() {
         (screw(1.5), countersunk),
         (Solid::torus(8.0, 2.0), Solid::cuboid(30.0, 30.0, 2.0).minus(Solid::torus(8.0, 2.05))),
     ] {
-        let [a, b] = [a, b].map(|s| Body::new(&s.placed(turned)).unwrap());
+        let [a, b] = [a, b].map(|s| CompiledSolid::new(&s.placed(turned)).unwrap());
         assert_eq!(meetings(&a, &b), Some(vec![]), "{a:?} {b:?}");
     }
 }

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use fabkit_geometry::measure::{Estimate, MeasureError, overlap_volume, ray_volume};
 use fabkit_geometry::testing::{cases, dimpled_mold, perforated_dome, poses, trees};
-use fabkit_geometry::{Angle, Body, Path, Point3, Pose, Profile, Solid, Vector3};
+use fabkit_geometry::{Angle, CompiledSolid, Path, Point3, Pose, Profile, Solid, Vector3};
 use proptest::prelude::*;
 
 fn volume(solid: &Solid, lines: u32) -> Estimate {
-    ray_volume(&Body::new(solid).unwrap(), lines).unwrap()
+    ray_volume(&CompiledSolid::new(solid).unwrap(), lines).unwrap()
 }
 
 /// Within the stated error, which must be small too.
@@ -137,7 +137,7 @@ fn holes_and_dimples_keep_apart() {
     for ((solid, _), word, count, diameter) in
         [(perforated_dome(), "hole", 100, 1.0), (dimpled_mold(), "dimple", 200, 0.45)]
     {
-        let body = Body::new(&solid).unwrap();
+        let body = CompiledSolid::new(&solid).unwrap();
         let is_shaft = |s: &Solid| matches!(s, Solid::Cylinder(_));
         let starts: Vec<_> = body
             .leaves()
@@ -155,7 +155,7 @@ fn holes_and_dimples_keep_apart() {
 
 #[test]
 fn an_unbounded_solid_has_no_volume_and_an_empty_one_has_none_of_it() {
-    let ground = Body::new(&Solid::below(0.0)).unwrap();
+    let ground = CompiledSolid::new(&Solid::below(0.0)).unwrap();
     assert_eq!(ray_volume(&ground, 1000), Err(MeasureError::Unbounded));
     let apart = Solid::sphere(1.0).and(Solid::sphere(1.0).at(5.0, 0.0, 0.0));
     assert_eq!(volume(&apart, 1000).value_mm3, 0.0);
@@ -163,7 +163,7 @@ fn an_unbounded_solid_has_no_volume_and_an_empty_one_has_none_of_it() {
 
 #[test]
 fn contact_is_no_overlap() {
-    let body = |solid: &Solid| Body::new(solid).unwrap();
+    let body = |solid: &Solid| CompiledSolid::new(solid).unwrap();
     let block = Solid::cuboid(10.0, 10.0, 1.0 / 3.0);
     let shaft = Solid::cylinder(2.0, 8.0);
     let bushing = Solid::cylinder(3.0, 6.0).minus(Solid::cylinder(2.0, 8.0).at(0.0, 0.0, -1.0));
@@ -190,16 +190,16 @@ fn overlap_is_measured_and_witnessed() {
     // Two balls: the lens between them in closed form.
     let (r, d) = (2.0, 3.0);
     let lens = PI * (4.0 * r + d) * f64::powi(2.0 * r - d, 2) / 12.0;
-    let a = Body::new(&Solid::sphere(r)).unwrap();
-    let b = Body::new(&Solid::sphere(r).at(0.0, 0.0, d)).unwrap();
+    let a = CompiledSolid::new(&Solid::sphere(r)).unwrap();
+    let b = CompiledSolid::new(&Solid::sphere(r).at(0.0, 0.0, d)).unwrap();
     let overlap = overlap_volume(&a, &b, 100_000).unwrap();
     assert!((overlap.volume.value_mm3 - lens).abs() < 1e-4 * lens);
     let witness = overlap.witness.unwrap();
     assert!(a.contains(&witness) && b.contains(&witness));
     // A press fit of a tenth of a micrometre is found.
-    let pin = Body::new(&Solid::cylinder(1.0001, 5.0)).unwrap();
+    let pin = CompiledSolid::new(&Solid::cylinder(1.0001, 5.0)).unwrap();
     let hole = Solid::cuboid(6.0, 6.0, 4.0).minus(Solid::cylinder(1.0, 6.0).at(0.0, 0.0, -1.0));
-    let overlap = overlap_volume(&pin, &Body::new(&hole).unwrap(), 200_000).unwrap();
+    let overlap = overlap_volume(&pin, &CompiledSolid::new(&hole).unwrap(), 200_000).unwrap();
     let ring = PI * (1.0001f64.powi(2) - 1.0) * 4.0;
     assert!((overlap.volume.value_mm3 - ring).abs() < 0.05 * ring, "{overlap:?} {ring}");
 }
@@ -214,7 +214,7 @@ proptest! {
         let both = volume(&a.clone().and(b.clone()), 8_000);
         let (union, rest) = (volume(&Solid::union([a.clone(), b.clone()]), 8_000),
             volume(&a.clone().minus(b.clone()), 8_000));
-        let overlap = overlap_volume(&Body::new(&a).unwrap(), &Body::new(&b).unwrap(), 8_000)
+        let overlap = overlap_volume(&CompiledSolid::new(&a).unwrap(), &CompiledSolid::new(&b).unwrap(), 8_000)
             .unwrap().volume;
         let (a, b) = (volume(&a, 8_000), volume(&b, 8_000));
         let near = |x: f64, errors: [Estimate; 4]| {

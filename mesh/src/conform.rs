@@ -33,7 +33,7 @@ mod wall;
 use std::ops::Range;
 use std::rc::Rc;
 
-use fabkit_geometry::{Aabb, Body, Point3, Pose};
+use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose};
 
 use crate::extent::moved;
 use crate::facets::Facets;
@@ -66,7 +66,7 @@ pub(crate) struct Feature {
 
 impl Feature {
     /// Whether its surface passes through a body's in curves that a mesh can be closed up to.
-    pub fn has_curves(&self, body: &Body) -> bool {
+    pub fn has_curves(&self, body: &CompiledSolid) -> bool {
         curves(self, body).is_some()
     }
 }
@@ -75,7 +75,7 @@ impl Feature {
 pub(crate) struct Base<'a> {
     pub facets: &'a Facets,
     /// The same solid, exactly.
-    pub body: &'a Body,
+    pub body: &'a CompiledSolid,
     /// Face number of face 0 of each of the body's leaves.
     pub first_faces: &'a [u32],
 }

@@ -1,7 +1,7 @@
 //! Random trees: the mesh against the exact solid, and what is written against itself.
 
 use fabkit_geometry::testing::{cases, trees};
-use fabkit_geometry::{Body, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use fabkit_mesh::{MeshError, PrintMesh, TriMesh, mesh};
 use proptest::prelude::*;
 
@@ -13,7 +13,7 @@ const LINES: usize = 64;
 /// Exact volume by summing chords on a grid of parallel lines, and how uncertain the sum is, mm^3.
 ///
 /// The four grids of every second line each way give four estimates; their spread is the measure.
-fn volume_by_rays(body: &Body) -> (f64, f64) {
+fn volume_by_rays(body: &CompiledSolid) -> (f64, f64) {
     let bounds = body.bounds();
     if bounds.is_empty() {
         return (0.0, 0.0);
@@ -39,7 +39,7 @@ fn volume_by_rays(body: &Body) -> (f64, f64) {
 }
 
 fn check(solid: &Solid) {
-    let body = Body::new(solid).expect("strategies draw valid trees");
+    let body = CompiledSolid::new(solid).expect("strategies draw valid trees");
     let (exact_mm3, spread_mm3) = volume_by_rays(&body);
     let triangles = match mesh(solid, TOLERANCE_MM) {
         Ok(triangles) => triangles,

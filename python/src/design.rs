@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::bodies::{self, BodyRef};
+use fabkit::bodies;
 use fabkit::commands::{check, show};
 use fabkit::exporting::ExportFailure;
 use fabkit::failure::Failure;
@@ -126,7 +126,7 @@ pub struct Design {
 }
 
 impl Design {
-    fn body(&self, py: Python<'_>, name: &str) -> PyResult<BodyRef<'_>> {
+    fn body(&self, py: Python<'_>, name: &str) -> PyResult<&fabkit::geometry::Body> {
         bodies::find(&self.design.sensor, name).or_raise(py)
     }
 }
@@ -146,7 +146,7 @@ impl Design {
 
     /// Named points of a body, in its frame.
     fn landmarks<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Landmarks<'py>> {
-        let landmarks = self.body(py, body)?.landmarks;
+        let landmarks = &self.body(py, body)?.landmarks;
         let names = landmarks.iter().map(|landmark| landmark.name.clone()).collect();
         let points = landmarks.iter().flat_map(|landmark| landmark.point.coords.data.0[0]);
         let axes = landmarks.iter().flat_map(|landmark| landmark.axis.data.0[0]);
@@ -160,7 +160,7 @@ impl Design {
         let (design, name) = (Arc::clone(&self.design), body.clone());
         let mesh = run(py, Interrupted::Leave, None, move |_| {
             let body = bodies::find(&design.sensor, &name)?;
-            fabkit::mesh::mesh(body.solid, tolerance_mm)
+            fabkit::mesh::mesh(&body.solid, tolerance_mm)
                 .map_err(|source| ExportFailure::Mesh { part: name.clone(), source }.into())
         })?;
         Mesh::new(py, body, mesh)
@@ -181,7 +181,7 @@ impl Design {
         let bytes = run(py, Interrupted::Leave, None, move |_| {
             let (sensor, shot) = (&design.sensor, Shot { size_px, section });
             Ok(match body {
-                Some(name) => pictures::picture_of_body(&bodies::find(sensor, &name)?, shot)?,
+                Some(name) => pictures::picture_of_body(bodies::find(sensor, &name)?, shot)?,
                 None => {
                     let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(sensor));
                     pictures::picture_of_assembly(sensor, &assembly, exploded, shot)?

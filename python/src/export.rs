@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::bodies::{self, Kind, UnknownName};
+use fabkit::bodies::UnknownName;
 use fabkit::designs::Design;
 use fabkit::export::Bed;
 use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
@@ -91,8 +91,7 @@ pub fn exported(
     let exported = run(py, Interrupted::Leave, progress, move |link| {
         let (options, wants_step) = wish.options()?;
         exporting::require_profile_applies([&*design], &options)?;
-        let all = bodies::bodies(&design.sensor);
-        let parts = all.iter().filter(|body| body.kind == Kind::Part).count();
+        let parts = design.sensor.parts().count();
         link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });
         let mut exported = exporting::export(&design, &options, &|_| link.step())?;
         if wants_step {

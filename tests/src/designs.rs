@@ -36,6 +36,6 @@ pub fn builtin_fixtures() -> Vec<Design> {
 }
 
 fn solids(design: &Design) -> impl Iterator<Item = &Solid> {
-    let components = design.sensor.components.iter().map(|component| &component.solid);
-    design.sensor.parts.iter().map(|part| &part.solid).chain(components)
+    let components = design.sensor.components().map(|component| &component.solid);
+    design.sensor.parts().map(|part| &part.solid).chain(components)
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use fabkit_checks::interference;
 use fabkit_designs::Design;
 use fabkit_geometry::measure::overlap_volume;
-use fabkit_geometry::{Aabb, Body, Sensor, Solid};
+use fabkit_geometry::{Aabb, Body, CompiledSolid, Sensor, Solid};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3};
 
 /// Lines through the box that two bodies share.
@@ -27,11 +27,8 @@ struct Placed {
 
 /// Bodies by assembly, each in its place.
 fn assemblies(sensor: &Sensor) -> BTreeMap<String, Vec<Placed>> {
-    let parts = sensor.parts.iter().map(|p| (&p.name, &p.solid, &p.placements));
-    let layers = sensor.layers.iter().map(|l| (&l.name, &l.solid, &l.placements));
-    let components = sensor.components.iter().map(|c| (&c.name, &c.solid, &c.placements));
     let mut assemblies = BTreeMap::<String, Vec<Placed>>::new();
-    for (name, solid, placements) in parts.chain(layers).chain(components) {
+    for Body { name, solid, placements, .. } in &sensor.bodies {
         let mut places = BTreeMap::<&str, usize>::new();
         for placement in placements {
             let place = places.entry(&placement.assembly.0).or_default();
@@ -40,7 +37,7 @@ fn assemblies(sensor: &Sensor) -> BTreeMap<String, Vec<Placed>> {
                 continue;
             }
             let solid = solid.clone().placed(placement.assembly_from_body);
-            let bounds = Body::new(&solid).unwrap().bounds();
+            let bounds = CompiledSolid::new(&solid).unwrap().bounds();
             assemblies.entry(placement.assembly.0.clone()).or_default().push(Placed {
                 name: name.clone(),
                 solid,
@@ -104,8 +101,12 @@ fn an_overlap_is_found() {
     // The negative control: a tube that is 0.02 mm too wide for its gel.
     let gel = Solid::cylinder(10.0, 5.0).minus(Solid::cylinder(5.0, 7.0).at(0.0, 0.0, -1.0));
     let tube = Solid::cylinder(5.02, 5.0);
-    let overlap =
-        overlap_volume(&Body::new(&gel).unwrap(), &Body::new(&tube).unwrap(), LINES).unwrap();
+    let overlap = overlap_volume(
+        &CompiledSolid::new(&gel).unwrap(),
+        &CompiledSolid::new(&tube).unwrap(),
+        LINES,
+    )
+    .unwrap();
     let ring_mm3 = std::f64::consts::PI * (5.02f64.powi(2) - 25.0) * 5.0;
     assert!((overlap.volume.value_mm3 - ring_mm3).abs() < 0.05 * ring_mm3, "{overlap:?}");
     let meshes = intersection_volume_mm3(&gel, &tube, 0.001).unwrap();

@@ -3,7 +3,7 @@
 
 use fabkit_designs::Design;
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Body, Solid};
+use fabkit_geometry::{CompiledSolid, Solid};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};
 
 /// Lines through each body; enough for about 1e-5 of its volume.
@@ -11,11 +11,7 @@ const LINES: u32 = 100_000;
 
 /// Name, solid, and the genus its author counted.
 fn bodies(design: &Design) -> Vec<(String, &Solid, Option<i32>)> {
-    let sensor = &design.sensor;
-    let parts = sensor.parts.iter().map(|p| (p.name.clone(), &p.solid, Some(p.genus)));
-    let layers = sensor.layers.iter().map(|l| (l.name.clone(), &l.solid, Some(l.genus)));
-    let components = sensor.components.iter().map(|c| (c.name.clone(), &c.solid, None));
-    parts.chain(layers).chain(components).collect()
+    design.sensor.bodies.iter().map(|b| (b.name.clone(), &b.solid, b.genus)).collect()
 }
 
 #[test]
@@ -38,7 +34,7 @@ fn meshes_have_the_exact_volume(designs: &[Design]) {
             if let Some(genus) = genus {
                 assert_eq!(print.genus(), genus, "{name}: genus");
             }
-            let exact = ray_volume(&Body::new(solid).unwrap(), LINES).unwrap();
+            let exact = ray_volume(&CompiledSolid::new(solid).unwrap(), LINES).unwrap();
             let off = print.volume_mm3() - exact.value_mm3;
             println!("  {name:22} {:12.4} {:12.4} {off:10.5}", exact.value_mm3, print.volume_mm3());
             // No facet is farther than the tolerance from the surface, so that the volumes differ
@@ -53,9 +49,9 @@ fn meshes_have_the_exact_volume(designs: &[Design]) {
 fn eighty_five_slots_do_not_cost_accuracy() {
     let designs = fabkit_tests::builtin_designs();
     let design = designs.iter().find(|d| d.sensor.name == "uvdtact").unwrap();
-    let layer = design.sensor.layers.iter().find(|l| l.name == "inner-elastomer").unwrap();
+    let layer = design.sensor.layers().find(|l| l.name == "inner-elastomer").unwrap();
     let mesh = mesh(&layer.solid, DEFAULT_TOLERANCE_MM).unwrap();
-    let exact = ray_volume(&Body::new(&layer.solid).unwrap(), 4 * LINES).unwrap();
+    let exact = ray_volume(&CompiledSolid::new(&layer.solid).unwrap(), 4 * LINES).unwrap();
     let off = (mesh.volume_mm3() - exact.value_mm3).abs() / exact.value_mm3;
     println!("mesh off by {off:.1e} of {:.3} mm3", exact.value_mm3);
     assert!(off < 3e-4, "{off}");

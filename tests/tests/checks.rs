@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use fabkit_checks::{CheckReport, Finding, Rule, check};
-use fabkit_geometry::{Action, Part, Pose, Pour, Sensor, Solid};
+use fabkit_geometry::{Action, Body, Pose, Pour, Sensor, Solid};
 use fabkit_tests::fabkit;
 
 fn rtac0() -> Sensor {
@@ -24,8 +24,8 @@ fn pour<'a>(sensor: &'a mut Sensor, step: &str) -> &'a mut Pour {
     }
 }
 
-fn part<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Part {
-    sensor.parts.iter_mut().find(|p| p.name == name).unwrap()
+fn part<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Body {
+    sensor.body_mut(name).unwrap()
 }
 
 #[test]

@@ -21,7 +21,7 @@ fn touch(project: &Project) -> &TouchSurface {
 
 fn tools(project: &Project) -> Vec<String> {
     let set = project.fixture("indenters").unwrap();
-    set.sensor.parts.into_iter().map(|part| part.name).collect()
+    set.sensor.parts().map(|part| part.name.clone()).collect()
 }
 
 /// A surface is convex, so that depth below it is concave, and no point is deeper than below the

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use fabkit_geometry::measure::overlap_volume;
-use fabkit_geometry::{Body, Solid};
+use fabkit_geometry::{CompiledSolid, Solid};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3};
 use fabkit_tests::{builtin_designs, fabkit};
 
@@ -55,13 +55,11 @@ fn area_within(triangles: &[Triangle], shared: &BTreeSet<Vertex>) -> f64 {
 fn parts_of_one_piece_touch_and_never_overlap() {
     for design in builtin_designs() {
         let sensor = &design.sensor;
-        let solid = |name: &String| -> &Solid {
-            &sensor.parts.iter().find(|part| part.name == *name).unwrap().solid
-        };
+        let solid = |name: &String| -> &Solid { &sensor.body(name).unwrap().solid };
         for group in &sensor.print_groups {
             for (i, a) in group.parts.iter().enumerate() {
                 for b in &group.parts[i + 1..] {
-                    let bodies = [a, b].map(|name| Body::new(solid(name)).unwrap());
+                    let bodies = [a, b].map(|name| CompiledSolid::new(solid(name)).unwrap());
                     let overlap = overlap_volume(&bodies[0], &bodies[1], LINES).unwrap();
                     assert_eq!(overlap.volume.value_mm3, 0.0, "{a}, {b}: {:?}", overlap.witness);
                     let meshes =

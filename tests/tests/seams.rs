@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
-use fabkit_geometry::{Body, Crossing, Point3, Ray, Scratch, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Crossing, Point3, Ray, Scratch, Solid, Vector3};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, TriMesh, mesh};
 
 /// Rounding of the comparison itself, mm.
@@ -12,14 +12,14 @@ const ROUNDING_MM: f64 = 1e-9;
 
 /// Asks an exact solid how near its surface is, by lines alone.
 struct Nearness {
-    body: Body,
+    body: CompiledSolid,
     scratch: Scratch,
     hits: Vec<Crossing>,
 }
 
 impl Nearness {
     fn new(solid: &Solid) -> Self {
-        let body = Body::new(solid).unwrap();
+        let body = CompiledSolid::new(solid).unwrap();
         Self { body, scratch: Scratch::default(), hits: Vec::new() }
     }
 
@@ -112,7 +112,7 @@ fn worst_at_seams(solid: &Solid, mesh: &TriMesh, enough_mm: f64) -> (f64, Vector
 fn check(designs: &[Design], tolerance_mm: f64) {
     let mut beyond = Vec::new();
     for design in designs {
-        for part in &design.sensor.parts {
+        for part in design.sensor.parts() {
             let mesh = mesh(&part.solid, tolerance_mm).unwrap();
             let (worst_mm, at) = worst_at_seams(&part.solid, &mesh, 0.9 * tolerance_mm);
             if worst_mm > tolerance_mm + ROUNDING_MM {
@@ -136,7 +136,7 @@ fn so_do_those_of_fixtures() {
     let mut fixtures = fabkit_tests::builtin_fixtures();
     for design in &mut fixtures {
         // Of a hundred halves of calibration bodies, a few.
-        design.sensor.parts.truncate(12);
+        design.sensor.bodies.truncate(12);
     }
     check(&fixtures, DEFAULT_TOLERANCE_MM);
 }

@@ -322,7 +322,7 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
     let tactip = row("tactip", "camera.pixels: [30]", "markers");
     let yaml = fabkit::designs::builtin_yaml("tactip").unwrap();
     let sensor = fabkit::designs::load("tactip", yaml, &[]).unwrap().sensor;
-    let dots = &sensor.parts.iter().find(|part| part.name == "dots").unwrap().landmarks;
+    let dots = &sensor.body("dots").unwrap().landmarks;
     let tip = dots.iter().map(|dot| dot.point).min_by(|a, b| {
         let from_axis = |p: &fabkit::geometry::Point3<f64>| p.x.hypot(p.y);
         from_axis(a).total_cmp(&from_axis(b))

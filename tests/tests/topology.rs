@@ -12,7 +12,7 @@ const TOLERANCES_MM: [f64; 12] = [0.02, 0.03, 0.05, 0.08, 0.1, 0.15, 0.2, 0.25, 
 fn export_at_all(designs: &[Design], most_parts: usize) {
     let mut refused = Vec::new();
     for design in designs {
-        let names = design.sensor.parts.iter().map(|part| part.name.clone());
+        let names = design.sensor.parts().map(|part| part.name.clone());
         let parts: Vec<String> = names.take(most_parts).collect();
         for tolerance_mm in TOLERANCES_MM {
             let formats = vec![Format::Stl];

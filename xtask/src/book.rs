@@ -123,10 +123,15 @@ fn html(docs: &Path) -> Result<(), String> {
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
 }
 
+/// Imports a module, but nothing that happens to lie in the folder in which the interpreter starts.
+fn import_of(module: &str) -> String {
+    format!("import sys; del sys.path[0]; import {module}")
+}
+
 /// Whether an interpreter has a module, wherever it runs: a folder of that name is none.
 fn importable(python: &Path, module: &str) -> bool {
     let mut import = Command::new(python);
-    import.args(["-c", &format!("import {module}")]).current_dir(env::temp_dir());
+    import.args(["-c", &import_of(module)]).current_dir(env::temp_dir());
     import.output().is_ok_and(|output| output.status.success())
 }
 

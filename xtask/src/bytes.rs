@@ -135,7 +135,8 @@ fn hash_folder(
             let hash = short(&bytes);
             // Of a hundred halves one line is enough.
             let set = hashes.entry(unnumbered(&name)).or_default();
-            *set = if set.is_empty() { hash } else { short(format!("{set}{name}{hash}").as_bytes()) };
+            *set =
+                if set.is_empty() { hash } else { short(format!("{set}{name}{hash}").as_bytes()) };
         }
     }
     Ok(())

@@ -15,7 +15,7 @@ mod tests;
 mod tile;
 mod view;
 
-use fabkit_geometry::{Body, Point3, Pose};
+use fabkit_geometry::{CompiledSolid, Point3, Pose};
 use rayon::prelude::*;
 
 use crate::Scene;
@@ -37,7 +37,7 @@ const PROBES: f64 = 256.0;
 #[derive(Clone, Debug)]
 pub struct Actor {
     /// What is drawn.
-    pub body: Body,
+    pub body: CompiledSolid,
     /// Where it stands.
     pub scene_from_body: Pose,
     /// sRGB.
@@ -48,7 +48,7 @@ pub struct Actor {
 
 impl Actor {
     /// An opaque body whose own frame is the scene's.
-    pub fn new(body: Body, color: [u8; 3]) -> Self {
+    pub fn new(body: CompiledSolid, color: [u8; 3]) -> Self {
         Self { body, scene_from_body: Pose::identity(), color, opacity: 1.0 }
     }
 

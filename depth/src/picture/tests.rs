@@ -1,6 +1,6 @@
 //! Tests that need to know the scale of a picture, or what a ray saw.
 
-use fabkit_geometry::{Angle, Body, Point3, Pose, Solid, Vector3};
+use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 use super::lines::{Line, line_between};
 use super::sample::{Setup, Tracer};
@@ -8,7 +8,7 @@ use super::tile::Tile;
 use super::*;
 
 fn actor(solid: &Solid) -> Actor {
-    Actor::new(Body::new(solid).expect("a solid"), [90, 140, 200])
+    Actor::new(CompiledSolid::new(solid).expect("a solid"), [90, 140, 200])
 }
 
 /// A part with silhouettes, creases, holes and smooth joins, tilted so that nothing is aligned.

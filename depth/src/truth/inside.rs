@@ -1,7 +1,8 @@
 //! Where rays from within leave through the sensing surface.
 
 use fabkit_geometry::{
-    Body, EllipsoidOffset, InvalidSolid, Point3, Ray, Scratch, Solid, TouchSurface, Vector3,
+    CompiledSolid, EllipsoidOffset, InvalidSolid, Point3, Ray, Scratch, Solid, TouchSurface,
+    Vector3,
 };
 
 use super::cast::START_MM;
@@ -28,7 +29,7 @@ enum Dome {
     /// An ellipsoid of revolution: one over its half axes, 1/mm.
     Ellipsoid(Vector3<f64>),
     /// A surface parallel to one.
-    Offset(Box<Body>),
+    Offset(Box<CompiledSolid>),
 }
 
 impl Inside {
@@ -46,7 +47,7 @@ impl Inside {
             }
         } else {
             let solid = Solid::EllipsoidOffset(dome.clone()).at(0.0, 0.0, *centre_z_mm);
-            Dome::Offset(Box::new(Body::new(&solid)?))
+            Dome::Offset(Box::new(CompiledSolid::new(&solid)?))
         };
         Ok(Self {
             dome,
@@ -131,6 +132,10 @@ impl Inside {
 }
 
 #[inline(never)]
-fn exit_body(body: &Body, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+fn exit_body(
+    body: &CompiledSolid,
+    ray: &Ray,
+    scratch: &mut Scratch,
+) -> Option<(f64, Vector3<f64>)> {
     body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
 }

@@ -1,7 +1,7 @@
 //! Rigid bodies that are pressed in, and how much of them there is to see.
 
 use fabkit_geometry::{
-    Aabb, Body, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
+    Aabb, CompiledSolid, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
 };
 
 use super::ball::Ball;
@@ -17,7 +17,7 @@ pub struct Presser {
     /// For the list of labels, for example `protrusion 3`.
     pub name: String,
     /// Its shape.
-    body: Body,
+    body: CompiledSolid,
     sensor_from_body: Pose,
     body_from_sensor: Pose,
 }
@@ -41,7 +41,7 @@ impl Presser {
         solid: &Solid,
         sensor_from_body: Pose,
     ) -> Result<Self, InvalidSolid> {
-        let body = Body::new(solid)?;
+        let body = CompiledSolid::new(solid)?;
         let body_from_sensor = sensor_from_body.inverse();
         Ok(Self { name: name.into(), body, sensor_from_body, body_from_sensor })
     }

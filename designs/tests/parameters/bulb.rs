@@ -103,24 +103,18 @@ impl Family for Bulb {
             report.require(false, "name", || "it cannot be built".into(), || "rename it".into());
             return None;
         }
-        let sensor = Sensor {
-            name: header.name.as_str().into(),
-            title: header.title.clone(),
-            reference: header.reference.clone(),
-            parts: Vec::new(),
-            layers: Vec::new(),
-            components: Vec::new(),
-            chain: Vec::new(),
-            print_groups: Vec::new(),
-            press_fits: Vec::new(),
-            camera: NominalCamera {
+        let sensor = Sensor::new(
+            header.name.as_str(),
+            &header.title,
+            &header.reference,
+            NominalCamera {
                 sensor_from_camera: Pose::identity(),
                 width_px: 640,
                 height_px: 480,
                 field_of_view: p.optics.field_of_view,
             },
-            touch: None,
-        };
+            [],
+        );
         let height_mm = p.surface.radius.mm() + p.surface.wall_height.mm();
         Some(Built { sensor, derived: vec![("height".into(), format!("{height_mm} mm"))] })
     }

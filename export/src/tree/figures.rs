@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Body, Matrix3, Point3, Pose, Ray, Scratch, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Matrix3, Point3, Pose, Ray, Scratch, Solid, Vector3};
 use fabkit_mesh::{FaceId, MeshError, TriMesh, mesh_as_cut};
 use serde::Serialize;
 
@@ -316,7 +316,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 /// The primitives of a tree, each asked for itself.
 struct Leaves {
-    bodies: Vec<Option<(Body, Pose, Pose)>>,
+    bodies: Vec<Option<(CompiledSolid, Pose, Pose)>>,
     curved: Vec<Vec<bool>>,
 }
 
@@ -325,7 +325,7 @@ impl Leaves {
         let leaves = solid.leaves();
         let body = |leaf: &fabkit_geometry::Leaf| {
             // The whole solid is valid, so that its primitives are.
-            let body = Body::new(leaf.primitive).ok()?;
+            let body = CompiledSolid::new(leaf.primitive).ok()?;
             Some((body, leaf.root_from_leaf, leaf.root_from_leaf.inverse()))
         };
         Self {

@@ -4,7 +4,7 @@ mod seams;
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Body, Landmark, Point3, Ray, Scratch, Solid, Vector3};
+use fabkit_geometry::{CompiledSolid, Landmark, Point3, Ray, Scratch, Solid, Vector3};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, FaceId, TriMesh};
 use serde::Serialize;
 
@@ -104,7 +104,7 @@ pub struct SamplesDocument<'a> {
 /// refuses.
 pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     let refused = |reason: String| ExportError::Samples { name: document.name.into(), reason };
-    let body = Body::new(document.solid).map_err(|e| refused(e.to_string()))?;
+    let body = CompiledSolid::new(document.solid).map_err(|e| refused(e.to_string()))?;
     let (figures, mesh) = figures(document.solid).map_err(|e| refused(e.to_string()))?;
     let mut caster = Caster { body: &body, scratch: Scratch::default(), random: Random(1) };
     let reach_mm = (mesh.bounds().max - mesh.bounds().min).norm();
@@ -144,7 +144,7 @@ const BUNDLES: [[f64; 3]; 3] =
     [[0.9731, 0.1877, 0.1331], [0.1523, 0.9658, 0.2099], [0.1234, 0.0917, 1.0]];
 
 struct Caster<'a> {
-    body: &'a Body,
+    body: &'a CompiledSolid,
     scratch: Scratch,
     random: Random,
 }

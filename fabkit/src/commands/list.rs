@@ -1,6 +1,5 @@
 //! `fabkit list`
 
-use fabkit::bodies::{self, Kind};
 use fabkit::designs;
 use serde_json::json;
 
@@ -14,12 +13,10 @@ pub(super) fn run() -> Result<Report, Failure> {
     for name in designs::builtin_names() {
         let project = Source::find(name)?.load(&[])?;
         let (design, fixtures) = (&project.design, project.fixture_names());
-        let all = bodies::bodies(&design.sensor);
-        let names = |kind| -> Vec<&str> {
-            all.iter().filter(|body| body.kind == kind).map(|body| body.name).collect()
-        };
-        let (parts, layers, components) =
-            (names(Kind::Part), names(Kind::Layer), names(Kind::Component));
+        let sensor = &design.sensor;
+        let parts: Vec<&str> = sensor.parts().map(|body| body.name.as_str()).collect();
+        let layers: Vec<&str> = sensor.layers().map(|body| body.name.as_str()).collect();
+        let components: Vec<&str> = sensor.components().map(|body| body.name.as_str()).collect();
         text += &format!("{name}: {}\n", design.sensor.title);
         for (label, names) in [
             ("parts", &parts),

@@ -46,7 +46,7 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
     let shot = Shot { size_px: args.size, section: args.section };
     let design = target.design(&args.set)?;
     let bytes = match part {
-        Some(part) => pictures::picture_of_body(&bodies::find(&design.sensor, part)?, shot)?,
+        Some(part) => pictures::picture_of_body(bodies::find(&design.sensor, part)?, shot)?,
         None => {
             let assembly = args.assembly.clone();
             let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(&design.sensor));

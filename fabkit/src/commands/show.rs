@@ -4,8 +4,8 @@ mod chain;
 
 use std::iter;
 
-use fabkit::bodies::{self, BodyRef, Kind};
 use fabkit::designs::Design;
+use fabkit::geometry::Body;
 use fabkit::identity::design_hash;
 use serde_json::{Value, json};
 
@@ -51,24 +51,23 @@ fn text(design: &Design) -> String {
         text += &format!("\n{}", table(&[Left, Left], &rows));
     }
 
-    let all = bodies::bodies(sensor);
-    for kind in [Kind::Part, Kind::Layer, Kind::Component] {
-        let mut rows = vec![row([kind.word(), "n", "made", "of", "what it is"])];
-        for body in all.iter().filter(|body| body.kind == kind) {
+    for kind in ["part", "layer", "component"] {
+        let mut rows = vec![row([kind, "n", "made", "of", "what it is"])];
+        for body in sensor.bodies.iter().filter(|body| body.kind.word() == kind) {
             let quantity = body.quantity.to_string();
             rows.push(row([
-                body.name,
+                &body.name,
                 &quantity,
                 &body.process_word(),
-                body.material,
-                body.summary,
+                &body.material,
+                &body.summary,
             ]));
         }
         if rows.len() > 1 {
             text += &format!("\n{}", table(&[Left, Right, Left, Left, Left], &rows));
         }
     }
-    let notes = notes(&all);
+    let notes = notes(&sensor.bodies);
     if !notes.is_empty() {
         let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(notes).collect();
         text += &format!("\n{}", table(&[Left, Left], &rows));
@@ -77,20 +76,19 @@ fn text(design: &Design) -> String {
 }
 
 /// The notes of each part. What many parts share, as a hundred semi-domes do, is said once.
-fn notes(bodies: &[BodyRef]) -> Vec<Vec<String>> {
+fn notes(bodies: &[Body]) -> Vec<Vec<String>> {
     const MANY: usize = 5;
     let mut rows = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
-        for note in body.notes {
-            let also =
-                |others: &[BodyRef]| others.iter().filter(|o| o.notes.contains(note)).count();
+        for note in &body.notes {
+            let also = |others: &[Body]| others.iter().filter(|o| o.notes.contains(note)).count();
             match (also(&bodies[..index]), 1 + also(&bodies[index + 1..])) {
                 (0, from_here) if from_here >= MANY => {
                     let others = from_here - 1;
                     rows.push(vec![format!("{} and {others} more", body.name), note.clone()]);
                 }
                 (before, from_here) if before + from_here < MANY => {
-                    rows.push(row([body.name, note]));
+                    rows.push(row([&body.name, note]));
                 }
                 _ => {}
             }
@@ -125,7 +123,7 @@ pub fn document(design: &Design) -> Value {
         .iter()
         .map(|(name, value)| json!({ "name": name, "value": value }))
         .collect();
-    let bodies: Vec<Value> = bodies::bodies(sensor).iter().map(body_json).collect();
+    let bodies: Vec<Value> = sensor.bodies.iter().map(body_json).collect();
     json!({
         "format": "fabkit-show",
         "version": 1,
@@ -139,13 +137,13 @@ pub fn document(design: &Design) -> Value {
     })
 }
 
-fn body_json(body: &BodyRef) -> Value {
+fn body_json(body: &Body) -> Value {
     json!({
-        "name": body.name,
+        "name": &body.name,
         "kind": body.kind.word(),
-        "summary": body.summary,
+        "summary": &body.summary,
         "process": body.process_word(),
-        "material": body.material,
+        "material": &body.material,
         "quantity": body.quantity,
         "notes": body.notes,
         "assemblies": body.placements.iter().map(|p| &p.assembly.0).collect::<Vec<_>>(),

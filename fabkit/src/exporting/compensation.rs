@@ -6,14 +6,10 @@ use fabkit_export::{Compensation, PrintCompensation};
 use fabkit_geometry::{Pose, Solid};
 
 use super::ExportOptions;
-use crate::bodies::BodyRef;
+use fabkit_geometry::Body;
 
 /// What the files of a body make up for. `is_drawn` says whether outlines are among them.
-pub(super) fn compensation(
-    body: &BodyRef,
-    options: &ExportOptions,
-    is_drawn: bool,
-) -> Compensation {
+pub(super) fn compensation(body: &Body, options: &ExportOptions, is_drawn: bool) -> Compensation {
     let mut found = Compensation { scale: 1.0, kerf_mm: 0.0, print: None, note: "none".into() };
     if !options.compensates() {
         return found;
@@ -27,7 +23,7 @@ pub(super) fn compensation(
             percent(body.shrinkage)
         ));
     }
-    let by_process = body.process.map_or(0.0, |process| kerf_mm(process, body.material));
+    let by_process = body.process().map_or(0.0, |process| kerf_mm(process, &body.material));
     // A width asked for goes for everything that has a kerf at all.
     let kerf = if by_process > 0.0 { options.kerf_mm.unwrap_or(by_process) } else { 0.0 };
     if is_drawn && kerf > 0.0 {
@@ -41,7 +37,7 @@ pub(super) fn compensation(
             0.0 => String::new(),
             mm => format!("; its foot of {mm} mm is left to the slicer"),
         };
-        let other = match profile.suits(profile.process.process(), body.material) {
+        let other = match profile.suits(profile.process.process(), &body.material) {
             Suits::OtherMaterial => format!(", which was measured on {}", profile.material),
             _ => String::new(),
         };
@@ -59,9 +55,9 @@ pub(super) fn compensation(
 }
 
 /// The profile that a body's files make up for.
-fn applied<'a>(body: &BodyRef, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
+fn applied<'a>(body: &Body, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
     let profile = options.profile.as_ref().filter(|_| options.prints())?;
-    match profile.suits(body.process?, body.material) {
+    match profile.suits(body.process()?, &body.material) {
         Suits::Yes => Some(profile),
         Suits::OtherMaterial => options.profile_for_any_material.then_some(profile),
         Suits::OtherProcess => None,
@@ -83,13 +79,13 @@ fn print_compensation(profile: &ProcessProfile) -> PrintCompensation {
 /// The solid with its holes as the body's printer needs them, which the compensation then counts;
 /// `None` where nothing is known of the printer.
 pub(super) fn fitted(
-    body: &BodyRef,
-    bed_from_part: &Pose,
+    body: &Body,
+    bed_from_body: &Pose,
     options: &ExportOptions,
     compensation: &mut Compensation,
 ) -> Option<Solid> {
     let profile = applied(body, options)?;
-    let (solid, count) = profile.fit_holes(body.solid, bed_from_part, compensation.scale);
+    let (solid, count) = profile.fit_holes(&body.solid, bed_from_body, compensation.scale);
     if let Some(print) = &mut compensation.print {
         (print.holes_fitted, print.holes_left) = (count.fitted, count.left);
     }

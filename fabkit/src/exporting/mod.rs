@@ -19,7 +19,7 @@ use fabkit_export::{
     Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
     SettingEntry, TreeDocument,
 };
-use fabkit_geometry::{Pose, Process, Sensor};
+use fabkit_geometry::{Body, Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
@@ -30,7 +30,7 @@ pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
 use self::topology::Counted;
-use crate::bodies::{self, BodyRef, Kind, UnknownName};
+use crate::bodies::{self, UnknownName};
 use crate::identity::design_hash;
 use crate::memory;
 use crate::pictures::{self, Shot};
@@ -123,7 +123,7 @@ fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportFailure> {
 /// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
 /// where the 3MF specification (section 3.3) wants it.
 struct Meshed<'a> {
-    body: BodyRef<'a>,
+    body: &'a Body,
     lying: TriMesh,
     print: PrintMesh,
     file_from_part: Pose,
@@ -177,7 +177,7 @@ pub fn export(
                 let alone = |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
                 let formats = options.formats.iter().filter(alone);
                 files.extend(part_files(design, &hash, options, formats, body)?);
-                finished(body.body.name);
+                finished(&body.body.name);
             }
             if options.formats.contains(&Format::ThreeMf) {
                 files.extend(piece.group_file(&sensor.title, &hash, &meshed)?);
@@ -209,16 +209,16 @@ pub fn export(
 }
 
 /// The bodies that are asked for, in the design's order and each once; all parts if none is named.
-fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<BodyRef<'a>>, UnknownName> {
+fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Body>, UnknownName> {
     for name in parts {
         bodies::find(sensor, name)?;
     }
     let asked: BTreeSet<&str> = parts.iter().map(String::as_str).collect();
-    let is_asked = |body: &BodyRef| match asked.is_empty() {
-        true => body.kind == Kind::Part,
-        false => asked.contains(body.name),
+    let is_asked = |body: &&Body| match asked.is_empty() {
+        true => body.is_made(),
+        false => asked.contains(body.name.as_str()),
     };
-    Ok(bodies::bodies(sensor).into_iter().filter(is_asked).collect())
+    Ok(sensor.bodies.iter().filter(is_asked).collect())
 }
 
 /// A file that comes with the design; its format is the end of its name.
@@ -238,15 +238,15 @@ fn companion(companion: &Companion) -> Made {
 
 /// A body that is compensated and turned, but not yet shifted to where it lies in its files.
 struct Turned<'a> {
-    body: BodyRef<'a>,
+    body: &'a Body,
     mesh: TriMesh,
     compensation: Compensation,
     sheet: Option<CutSheet>,
 }
 
 fn turned<'a>(
-    body: BodyRef<'a>,
-    bed_from_part: &Pose,
+    body: &'a Body,
+    bed_from_body: &Pose,
     options: &ExportOptions,
     tolerance_mm: f64,
 ) -> Result<Turned<'a>, ExportFailure> {
@@ -254,16 +254,17 @@ fn turned<'a>(
     let mut compensation = compensation(&body, options, is_drawn);
     let sheet = if is_drawn { sheets::cut_sheet(&body, &compensation)? } else { None };
 
-    let fitted = fitted(&body, bed_from_part, options, &mut compensation);
+    let fitted = fitted(&body, bed_from_body, options, &mut compensation);
     let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
     // Finer by as much as scaling coarsens it.
     let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
-    let mut mesh = fabkit_mesh::mesh(fitted.as_ref().unwrap_or(body.solid), tolerance_mm / coarser)
-        .map_err(|source| ExportFailure::Mesh { part: body.name.into(), source })?;
+    let mut mesh =
+        fabkit_mesh::mesh(fitted.as_ref().unwrap_or(&body.solid), tolerance_mm / coarser)
+            .map_err(|source| ExportFailure::Mesh { part: body.name.clone(), source })?;
     if compensation.scale != 1.0 {
         mesh = mesh.scaled(compensation.scale);
     }
-    let mut mesh = mesh.placed(bed_from_part);
+    let mut mesh = mesh.placed(bed_from_body);
     if compensation.print.is_some() {
         mesh = mesh.stretched(stretch);
     }
@@ -275,29 +276,29 @@ fn measured<'a>(
     turned: Turned<'a>,
     counted: Option<Counted>,
     shift: &Pose,
-    bed_from_part: &Pose,
+    bed_from_body: &Pose,
     tolerance_mm: f64,
 ) -> Result<Meshed<'a>, ExportFailure> {
     let Turned { body, mesh, compensation, sheet } = turned;
     let lying = mesh.placed(shift);
-    let failed = |source| ExportFailure::Mesh { part: body.name.into(), source };
+    let failed = |source| ExportFailure::Mesh { part: body.name.clone(), source };
     let print = lying.to_print().map_err(failed)?;
     if let Some(failure) = counted.and_then(|counted| counted.failure(&body, &print)) {
         let Some(print) = &compensation.print else { return Err(failure) };
-        let (part, profile) = (body.name.into(), print.profile.clone());
+        let (part, profile) = (body.name.clone(), print.profile.clone());
         return Err(ExportFailure::HolesBreakOut { part, profile });
     }
     let figures = figures(&print, tolerance_mm);
     limit_triangles(figures.triangles)?;
     let file_from_part = shift.then_in(match &compensation.print {
-        None => *bed_from_part,
+        None => *bed_from_body,
         // Only where the part's origin lies is stretched along with the rest.
         Some(print) => {
             let [x, y, z] = [0, 1, 2].map(|i| {
-                let at_mm = bed_from_part.translation_mm()[i];
+                let at_mm = bed_from_body.translation_mm()[i];
                 (print.scale[i] - 1.0) * at_mm
             });
-            Pose::translation(x, y, z).then_in(*bed_from_part)
+            Pose::translation(x, y, z).then_in(*bed_from_body)
         }
     });
     Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
@@ -347,13 +348,13 @@ fn part_files<'a>(
     meshed: &Meshed,
 ) -> Result<Vec<Made>, ExportFailure> {
     let body = &meshed.body;
-    let title = format!("{}: {}", design.sensor.title, body.name);
+    let title = format!("{}: {}", design.sensor.title, &body.name);
     let document = Document { title: &title, design_hash: hash };
     let make = |format: Format| {
-        let name = format.file_name(body.name);
+        let name = format.file_name(&body.name);
         let failed = |source| ExportFailure::Write { file: name.clone(), source };
         let bytes = match format {
-            Format::Stl => fabkit_export::stl(body.name, &meshed.print).map_err(failed)?,
+            Format::Stl => fabkit_export::stl(&body.name, &meshed.print).map_err(failed)?,
             Format::ThreeMf => {
                 let objects = [object(body, &meshed.print)];
                 fabkit_export::three_mf(document, &objects).map_err(failed)?
@@ -363,23 +364,23 @@ fn part_files<'a>(
                 None => return Ok(None),
             },
             Format::Png => pictures::picture_of_body(body, PART_SHOT)
-                .map_err(|source| ExportFailure::Picture { part: body.name.into(), source })?,
+                .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
             Format::Tree => {
                 let process = body.process_word();
                 let document = TreeDocument {
                     design_hash: hash,
                     sensor: &design.sensor.name,
-                    name: body.name,
+                    name: &body.name,
                     kind: body.kind.word(),
-                    summary: body.summary,
+                    summary: &body.summary,
                     process: &process,
-                    material: body.material,
+                    material: &body.material,
                     quantity: body.quantity,
                     color: body.color,
                     opacity: body.opacity,
-                    solid: body.solid,
-                    landmarks: body.landmarks,
-                    placements: body.placements,
+                    solid: &body.solid,
+                    landmarks: &body.landmarks,
+                    placements: &body.placements,
                     mesh: meshed.nominal_figures(options)?,
                 };
                 fabkit_export::tree(&document).map_err(failed)?
@@ -388,22 +389,22 @@ fn part_files<'a>(
                 let document = SamplesDocument {
                     design_hash: hash,
                     sensor: &design.sensor.name,
-                    name: body.name,
-                    solid: body.solid,
-                    landmarks: body.landmarks,
+                    name: &body.name,
+                    solid: &body.solid,
+                    landmarks: &body.landmarks,
                 };
                 fabkit_export::samples(&document).map_err(failed)?
             }
         };
         let file = OutputFile { name, bytes };
-        let parts = vec![body.name.into()];
+        let parts = vec![body.name.clone()];
         Ok(Some(Made { file, format: format.word(), parts, stock: None }))
     };
     formats.filter_map(|&format| make(format).transpose()).collect()
 }
 
-fn object<'a>(body: &BodyRef<'a>, mesh: &'a PrintMesh) -> Object<'a> {
-    Object { name: body.name, material: body.material, color: body.color, mesh }
+fn object<'a>(body: &'a Body, mesh: &'a PrintMesh) -> Object<'a> {
+    Object { name: &body.name, material: &body.material, color: body.color, mesh }
 }
 
 fn assemble(
@@ -435,24 +436,24 @@ fn assemble(
         design_hash,
         options: Some(options.entry()),
         parameters,
-        profile: profiled::entry(meshed.iter().map(|m| &m.body), options),
+        profile: profiled::entry(meshed.iter().map(|m| m.body), options),
         parts: meshed.iter().map(part_entry).collect(),
         files: entries,
         others: Vec::new(),
     };
     files.push(manifest_file(&manifest)?);
-    let bodies = bodies::bodies(sensor).iter().map(|body| body.name.to_owned()).collect();
+    let bodies = sensor.bodies.iter().map(|body| body.name.to_owned()).collect();
     Ok(Exported { files, manifest, bodies })
 }
 
 fn part_entry(meshed: &Meshed) -> PartEntry {
     let body = &meshed.body;
     PartEntry {
-        name: body.name.into(),
+        name: body.name.clone(),
         kind: body.kind.word().into(),
-        summary: body.summary.into(),
+        summary: body.summary.clone(),
         process: body.process_word(),
-        material: body.material.into(),
+        material: body.material.clone(),
         quantity: body.quantity,
         compensation: meshed.compensation.clone(),
         file_from_part: meshed.file_from_part,

@@ -1,12 +1,12 @@
 //! What leaves the printer as one piece lies as one piece in its files.
 
 use fabkit_export::Document;
-use fabkit_geometry::{Pose, PrintGroup, Sensor};
+use fabkit_geometry::{Body, Pose, PrintGroup, Sensor};
 use fabkit_mesh::DEFAULT_TOLERANCE_MM;
 
 use super::topology::Counted;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, measured, object, turned};
-use crate::bodies::{self, BodyRef, UnknownName};
+use crate::bodies::{self, UnknownName};
 use crate::staging::OutputFile;
 
 /// A topology that is wrong at this tolerance, mm, is no matter of the tolerance.
@@ -17,18 +17,18 @@ pub(super) struct Piece<'a> {
     /// The group, if it is one.
     pub group: Option<&'a PrintGroup>,
     /// At least one.
-    pub bodies: Vec<BodyRef<'a>>,
+    pub bodies: Vec<&'a Body>,
 }
 
 /// The pieces that the chosen bodies belong to, in their order. One part of a group brings the
 /// others with it: they are of no use alone.
 pub(super) fn pieces<'a>(
     sensor: &'a Sensor,
-    chosen: Vec<BodyRef<'a>>,
+    chosen: Vec<&'a Body>,
 ) -> Result<Vec<Piece<'a>>, UnknownName> {
     let mut pieces: Vec<Piece> = Vec::with_capacity(chosen.len());
     for body in chosen {
-        let member = |group: &&PrintGroup| group.parts.iter().any(|part| part == body.name);
+        let member = |group: &&PrintGroup| group.parts.iter().any(|part| part == &body.name);
         let Some(group) = sensor.print_groups.iter().find(member) else {
             pieces.push(Piece { group: None, bodies: vec![body] });
             continue;
@@ -67,11 +67,11 @@ impl<'a> Piece<'a> {
         counted: &[Option<Counted>],
         tolerance_mm: f64,
     ) -> Result<Vec<Meshed<'a>>, ExportFailure> {
-        let bed_from_part = self.bodies[0].bed_from_part;
+        let bed_from_body = self.bodies[0].bed_from_body;
         let bodies: Vec<_> = self
             .bodies
             .iter()
-            .map(|body| turned(*body, &bed_from_part, options, tolerance_mm))
+            .map(|body| turned(*body, &bed_from_body, options, tolerance_mm))
             .collect::<Result<_, ExportFailure>>()?;
         // Turned first and shifted after, so that the lowest vertices are at zero exactly.
         let corners = bodies.iter().map(|body| body.mesh.bounds().min);
@@ -80,7 +80,7 @@ impl<'a> Piece<'a> {
         bodies
             .into_iter()
             .zip(counted)
-            .map(|(body, counted)| measured(body, *counted, &shift, &bed_from_part, tolerance_mm))
+            .map(|(body, counted)| measured(body, *counted, &shift, &bed_from_body, tolerance_mm))
             .collect()
     }
 

@@ -26,10 +26,10 @@ pub(super) fn plates(
     let groups = &design.sensor.print_groups;
     let in_group = |name: &str| groups.iter().any(|g| g.parts.iter().any(|part| part == name));
     let mut copies: BTreeMap<(usize, &str), Vec<&Meshed>> = BTreeMap::new();
-    for m in meshed.iter().filter(|m| !in_group(m.body.name)) {
-        let process = BED_PROCESSES.iter().position(|bed| m.body.process == Some(*bed));
+    for m in meshed.iter().filter(|m| !in_group(&m.body.name)) {
+        let process = BED_PROCESSES.iter().position(|bed| m.body.process() == Some(*bed));
         let Some(process) = process else { continue };
-        let plate = copies.entry((process, m.body.material)).or_default();
+        let plate = copies.entry((process, m.body.material.as_str())).or_default();
         plate.extend(std::iter::repeat_n(m, m.body.quantity as usize));
     }
     limit_triangles(copies.values().flatten().map(|m| m.figures.triangles).sum())?;
@@ -55,7 +55,7 @@ fn plates_of(
         .iter()
         .map(|m| {
             let [width_mm, depth_mm, _] = m.lying.bounds().size_mm();
-            (m.body.name, [width_mm, depth_mm])
+            (m.body.name.as_str(), [width_mm, depth_mm])
         })
         .collect();
     let spots = fabkit_export::pack(&footprints, options.bed)?;
@@ -88,6 +88,6 @@ fn plates_of(
 fn place(meshed: &Meshed, spot: &Spot) -> Result<PrintMesh, ExportFailure> {
     let [x_mm, y_mm] = spot.corner_mm;
     let moved = meshed.lying.placed(&Pose::translation(x_mm, y_mm, 0.0));
-    let failed = |source| ExportFailure::Mesh { part: meshed.body.name.into(), source };
+    let failed = |source| ExportFailure::Mesh { part: meshed.body.name.clone(), source };
     moved.to_print().map_err(failed)
 }

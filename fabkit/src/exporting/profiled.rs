@@ -7,7 +7,7 @@ use fabkit_designs::profile::{ProcessProfile, Suits};
 use fabkit_export::{NotApplied, ProfileEntry};
 
 use super::{ExportFailure, ExportOptions, chosen, pieces};
-use crate::bodies::BodyRef;
+use fabkit_geometry::Body;
 
 /// A profile must change something: one that was given for other parts is a slip, not a wish.
 /// Several designs may be exported with one profile, of which some have no part that it is for.
@@ -38,8 +38,8 @@ pub fn require_profile_applies<'a>(
                 Suits::OtherMaterial => has_process = true,
                 Suits::OtherProcess => {}
             }
-            made.insert(match body.process {
-                Some(process) => format!("{process} of {}", body.material),
+            made.insert(match body.process() {
+                Some(process) => format!("{process} of {}", &body.material),
                 None => "bought".to_owned(),
             });
         }
@@ -55,7 +55,7 @@ pub fn require_profile_applies<'a>(
 
 /// What the manifest says; nothing where no profile was given or none is wanted.
 pub(super) fn entry<'a>(
-    bodies: impl Iterator<Item = &'a BodyRef<'a>>,
+    bodies: impl Iterator<Item = &'a Body>,
     options: &ExportOptions,
 ) -> Option<ProfileEntry> {
     let profile = options.profile.as_ref().filter(|_| !options.nominal)?;
@@ -94,6 +94,6 @@ pub(super) fn entry<'a>(
     Some(entry)
 }
 
-fn suits(profile: &ProcessProfile, body: &BodyRef) -> Suits {
-    body.process.map_or(Suits::OtherProcess, |process| profile.suits(process, body.material))
+fn suits(profile: &ProcessProfile, body: &Body) -> Suits {
+    body.process().map_or(Suits::OtherProcess, |process| profile.suits(process, &body.material))
 }

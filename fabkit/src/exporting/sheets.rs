@@ -10,8 +10,8 @@ use fabkit_export::{
 use fabkit_geometry::{Process, Profile};
 
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, stock};
-use crate::bodies::BodyRef;
 use crate::staging::OutputFile;
+use fabkit_geometry::Body;
 
 /// A part's outlines as they are cut.
 pub(super) struct CutSheet {
@@ -29,14 +29,14 @@ fn is_flat(process: Process) -> bool {
 /// # Errors
 /// [`ExportFailure::NotASheet`] if it has none, [`ExportFailure::Outline`] if the kerf closes one.
 pub(super) fn cut_sheet(
-    body: &BodyRef,
+    body: &Body,
     compensation: &Compensation,
 ) -> Result<Option<CutSheet>, ExportFailure> {
-    if !body.process.is_some_and(is_flat) {
+    if !body.process().is_some_and(is_flat) {
         return Ok(None);
     }
     let sheet = body.solid.as_sheet().map_err(|source| ExportFailure::NotASheet {
-        part: body.name.into(),
+        part: body.name.clone(),
         process: body.process_word(),
         source,
     })?;
@@ -46,7 +46,7 @@ pub(super) fn cut_sheet(
         scale => sheet.profile.scaled(scale),
     };
     let profile = widen_for_kerf(&scaled, compensation.kerf_mm)
-        .map_err(|source| ExportFailure::Outline { part: body.name.into(), source })?;
+        .map_err(|source| ExportFailure::Outline { part: body.name.clone(), source })?;
     Ok(Some(CutSheet { profile, thickness_mm: sheet.thickness_mm }))
 }
 
@@ -88,13 +88,13 @@ pub(super) fn nested(
     options: &ExportOptions,
     meshed: &[Meshed],
 ) -> Result<Vec<Made>, ExportFailure> {
-    let cut = || meshed.iter().filter(|m| m.body.process == Some(Process::Laser));
-    let words = stock::words(cut().map(|m| m.body.material));
+    let cut = || meshed.iter().filter(|m| m.body.process() == Some(Process::Laser));
+    let words = stock::words(cut().map(|m| m.body.material.as_str()));
     let mut stocks: BTreeMap<String, (&str, Vec<Piece>)> = BTreeMap::new();
     for m in cut() {
         let Some(sheet) = &m.sheet else { continue };
-        let (name, quantity, material) = (m.body.name, m.body.quantity, m.body.material);
-        let stock = format!("sheet-{}-{}", words[material], thickness(sheet.thickness_mm));
+        let (name, quantity, material) = (&m.body.name, m.body.quantity, &m.body.material);
+        let stock = format!("sheet-{}-{}", words[material.as_str()], thickness(sheet.thickness_mm));
         let (_, pieces) = stocks.entry(stock).or_insert_with(|| (material, Vec::new()));
         pieces.push(Piece { name, profile: &sheet.profile, quantity });
     }
@@ -129,33 +129,16 @@ fn thickness(mm: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use fabkit_geometry::{Pose, Solid};
+    use fabkit_geometry::Solid;
 
     use super::super::compensation::compensation;
     use super::*;
-    use crate::bodies::Kind;
 
     #[test]
     fn outlines_of_molds_are_scaled_before_they_are_widened() {
         let solid = Solid::cuboid(40.0, 20.0, 3.0);
-        let frame = BodyRef {
-            kind: Kind::Part,
-            name: "mold-frame",
-            summary: "",
-            solid: &solid,
-            placements: &[],
-            process: Some(Process::Laser),
-            material: "plywood",
-            quantity: 1,
-            landmarks: &[],
-            color: [0; 3],
-            opacity: 1.0,
-            bed_from_part: Pose::identity(),
-            shrinkage: 0.02,
-            genus: None,
-            shells: None,
-            notes: &[],
-        };
+        let frame =
+            Body::made("mold-frame", "", Process::Laser, solid).from("plywood").for_shrinkage(0.02);
         let options = ExportOptions::default();
         let sheet = cut_sheet(&frame, &compensation(&frame, &options, true)).unwrap().unwrap();
         let SheetFigures { size_mm, thickness_mm, .. } = sheet.figures();

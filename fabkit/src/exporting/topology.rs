@@ -7,7 +7,7 @@ use fabkit_geometry::Shells;
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, PrintMesh, Shell};
 
 use super::ExportFailure;
-use crate::bodies::BodyRef;
+use fabkit_geometry::Body;
 
 /// Chips and cavities that a message names.
 const MOST_NAMED: usize = 3;
@@ -22,14 +22,14 @@ pub(super) struct Counted {
 impl Counted {
     /// By the design; for what the design does not count, as a mesh at the usual tolerance has it.
     /// `None` if nothing is known.
-    pub fn of(body: &BodyRef, tolerance_mm: f64) -> Option<Self> {
+    pub fn of(body: &Body, tolerance_mm: f64) -> Option<Self> {
         if let (Some(genus), Some(shells)) = (body.genus, body.shells) {
             return Some(Self { genus, shells });
         }
         if tolerance_mm <= DEFAULT_TOLERANCE_MM {
             return None;
         }
-        let fine = fabkit_mesh::mesh(body.solid, DEFAULT_TOLERANCE_MM).ok()?.to_print().ok()?;
+        let fine = fabkit_mesh::mesh(&body.solid, DEFAULT_TOLERANCE_MM).ok()?.to_print().ok()?;
         Some(Self::in_mesh(&fine))
     }
 
@@ -40,7 +40,7 @@ impl Counted {
     }
 
     /// What is wrong with a mesh that should have been so.
-    pub fn failure(self, body: &BodyRef, mesh: &PrintMesh) -> Option<ExportFailure> {
+    pub fn failure(self, body: &Body, mesh: &PrintMesh) -> Option<ExportFailure> {
         let (part, found) = (body.name.to_owned(), Self::in_mesh(mesh));
         if found.shells != self.shells {
             let (counted, found) = (self.shells, found.shells);

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use fabkit_fixtures::PressBody;
 use fabkit_geometry::{
-    Body, Crossing, InvalidSolid, Point3, Pose, Ray, Scratch, TouchSurface, Vector3,
+    CompiledSolid, Crossing, InvalidSolid, Point3, Pose, Ray, Scratch, TouchSurface, Vector3,
 };
 
 /// Rays along each side of the first grid.
@@ -62,7 +62,7 @@ pub fn approach(
     touch: &TouchSurface,
     body: &PressBody,
 ) -> Result<Option<Penetration>, InvalidSolid> {
-    let solid = Body::new(&body.solid)?;
+    let solid = CompiledSolid::new(&body.solid)?;
     let bounds = solid.bounds();
     if bounds.is_empty() || !bounds.is_finite() {
         return Ok(None);
@@ -108,7 +108,7 @@ pub fn approach(
 
 struct Rays<'a> {
     touch: &'a TouchSurface,
-    solid: &'a Body,
+    solid: &'a CompiledSolid,
     /// Origin at the dome's centre, z towards the body.
     sensor_from_rays: Pose,
     body_from_sensor: Pose,

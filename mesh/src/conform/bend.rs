@@ -1,6 +1,6 @@
 //! How much a face bends, and which way.
 
-use fabkit_geometry::{BodyLeaf, Path, Point3, Profile, Segment, Solid, Vector3};
+use fabkit_geometry::{Path, PlacedPrimitive, Point3, Profile, Segment, Solid, Vector3};
 
 /// Curvatures of a face at one of its points, 1/mm, without sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,12 @@ impl Bend {
 }
 
 /// Of a leaf's face at a point of the body with a known normal.
-pub(super) fn bend(leaf: &BodyLeaf, face: u32, at: Point3<f64>, normal: Vector3<f64>) -> Bend {
+pub(super) fn bend(
+    leaf: &PlacedPrimitive,
+    face: u32,
+    at: Point3<f64>,
+    normal: Vector3<f64>,
+) -> Bend {
     let leaf_from_body = leaf.body_from_leaf.inverse();
     let (at, normal) = (leaf_from_body.point(at), leaf_from_body.vector(normal));
     let [around_per_mm, along_per_mm] = curvatures(&leaf.primitive, face, at, normal);

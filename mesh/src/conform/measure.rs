@@ -1,6 +1,6 @@
 //! How far new triangles stray from the exact face.
 
-use fabkit_geometry::{BodyLeaf, Vector3};
+use fabkit_geometry::{PlacedPrimitive, Vector3};
 
 use crate::surface::Surface;
 
@@ -19,7 +19,7 @@ pub(super) struct Measure {
 
 impl Measure {
     /// Of one face of a leaf; `None` if there is no such face.
-    pub fn new(leaf: &BodyLeaf, face: u32, tolerance_mm: f64) -> Option<Self> {
+    pub fn new(leaf: &PlacedPrimitive, face: u32, tolerance_mm: f64) -> Option<Self> {
         let surface = Surface::new(&leaf.primitive, face, leaf.body_from_leaf)?;
         Some(Self { surface, most_mm: SAMPLED_SHARE * tolerance_mm })
     }

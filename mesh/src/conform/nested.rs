@@ -4,7 +4,7 @@
 //! only where it overlaps B, here by adding to it, provided that no other surface of the tree comes
 //! near that part: then all other operands are either there throughout, or nowhere.
 
-use fabkit_geometry::{Aabb, Body, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 
 use super::cavity::Candidate;
 use super::nearby::Nearby;
@@ -15,7 +15,7 @@ use crate::facets::Facets;
 /// The tree with its features, and the surfaces of the tree without.
 pub(crate) struct Whole {
     /// With features.
-    pub body: Body,
+    pub body: CompiledSolid,
     /// All leaves of the base in their places; their number for a face.
     pub leaves: Facets,
 }
@@ -108,7 +108,8 @@ impl Whole {
 /// along four meridians.
 fn crosses_once(base: &Base, feature: &Feature, curve: &Curve) -> bool {
     let leaf = &base.body.leaves()[curve.face[0] as usize];
-    let Ok(surface) = Body::new(&leaf.primitive.clone().placed(leaf.body_from_leaf)) else {
+    let Ok(surface) = CompiledSolid::new(&leaf.primitive.clone().placed(leaf.body_from_leaf))
+    else {
         return false;
     };
     let crossings = |[c, s]: [f64; 2]| -> usize {

@@ -6,7 +6,7 @@ mod oracle;
 use std::cell::Cell;
 
 use fabkit_geometry::testing::{cases, directions, poses, primitives};
-use fabkit_geometry::{Angle, Body, Path, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry::{Angle, CompiledSolid, Path, Point3, Pose, Ray, Solid, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
@@ -56,7 +56,7 @@ fn bases() -> impl Strategy<Value = Solid> {
     ]
 }
 
-fn placed(base: &Body, drawn: Vec<(Solid, f64, Ray, f64, f64)>) -> Vec<Solid> {
+fn placed(base: &CompiledSolid, drawn: Vec<(Solid, f64, Ray, f64, f64)>) -> Vec<Solid> {
     let place = |(tool, deep_mm, ray, tilt_rad, turn_rad): (Solid, f64, Ray, f64, f64)| {
         let outermost = *base.crossings(&ray).last()?;
         let radians = |a: f64| Angle::from_rad(a).unwrap();
@@ -130,7 +130,7 @@ fn run<S: Strategy>(count: u32, strategy: &S, solid: impl Fn(S::Value) -> Solid)
 fn conforming_features_are_those_that_booleans_make() {
     let strategy = (bases(), prop::collection::vec(features(), 1..5), any::<bool>());
     let conformed = run(200, &strategy, |(base, drawn, adding)| {
-        let tools = placed(&Body::new(&base).unwrap(), drawn);
+        let tools = placed(&CompiledSolid::new(&base).unwrap(), drawn);
         if adding {
             Solid::union(std::iter::once(base).chain(tools))
         } else {
@@ -150,7 +150,7 @@ fn nests() -> impl Strategy<Value = Solid> {
     let lattice = (8usize..14, poses(0.0));
     (operand, tools(), lattice, any::<bool>(), 0usize..6, -0.3f64..2.0).prop_map(
         |(operand, (tool, deep_mm), (count, turned), cuts, form, thick_mm)| {
-            let body = Body::new(&operand).unwrap();
+            let body = CompiledSolid::new(&operand).unwrap();
             let place = |i: usize| {
                 let z = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
                 let (s, c) = (2.4 * i as f64).sin_cos();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fabkit_geometry::{Body, Crossing, Point3, Pose, Ray, Scratch, Vector3};
+use fabkit_geometry::{CompiledSolid, Crossing, Point3, Pose, Ray, Scratch, Vector3};
 
 use super::Feature;
 use crate::tessellate::turn;
@@ -37,7 +37,7 @@ impl Curve {
 /// All curves in the order of the tool's profile; `None` if they are not such curves.
 ///
 /// Of a feature that belongs to an operand of the base, only those on the operand's own faces.
-pub(super) fn curves(feature: &Feature, base: &Body) -> Option<Vec<Curve>> {
+pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curve>> {
     let Feature { pin, base_from_tool, operand, .. } = feature;
     let leaves = operand.clone().unwrap_or(0..u32::MAX);
     let mut curves: Vec<Curve> = Vec::new();
@@ -91,7 +91,7 @@ pub(super) fn curves(feature: &Feature, base: &Body) -> Option<Vec<Curve>> {
 }
 
 struct Caster<'a> {
-    base: &'a Body,
+    base: &'a CompiledSolid,
     base_from_tool: &'a Pose,
     leaves: Range<u32>,
     scratch: Scratch,

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use fabkit_geometry::{Body as ExactBody, Solid};
+use fabkit_geometry::{CompiledSolid as ExactBody, Solid};
 
 use super::{Evaluator, Item, Shape};
 use crate::MeshError;

@@ -7,7 +7,7 @@
 use std::ops::Range;
 use std::rc::Rc;
 
-use fabkit_geometry::{Aabb, Body as ExactBody, Pose, Solid};
+use fabkit_geometry::{Aabb, CompiledSolid as ExactBody, Pose, Solid};
 
 use super::features::{LARGEST_SHARE, diagonal_mm};
 use super::{Evaluator, Item};

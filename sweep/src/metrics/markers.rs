@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use fabkit_geometry::{
-    Assembly, Body, InvalidSolid, Placement, Point3, Pose, Ray, Sensor, Solid, Vector3,
+    Assembly, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Ray, Sensor, Solid, Vector3,
 };
 use nalgebra::Matrix3x2;
 
@@ -14,7 +14,7 @@ const WORDS: [&str; 3] = ["marker", "dimple", "dot"];
 
 /// One marker, sensor frame.
 struct Marker {
-    body: Body,
+    body: CompiledSolid,
     sensor_from_marker: Pose,
     /// Middle of its box.
     centre: Point3<f64>,
@@ -63,8 +63,8 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
 /// The markers of the first body of the sensor in use that has any: layers before parts, because a
 /// mold has the same features.
 fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
-    let layers = sensor.layers.iter().map(|layer| (&layer.solid, &layer.placements));
-    let parts = sensor.parts.iter().map(|part| (&part.solid, &part.placements));
+    let layers = sensor.layers().map(|layer| (&layer.solid, &layer.placements));
+    let parts = sensor.parts().map(|part| (&part.solid, &part.placements));
     let in_use = |placements: &[Placement]| {
         placements.iter().find(|p| p.assembly == Assembly::sensor()).map(|p| p.assembly_from_body)
     };
@@ -88,7 +88,7 @@ fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, Invali
         if !is_marker || !names.insert(leaf.feature) {
             continue;
         }
-        let body = Body::new(leaf.primitive)?;
+        let body = CompiledSolid::new(leaf.primitive)?;
         let bounds = body.bounds();
         let size = bounds.max - bounds.min;
         let sensor_from_marker = sensor_from_body.then_in(leaf.root_from_leaf);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Action, Body, InvalidSolid, Process, Sensor, Solid};
+use fabkit_geometry::{Action, CompiledSolid, InvalidSolid, Process, Sensor, Solid};
 
 use super::Computed;
 use super::stock::{self, Pace};
@@ -43,17 +43,19 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
     let mut parts = Sum { volume_mm3: 0.0, mass_g: Some(0.0) };
     let mut print_h = 0.0;
     let mut tallest_h: BTreeMap<Process, f64> = BTreeMap::new();
-    for part in &sensor.parts {
+    for part in sensor.parts() {
         let volume_mm3 = volume(&part.solid)? * f64::from(part.quantity);
         let mass_g = add(&part.material, volume_mm3, None, 0.0);
         parts.volume_mm3 += volume_mm3;
         parts.mass_g = parts.mass_g.zip(mass_g).map(|(a, b)| a + b);
-        match stock::pace(part.process) {
+        let Some(process) = part.process() else { continue };
+        match stock::pace(process) {
             Some(Pace::Volume(mm3_per_h)) => print_h += volume_mm3 / mm3_per_h,
             Some(Pace::Height(mm_per_h)) => {
-                let on_bed = Body::new(&part.solid.clone().placed(part.bed_from_part))?.bounds();
+                let on_bed =
+                    CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body))?.bounds();
                 let hours = (on_bed.max.z - on_bed.min.z) / mm_per_h;
-                let tallest = tallest_h.entry(part.process).or_insert(0.0);
+                let tallest = tallest_h.entry(process).or_insert(0.0);
                 *tallest = tallest.max(hours);
             }
             None => {}
@@ -61,7 +63,7 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
     }
     let mixes = mixes(sensor);
     let mut layers = Sum { volume_mm3: 0.0, mass_g: Some(0.0) };
-    for layer in &sensor.layers {
+    for layer in sensor.layers() {
         let volume_mm3 = volume(&layer.solid)?;
         let mix = mixes.get(layer.name.as_str());
         let waste = mix.map_or(0.0, |(_, waste)| *waste);
@@ -94,7 +96,8 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
 
 fn volume(solid: &Solid) -> Result<f64, InvalidSolid> {
     // A body without bounds has no volume, and cannot be made either.
-    Ok(ray_volume(&Body::new(solid)?, LINES).map_or(f64::INFINITY, |volume| volume.value_mm3))
+    Ok(ray_volume(&CompiledSolid::new(solid)?, LINES)
+        .map_or(f64::INFINITY, |volume| volume.value_mm3))
 }
 
 /// Density, g/cm3, and waste of the layers that are poured or sprayed.

@@ -57,7 +57,7 @@ impl Memo {
 
 pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     let (mut triangles, mut volume_mm3, mut area_mm2) = (0, 0.0, 0.0);
-    for part in &sensor.parts {
+    for part in sensor.parts() {
         match memo.measured(&part.solid) {
             Ok(mesh) => {
                 triangles += mesh.triangles;

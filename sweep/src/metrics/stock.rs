@@ -82,8 +82,8 @@ mod tests {
         for name in fabkit_designs::builtin_names() {
             let yaml = fabkit_designs::builtin_yaml(name).unwrap();
             let sensor = fabkit_designs::load(name, yaml, &[]).unwrap().sensor;
-            let parts = sensor.parts.iter().map(|part| &part.material);
-            for material in parts.chain(sensor.layers.iter().map(|layer| &layer.material)) {
+            let parts = sensor.parts().map(|part| &part.material);
+            for material in parts.chain(sensor.layers().map(|layer| &layer.material)) {
                 assert!(of(material).is_some(), "{name}: {material}");
             }
         }

@@ -158,7 +158,7 @@ impl Runner {
             return *known;
         }
         let found = Command::new(&self.python)
-            .args(["-c", &format!("import {module}")])
+            .args(["-c", &super::import_of(module)])
             .env("PYTHONPATH", &self.python_path)
             .current_dir(env::temp_dir())
             .stderr(Stdio::null())

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Shells, Solid, Vector3,
+    Angle, Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -96,31 +96,25 @@ fn bore(radius: f64, bottom_z: f64, top_z: f64) -> Solid {
 }
 
 /// The clear plate.
-pub fn plate(p: &Cap, layout: &Layout) -> Part {
-    Part {
-        name: "plate".into(),
-        summary: "clear plate that carries the skin".into(),
-        solid: Solid::extrusion(
-            Path::circle([0.0; 2], layout.plate_radius),
-            p.plate.thickness.mm(),
-        )
-        .at(0.0, 0.0, layout.plate_bottom_z),
-        placements: vec![in_sensor().lifted(24.0)],
-        process: Process::Laser,
-        material: p.plate.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: [190, 215, 225],
-        bed_from_part: Pose::identity(),
-        print_notes: vec!["leave the protective film on until the skin is glued".into()],
-        shrinkage: 0.0,
-        genus: 0,
-        shells: Shells::ONE,
-    }
+pub fn plate(p: &Cap, layout: &Layout) -> Body {
+    Body::made(
+        "plate",
+        "clear plate that carries the skin",
+        Process::Laser,
+        Solid::extrusion(Path::circle([0.0; 2], layout.plate_radius), p.plate.thickness.mm()).at(
+            0.0,
+            0.0,
+            layout.plate_bottom_z,
+        ),
+    )
+    .from(&p.plate.material)
+    .placed([in_sensor().lifted(24.0)])
+    .colored([190, 215, 225])
+    .note("leave the protective film on until the skin is glued")
 }
 
 /// The casing's upper piece.
-pub fn holder(p: &Cap, layout: &Layout) -> Part {
+pub fn holder(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
     // One profile from the plate's recess down to the camera: ledge and chamber.
     let (recess, chamber) = (layout.recess_radius, layout.chamber_radius);
@@ -148,10 +142,11 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
         let depth = JOINT_SCREW.length_mm + PILOT_SPARE_MM;
         JOINT_SCREW.pilot_tool(depth).placed(*pose).named(format!("screw hole {}", i + 1))
     });
-    Part {
-        name: "holder".into(),
-        summary: "casing's upper piece: holds plate, LEDs and the camera's front".into(),
-        solid: outline(p, layout.joint_z, 0.0)
+    Body::made(
+        "holder",
+        "casing's upper piece: holds plate, LEDs and the camera's front",
+        Process::Fdm,
+        outline(p, layout.joint_z, 0.0)
             .minus(inside.named("chamber"))
             .minus(
                 pocket(layout, layout.joint_z - over, layout.housing_front_z)
@@ -160,30 +155,20 @@ pub fn holder(p: &Cap, layout: &Layout) -> Part {
             .minus(wire_groove(layout, layout.joint_z - over, layout.housing_front_z + over))
             .minus_all(led_pockets)
             .minus_all(pilots),
-        placements: vec![in_sensor()],
-        process: Process::Fdm,
-        material: p.holder.material.clone(),
-        quantity: 1,
-        landmarks: leds
-            .iter()
-            .enumerate()
-            .map(|(i, pose)| Landmark::at(format!("led {}", i + 1), pose))
-            .collect(),
-        color: BLACK,
-        bed_from_part: flipped(),
-        print_notes: vec![
-            "plate side down, no supports: the ledges overhang about 1 mm".into(),
-            "matt black filament; stray light blurs the shadows".into(),
-        ],
-        shrinkage: 0.0,
-        // The chamber goes through; everything else is open to it or blind.
-        genus: 1,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.holder.material)
+    .placed([in_sensor()])
+    .marked(leds.iter().enumerate().map(|(i, pose)| Landmark::at(format!("led {}", i + 1), pose)))
+    .colored(BLACK)
+    .lying(flipped())
+    .note("plate side down, no supports: the ledges overhang about 1 mm")
+    .note("matt black filament; stray light blurs the shadows")
+    // The chamber goes through; everything else is open to it or blind.
+    .with_handles(1)
 }
 
 /// The casing's lower piece.
-pub fn base(p: &Cap, layout: &Layout) -> Part {
+pub fn base(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
     let joint = joint_poses(p, layout);
     let head_radius = JOINT_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
@@ -216,10 +201,11 @@ pub fn base(p: &Cap, layout: &Layout) -> Part {
         [-half, -p.holder.width.mm(), layout.floor_z + WINDOW_MARGIN_MM],
         [half, 0.0, layout.housing_back_z - WINDOW_MARGIN_MM],
     );
-    Part {
-        name: "base".into(),
-        summary: "casing's lower piece: clamps the camera, is screwed to a gripper".into(),
-        solid: outline(p, bottom, layout.joint_z)
+    Body::made(
+        "base",
+        "casing's lower piece: clamps the camera, is screwed to a gripper",
+        Process::Fdm,
+        outline(p, bottom, layout.joint_z)
             .minus(
                 pocket(layout, layout.housing_back_z, layout.joint_z + over).named("camera pocket"),
             )
@@ -231,24 +217,18 @@ pub fn base(p: &Cap, layout: &Layout) -> Part {
             .minus(window.named("plug window"))
             .minus_all(passages)
             .minus_all(pilots),
-        placements: vec![in_sensor().lifted(-62.0)],
-        process: Process::Fdm,
-        material: p.holder.material.clone(),
-        quantity: 1,
-        landmarks: mounts
+    )
+    .from(&p.holder.material)
+    .placed([in_sensor().lifted(-62.0)])
+    .marked(
+        mounts
             .iter()
             .enumerate()
-            .map(|(i, pose)| Landmark::at(format!("mounting hole {}", i + 1), pose))
-            .collect(),
-        color: BLACK,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "floor down, no supports: the window's upper edge is a bridge".into(),
-            "the gripper's M3 screws cut their threads into the floor".into(),
-        ],
-        shrinkage: 0.0,
-        // A cup with the joint's passages, the mounting holes and the plug's window.
-        genus: 4 + p.base.mount_holes as i32 + 1,
-        shells: Shells::ONE,
-    }
+            .map(|(i, pose)| Landmark::at(format!("mounting hole {}", i + 1), pose)),
+    )
+    .colored(BLACK)
+    .note("floor down, no supports: the window's upper edge is a bridge")
+    .note("the gripper's M3 screws cut their threads into the floor")
+    // A cup with the joint's passages, the mounting holes and the plug's window.
+    .with_handles(4 + p.base.mount_holes as i32 + 1)
 }

@@ -1,6 +1,6 @@
 //! What is bought: camera with lens, LEDs, screws, bolts, nuts.
 
-use fabkit_geometry::{Component, Path, Placement, Pose, Solid, Vector3};
+use fabkit_geometry::{Body, Path, Placement, Pose, Solid, Vector3};
 
 use super::casing::{JOINT_SCREW, joint_poses, led_poses};
 use super::layout::Layout;
@@ -17,7 +17,7 @@ const INTO_MM: f64 = 0.2;
 pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
 
 /// Everything bought.
-pub fn components(p: &Cap, layout: &Layout) -> Vec<Component> {
+pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
     // Fasteners and LEDs leave along their own axis.
     let drawn_out = |assembly: AssemblyName, poses: Vec<Pose>, out_mm: f64, lift_mm: f64| {
         let out = Vector3::new(0.0, 0.0, out_mm);
@@ -26,42 +26,35 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Component> {
         };
         poses.into_iter().map(place).collect::<Vec<_>>()
     };
-    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| Component {
-        name: name.into(),
-        specification,
-        solid,
-        quantity: placements.len() as u32,
-        placements,
-        color: [176, 180, 186],
-        opacity: 1.0,
+    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| {
+        Body::bought(name, specification, solid)
+            .placed(placements)
+            .one_per_place()
+            .colored([176, 180, 186])
     };
     let sensor = SENSOR;
     vec![
-        Component {
-            color: [35, 60, 45],
-            ..bought(
-                "camera",
-                format!(
-                    "{} with lens {}, {} x {} px at {} fps",
-                    p.camera.model,
-                    p.camera.lens,
-                    p.camera.width_px,
-                    p.camera.height_px,
-                    p.camera.frame_rate
-                ),
-                camera(p, layout),
-                vec![in_sensor().lifted(-26.0)],
-            )
-        },
-        Component {
-            color: [250, 240, 170],
-            ..bought(
-                "led",
-                format!("{}, one LED on {} of strip", p.leds.model, p.leds.strip_length),
-                led(p),
-                drawn_out(sensor, led_poses(p, layout), 2.0, 14.0),
-            )
-        },
+        bought(
+            "camera",
+            format!(
+                "{} with lens {}, {} x {} px at {} fps",
+                p.camera.model,
+                p.camera.lens,
+                p.camera.width_px,
+                p.camera.height_px,
+                p.camera.frame_rate
+            ),
+            camera(p, layout),
+            vec![in_sensor().lifted(-26.0)],
+        )
+        .colored([35, 60, 45]),
+        bought(
+            "led",
+            format!("{}, one LED on {} of strip", p.leds.model, p.leds.strip_length),
+            led(p),
+            drawn_out(sensor, led_poses(p, layout), 2.0, 14.0),
+        )
+        .colored([250, 240, 170]),
         bought(
             "screw-m2x16",
             "pan head screw ISO 7045 M2x16".into(),

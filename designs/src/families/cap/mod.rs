@@ -64,28 +64,31 @@ impl Family for CapFamily {
 fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
     let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
     Sensor {
-        name: header.name.as_str().into(),
-        title: header.title.clone(),
-        reference: header.reference.clone(),
-        parts: casing.into_iter().chain(mold::parts(p, layout, dimples)).collect(),
-        layers: skin::layers(p, layout, dimples),
-        components: components::components(p, layout),
         chain: chain::chain(p, layout),
-        print_groups: Vec::new(),
         press_fits: vec![PressFit {
             inner: "screw-m2x16".into(),
             outer: "holder".into(),
             interference_mm: casing::JOINT_SCREW.thread_overlap_mm(),
             reason: "the screw cuts its thread into plastic".into(),
         }],
-        camera: NominalCamera {
-            // The camera looks at the apex; its image's right is the sensor's +x.
-            sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
-            width_px: p.camera.width_px,
-            height_px: p.camera.height_px,
-            field_of_view: p.camera.field_of_view,
-        },
         touch: Some(touch(p, layout)),
+        ..Sensor::new(
+            header.name.as_str(),
+            &header.title,
+            &header.reference,
+            NominalCamera {
+                // The camera looks at the apex; its image's right is the sensor's +x.
+                sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
+                width_px: p.camera.width_px,
+                height_px: p.camera.height_px,
+                field_of_view: p.camera.field_of_view,
+            },
+            casing
+                .into_iter()
+                .chain(mold::parts(p, layout, dimples))
+                .chain(skin::layers(p, layout, dimples))
+                .chain(components::components(p, layout)),
+        )
     }
 }
 

@@ -8,7 +8,7 @@
 //! matter and no dowels are needed.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Shells, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Solid, Vector3,
 };
 
 use super::casing::turn;
@@ -66,34 +66,23 @@ fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) ->
     })
 }
 
-fn tool(p: &Cap, name: &str, summary: &str, solid: Solid, genus: i32) -> Part {
-    Part {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: vec![SKIN_MOLD.in_place()],
-        process: Process::Sla,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: TOOL_GREY,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "wash, cure and bake: uncured resin keeps platinum silicone from curing".into(),
-        ],
-        shrinkage: castable(&p.skin.material).map_or(0.0, |m| m.shrinkage),
-        genus,
-        shells: Shells::ONE,
-    }
+fn tool(p: &Cap, name: &str, summary: &str, solid: Solid, genus: i32) -> Body {
+    Body::made(name, summary, Process::Sla, solid)
+        .from(&p.mold.material)
+        .placed([SKIN_MOLD.in_place()])
+        .colored(TOOL_GREY)
+        .note("wash, cure and bake: uncured resin keeps platinum silicone from curing")
+        .for_shrinkage(castable(&p.skin.material).map_or(0.0, |m| m.shrinkage))
+        .with_handles(genus)
 }
 
 /// Block, spacer and lid.
-pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Part; 3] {
+pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Body; 3] {
     [block(p, layout, dimples), spacer(p, layout), lid(p, layout)]
 }
 
 /// The block: everything around the gel, so that each dimple leaves its pin.
-fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Part {
+fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
     let height = p.mold.height.mm();
     let pocket = HexNut::M3.tool(gap_mm(Process::Sla, Fit::Slide), height - layout.nut_z);
     let nuts = nut_poses(p, layout)
@@ -127,12 +116,12 @@ fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Part {
     part.placements = vec![SKIN_MOLD.in_place().lifted(26.0)];
     part.color = MOLD_BLUE;
     part.landmarks = landmarks.collect();
-    part.bed_from_part = flipped();
-    part.print_notes.insert(0, "cavity up, 0.025 mm layers, no supports inside".into());
+    part.bed_from_body = flipped();
+    part.notes.insert(0, "cavity up, 0.025 mm layers, no supports inside".into());
     part
 }
 
-fn spacer(p: &Cap, layout: &Layout) -> Part {
+fn spacer(p: &Cap, layout: &Layout) -> Body {
     let (bore, outside) = (layout.spacer_bore, layout.mold_radius);
     let ring = Solid::revolution(Path::polygon(&[
         [bore, layout.flange_z],
@@ -157,14 +146,13 @@ fn spacer(p: &Cap, layout: &Layout) -> Part {
         solid,
         1 + p.mold.bolts as i32,
     );
-    part.bed_from_part = flipped();
-    part.print_notes
-        .push("grind it down, or add film, if the skin comes out too thick or thin".into());
+    part.bed_from_body = flipped();
+    part.notes.push("grind it down, or add film, if the skin comes out too thick or thin".into());
     part.placements = vec![SKIN_MOLD.in_place().lifted(-10.0)];
     part
 }
 
-fn lid(p: &Cap, layout: &Layout) -> Part {
+fn lid(p: &Cap, layout: &Layout) -> Body {
     let outline = Path::polygon(&[
         [0.0, layout.lid_z],
         [layout.mold_radius, layout.lid_z],
@@ -192,7 +180,6 @@ fn lid(p: &Cap, layout: &Layout) -> Part {
         (p.mold.vents + p.mold.bolts) as i32,
     );
     part.placements = vec![SKIN_MOLD.in_place().lifted(-24.0)];
-    part.print_notes
-        .insert(0, "boss up; polish the boss, the camera looks through its print".into());
+    part.notes.insert(0, "boss up; polish the boss, the camera looks through its print".into());
     part
 }

@@ -4,7 +4,7 @@
 //! without gap or overlap.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, EllipsoidOffset, InvalidPattern, Layer, Path, Pattern, Pose, Shells, Solid,
+    Body, CUT_OVERLAP_MM, EllipsoidOffset, InvalidPattern, Path, Pattern, Pose, Solid,
 };
 
 use super::layout::Layout;
@@ -96,34 +96,27 @@ fn paint(p: &Cap, layout: &Layout, poses: &[Pose]) -> Solid {
 }
 
 /// Gel and paint.
-pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Layer> {
+pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Body> {
     vec![
-        Layer {
-            name: "skin".into(),
-            summary: format!("clear gel with {} dimples", dimple_count(p)),
-            solid: gel(p, layout, poses, false),
-            placements: vec![in_sensor().lifted(38.0), SKIN_MOLD.in_place()],
-            material: p.skin.material.clone(),
-            color: [190, 215, 235],
-            opacity: 0.8,
-            // Dimples are blind.
-            genus: 0,
-            shells: Shells::ONE,
-        },
-        Layer {
-            name: "reflective-paint".into(),
-            summary: match p.dimples.direction {
+        Body::cast(
+            "skin",
+            format!("clear gel with {} dimples", dimple_count(p)),
+            gel(p, layout, poses, false),
+        )
+        .from(&p.skin.material)
+        .placed([in_sensor().lifted(38.0), SKIN_MOLD.in_place()])
+        .colored([190, 215, 235])
+        .opaque(0.8), // Dimples are blind.
+        Body::cast(
+            "reflective-paint",
+            match p.dimples.direction {
                 Direction::IntoGel => "reflects the coloured light; fills the dimples",
                 Direction::OutOfGel => "reflects the coloured light; covers the dimples",
-            }
-            .into(),
-            solid: paint(p, layout, poses),
-            placements: vec![in_sensor().lifted(66.0)],
-            material: p.paint.material.clone(),
-            color: [205, 207, 212],
-            opacity: 1.0,
-            genus: 0,
-            shells: Shells::ONE,
-        },
+            },
+            paint(p, layout, poses),
+        )
+        .from(&p.paint.material)
+        .placed([in_sensor().lifted(66.0)])
+        .colored([205, 207, 212]),
     ]
 }

@@ -1,7 +1,7 @@
 //! What is bought: glass, camera, LEDs, screws, nuts, dowels, O-ring.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, Color, Component, Path, Placement, Pose, Process, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Color, Path, Placement, Pose, Process, Solid, Vector3,
 };
 
 use super::housing::{camera_screw_poses, joint_nut_pose, joint_pose, led_pose, relief_edge_mm};
@@ -19,7 +19,7 @@ const BRASS: Color = [205, 170, 90];
 const GLASS: Color = [190, 215, 225];
 
 /// Everything bought.
-pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
+pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let each = |assembly: AssemblyName, poses: &[Pose], lift_mm: f64| -> Vec<Placement> {
         poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
     };
@@ -32,14 +32,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
         };
         poses.into_iter().map(place).collect()
     };
-    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| Component {
-        name: name.into(),
-        specification,
-        solid,
-        quantity: placements.len() as u32,
-        placements,
-        color: STEEL,
-        opacity: 1.0,
+    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| {
+        Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
     };
     let here = [Pose::identity()];
 
@@ -56,121 +50,101 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Component> {
     };
 
     vec![
-        Component {
-            placements: vec![
-                in_sensor().lifted(56.0),
-                TRANSPARENT_MOLD.in_place(),
-                TRANSLUCENT_MOLD.in_place(),
-                JOINING.in_place(),
-                COATING.in_place(),
-            ],
-            quantity: 1,
-            color: GLASS,
-            opacity: 0.3,
-            ..bought(
-                "tube",
-                format!(
-                    "glass test tube, {} mm outside, {} mm wall, cut {} mm from its tip",
-                    p.tube.outer_diameter.mm(),
-                    p.tube.wall.mm(),
-                    layout.wall_height + layout.tube_radius
-                ),
-                dome_shell(layout.tube_bore_radius, layout.tube_radius, layout.wall_height),
-                vec![],
-            )
-        },
-        Component {
-            color: [35, 60, 45],
-            ..bought(
-                "camera",
-                camera_specification(p),
-                camera(p, layout),
-                vec![in_sensor().lifted(-46.0)],
-            )
-        },
-        Component {
-            color: [250, 240, 170],
-            ..bought(
-                "led",
-                p.leds.model.clone(),
-                Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
-                drawn_out((0..p.leds.count).map(|i| led_pose(p, layout, i)).collect(), 0.0, -20.0),
-            )
-        },
-        Component {
-            ..bought(
-                "screw-m1-6x5",
-                "pan head screw ISO 7045 M1.6x5".into(),
-                Screw::M1_6X5.solid(),
-                drawn_out(camera_screw_poses(p, layout), 0.0, -36.0),
-            )
-        },
-        Component {
-            ..bought(
-                "screw-m2x4",
-                "countersunk screw ISO 7046 M2x4".into(),
-                Screw::M2X4.solid(),
-                drawn_out(joint(joint_pose), 12.0, 0.0),
-            )
-        },
-        Component {
-            color: BRASS,
-            ..bought(
-                "nut-m2",
-                format!(
-                    "heat-set nut M2 as {}, {} mm outside, {} mm long, hole {} mm",
-                    HeatSetNut::M2.maker,
-                    HeatSetNut::M2.diameter_mm,
-                    HeatSetNut::M2.length_mm,
-                    HeatSetNut::M2.hole_mm
-                ),
-                HeatSetNut::M2.solid(),
-                drawn_out(joint(joint_nut_pose), 6.0, -66.0),
-            )
-        },
-        Component {
-            ..bought(
-                "screw-m3x4",
-                "pan head screw ISO 7045 M3x4".into(),
-                Screw::M3X4.solid(),
-                each(FORM, &form_screw_poses(p, &form), -45.0),
-            )
-        },
-        Component {
-            quantity: 2 * (side.len() + lid.len()) as u32,
-            ..bought("dowel", dowel.specification(), dowel.solid(), dowels)
-        },
-        Component {
-            quantity: 1,
-            color: [30, 30, 30],
-            ..bought(
-                "o-ring",
-                format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
-                ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius]).at(
-                    0.0,
-                    0.0,
-                    p.connector.plug_length.mm() / 2.0,
-                ),
-                [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
-                    .into_iter()
-                    .flat_map(|tool| each(tool, &here, -42.0))
-                    .collect(),
-            )
-        },
-        Component {
-            color: GLASS,
-            opacity: 0.35,
-            ..bought(
-                "form-tube",
-                format!(
-                    "glass test tube with rim, {} mm outside, {} mm long",
-                    2.0 * layout.transparent_radius,
-                    p.form.tube_length.mm()
-                ),
-                form_tube(p, layout, &form),
-                each(FORM, &here, -60.0),
-            )
-        },
+        bought(
+            "tube",
+            format!(
+                "glass test tube, {} mm outside, {} mm wall, cut {} mm from its tip",
+                p.tube.outer_diameter.mm(),
+                p.tube.wall.mm(),
+                layout.wall_height + layout.tube_radius
+            ),
+            dome_shell(layout.tube_bore_radius, layout.tube_radius, layout.wall_height),
+            vec![],
+        )
+        .placed([
+            in_sensor().lifted(56.0),
+            TRANSPARENT_MOLD.in_place(),
+            TRANSLUCENT_MOLD.in_place(),
+            JOINING.in_place(),
+            COATING.in_place(),
+        ])
+        .times(1)
+        .colored(GLASS)
+        .opaque(0.3),
+        bought(
+            "camera",
+            camera_specification(p),
+            camera(p, layout),
+            vec![in_sensor().lifted(-46.0)],
+        )
+        .colored([35, 60, 45]),
+        bought(
+            "led",
+            p.leds.model.clone(),
+            Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
+            drawn_out((0..p.leds.count).map(|i| led_pose(p, layout, i)).collect(), 0.0, -20.0),
+        )
+        .colored([250, 240, 170]),
+        bought(
+            "screw-m1-6x5",
+            "pan head screw ISO 7045 M1.6x5".into(),
+            Screw::M1_6X5.solid(),
+            drawn_out(camera_screw_poses(p, layout), 0.0, -36.0),
+        ),
+        bought(
+            "screw-m2x4",
+            "countersunk screw ISO 7046 M2x4".into(),
+            Screw::M2X4.solid(),
+            drawn_out(joint(joint_pose), 12.0, 0.0),
+        ),
+        bought(
+            "nut-m2",
+            format!(
+                "heat-set nut M2 as {}, {} mm outside, {} mm long, hole {} mm",
+                HeatSetNut::M2.maker,
+                HeatSetNut::M2.diameter_mm,
+                HeatSetNut::M2.length_mm,
+                HeatSetNut::M2.hole_mm
+            ),
+            HeatSetNut::M2.solid(),
+            drawn_out(joint(joint_nut_pose), 6.0, -66.0),
+        )
+        .colored(BRASS),
+        bought(
+            "screw-m3x4",
+            "pan head screw ISO 7045 M3x4".into(),
+            Screw::M3X4.solid(),
+            each(FORM, &form_screw_poses(p, &form), -45.0),
+        ),
+        bought("dowel", dowel.specification(), dowel.solid(), dowels)
+            .times(2 * (side.len() + lid.len()) as u32),
+        bought(
+            "o-ring",
+            format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
+            ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius]).at(
+                0.0,
+                0.0,
+                p.connector.plug_length.mm() / 2.0,
+            ),
+            [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
+                .into_iter()
+                .flat_map(|tool| each(tool, &here, -42.0))
+                .collect(),
+        )
+        .times(1)
+        .colored([30, 30, 30]),
+        bought(
+            "form-tube",
+            format!(
+                "glass test tube with rim, {} mm outside, {} mm long",
+                2.0 * layout.transparent_radius,
+                p.form.tube_length.mm()
+            ),
+            form_tube(p, layout, &form),
+            each(FORM, &here, -60.0),
+        )
+        .colored(GLASS)
+        .opaque(0.35),
     ]
 }
 

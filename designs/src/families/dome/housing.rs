@@ -3,8 +3,7 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Shells, Solid,
-    Vector3,
+    Angle, Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -81,7 +80,7 @@ pub fn led_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
 }
 
 /// The tube that everything slides into from below, and the gel stands on.
-pub fn shell(p: &Dome, layout: &Layout) -> Part {
+pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let height = layout.shell_height();
     let wall = Solid::cylinder(layout.shell_radius, height).at(0.0, 0.0, layout.bottom_z).minus(
         Solid::cylinder(layout.shell_bore_radius, height + 2.0 * CUT_OVERLAP_MM).at(
@@ -115,29 +114,24 @@ pub fn shell(p: &Dome, layout: &Layout) -> Part {
     });
     let joint = (0..p.shell.screws)
         .map(|i| Landmark::at(format!("screw {}", i + 1), &joint_pose(p, layout, i)));
-    Part {
-        name: "shell".into(),
-        summary: "tube that holds diffuser, LED board and base; the gel stands on it".into(),
-        solid: Solid::union(std::iter::once(wall).chain(ribs)).minus_all(screw_holes),
-        placements: vec![in_sensor(), JOINING.in_place().lifted(-45.0)],
-        process: Process::Fdm,
-        material: p.shell.material.clone(),
-        quantity: 1,
-        landmarks: joint.collect(),
-        color: BLACK,
-        bed_from_part: flipped(),
-        print_notes: vec![
-            "0.12 mm layers, no supports: the ribs overhang less than 1 mm".into(),
-            "bore the screw holes with a 2.4 mm drill if the printer closes them".into(),
-        ],
-        shrinkage: 0.0,
-        genus: 1 + p.shell.screws as i32,
-        shells: Shells::ONE,
-    }
+    Body::made(
+        "shell",
+        "tube that holds diffuser, LED board and base; the gel stands on it",
+        Process::Fdm,
+        Solid::union(std::iter::once(wall).chain(ribs)).minus_all(screw_holes),
+    )
+    .from(&p.shell.material)
+    .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
+    .marked(joint)
+    .colored(BLACK)
+    .lying(flipped())
+    .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
+    .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
+    .with_handles(1 + p.shell.screws as i32)
 }
 
 /// The plug that carries the camera and closes the shell.
-pub fn base(p: &Dome, layout: &Layout) -> Part {
+pub fn base(p: &Dome, layout: &Layout) -> Body {
     let chamfer = 0.6;
     let (r, top, bottom) = (layout.base_radius, layout.base_top_z, layout.bottom_z);
     let plug = Solid::revolution(Path::polygon(&[
@@ -196,33 +190,26 @@ pub fn base(p: &Dome, layout: &Layout) -> Part {
         .map(|i| Landmark::at(format!("nut {}", i + 1), &joint_nut_pose(p, layout, i)));
     let mount = (0..p.base.mount_holes)
         .map(|i| Landmark::at(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
-    Part {
-        name: "base".into(),
-        summary: "plug that carries the camera and closes the shell".into(),
-        solid: plug
-            .minus(pocket.named("camera pocket"))
+    Body::made(
+        "base",
+        "plug that carries the camera and closes the shell",
+        Process::Fdm,
+        plug.minus(pocket.named("camera pocket"))
             .minus(relief.named("relief"))
             .minus(cable_slot.named("cable slot"))
             .minus_all(screw_holes)
             .minus_all(nuts)
             .minus_all(mounts)
             .minus_all(pry_slots),
-        placements: vec![in_sensor().lifted(-66.0)],
-        process: Process::Fdm,
-        material: p.shell.material.clone(),
-        quantity: 1,
-        landmarks: joint.chain(mount).collect(),
-        color: BLACK,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "melt the M2 nuts in flush with the side before anything else".into(),
-            "lead the cable through the slot, then screw the camera down".into(),
-        ],
-        // The cable slot and the four camera screws go all the way through.
-        shrinkage: 0.0,
-        genus: 5,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.shell.material)
+    .placed([in_sensor().lifted(-66.0)])
+    .marked(joint.chain(mount))
+    .colored(BLACK)
+    .note("melt the M2 nuts in flush with the side before anything else")
+    .note("lead the cable through the slot, then screw the camera down")
+    // The cable slot and the four camera screws go all the way through.
+    .with_handles(5)
 }
 
 /// Room behind a heat-set nut, mm.
@@ -243,34 +230,23 @@ pub fn relief_edge_mm(p: &Dome) -> f64 {
 }
 
 /// The frosted ring.
-pub fn diffuser(p: &Dome, layout: &Layout) -> Part {
+pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
     let (bore, notch) = (p.diffuser.bore_radius.mm(), p.diffuser.notch_radius.mm());
     let half = p.diffuser.notch_width.mm() / 2.0;
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.diffuser_radius))
         .with_hole(notched_circle(bore, notch, half, p.diffuser.notches));
-    Part {
-        name: "diffuser".into(),
-        summary: "frosted ring that spreads the LEDs' light".into(),
-        solid: Solid::extrusion(profile, p.diffuser.thickness.mm()).at(
-            0.0,
-            0.0,
-            layout.diffuser_bottom_z,
-        ),
-        placements: vec![in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)],
-        process: Process::Laser,
-        material: p.diffuser.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: FROST,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "cut from a sheet frosted on both sides".into(),
-            "the filling gel keys into the notches".into(),
-        ],
-        shrinkage: 0.0,
-        genus: 1,
-        shells: Shells::ONE,
-    }
+    Body::made(
+        "diffuser",
+        "frosted ring that spreads the LEDs' light",
+        Process::Laser,
+        Solid::extrusion(profile, p.diffuser.thickness.mm()).at(0.0, 0.0, layout.diffuser_bottom_z),
+    )
+    .from(&p.diffuser.material)
+    .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
+    .colored(FROST)
+    .note("cut from a sheet frosted on both sides")
+    .note("the filling gel keys into the notches")
+    .with_handles(1)
 }
 
 /// A circle with `count` notches of half width `half` out to a larger radius.
@@ -294,38 +270,27 @@ fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> Path {
 }
 
 /// The outline of the LED board.
-pub fn led_board(p: &Dome, layout: &Layout) -> Part {
+pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
     let wires =
         wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
-    let leds = (0..p.leds.count)
-        .map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)))
-        .collect();
-    Part {
-        name: "led-board".into(),
-        summary: "annular circuit board that carries the LEDs".into(),
-        solid: Solid::extrusion(profile, p.led_board.thickness.mm()).at(
-            0.0,
-            0.0,
-            layout.base_top_z,
-        ),
-        placements: vec![in_sensor().lifted(-26.0)],
-        process: Process::Pcb,
-        material: p.led_board.material.clone(),
-        quantity: 1,
-        landmarks: leds,
-        color: MASK_GREEN,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "press it in from below until it meets the ribs, LEDs between the ribs".into(),
-            "one 470 ohm resistor for each LED".into(),
-        ],
-        shrinkage: 0.0,
-        genus: 3,
-        shells: Shells::ONE,
-    }
+    let leds =
+        (0..p.leds.count).map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)));
+    Body::made(
+        "led-board",
+        "annular circuit board that carries the LEDs",
+        Process::Pcb,
+        Solid::extrusion(profile, p.led_board.thickness.mm()).at(0.0, 0.0, layout.base_top_z),
+    )
+    .from(&p.led_board.material)
+    .placed([in_sensor().lifted(-26.0)])
+    .marked(leds)
+    .colored(MASK_GREEN)
+    .note("press it in from below until it meets the ribs, LEDs between the ribs")
+    .note("one 470 ohm resistor for each LED")
+    .with_handles(3)
 }
 
 /// Where the wires leave the board, mm: inside the LEDs, over the corners of the camera's pocket.

@@ -1,6 +1,6 @@
 //! The layers of the contact module, from the inside out.
 
-use fabkit_geometry::{Color, Layer, Shells};
+use fabkit_geometry::{Body, Color};
 
 use super::layout::Layout;
 use super::parameters::Dome;
@@ -8,71 +8,59 @@ use super::surface::{dome, dome_shell};
 use super::{AssemblyName, COATING, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
 
 /// All layers, the innermost first.
-pub fn layers(p: &Dome, layout: &Layout) -> Vec<Layer> {
+pub fn layers(p: &Dome, layout: &Layout) -> Vec<Body> {
     let wall = layout.wall_height;
-    let layer = |name: &str, summary: &str, solid, material: &str| Layer {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: Vec::new(),
-        material: material.into(),
-        color: [255, 255, 255],
-        opacity: 1.0,
-        // A dome and a bowl have no handles.
-        genus: 0,
-        shells: Shells::ONE,
+    // In every tool the layers stay together; only the sensor's picture takes them apart. A dome and
+    // a bowl have no handles.
+    let placed = |layer: Body, color: Color, opacity: f64, lift_mm: f64, tools: &[AssemblyName]| {
+        let in_tools = tools.iter().map(|tool| tool.in_place());
+        let layer = layer.placed([in_sensor().lifted(lift_mm)]).placed(in_tools);
+        layer.colored(color).opaque(opacity)
     };
-    // In every tool the layers stay together; only the sensor's picture takes them apart.
-    let placed =
-        |layer: Layer, color: Color, opacity: f64, lift_mm: f64, tools: &[AssemblyName]| {
-            let in_tools = tools.iter().map(|tool| tool.in_place());
-            let placements = std::iter::once(in_sensor().lifted(lift_mm)).chain(in_tools).collect();
-            Layer { color, opacity, placements, ..layer }
-        };
     vec![
         placed(
-            layer(
+            Body::cast(
                 "filling-gel",
                 "spreads the LEDs' light and glues the tube to diffuser and shell",
                 dome(layout.tube_bore_radius, wall),
-                &p.filling_gel.material,
-            ),
+            )
+            .from(&p.filling_gel.material),
             [214, 226, 236],
             0.35,
             26.0,
             &[JOINING],
         ),
         placed(
-            layer(
+            Body::cast(
                 "transparent-gel",
                 "carries the translucent gel and spreads light",
                 dome_shell(layout.tube_radius, layout.transparent_radius, wall),
-                &p.transparent_gel.material,
-            ),
+            )
+            .from(&p.transparent_gel.material),
             [150, 200, 235],
             0.35,
             88.0,
             &[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING, COATING],
         ),
         placed(
-            layer(
+            Body::cast(
                 "translucent-gel",
                 "brightens and darkens with its depth; its thickness is the sensing range",
                 dome_shell(layout.transparent_radius, layout.translucent_radius, wall),
-                &p.translucent_gel.material,
-            ),
+            )
+            .from(&p.translucent_gel.material),
             [240, 236, 225],
             0.6,
             121.0,
             &[TRANSLUCENT_MOLD, JOINING, COATING],
         ),
         placed(
-            layer(
+            Body::cast(
                 "black-coat",
                 "keeps light in, ambient light out, and takes the wear",
                 dome_shell(layout.translucent_radius, layout.surface_radius, wall),
-                &p.coat.material,
-            ),
+            )
+            .from(&p.coat.material),
             [62, 64, 70],
             1.0,
             154.0,

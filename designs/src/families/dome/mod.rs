@@ -12,7 +12,7 @@ mod surface;
 mod tooling;
 
 use fabkit_geometry::{
-    Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Part, Path, Pose, PressFit, Process,
+    Body, Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Path, Pose, PressFit, Process,
     Sensor, TouchSurface,
 };
 
@@ -74,7 +74,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         let [a, b] = mold::halves(p, &layout, cavity);
         [a, b, mold::lid(p, &layout, cavity)]
     });
-    let parts: Vec<Part> = housing
+    let parts: Vec<Body> = housing
         .into_iter()
         .chain(molds.into_iter().flatten())
         .chain([mold::collar(p, &layout), tooling::connector(p, &layout)])
@@ -84,23 +84,22 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     let mut layers = layers::layers(p, &layout);
     layers.push(tooling::silicone_mold(p, &layout));
     Sensor {
-        name: header.name.as_str().into(),
-        title: header.title.clone(),
-        reference: header.reference.clone(),
-        parts,
-        layers,
-        components: components::components(p, &layout),
         chain: chain::chain(p, &layout),
-        print_groups: Vec::new(),
         press_fits: press_fits(),
-        camera: NominalCamera {
-            // The camera looks at the tip; its image's right is the sensor's +x.
-            sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
-            width_px: p.camera.width_px,
-            height_px: p.camera.height_px,
-            field_of_view: p.camera.field_of_view,
-        },
         touch: Some(touch(p, &layout)),
+        ..Sensor::new(
+            header.name.as_str(),
+            &header.title,
+            &header.reference,
+            NominalCamera {
+                // The camera looks at the tip; its image's right is the sensor's +x.
+                sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
+                width_px: p.camera.width_px,
+                height_px: p.camera.height_px,
+                field_of_view: p.camera.field_of_view,
+            },
+            parts.into_iter().chain(layers).chain(components::components(p, &layout)),
+        )
     }
 }
 

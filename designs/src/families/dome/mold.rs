@@ -6,7 +6,7 @@
 //! highest point, and leave through the lid's vents.
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Part, Path, Placement, Pose, Process, Profile, Shells, Solid, Vector3,
+    Angle, Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Profile, Solid, Vector3,
 };
 
 use super::housing::turn;
@@ -39,43 +39,32 @@ pub struct Cavity<'a> {
 }
 
 /// The two halves: `a` holds the dowels, `b` slides onto them.
-pub fn halves(p: &Dome, layout: &Layout, cavity: &Cavity) -> [Part; 2] {
+pub fn halves(p: &Dome, layout: &Layout, cavity: &Cavity) -> [Body; 2] {
     [half(p, layout, cavity, Half::A), half(p, layout, cavity, Half::B)]
 }
 
-fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Part {
+fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Body {
     let name = which.letter();
     let outwards = which.outwards();
-    Part {
-        name: format!("mold-{}-{name}", cavity.layer),
-        summary: format!(
-            "half {name} of the mold that casts the {}",
-            cavity.layer.replace('-', " ")
-        ),
-        solid: molds::half(&p.mold, which)
+    Body::made(
+        format!("mold-{}-{name}", cavity.layer),
+        format!("half {name} of the mold that casts the {}", cavity.layer.replace('-', " ")),
+        Process::Fdm,
+        molds::half(&p.mold, which)
             .minus(dome_tool(cavity.radius, layout.wall_height).named("cavity")),
-        placements: used_in(cavity)
-            .into_iter()
-            .map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0)))
-            .collect(),
-        process: Process::Fdm,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: MOLD_BLUE,
-        bed_from_part: Pose::rotation_y(Angle::from_deg(90.0 * outwards).expect("finite")),
-        print_notes: vec![
-            "parting face up, 0.12 mm layers; sand and seal the cavity".into(),
-            match which {
-                Half::A => "press the dowels in; they stay here",
-                Half::B => "must slide onto the dowels of half a by hand",
-            }
-            .into(),
-        ],
-        shrinkage: cavity.shrinkage,
-        genus: 0,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.mold.material)
+    .placed(
+        used_in(cavity).into_iter().map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0))),
+    )
+    .colored(MOLD_BLUE)
+    .lying(Pose::rotation_y(Angle::from_deg(90.0 * outwards).expect("finite")))
+    .note("parting face up, 0.12 mm layers; sand and seal the cavity")
+    .note(match which {
+        Half::A => "press the dowels in; they stay here",
+        Half::B => "must slide onto the dowels of half a by hand",
+    })
+    .for_shrinkage(cavity.shrinkage)
 }
 
 fn used_in(cavity: &Cavity) -> Vec<Placement> {
@@ -95,7 +84,7 @@ pub fn vent_poses(p: &Dome, cavity: &Cavity) -> Vec<Pose> {
 }
 
 /// The lid: centres the connector and so the tube, lets air and surplus out.
-pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
+pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     let thickness = p.mold.lid_thickness.mm();
     let through = |radius: f64| {
         Solid::cylinder(radius, thickness + 2.0 * CUT_OVERLAP_MM).at(
@@ -123,32 +112,29 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Part {
             .placed(pose)
             .named(format!("dowel hole {}", i + 1))
     });
-    Part {
-        name: format!("lid-{}", cavity.layer),
-        summary: format!("centres the tube in the {} mold", cavity.layer.replace('-', " ")),
-        solid: molds::plate(&p.mold, thickness)
+    Body::made(
+        format!("lid-{}", cavity.layer),
+        format!("centres the tube in the {} mold", cavity.layer.replace('-', " ")),
+        Process::Fdm,
+        molds::plate(&p.mold, thickness)
             .minus(bore.named("bore"))
             .minus_all(vents)
             .minus(overflow.named("overflow channel"))
             .minus_all(dowels)
             .minus_all(molds::plate_pry_slots(&p.mold)),
-        placements: vec![cavity.assembly.in_place().lifted(-30.0)],
-        process: Process::Fdm,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: TOOL_GREY,
-        bed_from_part: flipped(),
-        print_notes: vec!["the flat side closes the mold, the channel faces up".into()],
-        // Bore, vents and two dowel holes.
-        shrinkage: cavity.shrinkage,
-        genus: 3 + p.mold.vents as i32,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.mold.material)
+    .placed([cavity.assembly.in_place().lifted(-30.0)])
+    .colored(TOOL_GREY)
+    .lying(flipped())
+    .note("the flat side closes the mold, the channel faces up")
+    // Bore, vents and two dowel holes.
+    .for_shrinkage(cavity.shrinkage)
+    .with_handles(3 + p.mold.vents as i32)
 }
 
 /// The ring that centres the shell over the module while the filling gel cures.
-pub fn collar(p: &Dome, layout: &Layout) -> Part {
+pub fn collar(p: &Dome, layout: &Layout) -> Body {
     let grip = p.mold.dowel_length.mm() / 2.0;
     let floor = 1.0;
     let thickness = grip + floor;
@@ -163,24 +149,18 @@ pub fn collar(p: &Dome, layout: &Layout) -> Part {
             .placed(pose)
             .named(format!("socket {}", i + 1))
     });
-    Part {
-        name: "collar".into(),
-        summary: "centres the shell on the module, still in its mold, while the filling gel cures"
-            .into(),
-        solid: molds::plate(&p.mold, thickness)
+    Body::made(
+        "collar",
+        "centres the shell on the module, still in its mold, while the filling gel cures",
+        Process::Fdm,
+        molds::plate(&p.mold, thickness)
             .minus(bore.named("bore"))
             .minus_all(sockets)
             .minus_all(molds::plate_pry_slots(&p.mold)),
-        placements: vec![JOINING.in_place().lifted(-20.0)],
-        process: Process::Fdm,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: TOOL_GREY,
-        bed_from_part: Pose::identity(),
-        print_notes: vec!["sockets up".into()],
-        shrinkage: 0.0,
-        genus: 1,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.mold.material)
+    .placed([JOINING.in_place().lifted(-20.0)])
+    .colored(TOOL_GREY)
+    .note("sockets up")
+    .with_handles(1)
 }

@@ -3,9 +3,7 @@
 //!
 //! All stand in the sensor frame; like the molds they are used tip down.
 
-use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Layer, Part, Path, Point3, Pose, Process, Shells, Solid, Vector3,
-};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Point3, Pose, Process, Solid, Vector3};
 
 use super::housing::turn;
 use super::layout::Layout;
@@ -48,7 +46,7 @@ pub fn groove_radius_mm(p: &Dome, layout: &Layout) -> f64 {
 
 /// The handle that the tube hangs on while gel is cast around it: an O-ring grips the tube's
 /// inside, the neck passes the lid, the flange stops on it, a channel lets the tube's air out.
-pub fn connector(p: &Dome, layout: &Layout) -> Part {
+pub fn connector(p: &Dome, layout: &Layout) -> Body {
     let plug = plug_radius_mm(layout);
     let groove = groove_radius_mm(p, layout);
     let groove_half = GROOVE_CORDS / 2.0 * p.connector.o_ring_cord.mm();
@@ -74,24 +72,19 @@ pub fn connector(p: &Dome, layout: &Layout) -> Part {
         [plug, plug_end],
         [air, plug_end],
     ]);
-    Part {
-        name: "connector".into(),
-        summary: "handle that holds the tube by its inside while gel is cast around it".into(),
-        solid: Solid::revolution(outline),
-        placements: [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
-            .map(|a| a.in_place().lifted(-55.0))
-            .to_vec(),
-        process: Process::Fdm,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: TOOL_GREY,
-        bed_from_part: flipped(),
-        print_notes: vec!["plug down, handle up".into(), "put the O-ring on dry".into()],
-        shrinkage: 0.0,
-        genus: 1,
-        shells: Shells::ONE,
-    }
+    Body::made(
+        "connector",
+        "handle that holds the tube by its inside while gel is cast around it",
+        Process::Fdm,
+        Solid::revolution(outline),
+    )
+    .from(&p.mold.material)
+    .placed([TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING].map(|a| a.in_place().lifted(-55.0)))
+    .colored(TOOL_GREY)
+    .lying(flipped())
+    .note("plug down, handle up")
+    .note("put the O-ring on dry")
+    .with_handles(1)
 }
 
 /// Heights and radii of the silicone form, mm, sensor frame.
@@ -145,23 +138,16 @@ pub fn form_screw_poses(p: &Dome, form: &FormLayout) -> Vec<Pose> {
 }
 
 /// Cup and bridge.
-pub fn form_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
+pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let form = FormLayout::new(p, layout);
-    let tool = |name: &str, summary: &str, solid, genus, lift_mm, notes: &[&str]| Part {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: vec![FORM.in_place().lifted(lift_mm)],
-        process: Process::Fdm,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: TOOL_GREY,
-        bed_from_part: flipped(),
-        print_notes: notes.iter().map(|n| n.to_string()).collect(),
-        shrinkage: 0.0,
-        genus,
-        shells: Shells::ONE,
+    let tool = |name: &str, summary: &str, solid, genus, lift_mm, notes: &[&str]| {
+        Body::made(name, summary, Process::Fdm, solid)
+            .from(&p.mold.material)
+            .placed([FORM.in_place().lifted(lift_mm)])
+            .colored(TOOL_GREY)
+            .lying(flipped())
+            .notes(notes.iter().copied())
+            .with_handles(genus)
     };
     let cup = tool(
         "form-cup",
@@ -236,24 +222,22 @@ fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
 }
 
 /// The silicone mold itself: glass-smooth, cut open along the parting plane when cured.
-pub fn silicone_mold(p: &Dome, layout: &Layout) -> Layer {
+pub fn silicone_mold(p: &Dome, layout: &Layout) -> Body {
     let form = FormLayout::new(p, layout);
-    Layer {
-        name: "silicone-mold".into(),
-        summary: "smooth mold for the transparent gel, cast around a glass tube".into(),
-        solid: Solid::cylinder(form.silicone_radius, form.silicone_top_z)
+    Body::cast(
+        "silicone-mold",
+        "smooth mold for the transparent gel, cast around a glass tube",
+        Solid::cylinder(form.silicone_radius, form.silicone_top_z)
             .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
-        placements: vec![FORM.in_place().lifted(30.0)],
-        material: p.form.silicone_material.clone(),
-        color: [90, 140, 215],
-        opacity: 0.6,
-        genus: 0,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.form.silicone_material)
+    .placed([FORM.in_place().lifted(30.0)])
+    .colored([90, 140, 215])
+    .opaque(0.6)
 }
 
 /// Container for the black mixture, and the holder that hangs a module into it by its connector.
-pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
+pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let wall = p.coating.wall.mm();
     let inner = layout.surface_radius + p.coating.gap.mm();
     let (rim_z, floor_z) = (-HOLDER_GAP_MM, layout.apex_z() + p.coating.gap.mm());
@@ -288,21 +272,13 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Part; 2] {
     )
     .at(0.0, 0.0, plate_z - CUT_OVERLAP_MM);
 
-    let tool = |name: &str, summary: &str, solid, bed_from_part, lift_mm, notes: &[&str]| Part {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: vec![COATING.in_place().lifted(lift_mm)],
-        process: Process::Fdm,
-        material: p.mold.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: TOOL_GREY,
-        bed_from_part,
-        print_notes: notes.iter().map(|n| n.to_string()).collect(),
-        shrinkage: 0.0,
-        genus: 0,
-        shells: Shells::ONE,
+    let tool = |name: &str, summary: &str, solid, bed_from_body, lift_mm, notes: &[&str]| {
+        Body::made(name, summary, Process::Fdm, solid)
+            .from(&p.mold.material)
+            .placed([COATING.in_place().lifted(lift_mm)])
+            .colored(TOOL_GREY)
+            .lying(bed_from_body)
+            .notes(notes.iter().copied())
     };
     [
         tool(

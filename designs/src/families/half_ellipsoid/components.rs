@@ -1,6 +1,6 @@
 //! What is bought: camera, LEDs, bolts.
 
-use fabkit_geometry::{Color, Component, Placement, Pose, Solid, Vector3};
+use fabkit_geometry::{Body, Color, Placement, Pose, Solid, Vector3};
 
 use super::SENSOR;
 use super::housing::{bolt_pose, led_pose, uv_leds};
@@ -16,19 +16,13 @@ const CAMERA: Color = [60, 62, 70];
 const BOLT_OUT_MM: f64 = 8.0;
 
 /// Everything bought.
-pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Component> {
+pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let led = Solid::cylinder(p.leds.diameter.mm() / 2.0, p.leds.height.mm());
-    let leds = |name: &str, model: &str, color: Color, indices: Vec<u32>| Component {
-        name: name.into(),
-        specification: model.into(),
-        solid: led.clone(),
-        quantity: indices.len() as u32,
-        placements: indices
-            .into_iter()
-            .map(|i| SENSOR.at(led_pose(p, layout, i)).lifted(-40.0))
-            .collect(),
-        color,
-        opacity: 1.0,
+    let leds = |name: &str, model: &str, color: Color, indices: Vec<u32>| {
+        Body::bought(name, model, led.clone())
+            .placed(indices.into_iter().map(|i| SENSOR.at(led_pose(p, layout, i)).lifted(-40.0)))
+            .one_per_place()
+            .colored(color)
     };
     let bolts = (0..p.base.bolts).map(|i| {
         let pose = bolt_pose(p, layout, i);
@@ -36,9 +30,9 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Component> {
         SENSOR.at(pose).moved_apart(out).lifted(-14.0)
     });
     vec![
-        Component {
-            name: "camera".into(),
-            specification: format!(
+        Body::bought(
+            "camera",
+            format!(
                 "{}, {} x {} px at {} fps, {} lens, {} x {} mm",
                 p.camera.model,
                 p.camera.width_px,
@@ -48,18 +42,14 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Component> {
                 p.camera.diameter.mm(),
                 p.camera.length.mm()
             ),
-            solid: camera(p, layout),
-            placements: vec![
-                Placement {
-                    assembly_from_body: Pose::translation(0.0, 0.0, layout.camera_front_z),
-                    ..SENSOR.in_place()
-                }
-                .lifted(6.0),
-            ],
-            quantity: 1,
-            color: CAMERA,
-            opacity: 1.0,
-        },
+            camera(p, layout),
+        )
+        .placed([Placement {
+            assembly_from_body: Pose::translation(0.0, 0.0, layout.camera_front_z),
+            ..SENSOR.in_place()
+        }
+        .lifted(6.0)])
+        .colored(CAMERA),
         leds(
             "white-led",
             &p.leds.white_model,
@@ -67,15 +57,14 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Component> {
             (0..p.leds.pairs).map(|i| 2 * i).collect(),
         ),
         leds("uv-led", &p.leds.uv_model, UV_LED, uv_leds(p).collect()),
-        Component {
-            name: "bolt-m1-2x3".into(),
-            specification: format!("countersunk screw {} M1.2x3", BOLT.standard()),
-            solid: BOLT.solid(),
-            quantity: p.base.bolts,
-            placements: bolts.collect(),
-            color: STEEL,
-            opacity: 1.0,
-        },
+        Body::bought(
+            "bolt-m1-2x3",
+            format!("countersunk screw {} M1.2x3", BOLT.standard()),
+            BOLT.solid(),
+        )
+        .placed(bolts)
+        .times(p.base.bolts)
+        .colored(STEEL),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! Shell, shell holder, base, camera holder, diffusion ring and LED board.
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
 use super::layout::{BOLT, Layout};
@@ -69,31 +69,15 @@ pub fn pocket_radii_mm(layout: &Layout) -> [f64; 2] {
     [layout.post_radius + 1.0, layout.base_radius - 1.2]
 }
 
-fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -> Part {
-    Part {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: vec![SENSOR.in_place().lifted(lift_mm)],
-        process: Process::Sla,
-        material: material.into(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: BLACK,
-        bed_from_part: Pose::identity(),
-        print_notes: Vec::new(),
-        shrinkage: 0.0,
-        genus: 0,
-        shells: Shells::ONE,
-    }
-}
-
-fn notes(notes: &[&str]) -> Vec<String> {
-    notes.iter().map(|note| note.to_string()).collect()
+fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -> Body {
+    Body::made(name, summary, Process::Sla, solid)
+        .from(material)
+        .placed([SENSOR.in_place().lifted(lift_mm)])
+        .colored(BLACK)
 }
 
 /// Everything of the housing.
-pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Part> {
+pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     vec![
         shell(p, layout),
         holder(p, layout),
@@ -105,7 +89,7 @@ pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Part> {
 }
 
 /// The acrylic skeleton: a dome, its foot, and the bore that a ball mill leaves.
-fn shell(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let dome = layout.ellipsoid.whole(layout.shell_offset).minus(Solid::below(0.0));
     let foot = Solid::cylinder(layout.foot_radius, CUT_OVERLAP_MM - layout.foot_z).at(
         0.0,
@@ -114,26 +98,24 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Part {
     );
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
     let cavity = layout.ellipsoid.cavity(layout.cavity_depth, mill, layout.foot_z - CUT_OVERLAP_MM);
-    Part {
-        process: Process::Cnc,
-        color: ACRYLIC,
-        bed_from_part: flipped(),
-        print_notes: notes(&[
-            "machine the inside first, then turn the outside on a plug; vapor polish both",
-            "the inside's tip is rounded by the ball mill: elsewhere the wall is even",
-        ]),
-        ..part(
-            "shell",
-            "rigid transparent skeleton that carries the elastomers",
-            Solid::union([dome, foot.named("foot")]).minus(cavity.named("inside")),
-            &p.shell.material,
-            16.0,
-        )
-    }
+    part(
+        "shell",
+        "rigid transparent skeleton that carries the elastomers",
+        Solid::union([dome, foot.named("foot")]).minus(cavity.named("inside")),
+        &p.shell.material,
+        16.0,
+    )
+    .made_by(Process::Cnc)
+    .colored(ACRYLIC)
+    .lying(flipped())
+    .notes([
+        "machine the inside first, then turn the outside on a plug; vapor polish both",
+        "the inside's tip is rounded by the ball mill: elsewhere the wall is even",
+    ])
 }
 
 /// The ring that the shell is glued into; slides over the base, held by the bolts.
-fn holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let outline = [
         [layout.collar_radius, 0.0],
         [layout.collar_radius, layout.step_z],
@@ -150,26 +132,23 @@ fn holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
     });
     let landmarks = (0..p.base.bolts)
         .map(|i| Landmark::at(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
-    Part {
-        landmarks: landmarks.collect(),
-        genus: 1 + p.base.bolts as i32,
-        shells: Shells::ONE,
-        print_notes: notes(&[
-            "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
-            "instant adhesive around the shell's foot",
-        ]),
-        ..part(
-            "shell-holder",
-            "ring that the shell is glued into; comes off with the bolts to change the elastomer",
-            Solid::revolution(Path::polygon(&outline)).minus_all(holes),
-            &p.holder.material,
-            -14.0,
-        )
-    }
+    part(
+        "shell-holder",
+        "ring that the shell is glued into; comes off with the bolts to change the elastomer",
+        Solid::revolution(Path::polygon(&outline)).minus_all(holes),
+        &p.holder.material,
+        -14.0,
+    )
+    .marked(landmarks)
+    .with_handles(1 + p.base.bolts as i32)
+    .notes([
+        "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
+        "instant adhesive around the shell's foot",
+    ])
 }
 
 /// The white ring over the LEDs; UV light, which it would absorb, passes through holes.
-fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let bore = layout.post_radius + gap_mm(Process::Sla, Fit::Free);
     let outline = [
         [bore, layout.diffuser_plate_z],
@@ -192,25 +171,22 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Part {
         let place = pose.then_in(Pose::translation(0.0, 0.0, above));
         hole.clone().placed(place).named(name.clone())
     });
-    Part {
-        color: WHITE,
-        bed_from_part: flipped(),
-        landmarks: holes.iter().map(|(name, pose)| Landmark::at(name.clone(), pose)).collect(),
-        genus: 1 + p.leds.pairs as i32,
-        shells: Shells::ONE,
-        print_notes: notes(&["white resin; the plate on the bed, holes over the UV LEDs"]),
-        ..part(
-            "diffusion-ring",
-            "spreads the white LEDs' light; lets the UV LEDs' light through holes",
-            Solid::revolution(Path::polygon(&outline)).minus_all(tools),
-            &p.diffuser.material,
-            -28.0,
-        )
-    }
+    part(
+        "diffusion-ring",
+        "spreads the white LEDs' light; lets the UV LEDs' light through holes",
+        Solid::revolution(Path::polygon(&outline)).minus_all(tools),
+        &p.diffuser.material,
+        -28.0,
+    )
+    .colored(WHITE)
+    .lying(flipped())
+    .marked(holes.iter().map(|(name, pose)| Landmark::at(name.clone(), pose)))
+    .with_handles(1 + p.leds.pairs as i32)
+    .notes(["white resin; the plate on the bed, holes over the UV LEDs"])
 }
 
 /// The post that carries the camera through board and diffuser; its cable leaves below.
-fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let back = layout.camera_front_z - p.camera.length.mm();
     let outline = [
         [layout.cable_radius, layout.post_end_z],
@@ -220,21 +196,18 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Part {
         [layout.post_bore_radius, back],
         [layout.cable_radius, back],
     ];
-    Part {
-        genus: 1,
-        shells: Shells::ONE,
-        print_notes: notes(&[
-            "upright, the wide bore up",
-            "thread the cable from above before the plug is soldered on; the camera ends flush",
-        ]),
-        ..part(
-            "camera-holder",
-            "post that holds the camera above the diffusion ring",
-            Solid::revolution(Path::polygon(&outline)),
-            &p.holder.material,
-            -44.0,
-        )
-    }
+    part(
+        "camera-holder",
+        "post that holds the camera above the diffusion ring",
+        Solid::revolution(Path::polygon(&outline)),
+        &p.holder.material,
+        -44.0,
+    )
+    .with_handles(1)
+    .notes([
+        "upright, the wide bore up",
+        "thread the cable from above before the plug is soldered on; the camera ends flush",
+    ])
 }
 
 /// Where the board's wires pass, mm: over the slot in the base.
@@ -253,7 +226,7 @@ fn wire_slot_half_mm(p: &HalfEllipsoid) -> f64 {
 }
 
 /// The outline of the LED board: resistors and switch sit on its underside.
-fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let bore = layout.post_radius + gap_mm(Process::Pcb, Fit::Free);
     let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
     let profile = wire_hole_centres(p, layout).into_iter().fold(
@@ -265,28 +238,25 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Part {
         let kind = if i % 2 == 0 { "white" } else { "uv" };
         Landmark::at(format!("{kind} led {}", i / 2 + 1), &led_pose(p, layout, i))
     });
-    Part {
-        process: Process::Pcb,
-        color: MASK_GREEN,
-        landmarks: landmarks.collect(),
-        genus: 3,
-        shells: Shells::ONE,
-        print_notes: notes(&[
-            "white and UV LEDs alternate; two parallel circuits, a resistor for each",
-            "resistors and the dual switch on the underside, inside the base's pocket",
-        ]),
-        ..part(
-            "led-board",
-            "round circuit board with white and UV LEDs",
-            Solid::extrusion(profile, p.led_board.thickness.mm()).at(0.0, 0.0, layout.base_top_z),
-            &p.led_board.material,
-            -50.0,
-        )
-    }
+    part(
+        "led-board",
+        "round circuit board with white and UV LEDs",
+        Solid::extrusion(profile, p.led_board.thickness.mm()).at(0.0, 0.0, layout.base_top_z),
+        &p.led_board.material,
+        -50.0,
+    )
+    .made_by(Process::Pcb)
+    .colored(MASK_GREEN)
+    .marked(landmarks)
+    .with_handles(3)
+    .notes([
+        "white and UV LEDs alternate; two parallel circuits, a resistor for each",
+        "resistors and the dual switch on the underside, inside the base's pocket",
+    ])
 }
 
 /// The plug that everything electric is glued to.
-fn base(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
     let socket = layout.post_radius + gap_mm(Process::Sla, Fit::Snug);
     let chamfer = 0.3;
@@ -343,26 +313,23 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Part {
         .map(|i| Landmark::at(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
     let mount_marks = (0..p.base.mount_holes)
         .map(|i| Landmark::at(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
-    Part {
-        landmarks: bolt_marks.chain(mount_marks).collect(),
-        // Passages of the camera's cable and of the board's wires.
-        genus: 2,
-        shells: Shells::ONE,
-        print_notes: notes(&[
-            "flange on the bed",
-            "glue in this order: post with camera, board, diffusion ring",
-            "the bolts cut their own threads; drive them once before anything is glued",
-        ]),
-        ..part(
-            "base",
-            "plug that carries camera, board and diffusion ring, and closes the holder",
-            Solid::revolution(Path::polygon(&outline))
-                .minus(wires.named("wire slot"))
-                .minus_all(bolts)
-                .minus_all(mounts)
-                .minus_all(pry_slots),
-            &p.holder.material,
-            -66.0,
-        )
-    }
+    part(
+        "base",
+        "plug that carries camera, board and diffusion ring, and closes the holder",
+        Solid::revolution(Path::polygon(&outline))
+            .minus(wires.named("wire slot"))
+            .minus_all(bolts)
+            .minus_all(mounts)
+            .minus_all(pry_slots),
+        &p.holder.material,
+        -66.0,
+    )
+    .marked(bolt_marks.chain(mount_marks))
+    // Passages of the camera's cable and of the board's wires.
+    .with_handles(2)
+    .notes([
+        "flange on the bed",
+        "glue in this order: post with camera, board, diffusion ring",
+        "the bolts cut their own threads; drive them once before anything is glued",
+    ])
 }

@@ -3,7 +3,7 @@
 //! A solid and its negative are cut from one and the same tree, so that the chain from print to
 //! silicone to elastomer closes.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Placement, Shells, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Placement, Solid};
 
 use super::layout::Layout;
 use super::markers;
@@ -18,30 +18,20 @@ const BLUE_ELASTOMER: Color = [150, 180, 225];
 const BLACK_GEL: Color = [62, 64, 70];
 const SILICONE: Color = [120, 190, 170];
 
-fn layer(name: &str, summary: &str, solid: Solid, material: &str) -> Layer {
-    Layer {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: Vec::new(),
-        material: material.into(),
-        color: SILICONE,
-        opacity: 1.0,
-        // Bowls with blind slots or pegs have no handles.
-        genus: 0,
-        shells: Shells::ONE,
-    }
+fn layer(name: &str, summary: &str, solid: Solid, material: &str) -> Body {
+    Body::cast(name, summary, solid).from(material).colored(SILICONE)
+    // Bowls with blind slots or pegs have no handles.
 }
 
 /// The elastomers, the innermost first, then the silicone molds.
-pub fn layers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Layer> {
+pub fn layers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let mut layers = elastomers(p, layout).to_vec();
     layers.push(core(p, layout));
     layers.extend(Boundary::ALL.map(|boundary| cup(p, layout, boundary)));
     layers
 }
 
-fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Layer; 3] {
+fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
     let slotted = markers::slotted(p, layout);
     let whole = |offset| layout.ellipsoid.whole(offset);
     let above_base = |solid: Solid| solid.minus(Solid::below(0.0));
@@ -50,38 +40,32 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Layer; 3] {
         std::iter::once(SENSOR.in_place().lifted(lift_mm)).chain(in_tools).collect()
     };
     [
-        Layer {
-            color: RED_ELASTOMER,
-            opacity: 0.8,
-            placements: placed(44.0, &[INNER_MOLD, OUTER_MOLD, BLACK_MOLD]),
-            ..layer(
-                INNER,
-                "translucent; darkens where it is thinned, glows red under UV light",
-                above_base(slotted.clone()).minus(whole(layout.shell_offset)),
-                &p.inner_elastomer.material,
-            )
-        },
-        Layer {
-            color: BLUE_ELASTOMER,
-            opacity: 0.8,
-            placements: placed(72.0, &[OUTER_MOLD, BLACK_MOLD]),
-            ..layer(
-                OUTER,
-                "translucent; its pegs in the slots are the markers, blue under UV light",
-                above_base(whole(layout.outer_offset)).minus(slotted),
-                &p.outer_elastomer.material,
-            )
-        },
-        Layer {
-            color: BLACK_GEL,
-            placements: placed(100.0, &[BLACK_MOLD]),
-            ..layer(
-                "black-gel",
-                "keeps light in, ambient light out, and takes the wear",
-                above_base(whole(layout.black_offset)).minus(whole(layout.outer_offset)),
-                &p.black_gel.material,
-            )
-        },
+        layer(
+            INNER,
+            "translucent; darkens where it is thinned, glows red under UV light",
+            above_base(slotted.clone()).minus(whole(layout.shell_offset)),
+            &p.inner_elastomer.material,
+        )
+        .colored(RED_ELASTOMER)
+        .opaque(0.8)
+        .placed(placed(44.0, &[INNER_MOLD, OUTER_MOLD, BLACK_MOLD])),
+        layer(
+            OUTER,
+            "translucent; its pegs in the slots are the markers, blue under UV light",
+            above_base(whole(layout.outer_offset)).minus(slotted),
+            &p.outer_elastomer.material,
+        )
+        .colored(BLUE_ELASTOMER)
+        .opaque(0.8)
+        .placed(placed(72.0, &[OUTER_MOLD, BLACK_MOLD])),
+        layer(
+            "black-gel",
+            "keeps light in, ambient light out, and takes the wear",
+            above_base(whole(layout.black_offset)).minus(whole(layout.outer_offset)),
+            &p.black_gel.material,
+        )
+        .colored(BLACK_GEL)
+        .placed(placed(100.0, &[BLACK_MOLD])),
     ]
 }
 
@@ -89,35 +73,30 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Layer; 3] {
 const TOOL_LIFT_MM: f64 = 45.0;
 
 /// The inner boundary of the inner elastomer, on a flange that closes all three molds.
-fn core(p: &HalfEllipsoid, layout: &Layout) -> Layer {
+fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let flange = Solid::cylinder(layout.silicone_radius, -layout.core_flange_z).at(
         0.0,
         0.0,
         layout.core_flange_z,
     );
     let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset).named("core")];
-    Layer {
-        placements: [CAST_CORE, INNER_MOLD, OUTER_MOLD, BLACK_MOLD]
-            .map(AssemblyName::in_place)
-            .to_vec(),
-        // The vents.
-        genus: 2 * p.tooling.vents as i32,
-        shells: Shells::ONE,
-        ..layer(
-            CORE,
-            "silicone mold: inner boundary of the inner elastomer; closes the other molds",
-            Solid::union(pieces.into_iter().chain(keys(p, layout))).minus_all(vent_pins(
-                p,
-                layout,
-                CUT_OVERLAP_MM,
-            )),
-            &p.tooling.silicone_material,
-        )
-    }
+    layer(
+        CORE,
+        "silicone mold: inner boundary of the inner elastomer; closes the other molds",
+        Solid::union(pieces.into_iter().chain(keys(p, layout))).minus_all(vent_pins(
+            p,
+            layout,
+            CUT_OVERLAP_MM,
+        )),
+        &p.tooling.silicone_material,
+    )
+    .placed([CAST_CORE, INNER_MOLD, OUTER_MOLD, BLACK_MOLD].map(AssemblyName::in_place))
+    // The vents.
+    .with_handles(2 * p.tooling.vents as i32)
 }
 
 /// The outer boundary of one elastomer.
-fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Layer {
+fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
     let block = Solid::cylinder(layout.silicone_radius, layout.silicone_top_z);
     let cavity = match boundary {
         Boundary::Inner => markers::slotted(p, layout),
@@ -125,18 +104,13 @@ fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Layer {
         Boundary::Black => layout.ellipsoid.whole(layout.black_offset),
     };
     let vent = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
-    Layer {
-        placements: vec![
-            boundary.casting().in_place().lifted(60.0),
-            boundary.mold().in_place().lifted(110.0),
-        ],
-        genus: i32::from(vent.is_some()),
-        shells: Shells::ONE,
-        ..layer(
-            boundary.cup(),
-            &format!("silicone mold: outer boundary of the {}", boundary.layer().replace('-', " ")),
-            block.minus(cavity.named("cavity")).minus_all(keys(p, layout)).minus_all(vent),
-            &p.tooling.silicone_material,
-        )
-    }
+    let vents = i32::from(vent.is_some());
+    layer(
+        boundary.cup(),
+        &format!("silicone mold: outer boundary of the {}", boundary.layer().replace('-', " ")),
+        block.minus(cavity.named("cavity")).minus_all(keys(p, layout)).minus_all(vent),
+        &p.tooling.silicone_material,
+    )
+    .placed([boundary.casting().in_place().lifted(60.0), boundary.mold().in_place().lifted(110.0)])
+    .with_handles(vents)
 }

@@ -71,28 +71,30 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     parts.extend(tooling::parts(p, &layout));
     let pupil_z = layout.camera_front_z - p.camera.pupil_behind_front.mm();
     Sensor {
-        name: header.name.as_str().into(),
-        title: header.title.clone(),
-        reference: header.reference.clone(),
-        parts,
-        layers: layers::layers(p, &layout),
-        components: components::components(p, &layout),
         chain: chain::chain(p, &layout),
-        print_groups: Vec::new(),
         press_fits: vec![PressFit {
             inner: "bolt-m1-2x3".into(),
             outer: "base".into(),
             interference_mm: BOLT.thread_overlap_mm(),
             reason: "the bolt cuts its thread into plastic".into(),
         }],
-        camera: NominalCamera {
-            // The camera looks at the tip; its image's right is the sensor's +x.
-            sensor_from_camera: Pose::translation(0.0, 0.0, pupil_z),
-            width_px: p.camera.width_px,
-            height_px: p.camera.height_px,
-            field_of_view: p.camera.field_of_view,
-        },
         touch: Some(touch(p, &layout)),
+        ..Sensor::new(
+            header.name.as_str(),
+            &header.title,
+            &header.reference,
+            NominalCamera {
+                // The camera looks at the tip; its image's right is the sensor's +x.
+                sensor_from_camera: Pose::translation(0.0, 0.0, pupil_z),
+                width_px: p.camera.width_px,
+                height_px: p.camera.height_px,
+                field_of_view: p.camera.field_of_view,
+            },
+            parts
+                .into_iter()
+                .chain(layers::layers(p, &layout))
+                .chain(components::components(p, &layout)),
+        )
     }
 }
 

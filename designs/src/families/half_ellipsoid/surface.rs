@@ -157,7 +157,7 @@ fn biarc(p: [f64; 2], n: [f64; 2], q: [f64; 2], m: [f64; 2]) -> [[f64; 2]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabkit_geometry::{Body, Point3, Ray, Vector3};
+    use fabkit_geometry::{CompiledSolid, Point3, Ray, Vector3};
 
     const UVDTACT: Ellipsoid = Ellipsoid { equatorial: 9.0, polar: 24.0 };
 
@@ -169,7 +169,7 @@ mod tests {
             (Ellipsoid { equatorial: 10.0, polar: 40.0 }, 4.4, 1.5),
             (Ellipsoid { equatorial: 20.0, polar: 24.0 }, 3.0, 1.5),
         ] {
-            let body = Body::new(&ellipsoid.cavity(depth, tip_radius, -3.0)).unwrap();
+            let body = CompiledSolid::new(&ellipsoid.cavity(depth, tip_radius, -3.0)).unwrap();
             let fold = ellipsoid.fold(depth + tip_radius);
             for i in 0..500 {
                 let eccentric = fold + (FRAC_PI_2 - fold) * (f64::from(i) + 0.5) / 500.0;

@@ -4,9 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Landmark, Part, Path, Point3, Pose, Process, Shells, Solid,
-};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Solid};
 
 use super::layout::Layout;
 use super::markers;
@@ -159,35 +157,22 @@ pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
 }
 
 /// All negatives and the sleeve.
-pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Part> {
-    let mut parts: Vec<Part> =
+pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+    let mut parts: Vec<Body> =
         Boundary::ALL.iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
     parts.extend([negative_of_core(p, layout), sleeve(p, layout)]);
     parts
 }
 
-fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Part {
-    Part {
-        name: name.into(),
-        summary,
-        solid,
-        placements: Vec::new(),
-        process: Process::Sla,
-        material: p.tooling.resin.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: RESIN_GREY,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
+fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Body {
+    Body::made(name, summary, Process::Sla, solid)
+        .from(&p.tooling.resin)
+        .colored(RESIN_GREY)
+        .note(
             "0.025 mm layers; wash twice, cure fully and bake at 60 C overnight: uncured resin \
-             keeps the silicone from curing"
-                .into(),
-            "a coat of clear acrylic varnish, then release agent".into(),
-        ],
-        shrinkage: 0.0,
-        genus: 0,
-        shells: Shells::ONE,
-    }
+             keeps the silicone from curing",
+        )
+        .note("a coat of clear acrylic varnish, then release agent")
 }
 
 /// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
@@ -197,7 +182,7 @@ fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
 }
 
 /// The dome on a plate that a silicone cup is cast around.
-fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Part {
+fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
     let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
     let lip = radius + wall + gap_mm(Process::Sla, Fit::Slide);
     let plate = Solid::revolution(Path::polygon(&[
@@ -230,24 +215,22 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Pa
             .collect(),
         _ => Vec::new(),
     };
-    Part {
-        placements: vec![boundary.casting().in_place()],
-        landmarks,
-        shrinkage: double_shrinkage(p, material),
-        ..tool(
-            p,
-            boundary.negative(),
-            format!(
-                "the silicone mold for the outside of the {} is cast around it",
-                boundary.layer().replace('-', " ")
-            ),
-            Solid::union(pieces),
-        )
-    }
+    tool(
+        p,
+        boundary.negative(),
+        format!(
+            "the silicone mold for the outside of the {} is cast around it",
+            boundary.layer().replace('-', " ")
+        ),
+        Solid::union(pieces),
+    )
+    .placed([boundary.casting().in_place()])
+    .marked(landmarks)
+    .for_shrinkage(double_shrinkage(p, material))
 }
 
 /// The vessel that the silicone core is cast in.
-fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
     let mouth = layout.core_flange_z - LIP_MM;
     let top = layout.ellipsoid.polar + layout.shell_offset + wall;
@@ -259,21 +242,19 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Part {
         .minus(recess)
         .minus(layout.ellipsoid.dome_tool(layout.shell_offset).named("core"))
         .minus_all(keys(p, layout));
-    Part {
-        placements: vec![CAST_CORE.in_place().lifted(45.0)],
-        bed_from_part: flipped(),
-        shrinkage: double_shrinkage(p, &p.inner_elastomer.material),
-        ..tool(
-            p,
-            "negative-core",
-            "the silicone core, inner boundary of the inner elastomer, is cast in it".into(),
-            Solid::union(std::iter::once(body).chain(vent_pins(p, layout, PIN_SPARE_MM))),
-        )
-    }
+    tool(
+        p,
+        "negative-core",
+        "the silicone core, inner boundary of the inner elastomer, is cast in it".into(),
+        Solid::union(std::iter::once(body).chain(vent_pins(p, layout, PIN_SPARE_MM))),
+    )
+    .placed([CAST_CORE.in_place().lifted(45.0)])
+    .lying(flipped())
+    .for_shrinkage(double_shrinkage(p, &p.inner_elastomer.material))
 }
 
 /// The wall around the negatives of the cups.
-fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Part {
+fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let inner = layout.silicone_radius;
     let outer = inner + p.tooling.wall.mm();
     let top = layout.silicone_top_z;
@@ -286,7 +267,7 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Part {
     );
     part.placements =
         Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)).to_vec();
-    part.genus = 1;
-    part.print_notes.push("push the cured silicone out with two thumbs".into());
+    part.genus = Some(1);
+    part.notes.push("push the cured silicone out with two thumbs".into());
     part
 }

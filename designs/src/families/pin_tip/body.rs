@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, CUT_OVERLAP_MM, Color, Landmark, Part, Path, Point3, Pose, Process, Profile, Shells,
-    Solid, Vector3,
+    Angle, Body, CUT_OVERLAP_MM, Color, Landmark, Path, Point3, Pose, Process, Profile, Solid,
+    Vector3,
 };
 
 use super::in_sensor;
@@ -68,7 +68,7 @@ pub fn bolt_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
 }
 
 /// Spigot, shaft, cone and housing in one print.
-pub fn body(p: &PinTip, layout: &Layout) -> Part {
+pub fn body(p: &PinTip, layout: &Layout) -> Body {
     let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
     let bottom = layout.body_bottom_z;
     let outside = Solid::revolution(Path::polygon(&[
@@ -119,32 +119,27 @@ pub fn body(p: &PinTip, layout: &Layout) -> Part {
     let lugs = tip.male().at(0.0, 0.0, layout.ring_bottom_z);
     let board =
         screws.iter().enumerate().map(|(i, s)| Landmark::at(format!("camera screw {}", i + 1), s));
-    Part {
-        name: "body".into(),
-        summary: "shaft between tip and camera; locks the tip, houses LEDs and camera".into(),
-        solid: outside
+    Body::made(
+        "body",
+        "shaft between tip and camera; locks the tip, houses LEDs and camera",
+        Process::Fdm,
+        outside
             .plus(lugs)
             .minus(cavity.minus_all(posts))
             .minus_all(pilots)
             .minus_all(grooves)
             .minus(slot),
-        placements: vec![in_sensor().lifted(-30.0)],
-        process: Process::Fdm,
-        material: p.body.material.clone(),
-        quantity: 1,
-        landmarks: board.collect(),
-        color: ABS_GREY,
-        // The spigot down: cone, posts and both bayonets then print without support.
-        bed_from_part: Pose::rotation_x(Angle::from_deg(180.0).expect("finite")),
-        print_notes: vec![
-            "print with the spigot down, without support".into(),
-            "paint the shaft's inside matt black if the filament is bright".into(),
-        ],
-        shrinkage: 0.0,
-        // The bore for the light, and the slot for the cable.
-        genus: 2,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.body.material)
+    .placed([in_sensor().lifted(-30.0)])
+    .marked(board)
+    .colored(ABS_GREY)
+    // The spigot down: cone, posts and both bayonets then print without support.
+    .lying(Pose::rotation_x(Angle::from_deg(180.0).expect("finite")))
+    .note("print with the spigot down, without support")
+    .note("paint the shaft's inside matt black if the filament is bright")
+    // The bore for the light, and the slot for the cable.
+    .with_handles(2)
 }
 
 /// The passage for the cable, between camera board and mount.
@@ -162,40 +157,28 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
 }
 
 /// The annular board.
-pub fn led_board(p: &PinTip, layout: &Layout) -> Part {
+pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
     let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
-    let leds = (0..p.leds.count)
-        .map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)))
-        .collect();
-    Part {
-        name: "led-board".into(),
-        summary: "annular circuit board that carries the LEDs".into(),
-        solid: Solid::extrusion(outline, p.led_board.thickness.mm()).at(
-            0.0,
-            0.0,
-            layout.board_bottom_z,
-        ),
-        placements: vec![in_sensor().lifted(-12.0)],
-        process: Process::Pcb,
-        material: p.led_board.material.clone(),
-        quantity: 1,
-        landmarks: leds,
-        color: MASK_GREEN,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "solder the wires to the lower side, inside the ledge, and lead them down the shaft"
-                .into(),
-            "press it in from above until it meets the ledge".into(),
-        ],
-        shrinkage: 0.0,
-        genus: 1,
-        shells: Shells::ONE,
-    }
+    let leds =
+        (0..p.leds.count).map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)));
+    Body::made(
+        "led-board",
+        "annular circuit board that carries the LEDs",
+        Process::Pcb,
+        Solid::extrusion(outline, p.led_board.thickness.mm()).at(0.0, 0.0, layout.board_bottom_z),
+    )
+    .from(&p.led_board.material)
+    .placed([in_sensor().lifted(-12.0)])
+    .marked(leds)
+    .colored(MASK_GREEN)
+    .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
+    .note("press it in from above until it meets the ledge")
+    .with_handles(1)
 }
 
 /// The flange that the body locks onto.
-pub fn mount(p: &PinTip, layout: &Layout) -> Part {
+pub fn mount(p: &PinTip, layout: &Layout) -> Body {
     let joint = &layout.mount_joint;
     let inner = joint.spigot_radius - p.mount.spigot_wall.mm();
     let top = layout.body_bottom_z + p.mount.spigot_height.mm();
@@ -219,22 +202,16 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Part {
     let bolts = bolt_poses(p, layout);
     let bolts =
         bolts.iter().enumerate().map(|(i, pose)| Landmark::at(format!("bolt {}", i + 1), pose));
-    Part {
-        name: "robot-mount".into(),
-        summary: "flange that is bolted to the robot; the body locks onto it".into(),
-        solid: outside.plus(joint.male().at(0.0, 0.0, layout.body_bottom_z)).minus_all(holes),
-        placements: vec![in_sensor().lifted(-112.0)],
-        process: Process::Fdm,
-        material: p.body.material.clone(),
-        quantity: 1,
-        landmarks: bolts.collect(),
-        color: MOUNT_GREY,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "print on its plate; the lugs stand out far enough to print freely".into(),
-        ],
-        shrinkage: 0.0,
-        genus: p.mount.bolts as i32,
-        shells: Shells::ONE,
-    }
+    Body::made(
+        "robot-mount",
+        "flange that is bolted to the robot; the body locks onto it",
+        Process::Fdm,
+        outside.plus(joint.male().at(0.0, 0.0, layout.body_bottom_z)).minus_all(holes),
+    )
+    .from(&p.body.material)
+    .placed([in_sensor().lifted(-112.0)])
+    .marked(bolts)
+    .colored(MOUNT_GREY)
+    .note("print on its plate; the lugs stand out far enough to print freely")
+    .with_handles(p.mount.bolts as i32)
 }

@@ -1,6 +1,6 @@
 //! What is bought: camera, LEDs, O-ring, screws and bolts.
 
-use fabkit_geometry::{Color, Component, Placement, Pose, Process, Solid};
+use fabkit_geometry::{Body, Color, Placement, Pose, Process, Solid};
 
 use super::body::{BOARD_SCREW, BOLT, board_screw_poses, bolt_poses, led_pose};
 use super::in_sensor;
@@ -34,15 +34,13 @@ fn o_ring(p: &PinTip, layout: &Layout) -> ORing {
 }
 
 /// Everything bought.
-pub fn components(p: &PinTip, layout: &Layout) -> Vec<Component> {
+pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let at = |poses: Vec<Pose>, lift_mm: f64| -> Vec<Placement> {
         let place = |pose| Placement { assembly_from_body: pose, ..in_sensor() }.lifted(lift_mm);
         poses.into_iter().map(place).collect()
     };
     let bought = |name: &str, specification: String, solid, color, placements: Vec<Placement>| {
-        let quantity = placements.len() as u32;
-        let name = name.into();
-        Component { name, specification, solid, quantity, placements, color, opacity: 1.0 }
+        Body::bought(name, specification, solid).placed(placements).one_per_place().colored(color)
     };
     let c = &p.camera;
     let (length, ring) = (bolt_length_mm(p), o_ring(p, layout));

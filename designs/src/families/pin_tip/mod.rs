@@ -11,7 +11,7 @@ mod parameters;
 mod tip;
 
 use fabkit_geometry::{
-    Angle, Assembly, EllipsoidOffset, Grip, NominalCamera, Part, Path, Placement, Pose, PressFit,
+    Angle, Assembly, Body, EllipsoidOffset, Grip, NominalCamera, Path, Placement, Pose, PressFit,
     PrintGroup, Process, Sensor, TouchSurface,
 };
 
@@ -72,7 +72,7 @@ impl Family for PinTipFamily {
 /// Everything a pin-tip sensor consists of.
 fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let layout = Layout::new(p);
-    let parts: Vec<Part> = tip::printed(p, &layout)
+    let parts: Vec<Body> = tip::printed(p, &layout)
         .into_iter()
         .chain([
             tip::lens(p, &layout),
@@ -82,26 +82,29 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         ])
         .collect();
     Sensor {
-        name: header.name.as_str().into(),
-        title: header.title.clone(),
-        reference: header.reference.clone(),
-        parts,
-        layers: vec![tip::gel(p, &layout)],
-        components: components::components(p, &layout),
         chain: chain::chain(p, &layout),
         print_groups: vec![PrintGroup {
             name: "tip".into(),
             parts: ["skin", "dots", "ring"].map(String::from).to_vec(),
         }],
         press_fits: press_fits(),
-        camera: NominalCamera {
-            // The camera looks at the tip; its image's right is the sensor's +x.
-            sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
-            width_px: p.camera.pixels,
-            height_px: p.camera.pixels,
-            field_of_view: Layout::diagonal_view(p),
-        },
         touch: Some(touch(&layout)),
+        ..Sensor::new(
+            header.name.as_str(),
+            &header.title,
+            &header.reference,
+            NominalCamera {
+                // The camera looks at the tip; its image's right is the sensor's +x.
+                sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
+                width_px: p.camera.pixels,
+                height_px: p.camera.pixels,
+                field_of_view: Layout::diagonal_view(p),
+            },
+            parts
+                .into_iter()
+                .chain([tip::gel(p, &layout)])
+                .chain(components::components(p, &layout)),
+        )
     }
 }
 

@@ -4,7 +4,7 @@
 //! wherever they meet, so that their meshes share the vertices of the common faces.
 
 use fabkit_geometry::{
-    Color, Landmark, Layer, Part, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
+    Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
 use super::layout::Layout;
@@ -39,27 +39,10 @@ fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) ->
 }
 
 /// Skin and pins, dots, ring.
-pub fn printed(p: &PinTip, layout: &Layout) -> [Part; 3] {
-    let part = |name: &str, summary: &str, solid: Solid, lift_mm: f64| Part {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: vec![in_sensor().lifted(lift_mm), FILLING.upside_down().lifted(-lift_mm)],
-        process: Process::PolyJet,
-        material: p.tip.rigid_material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: VERO_WHITE,
-        bed_from_part: Pose::identity(),
-        print_notes: vec![
-            "one piece with the other bodies of the group `tip`: load their common 3MF, or their \
-             STL files as one assembly; they share their coordinates"
-                .into(),
-            "wash the support out from below with water, between the pins last and gently".into(),
-        ],
-        shrinkage: 0.0,
-        genus: 0,
-        shells: Shells::ONE,
+pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
+    let part = |name: &str, summary: &str, solid: Solid, lift_mm: f64| {
+        Body::made(name, summary, Process::PolyJet, solid).from(&p.tip.rigid_material).placed([in_sensor().lifted(lift_mm), FILLING.upside_down().lifted(-lift_mm)]).colored(VERO_WHITE).note("one piece with the other bodies of the group `tip`: load their common 3MF, or their \
+             STL files as one assembly; they share their coordinates").note("wash the support out from below with water, between the pins last and gently")
     };
     let dots = Solid::union(columns(
         p,
@@ -69,31 +52,20 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Part; 3] {
         p.pins.length.mm() + p.pins.dot_thickness.mm(),
     ));
     [
-        Part {
-            material: p.tip.soft_material.clone(),
-            color: SKIN_BLACK,
-            ..part("skin", "soft hemisphere with a pin for each dot", skin(p, layout), 84.0)
-        },
-        Part {
-            landmarks: dot_landmarks(p, layout),
+        part("skin", "soft hemisphere with a pin for each dot", skin(p, layout), 84.0)
+            .from(p.tip.soft_material.clone())
+            .colored(SKIN_BLACK),
+        part("dots", "white ends of the pins, which the camera sees", dots, 62.0)
+            .marked(dot_landmarks(p, layout))
             // Each dot is a piece of its own, without a hole.
-            shells: Shells::pieces(dot_landmarks(p, layout).len()),
-            ..part("dots", "white ends of the pins, which the camera sees", dots, 62.0)
-        },
-        Part {
-            landmarks: vec![Landmark {
+            .in_shells(Shells::pieces(dot_landmarks(p, layout).len())),
+        part("ring", "rigid ring that holds the lens and locks onto the body", ring(layout), 24.0)
+            .marked(vec![Landmark {
                 name: "mouth".into(),
                 point: Point3::new(0.0, 0.0, layout.ring_bottom_z),
                 axis: -Vector3::z(),
-            }],
-            genus: 1,
-            ..part(
-                "ring",
-                "rigid ring that holds the lens and locks onto the body",
-                ring(layout),
-                24.0,
-            )
-        },
+            }])
+            .with_handles(1),
     ]
 }
 
@@ -141,7 +113,7 @@ fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
 }
 
 /// The gel between skin and lens, around pins and dots.
-pub fn gel(p: &PinTip, layout: &Layout) -> Layer {
+pub fn gel(p: &PinTip, layout: &Layout) -> Body {
     let inner = layout.skin_radius;
     let core = Path::from([0.0, layout.lens_top_z])
         .line([layout.ledge_radius, layout.lens_top_z])
@@ -150,18 +122,16 @@ pub fn gel(p: &PinTip, layout: &Layout) -> Layer {
         .arc([0.0, inner], [0.0, 0.0], true)
         .close();
     let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    Layer {
-        name: "gel".into(),
-        summary: "clear filling that springs the skin back".into(),
-        solid: Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)),
-        placements: vec![in_sensor().lifted(44.0), FILLING.upside_down().lifted(-44.0)],
-        material: p.fill.material.clone(),
-        color: GEL,
-        opacity: 0.35,
-        // Pins make dimples, not holes.
-        genus: 0,
-        shells: Shells::ONE,
-    }
+    Body::cast(
+        "gel",
+        "clear filling that springs the skin back",
+        Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)),
+    )
+    .from(&p.fill.material)
+    .placed([in_sensor().lifted(44.0), FILLING.upside_down().lifted(-44.0)])
+    .colored(GEL)
+    .opaque(0.35)
+    // Pins make dimples, not holes.
 }
 
 /// Centres of the two holes in the lens: gel in at one, air out at the other.
@@ -171,7 +141,7 @@ pub fn lens_holes(p: &PinTip) -> [[f64; 2]; 2] {
 }
 
 /// The window.
-pub fn lens(p: &PinTip, layout: &Layout) -> Part {
+pub fn lens(p: &PinTip, layout: &Layout) -> Body {
     let hole = p.lens.hole_diameter.mm() / 2.0;
     let outline = lens_holes(p)
         .into_iter()
@@ -179,20 +149,15 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Part {
             profile.with_hole(Path::circle(centre, hole))
         });
     let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at(0.0, 0.0, layout.lens_bottom_z);
-    Part {
-        name: "lens".into(),
-        summary: "flat window that closes the tip; gel is filled through its holes".into(),
+    Body::made(
+        "lens",
+        "flat window that closes the tip; gel is filled through its holes",
+        Process::Laser,
         solid,
-        placements: vec![in_sensor().lifted(8.0), FILLING.upside_down().lifted(-8.0)],
-        process: Process::Laser,
-        material: p.lens.material.clone(),
-        quantity: 1,
-        landmarks: Vec::new(),
-        color: ACRYLIC,
-        bed_from_part: Pose::identity(),
-        print_notes: vec!["cut with the film on; peel it off before gluing".into()],
-        shrinkage: 0.0,
-        genus: 2,
-        shells: Shells::ONE,
-    }
+    )
+    .from(&p.lens.material)
+    .placed([in_sensor().lifted(8.0), FILLING.upside_down().lifted(-8.0)])
+    .colored(ACRYLIC)
+    .note("cut with the film on; peel it off before gluing")
+    .with_handles(2)
 }

@@ -1,6 +1,6 @@
 //! What is bought: cameras, screws, spacers, tubes, needles, LEDs.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Color, Component, Placement, Pose, Process, Solid, Vector3};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Placement, Pose, Process, Solid, Vector3};
 
 use super::channels::Side;
 use super::housing::{BAR_EXPLODE_MM, camera_holes, sensor_from_wall};
@@ -24,15 +24,9 @@ const JOIN_MM: f64 = 0.2;
 const LED_HEIGHT_MM: f64 = 14.0;
 
 /// Everything bought.
-pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
-    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| Component {
-        name: name.into(),
-        specification,
-        solid,
-        quantity: placements.len() as u32,
-        placements,
-        color: STEEL,
-        opacity: 1.0,
+pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| {
+        Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
     };
     let sheet = p.housing.sheet.mm();
     let clamp_z = layout.bond_z + p.housing.clamp.mm();
@@ -89,10 +83,8 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
     let needle_z = layout.cover_top - p.display.sheet.mm();
 
     vec![
-        Component {
-            color: [35, 60, 45],
-            ..bought("camera", camera_specification(p), camera(p), camera_poses.to_vec())
-        },
+        bought("camera", camera_specification(p), camera(p), camera_poses.to_vec())
+            .colored([35, 60, 45]),
         bought(
             "spacer-m2",
             format!("round spacer, 2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
@@ -111,63 +103,49 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
             HexNut::M2.solid(),
             at_holes(camera_board_top_mm(p), 8.0, false),
         ),
-        Component {
-            quantity: m3_in_use,
-            ..bought(
-                "screw-m3x12",
-                "pan head screw ISO 7045 M3x12; the molds borrow them".into(),
-                Screw::M3X12.solid(),
-                m3,
-            )
-        },
+        bought(
+            "screw-m3x12",
+            "pan head screw ISO 7045 M3x12; the molds borrow them".into(),
+            Screw::M3X12.solid(),
+            m3,
+        )
+        .times(m3_in_use),
         bought("nut-m3", "hexagon nut ISO 4032 M3".into(), HexNut::M3.solid(), nuts),
-        Component {
-            color: BRASS,
-            ..bought(
-                "box-spacer",
-                format!("hexagonal spacer M3, female both ends, {} mm", p.housing.height.mm()),
-                HexSpacer::M3.solid(p.housing.height.mm()),
-                layout
-                    .bolts()
-                    .map(|c| SENSOR.at(upright(c, layout.floor_z)).lifted(-10.0))
-                    .to_vec(),
-            )
-        },
-        Component {
-            color: BRASS,
-            ..bought(
-                "stand-spacer",
-                format!(
-                    "hexagonal spacer M3, female both ends, {} mm",
-                    p.display.camera_spacer.mm()
-                ),
-                HexSpacer::M3.solid(p.display.camera_spacer.mm()),
-                layout
-                    .display_bolts(p)
-                    .map(|c| on_display(upright(c, layout.cover_top)).lifted(80.0))
-                    .to_vec(),
-            )
-        },
-        Component {
-            quantity: inlets.len() as u32,
-            color: [228, 222, 210],
-            opacity: 0.7,
-            ..bought(
-                "tube",
-                format!(
-                    "silicone tube, {} x {} mm, {} mm long; shown are its two ends",
-                    p.tubes.inner_diameter.mm(),
-                    p.tubes.outer_diameter.mm(),
-                    p.tubes.length.mm()
-                ),
-                tube(
-                    p.tubes.inner_diameter.mm() / 2.0,
-                    p.tubes.outer_diameter.mm() / 2.0,
-                    TUBE_STUB_MM,
-                ),
-                tube_ends.chain(display_tubes).collect(),
-            )
-        },
+        bought(
+            "box-spacer",
+            format!("hexagonal spacer M3, female both ends, {} mm", p.housing.height.mm()),
+            HexSpacer::M3.solid(p.housing.height.mm()),
+            layout.bolts().map(|c| SENSOR.at(upright(c, layout.floor_z)).lifted(-10.0)).to_vec(),
+        )
+        .colored(BRASS),
+        bought(
+            "stand-spacer",
+            format!("hexagonal spacer M3, female both ends, {} mm", p.display.camera_spacer.mm()),
+            HexSpacer::M3.solid(p.display.camera_spacer.mm()),
+            layout
+                .display_bolts(p)
+                .map(|c| on_display(upright(c, layout.cover_top)).lifted(80.0))
+                .to_vec(),
+        )
+        .colored(BRASS),
+        bought(
+            "tube",
+            format!(
+                "silicone tube, {} x {} mm, {} mm long; shown are its two ends",
+                p.tubes.inner_diameter.mm(),
+                p.tubes.outer_diameter.mm(),
+                p.tubes.length.mm()
+            ),
+            tube(
+                p.tubes.inner_diameter.mm() / 2.0,
+                p.tubes.outer_diameter.mm() / 2.0,
+                TUBE_STUB_MM,
+            ),
+            tube_ends.chain(display_tubes).collect(),
+        )
+        .times(inlets.len() as u32)
+        .colored([228, 222, 210])
+        .opaque(0.7),
         bought(
             "needle",
             format!(
@@ -183,19 +161,17 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Component> {
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)).collect(),
         ),
-        Component {
-            color: [250, 240, 170],
-            ..bought(
-                "led-strip",
-                format!(
-                    "self-adhesive LED strip, white, diffuse, {} x {} mm, with a resistor for 5 V",
-                    p.housing.led_strip_length.mm(),
-                    p.housing.led_strip_width.mm()
-                ),
-                led_strip(p),
-                (0..4).map(|i| led_placement(layout, i)).collect(),
-            )
-        },
+        bought(
+            "led-strip",
+            format!(
+                "self-adhesive LED strip, white, diffuse, {} x {} mm, with a resistor for 5 V",
+                p.housing.led_strip_length.mm(),
+                p.housing.led_strip_width.mm()
+            ),
+            led_strip(p),
+            (0..4).map(|i| led_placement(layout, i)).collect(),
+        )
+        .colored([250, 240, 170]),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! The display: three sheets with straight channels between them, and a plate on spacers that holds
 //! the second camera above.
 
-use fabkit_geometry::{Landmark, Part, Path, Point3, Pose, Process, Profile, Vector3};
+use fabkit_geometry::{Body, Landmark, Path, Point3, Pose, Process, Profile, Vector3};
 
 use super::SENSOR;
 use super::housing::{BLACK, camera_holes};
@@ -21,7 +21,7 @@ pub fn needle_hole_mm(p: &SheetMold) -> f64 {
 }
 
 /// The three sheets, from below, and the camera's plate.
-pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
+pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let plate = || {
         let outline = Path::rectangle([0.0; 2], layout.display_size, CORNER_MM);
         with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm())

@@ -4,7 +4,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{Angle, Color, Part, Path, Placement, Pose, Process, Profile, Vector3};
+use fabkit_geometry::{Angle, Body, Color, Path, Placement, Pose, Process, Profile, Vector3};
 
 use super::SENSOR;
 use super::layout::{Layout, corners};
@@ -28,7 +28,7 @@ pub const BAR_EXPLODE_MM: Vector3<f64> = Vector3::new(0.0, 26.0, 76.0);
 const WALLS: u32 = 4;
 
 /// Plates, walls and clamping bars.
-pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
+pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let sheet = |name, summary, profile, placements| Sheet {
         name,
         summary,

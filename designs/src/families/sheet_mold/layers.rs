@@ -1,6 +1,6 @@
 //! What is cast, painted, glued and filled in.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Color, Layer, Path, Point3, Pose, Shells, Solid, Vector3};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Point3, Pose, Shells, Solid, Vector3};
 
 use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
 use super::layout::{Layout, channel_count, marker_centres};
@@ -13,24 +13,15 @@ const JOIN_MM: f64 = 0.5;
 const RED: Color = [214, 60, 60];
 
 /// All layers, from the camera to the finger, the display's liquid last.
-pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
+pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let channels = left_channels(p);
-    let layer = |name: &str, summary: &str, solid, material: &str, color, opacity| Layer {
-        name: name.into(),
-        summary: summary.into(),
-        solid,
-        placements: Vec::new(),
-        material: material.into(),
-        color,
-        opacity,
-        genus: 0,
-        shells: Shells::ONE,
+    let layer = |name: &str, summary: &str, solid, material: &str, color, opacity| {
+        Body::cast(name, summary, solid).from(material).colored(color).opaque(opacity)
     };
-    let placed = |layer: Layer, lift_mm: f64, molds: &[AssemblyName]| {
+    let placed = |layer: Body, lift_mm: f64, molds: &[AssemblyName]| {
         let in_molds = molds.iter().map(|mold| mold.in_place());
-        let placements =
-            std::iter::once(SENSOR.in_place().lifted(lift_mm)).chain(in_molds).collect();
-        Layer { placements, ..layer }
+        let placements = std::iter::once(SENSOR.in_place().lifted(lift_mm)).chain(in_molds);
+        layer.placed(placements)
     };
     let marker_layer = layer(
         "marker-layer",
@@ -40,17 +31,15 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         [70, 72, 80],
         1.0,
     );
-    let paint = Layer {
-        shells: Shells::pieces(marker_centres(p).len()),
-        ..layer(
-            "marker-paint",
-            "white ends of the markers, which the camera tracks",
-            discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
-            &p.markers.paint_material,
-            [245, 245, 240],
-            1.0,
-        )
-    };
+    let paint = layer(
+        "marker-paint",
+        "white ends of the markers, which the camera tracks",
+        discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
+        &p.markers.paint_material,
+        [245, 245, 240],
+        1.0,
+    )
+    .in_shells(Shells::pieces(marker_centres(p).len()));
     let channel_layer = layer(
         "channel-layer",
         "clear layer that is touched, with the channels on its underside",
@@ -65,30 +54,26 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
         placed(channel_layer, 58.0, &[CHANNEL_MOLD]),
     ];
     for side in Side::BOTH {
-        let glue = Layer {
-            // A sleeve around each tube.
-            genus: p.channels.per_side as i32,
-            shells: Shells::pieces(p.channels.per_side as usize),
-            ..layer(
-                &format!("tube-glue-{}", side.word()),
-                "seals the tubes in their channels",
-                tube_glue(p, layout, side),
-                &p.tubes.glue,
-                [200, 200, 190],
-                0.8,
-            )
-        };
-        let liquid = Layer {
-            shells: Shells::pieces(channels.len()),
-            ..layer(
-                &format!("liquid-{}", side.word()),
-                "coloured water in the channels that enter from this side",
-                liquid(p, layout, &channels, side),
-                "water, dyed red",
-                RED,
-                0.9,
-            )
-        };
+        let glue = layer(
+            &format!("tube-glue-{}", side.word()),
+            "seals the tubes in their channels",
+            tube_glue(p, layout, side),
+            &p.tubes.glue,
+            [200, 200, 190],
+            0.8,
+        )
+        // A sleeve around each tube.
+        .with_handles(p.channels.per_side as i32)
+        .in_shells(Shells::pieces(p.channels.per_side as usize));
+        let liquid = layer(
+            &format!("liquid-{}", side.word()),
+            "coloured water in the channels that enter from this side",
+            liquid(p, layout, &channels, side),
+            "water, dyed red",
+            RED,
+            0.9,
+        )
+        .in_shells(Shells::pieces(channels.len()));
         all.push(placed(glue, 44.0, &[]));
         all.push(placed(liquid, 44.0, &[]));
     }
@@ -102,7 +87,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Layer> {
     );
     let place = SENSOR.at(layout.sensor_from_display).lifted(34.0);
     let shells = Shells::pieces(channel_count(p) as usize);
-    all.push(Layer { placements: vec![place], shells, ..display });
+    all.push(display.placed([place]).in_shells(shells));
     all
 }
 

@@ -13,7 +13,7 @@ mod molds;
 mod parameters;
 mod sheets;
 
-use fabkit_geometry::{Color, NominalCamera, Part, Pose, PressFit, Sensor};
+use fabkit_geometry::{Body, Color, NominalCamera, Pose, PressFit, Sensor};
 
 use crate::assembling::{AssemblyName, SENSOR};
 use crate::parameters::Report;
@@ -44,27 +44,20 @@ impl Family for SheetMoldFamily {
     fn build(p: &SheetMold, header: &Header, report: &mut Report) -> Option<Built> {
         let layout = Layout::new(p);
         let sensor = sensor(p, &layout, header);
-        constraints::check_sheets(p, &sensor.parts, report);
+        constraints::check_sheets(p, &sensor, report);
         let derived = derived(p, &layout);
         report.is_clean().then_some(Built { sensor, derived })
     }
 }
 
 fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
-    let parts: Vec<Part> = molds::sheets(p, layout)
+    let parts: Vec<Body> = molds::sheets(p, layout)
         .into_iter()
         .chain(housing::sheets(p, layout))
         .chain(display::sheets(p, layout))
         .collect();
     Sensor {
-        name: header.name.as_str().into(),
-        title: header.title.clone(),
-        reference: header.reference.clone(),
-        parts,
-        layers: layers::layers(p, layout),
-        components: components::components(p, layout),
         chain: chain::chain(p, layout),
-        print_groups: Vec::new(),
         press_fits: vec![PressFit {
             inner: "needle".into(),
             outer: "tube".into(),
@@ -72,15 +65,22 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
                 / 2.0,
             reason: "the tube is stretched over the needle".into(),
         }],
-        camera: NominalCamera {
-            // The camera looks up at the markers; its image's right is the sensor's +x.
-            sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
-            width_px: p.camera.width_px,
-            height_px: p.camera.height_px,
-            field_of_view: p.camera.field_of_view,
-        },
-        // Flat: nothing to press a dome onto.
-        touch: None,
+        ..Sensor::new(
+            header.name.as_str(),
+            &header.title,
+            &header.reference,
+            NominalCamera {
+                // The camera looks up at the markers; its image's right is the sensor's +x.
+                sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
+                width_px: p.camera.width_px,
+                height_px: p.camera.height_px,
+                field_of_view: p.camera.field_of_view,
+            },
+            parts
+                .into_iter()
+                .chain(layers::layers(p, layout))
+                .chain(components::components(p, layout)),
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! The two mold stacks. Bolts through the corners align and close each; every sheet is as thick as
 //! what it casts is high.
 
-use fabkit_geometry::{Color, Landmark, Part, Path, Point3, Pose, Profile, Vector3};
+use fabkit_geometry::{Body, Color, Landmark, Path, Point3, Pose, Profile, Vector3};
 
 use super::channels::{comb_opening, left_channels};
 use super::layout::{Layout, marker_centres};
@@ -19,7 +19,7 @@ fn up(z: f64) -> Pose {
 }
 
 /// All sheets of both stacks.
-pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Part> {
+pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     // All sheets of a stack grow alike, and both stacks share their floor.
     let shrinkage = castable(&p.marker_layer.material).map_or(0.0, |m| m.shrinkage);
     let floor_mm = p.molds.floor.mm();

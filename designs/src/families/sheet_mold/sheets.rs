@@ -1,9 +1,7 @@
 //! Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
 //! frame; placements lift it to where it belongs.
 
-use fabkit_geometry::{
-    Color, Landmark, Part, Path, Placement, Pose, Process, Profile, Shells, Solid,
-};
+use fabkit_geometry::{Body, Color, Landmark, Path, Placement, Process, Profile, Solid};
 
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
@@ -36,25 +34,23 @@ pub struct Sheet<'a> {
 
 impl Sheet<'_> {
     /// The part.
-    pub fn part(self) -> Part {
+    pub fn part(self) -> Body {
         // Each hole in an extruded profile is one handle.
         let genus = self.profile.holes.len() as i32;
-        Part {
-            name: self.name.into(),
-            summary: self.summary.into(),
-            solid: Solid::extrusion(self.profile, self.thickness_mm),
-            placements: self.placements,
-            process: Process::Laser,
-            material: self.material.into(),
-            quantity: self.quantity,
-            landmarks: self.landmarks,
-            color: self.color,
-            bed_from_part: Pose::identity(),
-            print_notes: self.notes.iter().map(|n| n.to_string()).collect(),
-            shrinkage: self.shrinkage,
-            genus,
-            shells: Shells::ONE,
-        }
+        Body::made(
+            self.name,
+            self.summary,
+            Process::Laser,
+            Solid::extrusion(self.profile, self.thickness_mm),
+        )
+        .from(self.material)
+        .placed(self.placements)
+        .times(self.quantity)
+        .marked(self.landmarks)
+        .colored(self.color)
+        .notes(self.notes.iter().copied())
+        .for_shrinkage(self.shrinkage)
+        .with_handles(genus)
     }
 }
 

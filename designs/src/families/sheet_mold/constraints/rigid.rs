@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{Body, Part, Process};
+use fabkit_geometry::{CompiledSolid, Kind, Process, Sensor};
 
 use super::{APART_MM, BOLT_WEB_MM, CUT_WEB_MM, GRIP_MM};
 use crate::families::sheet_mold::components::led_top_mm;
@@ -183,13 +183,13 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
 }
 
 /// Every sheet fits the stock, either way round.
-pub fn check_sheets(p: &SheetMold, parts: &[Part], report: &mut Report) {
+pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
     // Length and width of each, the longer one first.
-    let sizes: Vec<(&str, [f64; 2])> = parts
-        .iter()
-        .filter(|part| part.process == Process::Laser)
+    let sizes: Vec<(&str, [f64; 2])> = sensor
+        .parts()
+        .filter(|part| part.kind == Kind::Made(Process::Laser))
         .filter_map(|part| {
-            let [x, y, _] = Body::new(&part.solid).ok()?.bounds().size_mm();
+            let [x, y, _] = CompiledSolid::new(&part.solid).ok()?.bounds().size_mm();
             Some((part.name.as_str(), [x.max(y), x.min(y)]))
         })
         .collect();

@@ -48,7 +48,7 @@ pub struct Crossing {
     pub t: f64,
     /// Unit normal, out of the solid. At infinity, along the ray.
     pub normal: Vector3<f64>,
-    /// Whose surface: an index into [`Body::leaves`], which is also one into [`Solid::leaves`].
+    /// Whose surface: an index into [`CompiledSolid::leaves`], which is also one into [`Solid::leaves`].
     pub leaf: u32,
     /// Which face of that primitive, numbered as the primitive documents.
     pub face: u32,
@@ -58,7 +58,7 @@ pub struct Crossing {
 
 /// A primitive of a body in its place, with the name of the innermost feature around it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodyLeaf {
+pub struct PlacedPrimitive {
     /// Always one of the primitive variants.
     pub primitive: Solid,
     /// Maps the primitive's frame to the body's.
@@ -69,7 +69,7 @@ pub struct BodyLeaf {
     pub is_tool: bool,
 }
 
-/// Buffers for [`Body::crossings_into`]; one per thread, reused from ray to ray and body to body.
+/// Buffers for [`CompiledSolid::crossings_into`]; one per thread, reused from ray to ray and body to body.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     spans: Vec<Span>,
@@ -81,17 +81,17 @@ pub struct Scratch {
 /// Lines are combined as sorted stretches inside each primitive, so that booleans are exact;
 /// contacts and gaps shorter than 1e-10 mm along a line are taken for rounding.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct CompiledSolid {
     nodes: Vec<Node>,
     /// One generous box per node.
     boxes: Vec<Aabb>,
     compiled: Vec<CompiledLeaf>,
-    leaves: Vec<BodyLeaf>,
+    leaves: Vec<PlacedPrimitive>,
     root: u32,
     bounds: Aabb,
 }
 
-impl Body {
+impl CompiledSolid {
     /// Prepares a solid.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl Body {
             .leaves()
             .into_iter()
             .zip(&compiled)
-            .map(|(leaf, compiled)| BodyLeaf {
+            .map(|(leaf, compiled)| PlacedPrimitive {
                 primitive: leaf.primitive.clone(),
                 body_from_leaf: leaf.root_from_leaf,
                 feature: leaf.feature.to_owned(),
@@ -124,7 +124,7 @@ impl Body {
     }
 
     /// All primitives: leaf numbers are indices into this list.
-    pub fn leaves(&self) -> &[BodyLeaf] {
+    pub fn leaves(&self) -> &[PlacedPrimitive] {
         &self.leaves
     }
 
@@ -167,11 +167,11 @@ impl Body {
         crossings
     }
 
-    /// The same as [`Body::crossings`] without allocating for each ray. `crossings` is cleared.
+    /// The same as [`CompiledSolid::crossings`] without allocating for each ray. `crossings` is cleared.
     ///
     /// ```
-    /// use fabkit_geometry::{Body, Point3, Ray, Scratch, Solid, Vector3};
-    /// let ball = Body::new(&Solid::sphere(2.0))?;
+    /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Solid, Vector3};
+    /// let ball = CompiledSolid::new(&Solid::sphere(2.0))?;
     /// let (mut scratch, mut crossings) = (Scratch::default(), Vec::new());
     /// let ray = Ray { origin: Point3::new(0.0, 0.0, 9.0), direction: -Vector3::z() };
     /// ball.crossings_into(&ray, &mut scratch, &mut crossings);
@@ -199,12 +199,12 @@ impl Body {
         }
     }
 
-    /// The stretches of a line inside, as pairs of `t`: those of [`Body::crossings_into`] without
+    /// The stretches of a line inside, as pairs of `t`: those of [`CompiledSolid::crossings_into`] without
     /// their normals, which take as long as the rest. `stretches` is cleared.
     ///
     /// ```
-    /// use fabkit_geometry::{Body, Point3, Ray, Scratch, Solid, Vector3};
-    /// let ball = Body::new(&Solid::sphere(2.0))?;
+    /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Solid, Vector3};
+    /// let ball = CompiledSolid::new(&Solid::sphere(2.0))?;
     /// let ray = Ray { origin: Point3::new(0.0, 0.0, 9.0), direction: -Vector3::z() };
     /// let mut stretches = Vec::new();
     /// ball.stretches_into(&ray, &mut Scratch::default(), &mut stretches);
@@ -225,11 +225,11 @@ impl Body {
     /// The first crossing beyond `after_mm` in one direction: into the solid, or out of it.
     ///
     /// The ray's direction must be of unit length, so that `t` is in mm. Cheaper than
-    /// [`Body::crossings_into`] where one crossing is enough: a single normal is computed.
+    /// [`CompiledSolid::crossings_into`] where one crossing is enough: a single normal is computed.
     ///
     /// ```
-    /// use fabkit_geometry::{Body, Point3, Ray, Scratch, Solid, Vector3};
-    /// let ball = Body::new(&Solid::sphere(2.0))?;
+    /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Solid, Vector3};
+    /// let ball = CompiledSolid::new(&Solid::sphere(2.0))?;
     /// let ray = Ray { origin: Point3::origin(), direction: Vector3::z() };
     /// let exit = ball.first_crossing(&ray, 0.0, false, &mut Scratch::default());
     /// assert_eq!(exit.map(|crossing| crossing.t), Some(2.0));

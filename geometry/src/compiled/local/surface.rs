@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use crate::{BodyLeaf, Pose, Solid};
+use crate::{PlacedPrimitive, Pose, Solid};
 
 /// Surfaces nearer than this are one, mm; far above rounding, far below what overlaps count as
 /// ([`crate::measure::overlap_volume`]).
@@ -27,7 +27,7 @@ pub(super) enum Family<'a> {
     /// Distance from an ellipsoid of revolution.
     Oval { centre: Point3<f64>, axis: Vector3<f64>, half_axes_mm: [f64; 2] },
     /// Negative in a primitive, positive outside; nothing more is known of it.
-    Whole { leaf: &'a BodyLeaf },
+    Whole { leaf: &'a PlacedPrimitive },
 }
 
 /// A family and one of its levels; `below` is the side of the solid.
@@ -39,7 +39,7 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    pub(super) fn whole(leaf: &'a BodyLeaf) -> Self {
+    pub(super) fn whole(leaf: &'a PlacedPrimitive) -> Self {
         Self { family: Family::Whole { leaf }, level: 0.0, below: true }
     }
 

@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 
 use self::leaf::{Faces, Leaf, Local};
 use self::surface::{Families, Literal, SAME_MM};
-use super::{Body, Node};
+use super::{CompiledSolid, Node};
 use crate::Aabb;
 
 /// Faces that enter a box by less do not, mm; far above rounding, far below what counts as an
@@ -112,12 +112,12 @@ impl Sides {
 
 /// A body with the surfaces that have been asked for.
 struct Asked<'a> {
-    body: &'a Body,
+    body: &'a CompiledSolid,
     faces: Vec<Faces>,
 }
 
 impl<'a> Asked<'a> {
-    fn new(body: &'a Body) -> Self {
+    fn new(body: &'a CompiledSolid) -> Self {
         Self { body, faces: vec![Faces::default(); body.leaves.len()] }
     }
 
@@ -236,7 +236,12 @@ fn is_apart(a: &Aabb, b: &Aabb) -> bool {
 /// than 1e-9 mm; none if that is proven for all of it.
 ///
 /// At most `budget` boxes are looked at.
-pub(crate) fn meeting_boxes(a: &Body, b: &Body, bounds: &Aabb, budget: usize) -> Vec<Aabb> {
+pub(crate) fn meeting_boxes(
+    a: &CompiledSolid,
+    b: &CompiledSolid,
+    bounds: &Aabb,
+    budget: usize,
+) -> Vec<Aabb> {
     let mut families = Families::default();
     let (mut in_a, mut in_b) = (Asked::new(a), Asked::new(b));
     let mut left = Vec::new();
@@ -277,8 +282,8 @@ pub(crate) fn meeting_boxes(a: &Body, b: &Body, bounds: &Aabb, budget: usize) ->
 /// `forwards` tells the line's direction along the axis. At most `budget` boxes are looked at. `None`
 /// where the bodies are not bounded.
 pub(crate) fn held_boxes(
-    tool: &Body,
-    others: &[&Body],
+    tool: &CompiledSolid,
+    others: &[&CompiledSolid],
     axis: usize,
     forwards: bool,
     budget: usize,

@@ -7,7 +7,7 @@ use super::super::shape::Primitive;
 use super::plane::{Part, Rectangle};
 use super::surface::{Families, Literal, Surface};
 use super::{Cell, SLACK_MM, Sides};
-use crate::{BodyLeaf, Cuboid, Pose};
+use crate::{Cuboid, PlacedPrimitive, Pose};
 
 /// The surfaces of one primitive that have been asked for.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +25,7 @@ type Range = [f64; 2];
 /// One primitive with its surfaces and the families of all.
 pub(super) struct Leaf<'a, 'b> {
     pub(super) primitive: &'a Primitive,
-    pub(super) leaf: &'a BodyLeaf,
+    pub(super) leaf: &'a PlacedPrimitive,
     pub(super) faces: &'b mut Faces,
     pub(super) families: &'b mut Families<'a>,
 }
@@ -268,7 +268,7 @@ impl<'a> Leaf<'a, '_> {
 }
 
 /// The surface of a face; `None` where nothing but the primitive itself describes it.
-fn surface<'a>(primitive: &Primitive, leaf: &BodyLeaf, face: u32) -> Option<Surface<'a>> {
+fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Option<Surface<'a>> {
     let pose = &leaf.body_from_leaf;
     let cap = |height_mm: f64, top: bool| {
         let outward = if top { Vector3::z() } else { -Vector3::z() };

@@ -53,6 +53,7 @@ mod interrupt;
 pub mod memory;
 pub mod pictures;
 pub mod reading;
+pub mod rereading;
 pub mod resumable;
 mod roles;
 pub mod scene;

@@ -217,6 +217,9 @@ pub struct Profile {
     /// The profile to write; its name becomes the printer's
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
+    /// Replace the file also if it was changed since fabkit wrote it, or if fabkit did not write it
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `fabkit verify`.
@@ -241,7 +244,7 @@ pub struct Verify {
     /// Write a report with pictures of every disagreement
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Keep the files that are compared in this folder
+    /// Keep the files that are compared in this folder, as `export` would write them there
     #[arg(long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
 }

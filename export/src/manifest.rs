@@ -234,7 +234,7 @@ fn is_false(value: &bool) -> bool {
     !value
 }
 
-const FORMAT: (&str, u32) = ("fabkit-manifest", 1);
+const FORMAT: (&str, u32) = ("fabkit-manifest", Manifest::VERSION);
 
 #[derive(Serialize)]
 struct Form<'a> {
@@ -252,6 +252,9 @@ struct Head {
 }
 
 impl Manifest {
+    /// Of the document.
+    pub const VERSION: u32 = 1;
+
     /// The document as JSON.
     ///
     /// # Errors

@@ -70,8 +70,9 @@ pub enum Command {
     Show(Show),
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
     Check(Design),
-    /// Rebuild a sensor in kernels that fabkit did not write, and compare
-    #[command(after_help = VERIFY_ENVIRONMENT)]
+    /// Rebuild a sensor in kernels that fabkit did not write, and compare; or read a folder again that
+    /// fabkit wrote, and name what is damaged
+    #[command(after_help = VERIFY)]
     Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
     Export(Export),
@@ -123,10 +124,16 @@ pub struct Design {
     pub preset: Option<String>,
 }
 
-const VERIFY_ENVIRONMENT: &str = "The kernels are Python packages. Which Python runs them is decided \
-so: FABKIT_PYTHON, which must be an absolute path; else `.venv` of fabkit's checkout, made by `cargo \
+const VERIFY: &str = "The kernels are Python packages. Which Python runs them is decided so: \
+FABKIT_PYTHON, which must be an absolute path; else `.venv` of fabkit's checkout, made by `cargo \
 xtask verify-env`, if this program lies in the checkout's `target` folder. Nothing of the current \
-folder is run: Python starts isolated, without PYTHON* variables, in an empty folder.";
+folder is run: Python starts isolated, without PYTHON* variables, in an empty folder.
+
+A folder with manifest.json, dataset.json or sweep.json is read again instead: every listed file is \
+compared with its size and hash, every chunk with its checksum, the list with its own. Files that are \
+damaged, missing, or not listed are named (exit code 1). Folders of fixtures directly below an export \
+are read too. A sensor's name keeps its meaning where a folder has the same one; `./NAME` and `NAME/` \
+mean the folder.";
 
 /// `fabkit show`.
 #[derive(Debug, Args)]
@@ -210,12 +217,17 @@ pub struct Profile {
     /// The profile to write; its name becomes the printer's
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
+    /// Replace the file also if it was changed since fabkit wrote it, or if fabkit did not write it
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `fabkit verify`.
 #[derive(Debug, Args)]
 pub struct Verify {
-    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone
+    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone. Or a
+    /// folder that `export`, `dataset` or `sweep` wrote
+    #[arg(value_name = "SENSOR|DIR")]
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -226,14 +238,13 @@ pub struct Verify {
     /// Only this kernel; may be repeated
     #[arg(long = "kernel", value_enum, value_name = "KERNEL")]
     pub kernels: Vec<KernelArg>,
-    /// Most that one kernel may take for one part, seconds
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=86_400), default_value = "600",
-          value_name = "SECONDS")]
-    pub limit: u32,
+    /// Most that one kernel may take for one part, seconds [default: 600]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=86_400), value_name = "SECONDS")]
+    pub limit: Option<u32>,
     /// Write a report with pictures of every disagreement
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Keep the files that are compared in this folder
+    /// Keep the files that are compared in this folder, as `export` would write them there
     #[arg(long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
 }

@@ -241,7 +241,10 @@ impl From<VerifierError> for Failure {
             | VerifierError::NoPackage(_)
             | VerifierError::RelativePython(_) => Self::plain(Exit::BadInput, error),
             VerifierError::Export(failure) => failure.into(),
-            VerifierError::Staging(error) => error.into(),
+            VerifierError::Folder(error @ FolderError::Refused(_)) => {
+                Self::new(Exit::BadInput, error, "choose another folder with --keep")
+            }
+            VerifierError::Folder(error) => error.into(),
             VerifierError::Read(error) => error.into(),
             VerifierError::Io { .. } => Self::plain(Exit::Io, error),
             VerifierError::NoAnswer(_) | VerifierError::NoStep(_) => Self::bug(error),

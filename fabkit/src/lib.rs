@@ -40,6 +40,7 @@ pub use fabkit_sweep as sweep;
 // The command's files name the library as its other users do.
 extern crate self as fabkit;
 
+mod authored;
 pub mod bodies;
 mod cli;
 pub mod commands;
@@ -53,6 +54,7 @@ mod interrupt;
 pub mod memory;
 pub mod pictures;
 pub mod reading;
+pub mod rereading;
 pub mod resumable;
 mod roles;
 pub mod scene;

@@ -56,6 +56,11 @@ impl<'a> Target<'a> {
         is_path(self.sensor).then(|| Path::new(self.sensor))
     }
 
+    /// Whether a built-in sensor is meant.
+    pub(crate) fn is_builtin(&self) -> bool {
+        designs::builtin_yaml(self.sensor).is_some()
+    }
+
     /// The same of a built-in variant of the sensor.
     #[must_use]
     pub fn with_preset(self, preset: Option<&'a str>) -> Self {

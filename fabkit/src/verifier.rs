@@ -16,9 +16,11 @@ use tempfile::TempDir;
 
 use self::interpreter::Interpreter;
 pub use self::interpreter::PYTHON_VARIABLE;
-use crate::exporting::{self, ExportFailure, ExportOptions, ForeignFile, Format};
+use crate::exporting::{
+    self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
+};
 use crate::reading::{self, Expected, ReadError};
-use crate::staging::{OutputFile, StagingError, write_all};
+use crate::staging::OutputFile;
 
 /// What a kernel may leave.
 const STEP: Expected = Expected {
@@ -54,9 +56,9 @@ pub enum VerifierError {
     /// The design could not be exported.
     #[error(transparent)]
     Export(#[from] ExportFailure),
-    /// The files for the verifier could not be written.
+    /// The files for the verifier could not be written, or would replace what is not fabkit's.
     #[error(transparent)]
-    Staging(#[from] StagingError),
+    Folder(#[from] FolderError),
     /// The system refused.
     #[error("cannot {action}: {source}")]
     Io {
@@ -235,5 +237,6 @@ fn write_exports(
         ..ExportOptions::default()
     };
     let exported = exporting::export(design, &options, &|_| {})?;
-    Ok(write_all(folder, &exported.files, &|| false)?)
+    exporting::write(&[(folder.to_owned(), &exported)], Overwriting::default(), &|| false)?;
+    Ok(())
 }

@@ -106,7 +106,7 @@ pub fn exported(
 impl Exported {
     /// The list of contents, as JSON.
     fn manifest(&self, py: Python<'_>) -> PyResult<String> {
-        let bytes = short(py, || self.exported.manifest.to_json())?;
+        let bytes = short(py, || exporting::manifest_bytes(&self.exported.manifest))?;
         let bytes = bytes.map_err(|error| exception(py, Failure::bug(error)))?;
         Ok(String::from_utf8(bytes)?)
     }
@@ -125,7 +125,7 @@ impl Exported {
             let exports = [(folder, &*exported)];
             let written = exporting::write(&exports, how, &|| link.is_cancelled())?;
             let manifest = written.first().map_or(&exported.manifest, |written| &written.manifest);
-            let bytes = manifest.to_json().map_err(Failure::bug)?;
+            let bytes = exporting::manifest_bytes(manifest)?;
             String::from_utf8(bytes).map_err(Failure::bug)
         })
     }

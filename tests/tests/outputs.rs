@@ -168,7 +168,11 @@ fn a_manifest_reaches_no_other_folder() {
          \"blake3\": \"{hash}\"}},"
     );
     let text = text.replacen("\"files\": [", &entry, 1);
-    fs::write(out.join("manifest.json"), text).unwrap();
+    fs::write(out.join("manifest.json"), &text).unwrap();
+    // It no longer ends with its own checksum; those of old versions have none.
+    assert_refused(&fabkit(root.path(), &export), &["manifest.json was changed", "--force"]);
+    let (text, _) = text.rsplit_once(",\n  \"blake3\"").unwrap();
+    fs::write(out.join("manifest.json"), format!("{text}\n}}\n")).unwrap();
     fabkit(root.path(), &export).ok();
     assert!(root.path().join("victim").exists());
 }
@@ -231,6 +235,100 @@ fn outputs_never_replace_inputs_or_each_other() {
     refused(&format!("{depth} --png x.png --grey ./x.png"), &["--png", "--grey"]);
     refused(&format!("{depth} --png x.png --grey X.png"), &["--png", "--grey"]);
     refused("verify mine.yaml --report ./mine.yaml", &["--report", "SENSOR"]);
+}
+
+/// Ends of 29 pins on a dome, and where an equidistant lens sees five of them in each of six captures.
+fn marks() -> tempfile::TempDir {
+    const HOLES: [[usize; 5]; 6] = [
+        [1, 2, 6, 14, 22],
+        [1, 3, 8, 17, 25],
+        [1, 5, 12, 20, 28],
+        [2, 4, 9, 16, 23],
+        [1, 7, 11, 18, 27],
+        [3, 10, 13, 15, 24],
+    ];
+    let mut ends = Vec::new();
+    for (polar_deg, count) in [(0.0_f64, 1), (18.0, 4), (36.0, 8), (54.0, 8), (72.0, 8)] {
+        for k in 0..count {
+            let (s, c) = polar_deg.to_radians().sin_cos();
+            let (sa, ca) = (f64::from(k) * std::f64::consts::TAU / f64::from(count)).sin_cos();
+            ends.push([14.5 * s * ca, 14.5 * s * sa, 6.0 + 14.5 * c]);
+        }
+    }
+    let landmarks: BTreeMap<usize, [f64; 3]> = (1..).zip(ends.iter().copied()).collect();
+    let mut captures = String::from("file,hole,x_px,y_px\n");
+    for (capture, holes) in HOLES.iter().enumerate() {
+        for hole in holes {
+            let [x, y, z] = ends[hole - 1];
+            let (u, v) = (0.4 - y, x - 0.3);
+            let (r, angle) = (u.hypot(v), u.hypot(v).atan2(z + 7.5));
+            let phase = 12.9 * *hole as f64 + 78.2 * capture as f64;
+            let (px, py) = (319.5 + 229.18 * angle * u / r, 239.5 + 229.18 * angle * v / r);
+            let (px, py) = (px + 0.2 * phase.sin(), py + 0.2 * phase.cos());
+            captures += &format!("{capture}.png,{hole},{px:.3},{py:.3}\n");
+        }
+    }
+    let root = tempfile::tempdir().unwrap();
+    fs::create_dir(root.path().join("captures")).unwrap();
+    let camera = CAMERA
+        .replace("width_px: 96\nheight_px: 72", "width_px: 640\nheight_px: 480")
+        .replace(": 43", ": 229.18")
+        .replace(": 47.5", ": 319.5")
+        .replace(": 35.5", ": 239.5");
+    fs::write(root.path().join("camera.yaml"), camera).unwrap();
+    fs::write(root.path().join("captures/captures.csv"), captures).unwrap();
+    let landmarks = serde_json::to_string(&landmarks).unwrap();
+    fs::write(root.path().join("landmarks.json"), landmarks).unwrap();
+    root
+}
+
+#[test]
+fn what_a_user_edited_is_not_replaced_without_force() {
+    let root = marks();
+    let line = "calibrate extrinsics rtac0 --camera camera.yaml --captures captures --landmarks \
+                landmarks.json -o pose.yaml";
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let calibrate = |more: &[&str]| fabkit(root.path(), &[&words[..], more].concat());
+    calibrate(&[]).ok();
+    // As fabkit wrote them, both may be replaced, also by others.
+    calibrate(&[]).ok();
+    calibrate(&["--gel-index=1.35"]).ok();
+    for name in ["pose.yaml", "pose.camera.yaml"] {
+        let path = root.path().join(name);
+        let whole = fs::read_to_string(&path).unwrap();
+        let mine = format!("# by hand\n{whole}");
+        fs::write(&path, &mine).unwrap();
+        assert_refused(&calibrate(&[]), &[name, "was changed since fabkit wrote it", "--force"]);
+        assert_eq!(fs::read_to_string(&path).unwrap(), mine);
+        fs::write(&path, "sensor: mine\n").unwrap();
+        assert_refused(&calibrate(&[]), &[name, "fabkit did not write it", "--force"]);
+        calibrate(&["--force"]).ok();
+        assert!(!fs::read_to_string(&path).unwrap().contains("mine"));
+    }
+    // It is read all the same: the line is a comment.
+    fabkit(root.path(), &["depth", "rtac0", "--pose=pose.yaml", "--reference", "-o", "a.npz"]).ok();
+}
+
+#[test]
+fn what_verify_keeps_follows_the_rules_of_an_export() {
+    let root = tempfile::tempdir().unwrap();
+    let python = root.path().join("python");
+    // Says yes to everything.
+    let answer = "#!/bin/sh\necho '{\"passed\": true, \"kernels\": [], \"results\": []}'\n";
+    fs::write(&python, answer).unwrap();
+    std::fs::set_permissions(&python, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let verify = |target: &str| -> Run {
+        let mut command = command(root.path());
+        command.env("FABKIT_PYTHON", &python).args(["verify", target, "--keep", "kept"]);
+        command.output().unwrap().into()
+    };
+    verify("rtac0/collar").ok();
+    verify("rtac0/collar").ok();
+    let mesh = root.path().join("kept/collar.stl");
+    fs::write(&mesh, "mine").unwrap();
+    assert_refused(&verify("rtac0/collar"), &["collar.stl was changed", "--keep"]);
+    assert_eq!(fs::read(&mesh).unwrap(), b"mine");
+    assert_refused(&verify("tactip/body"), &["kept holds the export of rtac0", "--keep"]);
 }
 
 #[test]

@@ -6,6 +6,7 @@
 //! the new ones are, a list of contents that is there tells the truth, and the next run leaves
 //! nothing but its files.
 
+mod inputs;
 mod judge;
 mod random;
 mod scenarios;
@@ -33,8 +34,9 @@ enum Trial {
     Call(shim::Fault),
     /// Killed after this part of the usual time.
     Kill(f64),
-    /// Several runs at once.
-    Crowd,
+    /// Several runs at once; in a folder that is filled piece by piece, after one that was killed after
+    /// this part of the usual time.
+    Crowd(f64),
     /// At most so many MiB.
     Memory(u64),
 }
@@ -84,7 +86,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         "xtask: {} injected faults, {} kills, {} crowds, {} starved runs; seed {seed}",
         count(|t| matches!(t, Trial::Call(fault) if !fault.kills())),
         count(|t| matches!(t, Trial::Kill(_)) || matches!(t, Trial::Call(f) if f.kills())),
-        count(|t| matches!(t, Trial::Crowd)),
+        count(|t| matches!(t, Trial::Crowd(_))),
         count(|t| matches!(t, Trial::Memory(_))),
     );
     let wrong = wrong.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -121,7 +123,7 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
         trials.push((at, Trial::Kill(0.0)));
     }
     for _ in 0..rounds * CROWDS {
-        trials.push((any(&|s| s.takes_crowds()), Trial::Crowd));
+        trials.push((any(&|s| s.takes_crowds()), Trial::Crowd(0.0)));
     }
     for _ in 0..rounds * STARVED {
         trials.push((any(&|_| true), Trial::Memory(0)));
@@ -129,6 +131,8 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
     for (_, trial) in &mut trials {
         match trial {
             Trial::Kill(part) => *part = random.unit(),
+            // Half of them begin with nothing.
+            Trial::Crowd(part) => *part = (2.0 * random.unit() - 1.0).max(0.0),
             Trial::Memory(mib) => *mib = 60 + random.below(400) as u64,
             _ => {}
         }

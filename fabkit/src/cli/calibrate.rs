@@ -42,6 +42,9 @@ pub struct CalibrateIntrinsics {
     /// The camera's file to write
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
+    /// Replace files also if they were changed since fabkit wrote them, or if fabkit did not write them
+    #[arg(long)]
+    pub force: bool,
     /// Write a report as one HTML file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
@@ -101,6 +104,9 @@ pub struct CalibrateExtrinsics {
     /// The pose's file to write; the camera that belongs to it is written beside it
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
+    /// Replace files also if they were changed since fabkit wrote them, or if fabkit did not write them
+    #[arg(long)]
+    pub force: bool,
     /// Write a report as one HTML file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,

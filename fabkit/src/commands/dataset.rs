@@ -7,8 +7,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit::dataset::{
-    self, Captures, DatasetError, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, ReadError,
-    Written,
+    self, Captures, DatasetError, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan,
+    SampleError, Written,
 };
 use fabkit::depth::truth::{Seam, Surface};
 use fabkit::export::png;
@@ -280,24 +280,24 @@ pub fn failure(error: DatasetError) -> Failure {
 }
 
 /// Why a data set cannot be read, for people.
-pub fn read_failure(error: ReadError) -> Failure {
+pub fn read_failure(error: SampleError) -> Failure {
     match error {
-        ReadError::Folder(error) => error.into(),
-        ReadError::Io { .. } => Failure::plain(Exit::Io, error),
-        ReadError::Absent { is_begun: true, .. } => Failure::new(
+        SampleError::Folder(error) => error.into(),
+        SampleError::Io(error) => Failure::plain(Exit::Io, error),
+        SampleError::Absent { is_begun: true, .. } => Failure::new(
             Exit::Io,
             error,
             "it is not finished: run the same `fabkit dataset` with --resume",
         ),
-        ReadError::Absent { .. } => {
+        SampleError::Absent { .. } => {
             Failure::new(Exit::Io, error, "`fabkit dataset SENSOR -o DIR` writes one")
         }
-        ReadError::Damaged { .. } => {
+        SampleError::Damaged { .. } => {
             Failure::new(Exit::Io, error, "delete that file and run `fabkit dataset --resume`")
         }
-        ReadError::Foreign { .. } => {
+        SampleError::Foreign { .. } => {
             Failure::new(Exit::BadInput, error, "read it with the Python package `zarr`")
         }
-        ReadError::OutOfRange { .. } => Failure::plain(Exit::BadInput, error),
+        SampleError::OutOfRange { .. } => Failure::plain(Exit::BadInput, error),
     }
 }

@@ -13,6 +13,7 @@ mod profile;
 mod profiled;
 mod progress;
 mod render;
+mod reread;
 mod schema;
 pub mod show;
 pub mod sweep;

@@ -8,6 +8,7 @@ use fabkit::staging::write_each;
 use serde_json::{Value, json};
 
 use super::Report;
+use crate::authored::{may_replace, signed};
 use crate::cli::Profile;
 use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
@@ -26,9 +27,12 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
     let measured = MeasuredProfile::read(&file, &text, &name)
         .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))?;
 
-    let bytes = measured.profile.to_yaml(&comments(&measured)).into_bytes();
+    let text = signed(&measured.profile.to_yaml(&comments(&measured)));
+    let files = [(args.output.clone(), text.into_bytes())];
+    may_replace(&files, args.force)?;
     interrupt::begin_writing()?;
-    write_each([(args.output.clone(), &bytes[..])], &interrupt::requested)?;
+    let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
+    write_each(files, &interrupt::requested)?;
     Ok(Report {
         text: text_of(&measured, &args.output),
         json: json_of(&measured, &args.output),

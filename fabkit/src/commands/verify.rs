@@ -1,18 +1,25 @@
-//! `fabkit verify SENSOR[/PART]`
+//! `fabkit verify SENSOR[/PART]`, `fabkit verify DIR`
 
 use std::collections::BTreeMap;
+use std::path::{Path, is_separator};
 
 use fabkit::verifier::{Verifier, VerifyOptions};
 use serde_json::{Value, json};
 
-use super::Report;
+use super::{Report, reread};
 use crate::cli::Verify;
 use crate::failure::Failure;
 use crate::roles::Roles;
 use crate::source::Target;
 use crate::table::{Align::Left, table};
 
+/// Unless a kernel is told otherwise, seconds.
+const USUAL_LIMIT_S: u32 = 600;
+
 pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
+    if let Some(folder) = folder(&args.sensor) {
+        return reread::run(args, folder);
+    }
     let target = Target::new(&args.sensor);
     let part = target.part;
     Roles::default().reads("SENSOR", target.file()).writes("--report", &args.report).check()?;
@@ -21,7 +28,7 @@ pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
     let options = VerifyOptions {
         parts: part.map(str::to_owned).into_iter().chain(args.parts.iter().cloned()).collect(),
         kernels: args.kernels.iter().map(|kernel| kernel.word().to_owned()).collect(),
-        limit_s: Some(f64::from(args.limit)),
+        limit_s: Some(args.limit.unwrap_or(USUAL_LIMIT_S).into()),
         keep: args.keep.clone(),
         report: args.report.clone(),
     };
@@ -36,6 +43,13 @@ pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
         "verification": answer,
     });
     Ok(Report { text, json, failed: !passed })
+}
+
+/// The folder that is meant. A built-in sensor's name means the sensor; nobody writes a separator behind
+/// that.
+fn folder(text: &str) -> Option<&Path> {
+    let is_meant = text.ends_with(is_separator) || !Target::new(text).is_builtin();
+    Some(Path::new(text)).filter(|path| is_meant && path.is_dir())
 }
 
 fn words(values: &Value) -> Vec<&str> {

@@ -47,13 +47,12 @@ pub use patterns::{
     read as read_patterns, semi_domes,
 };
 pub use plan::{Plan, Split};
-pub use read::{ReadError, SampleArray};
+pub use read::{SampleArray, SampleError};
 pub use reader::Reader;
 pub use sheet::sheet;
-pub use store::DatasetError;
+pub use store::{DatasetError, KIND};
 
 use crate::resumable::{Folder, FolderError};
-use store::KIND;
 use tiling::Tiling;
 
 /// What is pressed: the same shape on either side of the seam.

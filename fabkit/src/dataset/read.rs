@@ -5,13 +5,15 @@
 //! the sharding codec, little-endian values, Zstandard, checksums; sizes are checked before anybody
 //! computes with them.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::{Element, ZarrArray};
+use rayon::prelude::*;
 
 use super::shard_file::{Fault, ShardFile};
+use crate::reading::{self, ReadError};
 use crate::resumable::{FolderError, read_regular};
 
 /// Longest `zarr.json` of an array.
@@ -19,15 +21,10 @@ pub(super) const MAX_METADATA_BYTES: u64 = 1 << 20;
 
 /// Why a sample cannot be read.
 #[derive(Debug, thiserror::Error)]
-pub enum ReadError {
+pub enum SampleError {
     /// The operating system said no.
-    #[error("cannot read {}: {source}", .path.display())]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Io(#[from] ReadError),
     /// There is no data set.
     #[error("cannot read {}: there is no such file", .path.display())]
     Absent {
@@ -82,19 +79,20 @@ impl SampleArray {
     ///
     /// # Errors
     /// No `zarr.json`, or one that fabkit has not written.
-    pub fn open(folder: &Path) -> Result<Self, ReadError> {
+    pub fn open(folder: &Path) -> Result<Self, SampleError> {
         let path = folder.join("zarr.json");
         let bytes = read_regular(&path, MAX_METADATA_BYTES)?;
-        let absent = || io::Error::from(io::ErrorKind::NotFound);
-        let bytes = bytes.ok_or_else(|| ReadError::Io { path: path.clone(), source: absent() })?;
+        let source = || io::Error::from(io::ErrorKind::NotFound);
+        let absent = || ReadError::Io { path: path.clone(), source: source() };
+        let bytes = bytes.ok_or_else(absent)?;
         Self::of_metadata(folder, &bytes)
     }
 
     /// From the content of its `zarr.json`.
-    pub(super) fn of_metadata(folder: &Path, bytes: &[u8]) -> Result<Self, ReadError> {
+    pub(super) fn of_metadata(folder: &Path, bytes: &[u8]) -> Result<Self, SampleError> {
         let array = ZarrArray::from_metadata(bytes).map_err(|error| {
             let path = folder.join("zarr.json");
-            ReadError::Foreign { path, what: error.to_string() }
+            SampleError::Foreign { path, what: error.to_string() }
         })?;
         Ok(Self::new(folder, array))
     }
@@ -130,17 +128,17 @@ impl SampleArray {
     /// zero.
     ///
     /// # Errors
-    /// [`ReadError`]; a file that is missing, or damaged where this sample lies.
-    pub fn sample(&self, index: usize) -> Result<Vec<u8>, ReadError> {
+    /// [`SampleError`]; a file that is missing, or damaged where this sample lies.
+    pub fn sample(&self, index: usize) -> Result<Vec<u8>, SampleError> {
         let samples = self.shape[0];
         if index >= samples {
-            return Err(ReadError::OutOfRange { index, samples });
+            return Err(SampleError::OutOfRange { index, samples });
         }
         let size = self.element().size();
         let path = self.folder.join(self.array.shard_path((index / self.shard[0]) as u64));
         let fault = |fault| match fault {
-            Fault::Io(source) => ReadError::Io { path: path.clone(), source },
-            Fault::Damaged(what) => ReadError::Damaged { path: path.clone(), what },
+            Fault::Io(source) => ReadError::Io { path: path.clone(), source }.into(),
+            Fault::Damaged(what) => SampleError::Damaged { path: path.clone(), what },
         };
         let mut file = self.shard_file(&path).map_err(fault)?;
         let mut bytes = vec![0; self.shape[1..].iter().product::<usize>() * size];
@@ -160,16 +158,26 @@ impl SampleArray {
 
     /// Every file is there in a data set that is whole, also where all is zero.
     fn shard_file(&self, path: &Path) -> Result<ShardFile<File>, Fault> {
-        match fs::metadata(path) {
-            Ok(found) if found.is_file() => {
-                ShardFile::open(File::open(path)?, found.len(), &self.array)
-            }
-            Ok(_) => Err(Fault::Damaged("it is not a file".into())),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+        match reading::open(path) {
+            Ok((file, length)) => ShardFile::open(file, length, &self.array),
+            Err(ReadError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 Err(Fault::Damaged("it is missing".into()))
             }
-            Err(error) => Err(error.into()),
+            Err(ReadError::Io { source, .. }) => Err(source.into()),
+            Err(_) => Err(Fault::Damaged("it is not a file".into())),
         }
+    }
+
+    /// The name of each file below the array's folder, and what is wrong with the first of its chunks
+    /// that is damaged.
+    pub(super) fn damaged_chunks(&self) -> Vec<(String, String)> {
+        let look = |shard: u64| {
+            let name = self.array.shard_path(shard);
+            let file = self.shard_file(&self.folder.join(&name));
+            let fault = file.and_then(|mut file| file.check(&self.array, shard)).err()?;
+            Some((name, fault.to_string()))
+        };
+        (0..self.array.shards()).into_par_iter().filter_map(look).collect()
     }
 
     /// Copies what one chunk holds of a sample, line by line; chunks may reach beyond the array.
@@ -211,6 +219,8 @@ fn places(counts: &[usize]) -> impl Iterator<Item = Vec<usize>> + use<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use fabkit_export::{zarr_checksum, zarr_pack};
     use serde_json::json;
 
@@ -241,12 +251,12 @@ mod tests {
         for i in 0..5 {
             assert_eq!(read.sample(i).unwrap(), sample(i as u8), "sample {i}");
         }
-        assert!(matches!(read.sample(5), Err(ReadError::OutOfRange { samples: 5, .. })));
+        assert!(matches!(read.sample(5), Err(SampleError::OutOfRange { samples: 5, .. })));
         // One flipped bit, wherever it is, is noticed by those samples whose chunk it is in; in the
         // index, by all of them. So is every byte that is missing.
         let path = folder.path().join(array.shard_path(0));
         let whole = fs::read(&path).unwrap();
-        let is_damaged = |i| matches!(read.sample(i), Err(ReadError::Damaged { .. }));
+        let is_damaged = |i| matches!(read.sample(i), Err(SampleError::Damaged { .. }));
         for bit in 0..8 * whole.len() {
             let mut bytes = whole.clone();
             bytes[bit / 8] ^= 1 << (bit % 8);

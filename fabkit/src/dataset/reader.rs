@@ -1,12 +1,16 @@
 //! A whole data set, read again: everything is compared with what `dataset.json` says of it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::Element;
 use serde_json::Value;
 
-use super::read::{ReadError, SampleArray};
+use super::read::{SampleArray, SampleError};
+use super::shard_file::chunk_bytes;
 use super::store::KIND;
+use crate::failure::Failure;
+use crate::memory;
 use crate::resumable::{Files, files_of};
 
 /// A data set that is whole.
@@ -22,11 +26,11 @@ impl Reader {
     ///
     /// # Errors
     /// No data set, one that is not finished, one of another version, a damaged document.
-    pub fn open(folder: &Path) -> Result<Self, ReadError> {
+    pub fn open(folder: &Path) -> Result<Self, SampleError> {
         let path = folder.join(KIND.document());
         let Some(document) = KIND.read(&path)? else {
             let is_begun = folder.join(KIND.partial("plan.json")).exists();
-            return Err(ReadError::Absent { path, is_begun });
+            return Err(SampleError::Absent { path, is_begun });
         };
         Ok(Self { folder: folder.into(), files: files_of(&document), document })
     }
@@ -40,10 +44,10 @@ impl Reader {
     ///
     /// # Errors
     /// A file that is not of this data set, is missing, or was damaged.
-    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, ReadError> {
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, SampleError> {
         let unknown = || {
             let what = "it is not among the data set's files".into();
-            ReadError::Foreign { path: self.folder.join(name), what }
+            SampleError::Foreign { path: self.folder.join(name), what }
         };
         Ok(self.files.get(name).ok_or_else(unknown)?.read(&self.folder, name)?)
     }
@@ -52,14 +56,14 @@ impl Reader {
     ///
     /// # Errors
     /// Metadata that was damaged, or does not fit the data set.
-    pub fn array(&self, name: &str) -> Result<Option<SampleArray>, ReadError> {
+    pub fn array(&self, name: &str) -> Result<Option<SampleArray>, SampleError> {
         let metadata = format!("{name}/zarr.json");
         if !self.files.contains_key(&metadata) {
             return Ok(None);
         }
         let folder = self.folder.join(name);
         let array = SampleArray::of_metadata(&folder, &self.bytes(&metadata)?)?;
-        let foreign = |what| ReadError::Foreign { path: self.folder.join(&metadata), what };
+        let foreign = |what| SampleError::Foreign { path: self.folder.join(&metadata), what };
         let (shape, expected) = (array.shape(), self.shape(name));
         if expected.as_deref() != Some(shape) {
             let expected = expected.unwrap_or_default();
@@ -76,6 +80,36 @@ impl Reader {
             Some(file) => Err(foreign(format!("{file} is not among the data set's files"))),
             None => Ok(Some(array)),
         }
+    }
+
+    /// Looks at every chunk of every array: names of damaged files, and what is wrong with each.
+    ///
+    /// # Errors
+    /// Chunks that need more memory than is allowed.
+    pub fn damaged_chunks(&self) -> Result<BTreeMap<String, String>, Failure> {
+        let mut damaged = BTreeMap::new();
+        for name in self.files.keys().filter_map(|name| name.strip_suffix("/zarr.json")) {
+            // Groups have no values.
+            if !name.contains('/') {
+                continue;
+            }
+            let array = match self.array(name) {
+                Ok(Some(array)) => array,
+                Ok(None) => continue,
+                Err(error) => {
+                    damaged.insert(format!("{name}/zarr.json"), error.to_string());
+                    continue;
+                }
+            };
+            // Packed and unpacked.
+            let bytes = 2 * chunk_bytes(array.array()) as u64;
+            let less = "read the data set on a machine with more";
+            let found = memory::on_workers("reading a chunk", 0, bytes, less, || {
+                Ok(array.damaged_chunks())
+            })?;
+            damaged.extend(found.into_iter().map(|(file, why)| (format!("{name}/{file}"), why)));
+        }
+        Ok(damaged)
     }
 
     /// The shape that the plan gives an array.
@@ -155,7 +189,7 @@ mod tests {
                 let made_up = folder(edit);
                 let array = Reader::open(made_up.path()).unwrap().array("halves/label");
                 match array {
-                    Err(ReadError::Foreign { .. }) => {}
+                    Err(SampleError::Foreign { .. }) => {}
                     Err(other) => panic!("{places:?}[{axis}] = {number}: {other}"),
                     // Only how samples are shared out among files and chunks, and then files are
                     // not as that says.
@@ -165,7 +199,7 @@ mod tests {
                         let is_same = *places == [chunk] && axis == 0 && number == 1;
                         let read = array.unwrap().sample(1);
                         assert!(
-                            is_same || matches!(read, Err(ReadError::Damaged { .. })),
+                            is_same || matches!(read, Err(SampleError::Damaged { .. })),
                             "{shown}"
                         );
                     }
@@ -178,10 +212,10 @@ mod tests {
     fn what_is_no_data_set_is_told_from_what_is_not_finished() {
         let root = tempfile::tempdir().unwrap();
         let open = || Reader::open(root.path()).unwrap_err();
-        assert!(matches!(open(), ReadError::Absent { is_begun: false, .. }));
+        assert!(matches!(open(), SampleError::Absent { is_begun: false, .. }));
         fs::create_dir(root.path().join("dataset.partial")).unwrap();
         fs::write(root.path().join("dataset.partial/plan.json"), "").unwrap();
-        assert!(matches!(open(), ReadError::Absent { is_begun: true, .. }));
+        assert!(matches!(open(), SampleError::Absent { is_begun: true, .. }));
         fs::write(root.path().join("dataset.json"), "{\"version\": 1}").unwrap();
         assert!(open().to_string().contains("version 1 of a data set"), "{}", open());
         fs::write(root.path().join("dataset.json"), "{\"version\": 2}").unwrap();

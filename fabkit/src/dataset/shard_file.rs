@@ -1,6 +1,7 @@
 //! One file of an array: chunks, and an index of where they lie. Nothing of it is believed that has
 //! no checksum, and nothing is read that does not lie in it.
 
+use std::fmt;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use fabkit_export::{DamagedChunk, ZarrArray, zarr_checksum, zarr_most_packed, zarr_unpack};
@@ -16,6 +17,15 @@ pub(super) enum Fault {
     Io(io::Error),
     /// What is wrong with the file.
     Damaged(String),
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Io(error) => error.fmt(f),
+            Self::Damaged(what) => what.fmt(f),
+        }
+    }
 }
 
 impl From<io::Error> for Fault {
@@ -78,17 +88,25 @@ impl<F: Read + Seek> ShardFile<F> {
     }
 }
 
+impl<F: Read + Seek> ShardFile<F> {
+    /// Looks at every chunk, one after the other.
+    pub(super) fn check(&mut self, array: &ZarrArray, shard: u64) -> Result<(), Fault> {
+        let chunk = chunk_bytes(array);
+        let samples = array.samples_of(shard);
+        for number in 0..(samples.end - samples.start) * array.chunks_per_sample() {
+            self.chunk(number as usize, chunk)?;
+        }
+        Ok(())
+    }
+}
+
+/// What one chunk is unpacked.
+pub(super) fn chunk_bytes(array: &ZarrArray) -> usize {
+    array.chunk_shape.iter().product::<u64>() as usize * array.element.size()
+}
+
 /// Looks at every chunk of a file that somebody else made.
 pub(super) fn check(array: &ZarrArray, shard: u64, bytes: &[u8]) -> Result<(), String> {
-    let text = |fault| match fault {
-        Fault::Io(error) => error.to_string(),
-        Fault::Damaged(what) => what,
-    };
-    let mut file = ShardFile::open(Cursor::new(bytes), bytes.len() as u64, array).map_err(text)?;
-    let chunk = array.chunk_shape.iter().product::<u64>() as usize * array.element.size();
-    let samples = array.samples_of(shard);
-    for number in 0..(samples.end - samples.start) * array.chunks_per_sample() {
-        file.chunk(number as usize, chunk).map_err(text)?;
-    }
-    Ok(())
+    let file = ShardFile::open(Cursor::new(bytes), bytes.len() as u64, array);
+    file.and_then(|mut file| file.check(array, shard)).map_err(|fault| fault.to_string())
 }

@@ -6,11 +6,11 @@ use fabkit_export::ExportError;
 use serde_json::Map;
 
 use super::OnProgress;
-use super::read::ReadError;
+use super::read::SampleError;
 use crate::resumable::{Folder, FolderError, Kind};
 
 /// A data set's folder. Version 1 had no checksums.
-pub(super) const KIND: Kind = Kind { what: "data set", name: "dataset", version: 2 };
+pub const KIND: Kind = Kind { what: "data set", name: "dataset", version: 2 };
 
 /// Why there is no data set.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum DatasetError {
     Export(#[from] ExportError),
     /// A half that an earlier run wrote cannot be read again.
     #[error(transparent)]
-    Read(#[from] ReadError),
+    Read(#[from] SampleError),
     /// Somebody else sent a file that is none of this data set's.
     #[error("a worker sent `{name}`, {what}")]
     Stranger {

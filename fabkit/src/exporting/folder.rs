@@ -6,17 +6,20 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::{FileEntry, Manifest, OtherFile, Otherness, PartEntry, ProfileEntry};
 
 use super::{Exported, MANIFEST_NAME, manifest_file};
 use crate::exporting::ExportFailure;
+use crate::reading::{self, Expected, ReadError};
+use crate::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
 use crate::staging::{OutputFile, StagingError, Transaction};
 
-/// Longest manifest that is read.
-const MAX_MANIFEST_BYTES: u64 = 64 << 20;
+/// A list of contents.
+const MANIFEST: Expected =
+    Expected { what: "a manifest", max_bytes: MAX_DOCUMENT_BYTES, hint: "it is none of fabkit's" };
 
 /// What may be done to files that are there already.
 #[derive(Clone, Copy, Debug, Default)]
@@ -157,9 +160,13 @@ impl Merged {
     ) -> Result<Self, StagingError> {
         let mut manifest = exported.manifest.clone();
         let old = old_manifest(folder)?;
-        let may_replace_manifest = how.force || !matches!(old, Old::NotOurs);
-        if !may_replace_manifest {
-            refusals.push(Refusal::Foreign(folder.join(MANIFEST_NAME)));
+        if !how.force {
+            let place = || folder.join(MANIFEST_NAME);
+            match old {
+                Old::NotOurs => refusals.push(Refusal::Foreign(place())),
+                Old::Changed => refusals.push(Refusal::Changed(place())),
+                Old::Nothing | Old::Ours(_) => {}
+            }
         }
         let old = if let Old::Ours(old) = old { Some(*old) } else { None };
         if let Some(old) = old.as_ref().filter(|old| old.sensor != manifest.sensor && !how.clean) {
@@ -274,26 +281,30 @@ fn add_profiled(manifest: &mut Manifest, old: Option<ProfileEntry>, order: &[Str
 enum Old {
     Nothing,
     Ours(Box<Manifest>),
+    /// Fabkit wrote it, and it is not what fabkit wrote.
+    Changed,
     NotOurs,
 }
 
 fn old_manifest(folder: &Path) -> Result<Old, StagingError> {
     let path = folder.join(MANIFEST_NAME);
-    let unreadable = |source| StagingError::Io { action: "read", path: path.clone(), source };
-    let mut bytes = Vec::new();
-    match fs::metadata(&path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Old::Nothing),
-        Err(error) => return Err(unreadable(error)),
-        Ok(found) if !found.is_file() || found.len() > MAX_MANIFEST_BYTES => {
-            return Ok(Old::NotOurs);
+    let bytes = match reading::read(&path, MANIFEST) {
+        Ok(bytes) => bytes,
+        Err(ReadError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+            return Ok(Old::Nothing);
         }
-        Ok(_) => {
-            let file = File::open(&path).map_err(unreadable)?;
-            file.take(MAX_MANIFEST_BYTES).read_to_end(&mut bytes).map_err(unreadable)?;
+        Err(ReadError::Io { path, source }) => {
+            return Err(StagingError::Io { action: "read", path, source });
         }
-    }
-    let manifest = Manifest::from_json(&bytes).map(Box::new);
-    Ok(manifest.map_or(Old::NotOurs, Old::Ours))
+        Err(_) => return Ok(Old::NotOurs),
+    };
+    Ok(match unseal(&bytes) {
+        Err(SealError::Other) => Old::Changed,
+        // Without a seal, old versions wrote it.
+        Ok(_) | Err(SealError::None) => {
+            Manifest::from_json(&bytes).map_or(Old::NotOurs, |manifest| Old::Ours(manifest.into()))
+        }
+    })
 }
 
 /// A manifest that somebody wrote by hand reaches no other folder.

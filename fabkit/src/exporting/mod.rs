@@ -34,6 +34,7 @@ use crate::bodies::{self, UnknownName};
 use crate::identity::design_hash;
 use crate::memory;
 use crate::pictures::{self, Shot};
+use crate::resumable::seal_text;
 use crate::staging::OutputFile;
 
 /// Most triangles that one export may have, copies on plates included.
@@ -113,11 +114,17 @@ fn file_entry(
 }
 
 fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportFailure> {
-    let name = MANIFEST_NAME.to_owned();
-    match manifest.to_json() {
-        Ok(bytes) => Ok(OutputFile { name, bytes }),
-        Err(source) => Err(ExportFailure::Write { file: name, source }),
-    }
+    Ok(OutputFile { name: MANIFEST_NAME.to_owned(), bytes: manifest_bytes(manifest)? })
+}
+
+/// The content of `manifest.json`: the document, and the hash of all of it as its last key.
+///
+/// # Errors
+/// [`ExportFailure::Write`] if the encoder refuses.
+pub fn manifest_bytes(manifest: &Manifest) -> Result<Vec<u8>, ExportFailure> {
+    let failed = |source| ExportFailure::Write { file: MANIFEST_NAME.to_owned(), source };
+    let text = manifest.to_json().map_err(failed)?;
+    Ok(seal_text(&String::from_utf8_lossy(&text)))
 }
 
 /// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,

@@ -23,8 +23,8 @@ use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 pub use error::{FolderError, differences};
-pub use piece::{Piece, State, read_regular};
-pub use seal::{SealError, seal, unseal};
+pub use piece::{Piece, State, is_plain, read_regular};
+pub use seal::{SealError, seal, seal_text, unseal};
 
 use crate::staging::FolderLock;
 
@@ -164,7 +164,7 @@ impl Folder {
         for ((name, piece), state) in noted.into_iter().zip(states) {
             match state {
                 State::Right => drop(done.insert(name, piece)),
-                State::Other => damaged.push(name),
+                State::Other(_) => damaged.push(name),
                 State::Missing => {}
             }
         }

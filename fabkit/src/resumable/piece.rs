@@ -1,6 +1,6 @@
 //! One file of a folder: what is noted of it, and whether it is still that.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
@@ -8,6 +8,7 @@ use blake3::Hash;
 use serde_json::{Value, json};
 
 use super::FolderError;
+use crate::reading::{self, Expected, ReadError};
 
 /// Size and hash of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,14 +18,14 @@ pub struct Piece {
 }
 
 /// What became of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
     /// It is what was written.
     Right,
     /// Nothing has its name.
     Missing,
-    /// Something else has its name: other bytes, a folder, a link, a pipe.
-    Other,
+    /// Something else has its name: other bytes, a folder, a link, a pipe. What is wrong with it.
+    Other(String),
 }
 
 impl Piece {
@@ -53,19 +54,41 @@ impl Piece {
         Some(Self { bytes: value["bytes"].as_u64()?, hash })
     }
 
-    /// Looks at a file. Nothing that is no file of the noted size is opened.
-    pub(super) fn state(&self, folder: &Path, name: &str) -> Result<State, FolderError> {
-        if link_on_the_way(folder, name)?.is_some() {
-            return Ok(State::Other);
+    /// As another program's list has it: size, and BLAKE3 in hex.
+    pub fn listed(bytes: u64, blake3: &str) -> Option<Self> {
+        Some(Self { bytes, hash: Hash::from_hex(blake3).ok()? })
+    }
+
+    /// Its size.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Looks at a file. Nothing that is no file of the noted size is opened, and no link is followed
+    /// on the way.
+    ///
+    /// # Errors
+    /// [`FolderError::Io`].
+    pub fn state(&self, folder: &Path, name: &str) -> Result<State, FolderError> {
+        let other = |what: String| Ok(State::Other(what));
+        if let Some(link) = link_on_the_way(folder, name)? {
+            return other(format!("{} is a symbolic link", link.display()));
         }
         let path = folder.join(name);
         match fs::symlink_metadata(&path) {
-            Ok(found) if !found.is_file() || found.len() != self.bytes => Ok(State::Other),
+            Ok(found) if !found.is_file() => other("it is not a file".into()),
+            Ok(found) if found.len() != self.bytes => {
+                other(format!("it has {} bytes, and was written with {}", found.len(), self.bytes))
+            }
             Ok(_) => {
                 let mut hasher = blake3::Hasher::new();
                 let mut buffer = vec![0; 128 << 10];
                 let read = |e| FolderError::io("read", &path, e);
-                let mut file = File::open(&path).map_err(read)?.take(self.bytes + 1);
+                let mut file = match reading::open(&path) {
+                    Ok((file, _)) => file.take(self.bytes + 1),
+                    Err(ReadError::Io { source, .. }) => return Err(read(source)),
+                    Err(error) => return other(error.to_string()),
+                };
                 loop {
                     match file.read(&mut buffer) {
                         Ok(0) => break,
@@ -74,8 +97,10 @@ impl Piece {
                         Err(error) => return Err(read(error)),
                     }
                 }
-                let is_right = hasher.finalize() == self.hash;
-                Ok(if is_right { State::Right } else { State::Other })
+                match hasher.finalize() == self.hash {
+                    true => Ok(State::Right),
+                    false => other("its checksum is another".into()),
+                }
             }
             Err(error) if is_absent(&error) => Ok(State::Missing),
             Err(error) => Err(FolderError::io("look at", &path, error)),
@@ -106,22 +131,17 @@ impl Piece {
 /// # Errors
 /// [`FolderError::Damaged`] for what is no file, or too long; [`FolderError::Io`].
 pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, FolderError> {
-    let failed = |e| FolderError::io("read", path, e);
-    let damaged = |what| FolderError::Damaged { path: path.into(), what };
-    let found = match fs::metadata(path) {
-        Ok(found) => found,
-        Err(error) if is_absent(&error) => return Ok(None),
-        Err(error) => return Err(failed(error)),
-    };
-    if !found.is_file() {
-        return Err(damaged("it is not a file".into()));
+    let damaged = |what| Err(FolderError::Damaged { path: path.into(), what });
+    match reading::read(path, Expected { what: "it", max_bytes, hint: "" }) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(ReadError::Io { source, .. }) if is_absent(&source) => Ok(None),
+        Err(ReadError::Io { source, .. }) => Err(FolderError::io("read", path, source)),
+        Err(ReadError::NotAFile { found, .. }) => damaged(format!("it is {found}, not a file")),
+        Err(ReadError::TooLarge { found, .. }) => {
+            damaged(format!("it has {found} bytes; it had at most {max_bytes}"))
+        }
+        Err(error @ ReadError::NotText { .. }) => damaged(error.to_string()),
     }
-    if found.len() > max_bytes {
-        return Err(damaged(format!("it has {} bytes; it had at most {max_bytes}", found.len())));
-    }
-    let mut bytes = Vec::with_capacity(found.len() as usize);
-    File::open(path).map_err(failed)?.take(max_bytes).read_to_end(&mut bytes).map_err(failed)?;
-    Ok(Some(bytes))
 }
 
 fn is_absent(error: &io::Error) -> bool {
@@ -129,7 +149,7 @@ fn is_absent(error: &io::Error) -> bool {
 }
 
 /// Whether a name stays within its folder on any system, and on one line.
-pub(super) fn is_plain(name: &str) -> bool {
+pub fn is_plain(name: &str) -> bool {
     let is_normal = |part: Component| matches!(part, Component::Normal(_));
     let is_clean = |c: char| !c.is_control() && !['\\', ':'].contains(&c);
     !name.is_empty()

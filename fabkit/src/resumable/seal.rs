@@ -32,9 +32,13 @@ pub enum SealError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn seal(document: &Map<String, Value>) -> Vec<u8> {
-    let mut text = format!("{:#}", Value::Object(document.clone()));
-    // An empty object is `{}`, any other one ends with a line of its own.
-    text.truncate(text.trim_end_matches(['\n', '}']).len());
+    seal_text(&format!("{:#}", Value::Object(document.clone())))
+}
+
+/// The same of a document that is text already: an object that is not empty, with a line for each key.
+pub fn seal_text(text: &str) -> Vec<u8> {
+    let text = text.trim_end_matches('\n');
+    let mut text = text.strip_suffix('}').unwrap_or(text).trim_end_matches('\n').to_owned();
     let hash = blake3::hash(text.as_bytes()).to_hex();
     text += BEFORE;
     text += &hash;
@@ -66,7 +70,7 @@ mod tests {
 
     #[test]
     fn every_flipped_bit_and_every_cut_is_noticed() {
-        let document = json!({ "a": { "b": [1, 2.5, "}\n}"] }, "z": "}", "files": {} });
+        let document = json!({ "a": { "b": [1, 2.5, "}\n}"] }, "z": { "files": {} } });
         let sealed = seal(document.as_object().unwrap());
         let whole: Value = serde_json::from_slice(&sealed).unwrap();
         assert_eq!(whole["a"], document["a"], "it is JSON");

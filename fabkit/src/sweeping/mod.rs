@@ -27,7 +27,7 @@ use crate::resumable::FolderError;
 use crate::source::{MAX_YAML_BYTES, Source};
 use crate::staging::write_all;
 
-pub use store::{Finished, Store, SweepError};
+pub use store::{Finished, KIND, Store, SweepError};
 
 /// Most rows that a run that is killed loses, for each thread.
 const MOST_TOGETHER: usize = 16;

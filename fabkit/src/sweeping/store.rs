@@ -12,7 +12,7 @@ use crate::resumable::{Files, Folder, FolderError, Kind, Piece};
 use crate::staging::{OutputFile, StagingError};
 
 /// A sweep's folder. Version 1 had no checksums.
-const KIND: Kind = Kind { what: "sweep", name: "sweep", version: 2 };
+pub const KIND: Kind = Kind { what: "sweep", name: "sweep", version: 2 };
 /// What the names of rows' files begin with.
 const ROWS: &str = "rows-";
 

@@ -1,6 +1,5 @@
 //! The commands that are disturbed, and how each is tried out.
 
-use std::fmt::Write;
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::Trial;
+use super::inputs::{CAMERA, SWEEP, captures, corners, lens_of};
 use super::judge::{self, Files};
 use super::shim::{self, Fault, KINDS};
 
@@ -18,12 +18,6 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Done, a limit, a file that cannot be read as what it should be, files.
 const DOCUMENTED: [i32; 4] = [0, 2, 3, 4];
-
-const CAMERA: &str = "fabkit_camera: 1\nwidth_px: 96\nheight_px: 72\nlens:\n  \
-                      model: kannala-brandt\n  fx_px: 43\n  fy_px: 43\n  cx_px: 47.5\n  \
-                      cy_px: 35.5\n  k1: 0\n  k2: 0\n  k3: 0\n  k4: 0\n";
-const SWEEP: &str = "format: 1\nsensor: rtac0\naxes:\n  camera.depth: {from: 6 mm, to: 8 mm, \
-                     steps: 3}\nmetrics: [marker_count]\n";
 
 /// What a command does with its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,9 +86,28 @@ pub fn all(fabkit: &Path, scratch: &Path) -> Result<Vec<Scenario>, String> {
     let calibrate = "calibrate intrinsics rtac0 --board board.json --corners corners.csv --model \
                      kannala-brandt -o out/camera.yaml --report out/report/lens.html --set \
                      camera.field_of_view";
-    let dataset = "dataset rtac0 --camera camera.yaml --presses list.txt --resume -o out";
+    let (landmarks, captures) = captures();
+    let (lens_a, lens_b) = (lens_of(229.18), lens_of(228.0));
+    let pins = [
+        ("a.yaml", lens_a.as_str()),
+        ("b.yaml", &lens_b),
+        ("landmarks.json", &landmarks),
+        ("captures/captures.csv", &captures),
+    ];
+    let extrinsics = "calibrate extrinsics rtac0 --captures captures --landmarks landmarks.json -o \
+                      out/pose.yaml --report out/report/pose.html --camera";
+    let dataset = "dataset rtac0 --camera camera.yaml --resume -o out --presses";
     let list = "a = hemisphere@20deg,0deg,0.5mm\nb = hemisphere@40deg,0deg,1mm\n";
-    let pressed = [camera[0], ("list.txt", list)];
+    let other = "a = hemisphere@30deg,0deg,0.5mm\nb = hemisphere@10deg,0deg,1mm\n";
+    let pressed = [camera[0], ("list.txt", list), ("other.txt", other)];
+    let mut dataset_of =
+        make("dataset", Kind::Resumable, &pressed, "", &format!("{dataset} list.txt"));
+    dataset_of.rivals = rivals(dataset, "list.txt", "other.txt");
+    let other = SWEEP.replace("8 mm", "9 mm");
+    let plans = [("sweep.yaml", SWEEP), ("other.yaml", &other)];
+    let sweep = "sweep --resume -o out";
+    let mut sweep_of = make("sweep", Kind::Resumable, &plans, "", &format!("{sweep} sweep.yaml"));
+    sweep_of.rivals = rivals(sweep, "sweep.yaml", "other.yaml");
     Ok(vec![
         set,
         make(
@@ -111,15 +124,21 @@ pub fn all(fabkit: &Path, scratch: &Path) -> Result<Vec<Scenario>, String> {
             &format!("{calibrate}=150deg --set camera.depth=7mm"),
             &format!("{calibrate}=140deg"),
         ),
-        make("dataset", Kind::Resumable, &pressed, "", dataset),
         make(
-            "sweep",
-            Kind::Resumable,
-            &[("sweep.yaml", SWEEP)],
-            "",
-            "sweep sweep.yaml --resume -o out",
+            "extrinsics",
+            Kind::Set,
+            &pins,
+            &format!("{extrinsics} a.yaml"),
+            &format!("{extrinsics} b.yaml"),
         ),
+        dataset_of,
+        sweep_of,
     ])
+}
+
+/// Three that want the same, and one that wants something else.
+fn rivals(command: &str, same: &str, other: &str) -> Vec<Vec<String>> {
+    [same, same, other, same].iter().map(|input| words(&format!("{command} {input}"))).collect()
 }
 
 /// The board that the corners are of, as fabkit writes it.
@@ -135,24 +154,6 @@ fn board(fabkit: &Path, scratch: &Path) -> Result<String, String> {
     let first =
         boards.first().ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())?;
     fs::read_to_string(first).map_err(|e| e.to_string())
-}
-
-/// What an equidistant lens of 286 px sees from six sides of some corners of that board: 25 in a row,
-/// 10 mm apart, the first at (10, 10) mm.
-fn corners() -> String {
-    let mut text = String::from("view,corner,x_px,y_px\n");
-    for view in 0..6 {
-        let (turn, tilt) = (f64::from(view) * 1.1, 0.3 + 0.05 * f64::from(view));
-        for (column, row) in (0..28).map(|i| (4 * (i % 7), 5 * (i / 7))) {
-            let (x, y) = (f64::from(column) * 10.0 - 120.0, f64::from(row) * 10.0 - 75.0);
-            let (u, v) = (x * turn.cos() - y * turn.sin(), x * turn.sin() + y * turn.cos());
-            let (y, z) = (v * tilt.cos(), 170.0 + v * tilt.sin());
-            let (r, angle) = (u.hypot(y).max(1e-9), u.hypot(y).atan2(z));
-            let (px, py) = (319.5 + 286.0 * angle * u / r, 239.5 + 286.0 * angle * y / r);
-            let _ = writeln!(text, "view {view},{},{px:.4},{py:.4}", row * 25 + column);
-        }
-    }
-    text
 }
 
 static NUMBER: AtomicUsize = AtomicUsize::new(0);
@@ -209,7 +210,7 @@ impl Scenario {
             fs::create_dir_all(folder).and_then(|()| fs::write(&path, bytes)).map_err(text)?;
         }
         let judged = match trial {
-            Trial::Crowd => self.crowd(&place),
+            Trial::Crowd(part) => self.crowd(&place, *part),
             _ => self.disturb(trial, shim, &place),
         };
         if judged.is_ok() {
@@ -258,18 +259,40 @@ impl Scenario {
         Ok(())
     }
 
-    fn crowd(&self, place: &Path) -> Result<(), String> {
+    fn crowd(&self, place: &Path, part: f64) -> Result<(), String> {
         let spawn = |rival: &Vec<String>| self.command(place, rival).spawn().map_err(text);
+        if self.kind == Kind::Resumable && part > 0.0 {
+            wait_for(spawn(&self.arguments)?, self.usual.mul_f64(part), true)?;
+        }
         let children: Vec<Child> = self.rivals.iter().map(spawn).collect::<Result<_, _>>()?;
+        // The folder is in use; where pieces are added, it may also be another's.
+        let usual: &[i32] = if self.kind == Kind::Set { &[0, 4] } else { &[0, 2, 4] };
+        let mut has_finished = false;
         for child in children {
             let status = wait_for(child, PATIENCE, false)?;
-            if !matches!(status.code(), Some(0 | 4)) {
+            if !status.code().is_some_and(|code| usual.contains(&code)) {
                 return Err(format!("one of several at once: {status}"));
             }
+            has_finished |= status.success();
         }
-        let after = judge::files(&place.join("out"));
-        let is_one = self.rival_files.contains(&after);
-        if is_one { Ok(()) } else { Err("a mixture of several runs".into()) }
+        let is_one = || self.rival_files.contains(&judge::files(&place.join("out")));
+        if is_one() {
+            return Ok(());
+        }
+        if has_finished || self.kind == Kind::Set {
+            return Err("a mixture of several runs".into());
+        }
+        // Each may have been kept out by one that then found the folder to be another's. Alone, one
+        // of them goes on with what is there.
+        let mut refusals = Vec::new();
+        for rival in &self.rivals {
+            match self.run_well(place, rival) {
+                Ok(()) if is_one() => return Ok(()),
+                Ok(()) => return Err("a mixture of several runs, after the next one".into()),
+                Err(why) => refusals.push(why),
+            }
+        }
+        Err(format!("nobody can go on after several runs at once: {}", refusals.join("; ")))
     }
 
     /// A folder of its own with the inputs.
@@ -278,7 +301,9 @@ impl Scenario {
         let place = self.scratch.join(format!("{}-{number}", self.name));
         fs::create_dir_all(&place).map_err(text)?;
         for (name, content) in &self.inputs {
-            fs::write(place.join(name), content).map_err(text)?;
+            let path = place.join(name);
+            let folder = path.parent().unwrap_or(&place);
+            fs::create_dir_all(folder).and_then(|()| fs::write(&path, content)).map_err(text)?;
         }
         Ok(place)
     }

@@ -15,6 +15,7 @@ use fabkit::staging::write_each;
 
 use super::captures::{self, Captures};
 use super::{Report, pose_file};
+use crate::authored::may_replace;
 use crate::cli::CalibrateExtrinsics;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
@@ -117,6 +118,7 @@ fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<()
     // The report first: a pose that is there has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
     let files: Vec<_> = html.into_iter().chain(pose_file::files(&args.output, report)?).collect();
+    may_replace(&files, args.force)?;
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
     Ok(write_each(files, &interrupt::requested)?)

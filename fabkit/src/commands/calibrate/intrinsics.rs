@@ -11,6 +11,7 @@ use fabkit::staging::write_each;
 
 use super::Report;
 use super::boards::{self, Views};
+use crate::authored::{may_replace, signed};
 use crate::cli::CalibrateIntrinsics;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
@@ -90,10 +91,12 @@ fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<()
     let camera =
         files::write(&report.calibration.estimate, Format::Fabkit).map_err(Failure::bug)?;
     // The report first: a camera that is there has its report.
-    let html = args.report.as_ref().map(|path| (path, report.to_html()));
-    let files: Vec<_> = html.into_iter().chain([(&args.output, camera)]).collect();
+    let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
+    let camera = (args.output.clone(), signed(&camera).into_bytes());
+    let files: Vec<_> = html.into_iter().chain([camera]).collect();
+    may_replace(&files, args.force)?;
     interrupt::begin_writing()?;
-    let files = files.iter().map(|(path, text)| (path.to_path_buf(), text.as_bytes()));
+    let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
     Ok(write_each(files, &interrupt::requested)?)
 }
 

@@ -7,6 +7,7 @@ use fabkit::calibration::report::ExtrinsicsReport;
 use fabkit::camera::POSE_PARAMETERS;
 use fabkit::camera::files::{self, FiledJoint, Format, list};
 
+use crate::authored::signed;
 use crate::failure::{Exit, Failure};
 
 /// `pose.yaml` and the camera that belongs to it.
@@ -25,7 +26,8 @@ pub fn files(
     let estimate = report.calibration.joint.camera_estimate();
     let camera_text = files::write(&estimate, Format::Fabkit).map_err(Failure::bug)?;
     let text = text(report, camera_name);
-    Ok(vec![(camera_place, camera_text.into_bytes()), (output.to_owned(), text.into_bytes())])
+    let camera = (camera_place, signed(&camera_text).into_bytes());
+    Ok(vec![camera, (output.to_owned(), signed(&text).into_bytes())])
 }
 
 /// Where the camera of a pose goes: `pose.camera.yaml` for `pose.yaml`.

@@ -170,6 +170,20 @@ impl Screw {
         }
     }
 
+    /// Its name among a sensor's bodies, for example `screw-m1-6x5`.
+    pub fn name(&self) -> String {
+        format!("screw-m{}x{}", self.thread_mm, self.length_mm).replace('.', "-")
+    }
+
+    /// How it is ordered, for example `pan head screw ISO 7045 M1.6x5`.
+    pub fn ordered(&self) -> String {
+        let head = match self.head {
+            Head::Pan => "pan head",
+            Head::Countersunk => "countersunk",
+        };
+        format!("{head} screw {} M{}x{}", self.standard(), self.thread_mm, self.length_mm)
+    }
+
     /// Diameter of the countersink at the surface, mm, for a countersunk head with `gap_mm` to
     /// spare on each side; of the hole for other heads.
     pub fn sink_diameter_mm(&self, gap_mm: f64) -> f64 {

@@ -3,6 +3,7 @@
 use fabkit_geometry::Sensor;
 
 mod assembling;
+mod blocks;
 mod families;
 mod fits;
 pub mod hardware;

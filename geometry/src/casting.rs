@@ -24,6 +24,15 @@ pub struct Step {
     pub source: String,
 }
 
+impl Step {
+    /// More bodies that it needs.
+    #[must_use]
+    pub fn also(mut self, bodies: impl IntoIterator<Item = String>) -> Self {
+        self.bodies.extend(bodies);
+        self
+    }
+}
+
 /// What a step does.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {

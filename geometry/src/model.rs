@@ -129,6 +129,31 @@ impl Shells {
     }
 }
 
+/// What a feature does to the body that it is cut into.
+#[derive(Clone, Debug, Default)]
+pub struct Cut {
+    /// What is cut away, in the frame of the body.
+    pub tools: Vec<Solid>,
+    /// Points that others rely on, in the frame of the body.
+    pub landmarks: Vec<Landmark>,
+    /// Through holes and handles that it adds.
+    pub handles: i32,
+}
+
+impl Cut {
+    /// So many handles more.
+    #[must_use]
+    pub fn with_handles(self, handles: i32) -> Self {
+        Self { handles: self.handles + handles, ..self }
+    }
+
+    /// Without points that others rely on.
+    #[must_use]
+    pub fn unmarked(self) -> Self {
+        Self { landmarks: Vec::new(), ..self }
+    }
+}
+
 /// What a lab does to have a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {
@@ -299,6 +324,13 @@ impl Body {
     pub fn marked(mut self, landmarks: impl IntoIterator<Item = Landmark>) -> Self {
         self.landmarks.extend(landmarks);
         self
+    }
+
+    /// With a feature cut into it.
+    #[must_use]
+    pub fn cut(mut self, cut: Cut) -> Self {
+        self.solid = self.solid.minus_all(cut.tools);
+        self.marked(cut.landmarks).with_handles(cut.handles)
     }
 
     /// How it lies on the bed.

@@ -34,6 +34,19 @@ impl HeatSetNut {
     /// Play of the screw in the modelled bore, mm per side: a thread that neither binds nor shows.
     const BORE_PLAY_MM: f64 = 0.02;
 
+    /// Its name among a sensor's bodies, for example `nut-m2`.
+    pub fn name(&self) -> String {
+        format!("nut-m{}", self.thread_mm)
+    }
+
+    /// How it is ordered.
+    pub fn ordered(&self) -> String {
+        format!(
+            "heat-set nut M{} as {}, {} mm outside, {} mm long, hole {} mm",
+            self.thread_mm, self.maker, self.diameter_mm, self.length_mm, self.hole_mm
+        )
+    }
+
     /// The nut.
     pub fn solid(&self) -> Solid {
         let bore = self.thread_mm / 2.0 + Self::BORE_PLAY_MM;

@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Spray, Step, Vector3};
 
+use super::joints::Joints;
 use super::layout::Layout;
 use super::mold::{Cavity, vent_poses};
 use super::parameters::Dome;
@@ -33,6 +34,7 @@ fn free_surface(radius_mm: f64) -> Opening {
 pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
     let [transparent, translucent] = cavities(p, layout);
     let form = FormLayout::new(p, layout);
+    let joints = Joints::new(p, layout);
     // Molds and tube are used tip down.
     let up = -Vector3::z();
     let halves_apart = |a: &str, b: &str| vec![rigid(a, -Vector3::x()), rigid(b, Vector3::x())];
@@ -58,7 +60,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
             "optional, for a smoother transparent gel: hang the glass tube into the cup by the bridge \
              and pour silicone around it",
             Some(FORM),
-            &["form-cup", "form-bridge", "form-tube", "screw-m3x4"],
+            &["form-cup", "form-bridge", "form-tube"],
             Action::Pour(Pour {
                 layer: "silicone-mold".into(),
                 walls: names(&["form-cup", "form-tube"]),
@@ -69,7 +71,8 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
                 cure: Cure { hours: 6.0, celsius: 23.0 },
             }),
             "III-B.1, figure 4 b2; cure time from the material's data sheet",
-        ),
+        )
+        .also(joints.form.names()),
         step(
             "prime",
             "clean the tube and prime it with PR-1200 RTV; spray the mold with Ease Release 200",
@@ -201,12 +204,18 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
         ),
         step(
             "assemble",
-            "press the LED board in from below, screw the camera to the base, push the base in, join \
-             both with three M2 screws",
+            format!(
+                "press the LED board in from below, screw the camera to the base, push the base in, \
+                 join both with {} M{} screws",
+                joints.shell_base.poses.len(),
+                joints.shell_base.screw.thread_mm
+            ),
             Some(SENSOR),
-            &["led-board", "led", "camera", "screw-m1-6x5", "base", "nut-m2", "screw-m2x4"],
+            &["led-board", "led", "camera", "base"],
             Action::Assemble,
             "III-B.2 to III-B.4",
-        ),
+        )
+        .also(joints.camera.names())
+        .also(joints.shell_base.names()),
     ]
 }

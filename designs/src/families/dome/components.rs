@@ -4,18 +4,20 @@ use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Color, Path, Placement, Pose, Process, Solid, Vector3,
 };
 
-use super::housing::{camera_screw_poses, joint_nut_pose, joint_pose, led_pose, relief_edge_mm};
+use super::housing::{led_poses, relief_edge_mm};
+use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_shell;
-use super::tooling::{FormLayout, form_screw_poses, groove_radius_mm};
-use super::{AssemblyName, COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
+use super::tooling::{FormLayout, groove_radius_mm};
+use super::{
+    AssemblyName, COATING, FORM, JOINING, SENSOR, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor,
+};
+use crate::blocks::STEEL;
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{Dowel, HeatSetNut, ORing, Screw};
+use crate::hardware::{Dowel, ORing};
 use crate::molds::{lid_dowel_poses, side_dowel_poses};
 
-const STEEL: Color = [176, 180, 186];
-const BRASS: Color = [205, 170, 90];
 const GLASS: Color = [190, 215, 225];
 
 /// Everything bought.
@@ -24,13 +26,11 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
     };
     // Fasteners leave along their own axis.
-    let drawn_out = |poses: Vec<Pose>, out_mm: f64, lift_mm: f64| -> Vec<Placement> {
-        let out = Vector3::new(0.0, 0.0, out_mm);
-        let place = |pose: Pose| {
-            let placement = Placement { assembly_from_body: pose, ..in_sensor() };
-            placement.moved_apart(pose.vector(out)).lifted(lift_mm)
-        };
-        poses.into_iter().map(place).collect()
+    let drawn_out = |out_mm: f64, lift_mm: f64| {
+        move |pose: &Pose| {
+            let out = pose.vector(Vector3::new(0.0, 0.0, out_mm));
+            SENSOR.at(*pose).moved_apart(out).lifted(lift_mm)
+        }
     };
     let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| {
         Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
@@ -45,11 +45,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         .collect();
     let form = FormLayout::new(p, layout);
     let (ring, dowel) = (o_ring(p, layout), dowel(p));
-    let joint = |pose: fn(&Dome, &Layout, u32) -> Pose| -> Vec<Pose> {
-        (0..p.shell.screws).map(|i| pose(p, layout, i)).collect()
-    };
+    let joints = Joints::new(p, layout);
 
-    vec![
+    let sensor = vec![
         bought(
             "tube",
             format!(
@@ -82,40 +80,17 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             "led",
             p.leds.model.clone(),
             Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
-            drawn_out((0..p.leds.count).map(|i| led_pose(p, layout, i)).collect(), 0.0, -20.0),
+            each(SENSOR, &led_poses(p, layout), -20.0),
         )
         .colored([250, 240, 170]),
-        bought(
-            "screw-m1-6x5",
-            "pan head screw ISO 7045 M1.6x5".into(),
-            Screw::M1_6X5.solid(),
-            drawn_out(camera_screw_poses(p, layout), 0.0, -36.0),
-        ),
-        bought(
-            "screw-m2x4",
-            "countersunk screw ISO 7046 M2x4".into(),
-            Screw::M2X4.solid(),
-            drawn_out(joint(joint_pose), 12.0, 0.0),
-        ),
-        bought(
-            "nut-m2",
-            format!(
-                "heat-set nut M2 as {}, {} mm outside, {} mm long, hole {} mm",
-                HeatSetNut::M2.maker,
-                HeatSetNut::M2.diameter_mm,
-                HeatSetNut::M2.length_mm,
-                HeatSetNut::M2.hole_mm
-            ),
-            HeatSetNut::M2.solid(),
-            drawn_out(joint(joint_nut_pose), 6.0, -66.0),
-        )
-        .colored(BRASS),
-        bought(
-            "screw-m3x4",
-            "pan head screw ISO 7045 M3x4".into(),
-            Screw::M3X4.solid(),
-            each(FORM, &form_screw_poses(p, &form), -45.0),
-        ),
+    ];
+    let in_form = |pose: &Pose| FORM.at(*pose).lifted(-45.0);
+    let screws = [
+        joints.camera.bought(drawn_out(0.0, -36.0), drawn_out(0.0, 0.0)),
+        joints.shell_base.bought(drawn_out(12.0, 0.0), drawn_out(6.0, -66.0)),
+        joints.form.bought(in_form, in_form),
+    ];
+    let tools = vec![
         bought("dowel", dowel.specification(), dowel.solid(), dowels)
             .times(2 * (side.len() + lid.len()) as u32),
         bought(
@@ -145,7 +120,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         )
         .colored(GLASS)
         .opaque(0.35),
-    ]
+    ];
+    sensor.into_iter().chain(screws.into_iter().flatten()).chain(tools).collect()
 }
 
 fn camera_specification(p: &Dome) -> String {
@@ -167,13 +143,11 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
     let into = 0.2;
     let (board, holder) = (p.camera.board_size.mm(), p.camera.holder_size.mm());
     let top = layout.camera_board_top_z;
+    let thickness = p.camera.board_thickness.mm();
+    let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let plate = Solid::cuboid(board, board, p.camera.board_thickness.mm())
         .at(0.0, 0.0, layout.camera_board_bottom_z)
-        .minus_all(camera_screw_poses(p, layout).into_iter().map(|pose| {
-            Screw::M1_6X5
-                .clearance_tool(p.camera.board_thickness.mm(), gap_mm(Process::Pcb, Fit::Snug))
-                .placed(pose)
-        }));
+        .minus_all(holes.tools);
     let holder = Solid::cuboid(holder, holder, p.camera.holder_height.mm() + into)
         .at(0.0, 0.0, top - into)
         .named("lens holder");

@@ -4,27 +4,20 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 
 use fabkit_geometry::Process;
 
-use super::housing::{
-    NUT_SPARE_MM, camera_screw_poses, joint_nut_pose, joint_pose, mount_hole_depth_mm, mount_pose,
-    relief_edge_mm,
-};
+use super::housing::relief_edge_mm;
+use super::joints::Joints;
 use super::layout::Layout;
 use super::mold::OVERFLOW_MARGIN_MM;
 use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, GROOVE_CORDS, groove_radius_mm};
+use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HeatSetNut, ORing, Screw, stocked_cords};
+use crate::hardware::{ORing, Screw, stocked_cords};
 use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
-/// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
-const PRINTED_WALL_MM: f64 = 0.8;
-
 /// Least height of the cylinder below a countersink, mm: its edge would not print otherwise.
 const SINK_LAND_MM: f64 = 0.25;
-
-/// Smallest gap between parts that must not touch, mm.
-const APART_MM: f64 = 0.1;
 
 /// Thinnest gel that can be poured, mm.
 const THINNEST_GEL_MM: f64 = 0.5;
@@ -120,8 +113,9 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
         "the tube stands inside the shell's bore",
         &["shell.outer_diameter", "tube.outer_diameter"],
     );
-    let countersink = Screw::M2X4.sink_depth_mm(gap_mm(Process::Fdm, Fit::Snug));
-    let head = layout.shell_radius - joint_pose(p, layout, 0).translation_mm().x;
+    let joint = Joints::new(p, layout).shell_base;
+    let countersink = joint.screw.sink_depth_mm(gap_mm(Process::Fdm, Fit::Snug));
+    let head = layout.shell_radius - joint.poses[0].translation_mm().x;
     report.at_least(
         "shell.wall",
         p.shell.wall,
@@ -312,7 +306,9 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
 }
 
 fn base(p: &Dome, layout: &Layout, report: &mut Report) {
-    let nut_top = joint_nut_pose(p, layout, 0).translation_mm().z + HeatSetNut::M2.hole_mm / 2.0;
+    let joints = Joints::new(p, layout);
+    let (nuts, mounts) = (joints.shell_base.holes(), joints.mounting.holes());
+    let nut_top = nuts.poses[0].translation_mm().z + nuts.radius_mm;
     let room = layout.camera_board_bottom_z - nut_top - 0.5;
     report.at_least(
         "base.height",
@@ -322,8 +318,8 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
         &["camera.depth", "camera.lens_height"],
     );
     // A nut's hole ends outside of whatever else goes through the base.
-    let nut_end = layout.base_radius - HeatSetNut::M2.length_mm - NUT_SPARE_MM - 0.1;
-    let pilot = camera_screw_radius(p) + Screw::M1_6X5.pilot_hole_mm() / 2.0;
+    let nut_end = layout.base_radius - nuts.depth_mm - 0.1;
+    let pilot = p.camera.screw_spacing.mm() / SQRT_2 + joints.camera.holes().radius_mm;
     report.at_most(
         "camera.screw_spacing",
         p.camera.screw_spacing,
@@ -346,7 +342,7 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
         "the slot's width is its shorter side",
         &["base.cable_slot_length"],
     );
-    let m3 = Screw::M3X4.pilot_hole_mm() / 2.0;
+    let m3 = mounts.radius_mm;
     report.at_most(
         "base.mount_radius",
         p.base.mount_radius,
@@ -361,7 +357,7 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
         "a mounting hole must clear the recess behind the camera",
         &["camera.screw_spacing"],
     );
-    let depth = mount_hole_depth_mm(layout);
+    let depth = mounts.depth_mm;
     report.at_least(
         "base.height",
         p.base.height,
@@ -369,33 +365,30 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
         "an M3 mounting hole needs 2.5 mm of depth below the camera's pocket",
         &["camera.depth", "camera.lens_height"],
     );
-    mount_holes_clear(p, layout, report);
-}
-
-fn camera_screw_radius(p: &Dome) -> f64 {
-    p.camera.screw_spacing.mm() / SQRT_2
+    mount_holes_clear(p, &joints, report);
 }
 
 /// Mounting holes stand between the joint's nuts and the camera's screws.
-fn mount_holes_clear(p: &Dome, layout: &Layout, report: &mut Report) {
-    let m3 = Screw::M3X4.pilot_hole_mm() / 2.0;
+fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
+    let [mounts, nuts, screws] =
+        [&joints.mounting, &joints.shell_base, &joints.camera].map(Joint::holes);
     let wall = 0.6;
     let mut nearest_nut = f64::INFINITY;
     let mut nearest_screw = f64::INFINITY;
-    for i in 0..p.base.mount_holes {
-        let mount = *mount_pose(p, layout, i).translation_mm();
-        for j in 0..p.shell.screws {
+    for mount in mounts.poses {
+        let mount = mount.translation_mm();
+        for nut in nuts.poses {
             // A nut lies along its radius, so that its distance is that to a line.
-            let axis = joint_nut_pose(p, layout, j).vector(fabkit_geometry::Vector3::z());
+            let axis = nut.vector(fabkit_geometry::Vector3::z());
             let along = mount.dot(&axis);
             let beside = (mount.xy() - axis.xy() * along).norm();
             if along > 0.0 {
-                nearest_nut = nearest_nut.min(beside - HeatSetNut::M2.hole_mm / 2.0 - m3);
+                nearest_nut = nearest_nut.min(beside - nuts.radius_mm - mounts.radius_mm);
             }
         }
-        for screw in camera_screw_poses(p, layout) {
+        for screw in screws.poses {
             let apart = (mount.xy() - screw.translation_mm().xy()).norm();
-            nearest_screw = nearest_screw.min(apart - Screw::M1_6X5.pilot_hole_mm() / 2.0 - m3);
+            nearest_screw = nearest_screw.min(apart - screws.radius_mm - mounts.radius_mm);
         }
     }
     report.require(

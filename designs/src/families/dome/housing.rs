@@ -3,17 +3,16 @@
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{
-    Angle, Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Profile, Solid, Vector3,
+    Angle, Body, CUT_OVERLAP_MM, Cut, Landmark, Path, Pose, Process, Profile, Solid,
 };
 
+use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::{BLACK, FROST, JOINING, MASK_GREEN, flipped, in_sensor};
+use super::{BLACK, FROST, JOINING, flipped, in_sensor};
+use crate::blocks::{MASK_GREEN, ring, turn};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HeatSetNut, Screw};
-
-/// Plastic below the joint's nuts, mm.
-const JOINT_FLOOR_MM: f64 = 1.0;
+use crate::hardware::Screw;
 
 /// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
@@ -21,62 +20,11 @@ const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
 /// How far a rib reaches into the wall that carries it, mm.
 const RIB_ROOT_MM: f64 = 0.5;
 
-/// `index` out of `count` around the axis, from `offset` steps.
-pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
-    let rad = TAU * (f64::from(index) + offset) / f64::from(count);
-    Angle::from_rad(rad).expect("a fraction of a turn is finite")
-}
-
-/// Height of the joint's screws: below the camera's pocket, which has no wall to spare for nuts.
-fn joint_z(layout: &Layout) -> f64 {
-    layout.bottom_z + JOINT_FLOOR_MM + HeatSetNut::M2.diameter_mm / 2.0
-}
-
-/// Shell and base are joined by screws that point at the axis: the pose of screw `index`, with its
-/// z axis out of the shell and its origin where a countersunk head lies flush.
-pub fn joint_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
-    let z = joint_z(layout);
-    // A flat head lies flush with a round wall where its rim does.
-    let head = Screw::M2X4.head_diameter_mm() / 2.0;
-    let radius = (layout.shell_radius.powi(2) - head.powi(2)).sqrt();
-    let out = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z));
-    Pose::rotation_z(turn(index, p.shell.screws, 0.0)).then_in(out)
-}
-
-/// The pose of the nut in the base that screw `index` of the joint goes into.
-pub fn joint_nut_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
-    let z = joint_z(layout);
-    // Flush with the plug where its side is lowest across the nut's width.
-    let nut = HeatSetNut::M2.diameter_mm / 2.0;
-    let radius = (layout.base_radius.powi(2) - nut.powi(2)).sqrt();
-    let out = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z));
-    Pose::rotation_z(turn(index, p.shell.screws, 0.0)).then_in(out)
-}
-
-/// The pose of mounting hole `index` in the base's bottom, z axis out of the base.
-pub fn mount_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
-    // Half a step off the joint's nuts.
-    let down =
-        Pose::z_to(-Vector3::z(), Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z));
-    Pose::rotation_z(turn(index, p.base.mount_holes, 0.5)).then_in(down)
-}
-
-/// Where the four screws of the camera board stand, z axis up, origin on the board.
-pub fn camera_screw_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
-    let half = p.camera.screw_spacing.mm() / 2.0;
-    [[half, half], [-half, half], [-half, -half], [half, -half]]
-        .map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z))
-        .to_vec()
-}
-
-/// The pose of LED `index` on the board, z axis up, x axis outwards.
-pub fn led_pose(p: &Dome, layout: &Layout, index: u32) -> Pose {
+/// Where the LEDs stand on the board, z axis up, x axis outwards.
+pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
     // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
-    Pose::rotation_z(turn(index, p.leds.count, 0.5)).then_in(Pose::translation(
-        p.leds.circle_radius.mm(),
-        0.0,
-        layout.board_top_z,
-    ))
+    let first = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
+    ring(p.leds.count, 0.5, first)
 }
 
 /// The tube that everything slides into from below, and the gel stands on.
@@ -106,28 +54,21 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let ribs = (0..p.shell.ribs)
         .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
     let through = layout.shell_radius - layout.base_radius + CUT_OVERLAP_MM;
-    let screw_holes = (0..p.shell.screws).map(|i| {
-        Screw::M2X4
-            .clearance_tool(through, gap_mm(Process::Fdm, Fit::Snug))
-            .placed(joint_pose(p, layout, i))
-            .named(format!("screw hole {}", i + 1))
-    });
-    let joint = (0..p.shell.screws)
-        .map(|i| Landmark::at(format!("screw {}", i + 1), &joint_pose(p, layout, i)));
+    let gap = gap_mm(Process::Fdm, Fit::Snug);
     Body::made(
         "shell",
         "tube that holds diffuser, LED board and base; the gel stands on it",
         Process::Fdm,
-        Solid::union(std::iter::once(wall).chain(ribs)).minus_all(screw_holes),
+        Solid::union(std::iter::once(wall).chain(ribs)),
     )
     .from(&p.shell.material)
     .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
-    .marked(joint)
     .colored(BLACK)
     .lying(flipped())
     .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
     .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
-    .with_handles(1 + p.shell.screws as i32)
+    .with_handles(1)
+    .cut(Joints::new(p, layout).shell_base.passed(through, gap))
 }
 
 /// The plug that carries the camera and closes the shell.
@@ -161,23 +102,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     )
     .at(0.0, 0.0, bottom - CUT_OVERLAP_MM);
 
-    let screw_holes = camera_screw_poses(p, layout).into_iter().enumerate().map(|(i, pose)| {
-        // All the way through, so that a broken screw can be pushed out.
-        let depth = layout.camera_board_top_z - bottom + CUT_OVERLAP_MM;
-        Screw::M1_6X5.pilot_tool(depth).placed(pose).named(format!("camera screw hole {}", i + 1))
-    });
-    let nuts = (0..p.shell.screws).map(|i| {
-        HeatSetNut::M2
-            .tool(NUT_SPARE_MM)
-            .placed(joint_nut_pose(p, layout, i))
-            .named(format!("nut hole {}", i + 1))
-    });
-    let mounts = (0..p.base.mount_holes).map(|i| {
-        Screw::M3X4
-            .pilot_tool(mount_hole_depth_mm(layout))
-            .placed(mount_pose(p, layout, i))
-            .named(format!("mounting hole {}", i + 1))
-    });
+    let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
         // Twice as deep as it shows: the outer half cuts air, whatever the plug's curvature.
@@ -186,41 +111,24 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         slot.turned_z(turn(i, 2, 0.5)).named(format!("pry slot {}", i + 1))
     });
 
-    let joint = (0..p.shell.screws)
-        .map(|i| Landmark::at(format!("nut {}", i + 1), &joint_nut_pose(p, layout, i)));
-    let mount = (0..p.base.mount_holes)
-        .map(|i| Landmark::at(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
     Body::made(
         "base",
         "plug that carries the camera and closes the shell",
         Process::Fdm,
         plug.minus(pocket.named("camera pocket"))
             .minus(relief.named("relief"))
-            .minus(cable_slot.named("cable slot"))
-            .minus_all(screw_holes)
-            .minus_all(nuts)
-            .minus_all(mounts)
-            .minus_all(pry_slots),
+            .minus(cable_slot.named("cable slot")),
     )
     .from(&p.shell.material)
     .placed([in_sensor().lifted(-66.0)])
-    .marked(joint.chain(mount))
     .colored(BLACK)
     .note("melt the M2 nuts in flush with the side before anything else")
     .note("lead the cable through the slot, then screw the camera down")
-    // The cable slot and the four camera screws go all the way through.
-    .with_handles(5)
-}
-
-/// Room behind a heat-set nut, mm.
-pub const NUT_SPARE_MM: f64 = 0.6;
-
-/// Floor left between a mounting hole and the camera pocket, mm.
-const MOUNT_FLOOR_MM: f64 = 1.0;
-
-/// Depth of the holes in the base's bottom, mm.
-pub fn mount_hole_depth_mm(layout: &Layout) -> f64 {
-    layout.camera_board_bottom_z - MOUNT_FLOOR_MM - layout.bottom_z
+    .with_handles(1) // The cable slot.
+    .cut(joints.camera.held_through().unmarked())
+    .cut(joints.shell_base.held())
+    .cut(joints.mounting.held())
+    .cut(Cut { tools: pry_slots.into(), ..Cut::default() })
 }
 
 /// Edge of the square recess behind the camera board, mm: up to the pads of its screws.
@@ -276,8 +184,8 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let wires =
         wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
-    let leds =
-        (0..p.leds.count).map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)));
+    let leds = led_poses(p, layout).into_iter().zip(1..);
+    let leds = leds.map(|(pose, i)| Landmark::at(format!("led {i}"), &pose));
     Body::made(
         "led-board",
         "annular circuit board that carries the LEDs",

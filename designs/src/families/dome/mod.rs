@@ -4,6 +4,7 @@ mod chain;
 mod components;
 mod constraints;
 mod housing;
+mod joints;
 mod layers;
 mod layout;
 mod mold;
@@ -12,24 +13,22 @@ mod surface;
 mod tooling;
 
 use fabkit_geometry::{
-    Body, Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Path, Pose, PressFit, Process,
-    Sensor, TouchSurface,
+    Body, Color, EllipsoidOffset, Grip, NominalCamera, Path, Pose, PressFit, Process, Sensor,
+    TouchSurface,
 };
 
-use crate::assembling::{AssemblyName, BLACK, flipped, in_sensor};
+use crate::assembling::{AssemblyName, BLACK, SENSOR, flipped, in_sensor};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HeatSetNut, Screw};
 use crate::materials::castable;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use joints::Joints;
 use layout::Layout;
 use mold::Cavity;
 use parameters::Dome;
 
 const FROST: Color = [225, 236, 240];
-const MASK_GREEN: Color = [40, 120, 70];
 const MOLD_BLUE: Color = [120, 160, 205];
-const TOOL_GREY: Color = [180, 184, 190];
 
 /// Casting the transparent gel around the tube.
 const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
@@ -85,7 +84,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     layers.push(tooling::silicone_mold(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        press_fits: press_fits(),
+        press_fits: press_fits(&Joints::new(p, &layout)),
         touch: Some(touch(p, &layout)),
         ..Sensor::new(
             header.name.as_str(),
@@ -106,9 +105,6 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
 /// What is touched, and what fixtures hold on to: the shell stands on its lower rim.
 fn touch(p: &Dome, layout: &Layout) -> TouchSurface {
     let radius_mm = layout.surface_radius;
-    let threads = (0..p.base.mount_holes).map(|i| {
-        Landmark::at(format!("mounting hole {}", i + 1), &housing::mount_pose(p, layout, i))
-    });
     TouchSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
         centre_z_mm: layout.wall_height,
@@ -121,7 +117,7 @@ fn touch(p: &Dome, layout: &Layout) -> TouchSurface {
             bottom_z_mm: layout.bottom_z,
             clear_radius_mm: layout.shell_bore_radius,
             key: None,
-            threads: threads.collect(),
+            threads: Joints::new(p, layout).mounting.held().landmarks,
         },
     }
 }
@@ -148,7 +144,7 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity<'static>; 2] {
 }
 
 /// The overlaps that are meant.
-fn press_fits() -> Vec<PressFit> {
+fn press_fits(joints: &Joints) -> Vec<PressFit> {
     let fit = |inner: &str, outer: &str, interference_mm: f64, reason: &str| PressFit {
         inner: inner.into(),
         outer: outer.into(),
@@ -158,19 +154,9 @@ fn press_fits() -> Vec<PressFit> {
     let dowel = -gap_mm(Process::Fdm, Fit::Press);
     vec![
         fit("led-board", "shell", -gap_mm(Process::Pcb, Fit::Press), "the board is pressed in"),
-        fit(
-            "screw-m1-6x5",
-            "base",
-            Screw::M1_6X5.thread_overlap_mm(),
-            "the screw cuts its thread into plastic",
-        ),
-        fit(
-            "screw-m3x4",
-            "form-cup",
-            Screw::M3X4.thread_overlap_mm(),
-            "the screw cuts its thread into plastic",
-        ),
-        fit("nut-m2", "base", HeatSetNut::M2.overlap_mm(), "the nut is melted in"),
+        joints.camera.press_fit("base"),
+        joints.form.press_fit("form-cup"),
+        joints.shell_base.press_fit("base"),
         fit("dowel", "mold-transparent-gel-a", dowel, "the dowels stay in half a"),
         fit("dowel", "mold-translucent-gel-a", dowel, "the dowels stay in half a"),
         fit("dowel", "mold-transparent-gel-b", dowel, "the lid's dowel stays in half b"),

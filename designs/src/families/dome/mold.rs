@@ -9,12 +9,12 @@ use fabkit_geometry::{
     Angle, Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Profile, Solid, Vector3,
 };
 
-use super::housing::turn;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_tool;
 use super::tooling::plug_radius_mm;
-use super::{AssemblyName, JOINING, MOLD_BLUE, TOOL_GREY, TRANSLUCENT_MOLD, flipped};
+use super::{AssemblyName, JOINING, MOLD_BLUE, TRANSLUCENT_MOLD, flipped};
+use crate::blocks::{TOOL_GREY, ring};
 use crate::fits::{Fit, gap_mm};
 use crate::molds::{self, Half};
 
@@ -80,7 +80,7 @@ fn vent_circle_mm(cavity: &Cavity) -> f64 {
 /// Where the vents meet the gel's foot, z axis up.
 pub fn vent_poses(p: &Dome, cavity: &Cavity) -> Vec<Pose> {
     let out = Pose::translation(vent_circle_mm(cavity), 0.0, 0.0);
-    (0..p.mold.vents).map(|i| Pose::rotation_z(turn(i, p.mold.vents, 0.5)).then_in(out)).collect()
+    ring(p.mold.vents, 0.5, out)
 }
 
 /// The lid: centres the connector and so the tube, lets air and surplus out.

@@ -3,15 +3,15 @@
 //!
 //! All stand in the sensor frame; like the molds they are used tip down.
 
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Point3, Pose, Process, Solid, Vector3};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
-use super::housing::turn;
+use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_tool;
-use super::{COATING, FORM, TOOL_GREY, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, flipped};
+use super::{COATING, FORM, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, flipped};
+use crate::blocks::{TOOL_GREY, turn};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::Screw;
 
 /// Thickness of the connector's flange, mm.
 const FLANGE_MM: f64 = 3.0;
@@ -21,9 +21,6 @@ pub(super) const FLANGE_INSET_MM: f64 = 0.25;
 
 /// Gap between the holder and the foot of the gel that hangs below it, mm.
 const HOLDER_GAP_MM: f64 = 0.5;
-
-/// Depth of a screw's hole beyond its tip, mm.
-const PILOT_SPARE_MM: f64 = 0.5;
 
 /// Radius of the hole through which a cured mold is pushed out of its cup, mm.
 pub(super) const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
@@ -128,15 +125,6 @@ impl FormLayout {
     }
 }
 
-/// The bridge's screws: origin on the bridge, z axis out of it.
-pub fn form_screw_poses(p: &Dome, form: &FormLayout) -> Vec<Pose> {
-    let radius = (form.silicone_radius + form.cup_radius) / 2.0;
-    let down = Pose::z_to(-Vector3::z(), Point3::new(radius, 0.0, form.bridge_z));
-    (0..p.form.screws)
-        .map(|i| Pose::rotation_z(turn(i, p.form.screws, 0.0)).then_in(down))
-        .collect()
-}
-
 /// Cup and bridge.
 pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let form = FormLayout::new(p, layout);
@@ -161,11 +149,12 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
         "form-bridge",
         "hangs the glass tube into the form's cup; silicone is poured through its windows",
         bridge(p, layout, &form),
-        1 + (POUR_WINDOWS + p.form.screws) as i32,
+        1 + POUR_WINDOWS as i32,
         -30.0,
         &["sleeve up, no supports"],
     );
-    [cup, bridge]
+    let (joint, gap) = (Joints::new(p, layout).form, gap_mm(Process::Fdm, Fit::Snug));
+    [cup.cut(joint.held().unmarked()), bridge.cut(joint.passed(p.form.plate.mm(), gap).unmarked())]
 }
 
 fn cup(p: &Dome, form: &FormLayout) -> Solid {
@@ -180,13 +169,7 @@ fn cup(p: &Dome, form: &FormLayout) -> Solid {
     ]);
     let push_hole = Solid::cylinder(PUSH_HOLE_RADIUS_MM, p.form.plate.mm() + 2.0 * CUT_OVERLAP_MM)
         .at(0.0, 0.0, form.silicone_top_z - CUT_OVERLAP_MM);
-    let screws = form_screw_poses(p, form).into_iter().enumerate().map(|(i, pose)| {
-        Screw::M3X4
-            .pilot_tool(Screw::M3X4.length_mm + PILOT_SPARE_MM)
-            .placed(pose)
-            .named(format!("screw hole {}", i + 1))
-    });
-    Solid::revolution(bowl).minus(push_hole.named("push hole")).minus_all(screws)
+    Solid::revolution(bowl).minus(push_hole.named("push hole"))
 }
 
 fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
@@ -212,13 +195,7 @@ fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
     let windows = (0..POUR_WINDOWS).map(|i| {
         window.clone().turned_z(turn(i, POUR_WINDOWS, 0.5)).named(format!("pour window {}", i + 1))
     });
-    let screws = form_screw_poses(p, form).into_iter().enumerate().map(|(i, pose)| {
-        Screw::M3X4
-            .clearance_tool(p.form.plate.mm(), gap_mm(Process::Fdm, Fit::Snug))
-            .placed(pose)
-            .named(format!("screw hole {}", i + 1))
-    });
-    Solid::revolution(plate).minus_all(windows).minus_all(screws)
+    Solid::revolution(plate).minus_all(windows)
 }
 
 /// The silicone mold itself: glass-smooth, cut open along the parting plane when cured.

@@ -1,0 +1,84 @@
+//! The screws of the sensor and of its tools: each joint is stated here, and nowhere else.
+
+use fabkit_geometry::{CUT_OVERLAP_MM, Point3, Pose, Vector3};
+
+use super::layout::Layout;
+use super::parameters::Dome;
+use super::tooling::FormLayout;
+use crate::blocks::{Joint, ring};
+use crate::hardware::{HeatSetNut, Screw};
+
+/// Plastic below the nuts of shell and base, mm.
+const NUT_FLOOR_MM: f64 = 1.0;
+
+/// Room behind a heat-set nut, mm.
+const NUT_SPARE_MM: f64 = 0.6;
+
+/// Floor left between a mounting hole and the camera pocket, mm.
+const MOUNT_FLOOR_MM: f64 = 1.0;
+
+/// Depth of a self-tapping screw's hole beyond its tip, mm.
+const PILOT_SPARE_MM: f64 = 0.5;
+
+/// All joints, in the sensor frame.
+pub struct Joints {
+    /// Through the shell, pointing at the axis, into nuts in the base.
+    pub shell_base: Joint,
+    /// Through the corners of the camera's board into the base.
+    pub camera: Joint,
+    /// In the base's bottom, for what the sensor is mounted on; a user's screws.
+    pub mounting: Joint,
+    /// Through the bridge into the cup of the form.
+    pub form: Joint,
+}
+
+impl Joints {
+    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &Dome, layout: &Layout) -> Self {
+        Self {
+            shell_base: shell_base(p, layout),
+            camera: camera(p, layout),
+            mounting: mounting(p, layout),
+            form: form(p, layout),
+        }
+    }
+}
+
+fn shell_base(p: &Dome, layout: &Layout) -> Joint {
+    let (screw, nut) = (Screw::M2X4, HeatSetNut::M2);
+    // Below the camera's pocket, which has no wall to spare for nuts.
+    let z = layout.bottom_z + NUT_FLOOR_MM + nut.diameter_mm / 2.0;
+    // A flat end lies flush with a round wall where its rim does.
+    let flush = |radius: f64, width: f64| {
+        let radius = (radius.powi(2) - (width / 2.0).powi(2)).sqrt();
+        ring(p.shell.screws, 0.0, Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z)))
+    };
+    let heads = flush(layout.shell_radius, screw.head_diameter_mm());
+    let nuts = flush(layout.base_radius, nut.diameter_mm);
+    Joint::heat_set("screw", screw, heads, (nut, nuts, NUT_SPARE_MM))
+}
+
+fn camera(p: &Dome, layout: &Layout) -> Joint {
+    let half = p.camera.screw_spacing.mm() / 2.0;
+    let corners = [[half, half], [-half, half], [-half, -half], [half, -half]];
+    let poses = corners.map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z));
+    // All the way through the base, so that a broken screw can be pushed out.
+    let depth = layout.camera_board_top_z - layout.bottom_z + CUT_OVERLAP_MM;
+    Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
+}
+
+fn mounting(p: &Dome, layout: &Layout) -> Joint {
+    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z);
+    // Half a step off the nuts.
+    let poses = ring(p.base.mount_holes, 0.5, Pose::z_to(-Vector3::z(), at));
+    let depth = layout.camera_board_bottom_z - MOUNT_FLOOR_MM - layout.bottom_z;
+    Joint::self_tapping("mounting hole", Screw::M3X4, poses, depth)
+}
+
+fn form(p: &Dome, layout: &Layout) -> Joint {
+    let form = FormLayout::new(p, layout);
+    let at = Point3::new((form.silicone_radius + form.cup_radius) / 2.0, 0.0, form.bridge_z);
+    let poses = ring(p.form.screws, 0.0, Pose::z_to(-Vector3::z(), at));
+    let screw = Screw::M3X4;
+    Joint::self_tapping("screw", screw, poses, screw.length_mm + PILOT_SPARE_MM)
+}

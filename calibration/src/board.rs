@@ -24,10 +24,10 @@ mod saddle;
 use fabkit_camera::Point2;
 
 pub use document::{
-    Board, BoardCorner, BoardKind, BoardMarker, FORMAT, InvalidBoard, MAX_BYTES, MAX_SQUARES,
-    MIN_SQUARES, VERSION,
+    Board, BoardCorner, BoardKind, BoardMarker, FORMAT, MAX_BYTES, MAX_SQUARES, MIN_SQUARES,
+    VERSION,
 };
-pub use list::{InvalidList, MAX_LIST_BYTES, read_corners};
+pub use list::{MAX_LIST_BYTES, read_corners};
 #[cfg(feature = "opencv")]
 pub use opencv::{OpenCvError, find_corners_opencv};
 

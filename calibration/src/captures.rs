@@ -21,7 +21,7 @@ pub struct ListedPin {
     pub pixel: Option<(Point2<f64>, f64)>,
 }
 
-/// Why a list of captures cannot be read.
+/// Why a list of captures, or of corners, cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .problems.join("\n"))]
 pub struct InvalidList {

@@ -6,6 +6,7 @@ mod plain_map;
 use std::collections::BTreeSet;
 
 use fabkit_geometry::{Point3, Vector3};
+use fabkit_text::{InvalidDocument, JsonFormat};
 use serde::{Deserialize, Serialize};
 
 /// What `format` says in a file of landmarks.
@@ -105,19 +106,12 @@ pub struct PinLandmarks {
     pub pins: Vec<PinLandmark>,
 }
 
-/// Why a file holds no landmarks: everything that is wrong with it.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("not a list of pin landmarks: {}", .problems.join("; "))]
-pub struct InvalidLandmarks {
-    /// At least one; each names the place and the limit.
-    pub problems: Vec<String>,
-}
-
-impl InvalidLandmarks {
-    fn one(problem: impl Into<String>) -> Self {
-        Self { problems: vec![problem.into()] }
-    }
-}
+const DOCUMENT: JsonFormat = JsonFormat {
+    what: "list of pin landmarks",
+    format: FORMAT,
+    version: VERSION,
+    max_bytes: MAX_BYTES,
+};
 
 impl PinLandmarks {
     /// Sorts the pins and checks them.
@@ -130,7 +124,7 @@ impl PinLandmarks {
         fixture: &str,
         tip_radius_mm: f64,
         mut pins: Vec<PinLandmark>,
-    ) -> Result<Self, InvalidLandmarks> {
+    ) -> Result<Self, InvalidDocument> {
         pins.sort_by(|a, b| (a.hole, &a.kind).cmp(&(b.hole, &b.kind)));
         let landmarks = Self {
             format: FORMAT.into(),
@@ -153,32 +147,17 @@ impl PinLandmarks {
     /// # Errors
     /// Text that is neither, with line and column; other formats and versions; what
     /// [`PinLandmarks::new`] refuses.
-    pub fn from_json(text: &str) -> Result<Self, InvalidLandmarks> {
-        if text.len() > MAX_BYTES {
-            return Err(InvalidLandmarks::one(format!(
-                "{} bytes; at most {MAX_BYTES} are read",
-                text.len()
-            )));
-        }
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|e| InvalidLandmarks::one(e.to_string()))?;
+    pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
+        let value = DOCUMENT.parse(text)?;
         let Some(object) = value.as_object() else {
-            return Err(InvalidLandmarks::one(
+            return Err(DOCUMENT.refuse(
                 "expected an object: a fabkit-pin-landmarks document, or hole number to [x, y, z]",
             ));
         };
-        let Some(format) = object.get("format") else {
+        if !object.contains_key("format") {
             return plain_map::read(text, object);
-        };
-        if format != FORMAT || object.get("version") != Some(&VERSION.into()) {
-            let version = object.get("version").unwrap_or(&serde_json::Value::Null);
-            return Err(InvalidLandmarks::one(format!(
-                "format {format} version {version}; this fabkit reads \"{FORMAT}\" version {VERSION}"
-            )));
         }
-        // From the text again: only then do messages name a line.
-        let found: Self =
-            serde_json::from_str(text).map_err(|e| InvalidLandmarks::one(e.to_string()))?;
+        let found: Self = DOCUMENT.read(text, &value)?;
         Self::new(&found.sensor, &found.fixture, found.tip_radius_mm, found.pins)
     }
 
@@ -203,7 +182,7 @@ impl PinLandmarks {
         kinds.into_iter().collect()
     }
 
-    fn check(&self) -> Result<(), InvalidLandmarks> {
+    fn check(&self) -> Result<(), InvalidDocument> {
         let mut problems = Vec::new();
         if self.pins.is_empty() || self.pins.len() > MAX_PINS {
             problems.push(format!("{} pins; there must be 1 to {MAX_PINS}", self.pins.len()));
@@ -238,6 +217,6 @@ impl PinLandmarks {
                 problems.push(format!("hole {} has two pins `{}`", pair[0].hole, pair[0].kind));
             }
         }
-        if problems.is_empty() { Ok(()) } else { Err(InvalidLandmarks { problems }) }
+        DOCUMENT.accept(problems)
     }
 }

@@ -32,11 +32,11 @@ mod fields;
 mod kalibr;
 mod matrices;
 mod pose;
-mod tree;
 
-use std::fmt;
-
+use fabkit_text::{Content, Dialect, Node};
 use thiserror::Error;
+
+pub use fabkit_text::Fault;
 
 pub use self::pose::{FiledJoint, PoseFile, read_pose};
 use crate::estimate::CameraEstimate;
@@ -66,47 +66,6 @@ impl Format {
             Self::OpenCv => "opencv",
             Self::Ros => "ros",
             Self::Kalibr => "kalibr",
-        }
-    }
-}
-
-/// One thing that is wrong with a camera file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
-    /// Counted from 1, where it is known.
-    pub line: Option<usize>,
-    /// The key or parameter: `fx_px`, `distortion_coefficients`.
-    pub field: String,
-    /// What is wrong, with the value and its limit.
-    pub message: String,
-    /// What to do about it.
-    pub hint: Option<String>,
-}
-
-impl Fault {
-    fn new(line: impl Into<Option<usize>>, field: &str, message: impl Into<String>) -> Self {
-        let (line, field, message) = (line.into(), field.to_owned(), message.into());
-        Self { line, field, message, hint: None }
-    }
-
-    fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
-    }
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(line) = self.line {
-            write!(f, "line {line}: ")?;
-        }
-        if !self.field.is_empty() {
-            write!(f, "{}: ", self.field)?;
-        }
-        write!(f, "{}", self.message)?;
-        match &self.hint {
-            Some(hint) => write!(f, " ({hint})"),
-            None => Ok(()),
         }
     }
 }
@@ -141,14 +100,17 @@ pub struct LossyConversion {
 /// Text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or
 /// impossible values. Everything that can be seen at once is reported at once.
 pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
-    let root = tree::parse(text)?;
+    parse(text, read_root)
+}
+
+fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let has = |key: &str| root.get(key).is_some();
     if has(fabkit::VERSION_KEY) {
-        fabkit::read(&root)
+        fabkit::read(root)
     } else if has("cam0") {
-        kalibr::read(&root)
-    } else if matrices::is_recognised(&root) {
-        matrices::read(&root)
+        kalibr::read(root)
+    } else if matrices::is_recognised(root) {
+        matrices::read(root)
     } else {
         Err(Fault::new(None, "", "this is no camera file that fabkit knows")
             .hint(
@@ -157,6 +119,38 @@ pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
             )
             .into())
     }
+}
+
+/// Reads a text as YAML, then what it holds; keys that are written twice are faults too.
+fn parse<T>(
+    text: &str,
+    read: impl Fn(&Node) -> Result<T, InvalidCameraFile>,
+) -> Result<T, InvalidCameraFile> {
+    const CAMERA: Dialect = Dialect { tags: &["opencv-matrix"], ..Dialect::new("camera", 1, "") };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // OpenCV's first line, `%YAML:1.0`, is not YAML.
+    let commented = match text.starts_with("%YAML") {
+        true => format!("#{}", &text[1..]),
+        false => text.to_owned(),
+    };
+    let (root, twice) = fabkit_text::parse(&commented, &CAMERA)?;
+    if root.content == Content::Nothing {
+        return Err(Fault::new(None, "", "the file is empty").into());
+    }
+    match read(&root) {
+        Ok(read) if twice.is_empty() => Ok(read),
+        Ok(_) => Err(InvalidCameraFile { faults: twice }),
+        Err(InvalidCameraFile { mut faults }) => {
+            faults.extend(twice);
+            faults.sort_by_key(line);
+            Err(InvalidCameraFile { faults })
+        }
+    }
+}
+
+/// Where a fault stands; those of the whole file come first.
+fn line(fault: &Fault) -> Option<usize> {
+    fault.position.map(|at| at.line)
 }
 
 /// Writes a camera file that [`read`] gives back to the last bit.

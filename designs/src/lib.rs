@@ -10,10 +10,11 @@ pub mod hardware;
 mod kerf;
 mod materials;
 mod molds;
-pub mod parameters;
 pub mod profile;
 mod registry;
 
+pub use fabkit_text as parameters;
+pub use fabkit_text::{choices, parameters};
 pub use fits::{Fit, gap_mm};
 pub use hardware::{
     Dowel, Head, HeatSetNut, HexNut, HexSpacer, ORing, SQUEEZED_PLAY_MM, Screw, SocketScrew,
@@ -58,7 +59,8 @@ pub fn builtin_yaml(name: &str) -> Option<&'static str> {
 
 /// Builds a design from YAML text and overrides.
 ///
-/// `file` names the text in messages. Each override is `path=value` as on the command line.
+/// `file` names the text in messages. Each override is `path=value` as on the command line. Keys at
+/// the top that are among `others` are not read: other crates keep sections in the same files.
 ///
 /// # Errors
 /// Everything that is wrong, each with place, value, limit and a hint.
@@ -66,8 +68,9 @@ pub fn load(
     file: &str,
     yaml: &str,
     overrides: &[String],
+    others: &[&str],
 ) -> Result<Design, parameters::InvalidDesign> {
-    REGISTRY.load(file, yaml, overrides)
+    REGISTRY.load(file, yaml, overrides, others)
 }
 
 /// The JSON Schema (draft-07) of sensor files, without extensions.

@@ -1,22 +1,26 @@
 //! Families of sensors and built-in sensors, and how a file becomes a design.
 
 use fabkit_geometry::Sensor;
+use fabkit_text::{
+    Dialect, Document, Entry, Example, Field, Found, InvalidDesign, Json, Layer, Name, Parameter,
+    Place, Problem, Reader, Report, Section, Setting,
+};
+use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
+use fabkit_text::{shown, suggestion, take_word};
 
 use crate::Design;
-use crate::parameters::{Content, apply_overrides, parse_tree, root_schema, shown, suggestion};
-use crate::parameters::{
-    Document, Field, InvalidDesign, Json, Layer, Name, Parameter, Problem, Reader, Report, Section,
-    Setting,
-};
-use crate::parameters::{Entry, Example, FamilySchema, Found, Node, Place};
 
 /// The version of the file format that is read.
 pub const FORMAT: u32 = 1;
 
+/// Files of sensors.
+const SENSOR: Dialect =
+    Dialect { base: "a built-in sensor", ..Dialect::new("sensor", FORMAT, " and `extends: NAME`") };
+
 /// Built-in sensors that extend each other: more than this is a circle.
 const LONGEST_CHAIN: usize = 8;
 
-crate::parameters! {
+fabkit_text::parameters! {
     /// What every sensor file says besides its parameters.
     pub struct Header {
         /// Name of the sensor and of its output folder.
@@ -87,9 +91,6 @@ pub struct Extension {
     /// Name for messages and YAML text of each file with defaults; each holds `key:` alone.
     pub defaults: &'static [(&'static str, &'static str)],
 }
-
-/// Keys that belong to extensions: skipped by whoever does not read them.
-const EXTENSION_KEYS: &[&str] = &["fixtures"];
 
 /// The parameters of an extension.
 #[derive(Clone, Debug)]
@@ -172,7 +173,7 @@ impl Registry {
     /// Dotted path of every parameter of a family, in order.
     pub fn parameter_paths(&self, family: &str) -> Vec<String> {
         let family = self.families.iter().filter(|f| f.name == family);
-        let root = Place { layer: Layer::File, file: "".into(), position: None };
+        let root = Place::new(Layer::File, "", &SENSOR);
         family.flat_map(|f| Document::new((f.fields)(), root.clone()).paths()).collect()
     }
 
@@ -196,14 +197,15 @@ impl Registry {
 
     /// The family that a built-in sensor belongs to, directly or through what it extends.
     fn family_of(&self, name: &str) -> Option<&'static str> {
-        let place = Place { layer: Layer::Base, file: name.into(), position: None };
+        let place = Place::new(Layer::Base, name, &SENSOR);
         let layers = self.layers(self.builtin_yaml(name)?, place, &mut Vec::new())?;
         Some(layers.family.name)
     }
 
     /// Builds a design from YAML text and overrides (`path=value`).
     ///
-    /// `file` names the text in messages. Sections of extensions are skipped.
+    /// `file` names the text in messages. Keys at the top that are among `others` are other crates';
+    /// what stands behind them is not read.
     ///
     /// # Errors
     /// Everything that is wrong, in the order of the file, then of the overrides.
@@ -212,8 +214,10 @@ impl Registry {
         file: &str,
         yaml: &str,
         overrides: &[String],
+        others: &[&str],
     ) -> Result<Design, InvalidDesign> {
-        self.load_with(file, yaml, overrides, None, &mut |_| ()).map(|(design, _)| design)
+        let extra = Extra { others, section: None };
+        self.load_with(file, yaml, overrides, extra, &mut |_| ()).map(|(design, _)| design)
     }
 
     /// Builds a design and reads the section that another crate keeps in the file.
@@ -234,8 +238,8 @@ impl Registry {
             parameters = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
-        let more = Some((extension, field));
-        let (design, report) = self.load_with(file, yaml, overrides, more, &mut read)?;
+        let extra = Extra { others: &[], section: Some((extension, field)) };
+        let (design, report) = self.load_with(file, yaml, overrides, extra, &mut read)?;
         match parameters {
             Some(parameters) => Ok((design, Extended { parameters, settings, report })),
             None => Err(bug(file, format!("`{}` cannot be read", extension.key))),
@@ -247,10 +251,10 @@ impl Registry {
         file: &str,
         yaml: &str,
         overrides: &[String],
-        extension: Option<(&Extension, Field)>,
+        extra: Extra,
         read_more: ReadMore,
     ) -> Result<(Design, Report), InvalidDesign> {
-        let place = Place { layer: Layer::File, file: file.into(), position: None };
+        let place = Place::new(Layer::File, file, &SENSOR);
         let mut found = Vec::new();
         let Some(layers) = self.layers(yaml, place.clone(), &mut found) else {
             return Err(InvalidDesign { problems: Found::sorted(found) });
@@ -258,11 +262,10 @@ impl Registry {
         let family = layers.family;
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
-        let known = extension.as_ref().map(|(extension, _)| extension.key);
-        if let Some((extension, field)) = extension {
+        if let Some((extension, field)) = extra.section {
             document.add_field(field);
             for (name, yaml) in extension.defaults {
-                let place = Place { layer: Layer::Base, file: (*name).into(), position: None };
+                let place = Place::new(Layer::Base, name, &SENSOR);
                 let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
                 check_format(&mut entries, &place, &mut document.found);
                 document.lay(entries, &place);
@@ -270,8 +273,7 @@ impl Registry {
         }
         // What is extended comes first, so that the file lies over it.
         for (place, mut entries) in layers.entries.into_iter().rev() {
-            let foreign = |key: &str| EXTENSION_KEYS.contains(&key) && Some(key) != known;
-            entries.retain(|entry| !foreign(&entry.key));
+            entries.retain(|entry| !extra.others.contains(&&*entry.key));
             document.lay(entries, &place);
         }
         apply_overrides(&mut document, overrides);
@@ -289,12 +291,12 @@ impl Registry {
     }
 
     fn example(&self, family: &FamilyEntry) -> Option<Example> {
-        let place = Place { layer: Layer::Base, file: family.example.into(), position: None };
+        let place = Place::new(Layer::Base, family.example, &SENSOR);
         let yaml = self.builtin_yaml(family.example)?;
         let layers = self.layers(yaml, place.clone(), &mut Vec::new())?;
         let mut document = Document::new(family.all_fields(), place);
-        for (place, mut entries) in layers.entries.into_iter().rev() {
-            entries.retain(|entry| !EXTENSION_KEYS.contains(&&*entry.key));
+        // Keys of others are unknown here, and nobody asks what is wrong.
+        for (place, entries) in layers.entries.into_iter().rev() {
             document.lay(entries, &place);
         }
         let values = document.into_values();
@@ -348,8 +350,8 @@ impl Registry {
                 found.push(at.problem("extends", &name, message).hint("extend another sensor"));
                 return None;
             }
-            let file = format!("{name}.yaml (built-in)").into();
-            next = Some((base, Place { layer: Layer::Base, file, position: None }));
+            let file = format!("{name}.yaml (built-in)");
+            next = Some((base, Place::new(Layer::Base, &file, &SENSOR)));
         }
         let Some((family, _)) = family else {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
@@ -376,6 +378,14 @@ impl Registry {
     }
 }
 
+/// What files hold besides the parameters of their family.
+struct Extra<'a> {
+    /// Keys that are left alone.
+    others: &'a [&'a str],
+    /// A section that is read.
+    section: Option<(&'a Extension, Field)>,
+}
+
 /// A file, then the built-in sensors it extends.
 struct Layers {
     family: FamilyEntry,
@@ -394,65 +404,5 @@ fn bug(file: &str, message: String) -> InvalidDesign {
             message,
             hint: Some("this is a bug in fabkit; please report it with the file".into()),
         }],
-    }
-}
-
-/// Reads a text whose top level is keys and values; `None` after reporting why it is not.
-pub(crate) fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
-    match parse_tree(yaml) {
-        Ok((node, duplicates)) => {
-            found.extend(duplicates.into_iter().map(|fault| Found::fault(fault, place)));
-            mapping(node, place, found)
-        }
-        Err(fault) => {
-            found.push(Found::fault(fault, place));
-            None
-        }
-    }
-}
-
-fn mapping(node: Node, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
-    let (message, at) = match node.content {
-        Content::Map(entries) => return Some(entries),
-        Content::Nothing => ("the file is empty", place.clone()),
-        _ => ("the file is not a list of keys and values", place.at(node.position)),
-    };
-    let found_here = at.problem("", "", message.into());
-    found.push(found_here.hint(format!("begin with `format: {FORMAT}` and `extends: NAME`")));
-    None
-}
-
-pub(crate) fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>) {
-    let hint = format!("begin the file with `format: {FORMAT}`");
-    let before = found.len();
-    match take_word(entries, "format", place, found) {
-        Some((word, _)) if word == FORMAT.to_string() => {}
-        Some((word, at)) => {
-            let word = shown(&word);
-            let message = format!("format is `{word}`; this version of fabkit reads {FORMAT}");
-            found.push(at.problem("format", &word, message).hint(hint));
-        }
-        None if found.len() > before => {}
-        None => found.push(place.problem("format", "", "the format is missing".into()).hint(hint)),
-    }
-}
-
-/// Takes a key with a plain word out of the entries.
-pub(crate) fn take_word(
-    entries: &mut Vec<Entry>,
-    key: &str,
-    place: &Place,
-    found: &mut Vec<Found>,
-) -> Option<(String, Place)> {
-    let i = entries.iter().position(|entry| entry.key == key)?;
-    let entry = entries.remove(i);
-    match entry.value.content {
-        Content::Scalar(word) => Some((word, place.at(entry.value.position))),
-        _ => {
-            let at = place.at(entry.key_position);
-            let message = format!("{key} must be followed by one word");
-            found.push(at.problem(key, "", message).hint(format!("write `{key}: WORD`")));
-            None
-        }
     }
 }

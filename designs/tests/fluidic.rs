@@ -13,7 +13,7 @@ const LINES: u32 = 200_000;
 
 fn try_fluidic(overrides: &[&str]) -> Result<Design, InvalidDesign> {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
-    load("fluidic.yaml", builtin_yaml("fluidic").unwrap(), &overrides)
+    load("fluidic.yaml", builtin_yaml("fluidic").unwrap(), &overrides, &[])
 }
 
 fn fluidic(overrides: &[&str]) -> Design {

@@ -37,7 +37,8 @@ const ISO_4032: [(f64, [f64; 2], [f64; 2]); 2] =
 
 fn sensor(name: &str, sets: &[&str]) -> Design {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    load(name, builtin_yaml(name).unwrap(), &sets).unwrap_or_else(|e| panic!("{:#?}", e.problems))
+    load(name, builtin_yaml(name).unwrap(), &sets, &["fixtures"])
+        .unwrap_or_else(|e| panic!("{:#?}", e.problems))
 }
 
 /// Where a line crosses a solid.
@@ -241,7 +242,8 @@ fn o_rings_are_stocked_keep_their_volume_and_have_grooves_that_suit_them() {
         ("rtac0", "connector.o_ring_cord=2.2mm", "connector.o_ring_cord"),
         ("tactip", "seal.cord=0.9mm", "seal.cord"),
     ] {
-        let refused = load(name, builtin_yaml(name).unwrap(), &[set.to_owned()]).unwrap_err();
+        let refused =
+            load(name, builtin_yaml(name).unwrap(), &[set.to_owned()], &["fixtures"]).unwrap_err();
         let found = refused.problems.iter().find(|problem| problem.path == path).unwrap();
         assert!(found.message.contains("no O-ring of that cord is stocked"), "{}", found.message);
     }

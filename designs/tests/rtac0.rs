@@ -5,7 +5,7 @@ use fabkit_designs::{Design, builtin_yaml, load};
 fn rtac0(overrides: &[&str]) -> Design {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
     let yaml = builtin_yaml("rtac0").unwrap();
-    load("rtac0.yaml", yaml, &overrides).unwrap_or_else(|e| panic!("{e}: {:#?}", e.problems))
+    load("rtac0.yaml", yaml, &overrides, &[]).unwrap_or_else(|e| panic!("{e}: {:#?}", e.problems))
 }
 
 #[test]
@@ -54,7 +54,8 @@ const REFUSED: &[(&[&str], &str)] = &[
 fn what_cannot_be_built_is_refused_by_name() {
     for (overrides, path) in REFUSED {
         let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
-        let error = load("rtac0.yaml", builtin_yaml("rtac0").unwrap(), &overrides).unwrap_err();
+        let error =
+            load("rtac0.yaml", builtin_yaml("rtac0").unwrap(), &overrides, &[]).unwrap_err();
         let problem = error.problems.iter().find(|p| p.path == *path);
         let problem = problem.unwrap_or_else(|| panic!("{overrides:?}: {:#?}", error.problems));
         assert!(problem.hint.is_some(), "{overrides:?}: no hint");

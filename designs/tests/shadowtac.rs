@@ -10,7 +10,7 @@ use fabkit_geometry::{CompiledSolid, Point3, Solid};
 
 fn try_load(name: &str, overrides: &[&str]) -> Result<Design, InvalidDesign> {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
-    load(&format!("{name}.yaml"), builtin_yaml(name).unwrap(), &overrides)
+    load(&format!("{name}.yaml"), builtin_yaml(name).unwrap(), &overrides, &["fixtures"])
 }
 
 fn built(name: &str, overrides: &[&str]) -> Design {

@@ -12,7 +12,7 @@ const LINES: u32 = 8_000;
 
 fn try_load(overrides: &[&str]) -> Result<Design, InvalidDesign> {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
-    load("tactip.yaml", builtin_yaml("tactip").unwrap(), &overrides)
+    load("tactip.yaml", builtin_yaml("tactip").unwrap(), &overrides, &["fixtures"])
 }
 
 fn tactip(overrides: &[&str]) -> Design {

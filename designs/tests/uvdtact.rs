@@ -8,7 +8,7 @@ use fabkit_geometry::{Action, CompiledSolid, Point3, Ray, Solid, Vector3};
 fn try_uvdtact(overrides: &[&str]) -> Result<Design, Vec<String>> {
     let overrides: Vec<String> = overrides.iter().map(|o| o.to_string()).collect();
     let yaml = builtin_yaml("uvdtact").unwrap();
-    load("uvdtact.yaml", yaml, &overrides).map_err(|e| {
+    load("uvdtact.yaml", yaml, &overrides, &["fixtures"]).map_err(|e| {
         let line = |p: &fabkit_designs::parameters::Problem| {
             format!("{}: {} ({})", p.path, p.message, p.hint.as_deref().unwrap_or(""))
         };

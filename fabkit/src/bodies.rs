@@ -24,19 +24,15 @@ impl UnknownName {
         known: impl IntoIterator<Item = &'a str>,
     ) -> Self {
         let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
-        let scored = known.iter().map(|k| (strsim::normalized_damerau_levenshtein(name, k), k));
-        // Half the letters right: closer is a typo, farther is another word.
-        let closest = scored
-            .filter(|(score, _)| *score > 0.5)
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, k)| k.clone());
+        let similar = fabkit_text::similar(name, known.iter().map(String::as_str));
+        let closest = similar.first().map(|known| (*known).to_owned());
         Self { what, name: name.into(), known, closest }
     }
 
     /// What to do about it.
     pub fn hint(&self) -> String {
         match &self.closest {
-            Some(closest) => format!("did you mean `{closest}`?"),
+            Some(closest) => fabkit_text::did_you_mean(&[closest]),
             None => format!("known: {}", self.known.join(", ")),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use fabkit::designs::parameters::Problem;
+use fabkit::text::Problem;
 
 /// Longer lines are cut around the place in question.
 const MAX_LINE_CHARS: usize = 96;

@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use fabkit::bodies::UnknownName;
 use fabkit::depth::RenderError;
-use fabkit::designs::parameters::{InvalidDesign, Problem};
 use fabkit::export::ExportError;
 use fabkit::exporting::{ExportFailure, FolderError};
 use fabkit::mesh::MeshError;
 use fabkit::pictures::PictureError;
 use fabkit::staging::StagingError;
 use fabkit::sweep::panics::becomes_a_row;
+use fabkit::text::{InvalidDesign, Problem};
 use fabkit::verifier::VerifierError;
 use serde_json::json;
 

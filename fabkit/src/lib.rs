@@ -36,6 +36,7 @@ pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
 pub use fabkit_sweep as sweep;
+pub use fabkit_text as text;
 
 // The command's files name the library as its other users do.
 extern crate self as fabkit;

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use fabkit::bodies::UnknownName;
 use fabkit::checks::{self, CheckReport, InvalidBody};
-use fabkit::designs::parameters::InvalidDesign;
 use fabkit::designs::profile::ProcessProfile;
 use fabkit::designs::{self, Design};
 use fabkit::fixtures::{self, FixtureError, Project};
+use fabkit::text::InvalidDesign;
 
 use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};

@@ -10,7 +10,7 @@ use fabkit_geometry::Solid;
 pub fn builtin_designs() -> Vec<Design> {
     let design = |name: &str| {
         let yaml = builtin_yaml(name).expect("named by the registry");
-        load(name, yaml, &[]).unwrap_or_else(|e| panic!("{name}: {:#?}", e.problems))
+        load(name, yaml, &[], &["fixtures"]).unwrap_or_else(|e| panic!("{name}: {:#?}", e.problems))
     };
     builtin_names().into_iter().map(design).collect()
 }

@@ -1,90 +1,44 @@
-//! Which crate may know which: the table of ARCHITECTURE.md, compared with what cargo sees.
+//! Which crate may know which: the tables of ARCHITECTURE.md, compared with what cargo sees.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-/// Each crate of the workspace with the crates of the workspace that it may use.
-const MAY_USE: &[(&str, &[&str])] = &[
-    ("fabkit-geometry", &[]),
-    ("fabkit-mesh", &["fabkit-geometry"]),
-    ("fabkit-camera", &[]),
-    ("fabkit-depth", &["fabkit-geometry", "fabkit-camera"]),
-    ("fabkit-checks", &["fabkit-geometry"]),
-    ("fabkit-designs", &["fabkit-geometry"]),
-    ("fabkit-report", &[]),
-    ("fabkit-calibration", &["fabkit-geometry", "fabkit-camera", "fabkit-report"]),
-    (
-        "fabkit-fixtures",
-        &[
-            "fabkit-geometry",
-            "fabkit-camera",
-            "fabkit-calibration",
-            "fabkit-checks",
-            "fabkit-designs",
-            "fabkit-mesh",
-            "fabkit-export",
-        ],
-    ),
-    ("fabkit-export", &["fabkit-geometry", "fabkit-mesh"]),
-    (
-        "fabkit-sweep",
-        &[
-            "fabkit-geometry",
-            "fabkit-mesh",
-            "fabkit-camera",
-            "fabkit-checks",
-            "fabkit-designs",
-            "fabkit-calibration",
-            "fabkit-fixtures",
-            "fabkit-export",
-            "fabkit-report",
-        ],
-    ),
-    (
-        "fabkit",
-        &[
-            "fabkit-geometry",
-            "fabkit-mesh",
-            "fabkit-camera",
-            "fabkit-depth",
-            "fabkit-checks",
-            "fabkit-designs",
-            "fabkit-calibration",
-            "fabkit-fixtures",
-            "fabkit-export",
-            "fabkit-sweep",
-        ],
-    ),
-    (
-        "fabkit-tests",
-        &[
-            "fabkit",
-            "fabkit-geometry",
-            "fabkit-mesh",
-            "fabkit-camera",
-            "fabkit-depth",
-            "fabkit-checks",
-            "fabkit-designs",
-            "fabkit-calibration",
-            "fabkit-fixtures",
-            "fabkit-export",
-        ],
-    ),
-    ("fabkit-fuzz-targets", &["fabkit"]),
-    ("fabkit-python", &["fabkit"]),
-    ("xtask", &[]),
-];
+const ARCHITECTURE: &str = include_str!("../../ARCHITECTURE.md");
 
-/// Crates from outside that only these crates here may use, tests apart.
-const FEW_USERS: &[(&str, &[&str])] = &[
-    ("manifold-rust", &["fabkit-mesh"]),
-    ("granit-parser", &["fabkit-designs", "fabkit-camera"]),
-    ("png", &["fabkit-export", "fabkit-calibration"]),
-    ("flate2", &["fabkit-export"]),
-    ("parquet", &["fabkit-export"]),
-    ("clap", &["fabkit"]),
-    ("ctrlc", &["fabkit"]),
-];
+/// The first two cells of each row below a table's head, which begins with `head`.
+fn rows<'a>(text: &'a str, head: &str) -> Vec<[&'a str; 2]> {
+    let below = text.lines().skip_while(|line| !line.starts_with(head)).skip(2);
+    below
+        .map_while(|line| line.strip_prefix('|'))
+        .map(|row| {
+            let mut cells = row.split('|').map(str::trim);
+            [cells.next(), cells.next()].map(|cell| cell.expect("a row has two cells"))
+        })
+        .collect()
+}
+
+/// `a, b` to its words; a dash stands for none.
+fn words(cell: &str) -> impl Iterator<Item = &str> {
+    cell.split(", ").filter(|word| *word != "—")
+}
+
+/// Each crate with the crates that it may use, by package, in the order of the table.
+fn table(text: &str) -> Vec<(String, BTreeSet<String>)> {
+    let mut found: Vec<(&str, String, BTreeSet<String>)> = Vec::new();
+    for [name, uses] in rows(text, "| folder (package) | uses |") {
+        let (folder, package) = name.split_once("/`").expect("a folder in backticks");
+        let folder = folder.trim_start_matches('`');
+        let package = package.trim().trim_start_matches('(').trim_end_matches(')');
+        let package = if package.is_empty() { folder } else { package };
+        let above = |used: &str| {
+            let row = found.iter().find(|(folder, ..)| *folder == used);
+            row.unwrap_or_else(|| panic!("{folder} uses {used}, which is not above it")).1.clone()
+        };
+        let uses = words(uses).map(above).collect();
+        found.push((folder, package.to_owned(), uses));
+    }
+    found.into_iter().map(|(_, package, uses)| (package, uses)).collect()
+}
 
 /// Package name to the names of its dependencies with their kind: empty, `dev` or `build`.
 fn graph() -> BTreeMap<String, Vec<(String, String)>> {
@@ -109,29 +63,43 @@ fn graph() -> BTreeMap<String, Vec<(String, String)>> {
 }
 
 #[test]
-fn crates_use_only_what_the_table_allows() {
+fn crates_use_exactly_what_the_table_says() {
     let graph = graph();
-    let table: BTreeMap<&str, BTreeSet<&str>> =
-        MAY_USE.iter().map(|(name, uses)| (*name, uses.iter().copied().collect())).collect();
-    assert!(graph.keys().map(String::as_str).eq(table.keys().copied()), "{:?}", graph.keys());
+    let table: BTreeMap<_, _> = table(ARCHITECTURE).into_iter().collect();
+    assert_eq!(graph.keys().collect::<Vec<_>>(), table.keys().collect::<Vec<_>>());
     for (name, dependencies) in &graph {
         // A crate's tests may use the crate itself with other features.
-        let others = dependencies.iter().filter(|(used, _)| used != name);
-        let here = others.map(|(d, _)| d.as_str()).filter(|d| table.contains_key(d));
-        for used in here {
-            assert!(table[name.as_str()].contains(used), "{name} must not know {used}");
-        }
+        let others = dependencies.iter().map(|(used, _)| used).filter(|used| *used != name);
+        let here: BTreeSet<String> =
+            others.filter(|used| table.contains_key(*used)).cloned().collect();
+        assert_eq!(here, table[name], "what {name} uses, and what ARCHITECTURE.md says");
     }
 }
 
 #[test]
+#[should_panic(expected = "mesh uses text, which is not above it")]
+fn a_crate_cannot_use_one_that_stands_below_it() {
+    table(
+        "| folder (package) | uses | holds |\n|---|---|---|\n| `geometry/` (g) | — | |\n\
+         | `mesh/` (m) | geometry, text | |\n| `text/` (t) | — | |\n",
+    );
+}
+
+#[test]
 fn kernels_and_formats_have_few_users() {
+    let few = rows(ARCHITECTURE, "| package | users |");
+    assert!(few.iter().any(|[package, _]| *package == "manifold-rust"), "{few:?}");
+    let mut found: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
     for (name, dependencies) in &graph() {
-        for (used, kind) in dependencies {
-            let few = FEW_USERS.iter().find(|(outside, _)| outside == used);
-            if let Some((outside, users)) = few.filter(|_| kind != "dev") {
-                assert!(users.contains(&name.as_str()), "{outside} belongs to {users:?}");
+        for (used, _) in dependencies.iter().filter(|(_, kind)| kind != "dev") {
+            if let Some([package, _]) = few.iter().find(|[package, _]| package == used) {
+                let name = name.strip_prefix("fabkit-").unwrap_or(name);
+                found.entry(package).or_default().insert(name.to_owned());
             }
         }
+    }
+    for [package, users] in few {
+        let users: BTreeSet<String> = words(users).map(str::to_owned).collect();
+        assert_eq!(found.get(package), Some(&users), "users of {package}");
     }
 }

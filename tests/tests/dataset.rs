@@ -178,12 +178,16 @@ fn patterns_from_a_file_are_read_and_refused_line_by_line() {
         &[&["dataset", "rtac0", "-o", "new", "--presses", "list.txt"], SMALL].concat(),
     );
     let expected = [
-        "list.txt: line 2: there is a pattern `ball` already",
-        "line 3: `a,b` cannot name files",
-        "line 4: there is no press `semi-dom-001`",
-        "line 5: press `hemisphere@40deg,180deg`: 2 values follow",
-        "line 6: press `hemisphere@40deg,180deg,9mm`: 9 mm is out of range",
-        "line 7: press `hemisphere@170deg,180deg,1mm`: 170 deg is out of range: the surface ends 111.8",
+        "list.txt:2:1",
+        "there is a pattern `ball` already",
+        "2 | ball = semi-dome-001",
+        "list.txt:3:1",
+        "`a,b` cannot name files",
+        "there is no press `semi-dom-001`",
+        "press `hemisphere@40deg,180deg`: 2 values follow",
+        "press `hemisphere@40deg,180deg,9mm`: 9 mm is out of range",
+        "list.txt:7:1",
+        "press `hemisphere@170deg,180deg,1mm`: 170 deg is out of range: the surface ends 111.8",
     ];
     assert_says(&run, 2, &expected);
     assert!(!root.path().join("new").exists());

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fabkit::pictures::{Shot, picture_of_body};
-use fabkit_designs::parameters::SourceKind;
+use fabkit::text::SourceKind;
 
 fn designs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs")

@@ -226,7 +226,11 @@ objectives: {coverage: most}
         "format: 1\nsensor: rtac0\nset: {surface.radius: 900 mm}\naxes: {leds.count: [8]}\n",
     );
     assert_says(&sweep(set.path(), &[]), 2, &["sweep.yaml:3:7", "surface.radius is 900 mm"]);
-    assert_says(&sweep(folder("").path(), &[]), 2, &["no plan of a sweep"]);
+    assert_says(
+        &sweep(folder("").path(), &[]),
+        2,
+        &["the file is empty", "`sensor: NAME` and `axes:`"],
+    );
     let large = folder(&small("[]").replace("steps: 3", "steps: 90000"));
     assert_says(&sweep(large.path(), &[]), 2, &["270000 combinations; at most 100000"]);
 }
@@ -295,7 +299,7 @@ fn metrics_agree_with_other_ways_to_them() {
     // The coverage that `fabkit depth` tells from 20 000 other places.
     let touch = |sensor: &str| {
         let yaml = fabkit::designs::builtin_yaml(sensor).unwrap();
-        fabkit::designs::load(sensor, yaml, &[]).unwrap().sensor
+        fabkit::designs::load(sensor, yaml, &[], &["fixtures"]).unwrap().sensor
     };
     let sensor = touch("rtac0");
     let viewpoint = fabkit::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
@@ -321,7 +325,7 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
     // The dot at the tip is seen face on, all others askew: its 1 mm at its distance.
     let tactip = row("tactip", "camera.pixels: [30]", "markers");
     let yaml = fabkit::designs::builtin_yaml("tactip").unwrap();
-    let sensor = fabkit::designs::load("tactip", yaml, &[]).unwrap().sensor;
+    let sensor = fabkit::designs::load("tactip", yaml, &[], &["fixtures"]).unwrap().sensor;
     let dots = &sensor.body("dots").unwrap().landmarks;
     let tip = dots.iter().map(|dot| dot.point).min_by(|a, b| {
         let from_axis = |p: &fabkit::geometry::Point3<f64>| p.x.hypot(p.y);

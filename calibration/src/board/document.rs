@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use fabkit_text::{InvalidDocument, JsonFormat};
 use serde::{Deserialize, Serialize};
 
 /// What `format` says in a board's file.
@@ -94,19 +95,12 @@ pub struct Board {
     pub markers: Vec<BoardMarker>,
 }
 
-/// Why a file holds no board: everything that is wrong with it.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("not a calibration board: {}", .problems.join("; "))]
-pub struct InvalidBoard {
-    /// At least one; each names the field, its value and the limit.
-    pub problems: Vec<String>,
-}
-
-impl InvalidBoard {
-    fn one(problem: impl Into<String>) -> Self {
-        Self { problems: vec![problem.into()] }
-    }
-}
+const DOCUMENT: JsonFormat = JsonFormat {
+    what: "calibration board",
+    format: FORMAT,
+    version: VERSION,
+    max_bytes: MAX_BYTES,
+};
 
 impl Board {
     /// A checkerboard of columns x rows squares with sides of `square_mm`.
@@ -117,7 +111,7 @@ impl Board {
         name: &str,
         squares: [u32; 2],
         square_mm: f64,
-    ) -> Result<Self, InvalidBoard> {
+    ) -> Result<Self, InvalidDocument> {
         let board = Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -150,11 +144,11 @@ impl Board {
         marker_mm: f64,
         dictionary: &str,
         bits: &[Vec<String>],
-    ) -> Result<Self, InvalidBoard> {
+    ) -> Result<Self, InvalidDocument> {
         let corners = Self::regular_corners(squares, square_mm)?;
         let light = Self::light_squares(squares);
         if bits.len() < light.len() {
-            return Err(InvalidBoard::one(format!(
+            return Err(DOCUMENT.refuse(format!(
                 "{} markers for {} light squares",
                 bits.len(),
                 light.len()
@@ -184,24 +178,8 @@ impl Board {
     /// # Errors
     /// Text that is no such document, with line and column; other formats and versions; everything
     /// that contradicts itself.
-    pub fn from_json(text: &str) -> Result<Self, InvalidBoard> {
-        if text.len() > MAX_BYTES {
-            let bytes = text.len();
-            return Err(InvalidBoard::one(format!("{bytes} bytes; at most {MAX_BYTES} are read")));
-        }
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|e| InvalidBoard::one(e.to_string()))?;
-        let of = |key| value.get(key).unwrap_or(&serde_json::Value::Null);
-        if of("format") != FORMAT || of("version") != VERSION {
-            return Err(InvalidBoard::one(format!(
-                "format {} version {}; this fabkit reads \"{FORMAT}\" version {VERSION}",
-                of("format"),
-                of("version")
-            )));
-        }
-        // From the text again: only then do messages name a line.
-        let board: Self =
-            serde_json::from_str(text).map_err(|e| InvalidBoard::one(e.to_string()))?;
+    pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
+        let board: Self = DOCUMENT.read(text, &DOCUMENT.parse(text)?)?;
         board.check()?;
         Ok(board)
     }
@@ -227,7 +205,7 @@ impl Board {
     fn regular_corners(
         squares: [u32; 2],
         square_mm: f64,
-    ) -> Result<Vec<BoardCorner>, InvalidBoard> {
+    ) -> Result<Vec<BoardCorner>, InvalidDocument> {
         check_squares(squares)?;
         let [columns, rows] = squares.map(|n| n - 1);
         let corner = |id: u32| {
@@ -237,7 +215,7 @@ impl Board {
         Ok((0..columns * rows).map(corner).collect())
     }
 
-    fn check(&self) -> Result<(), InvalidBoard> {
+    fn check(&self) -> Result<(), InvalidDocument> {
         let nominal = Self::regular_corners(self.squares, self.square_mm)?;
         let mut problems = Vec::new();
         let [min, max] = SQUARE_LIMITS_MM;
@@ -271,7 +249,7 @@ impl Board {
             }
             BoardKind::Charuco => self.check_markers(&mut problems),
         }
-        if problems.is_empty() { Ok(()) } else { Err(InvalidBoard { problems }) }
+        DOCUMENT.accept(problems)
     }
 
     fn check_markers(&self, problems: &mut Vec<String>) {
@@ -342,12 +320,12 @@ impl BoardMarker {
     }
 }
 
-fn check_squares(squares: [u32; 2]) -> Result<(), InvalidBoard> {
+fn check_squares(squares: [u32; 2]) -> Result<(), InvalidDocument> {
     if squares.iter().all(|n| (MIN_SQUARES..=MAX_SQUARES).contains(n)) {
         return Ok(());
     }
     let [columns, rows] = squares;
-    Err(InvalidBoard::one(format!(
+    Err(DOCUMENT.refuse(format!(
         "squares are [{columns}, {rows}]; both are {MIN_SQUARES} to {MAX_SQUARES}"
     )))
 }

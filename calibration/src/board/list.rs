@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use fabkit_camera::Point2;
 
 use super::{Board, FoundCorner};
+use crate::captures::InvalidList;
 
 /// Longest list, bytes.
 pub const MAX_LIST_BYTES: usize = 64 << 20;
@@ -18,14 +19,6 @@ const MAX_PROBLEMS: usize = 20;
 
 const COLUMNS: [&str; 4] = ["view", "corner", "x_px", "y_px"];
 const SIGMA: &str = "sigma_px";
-
-/// Why a list of corners cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}", .problems.join("\n"))]
-pub struct InvalidList {
-    /// Each with its line; at least one.
-    pub problems: Vec<String>,
-}
 
 /// Reads a list of corners: CSV with the columns `view`, `corner`, `x_px`, `y_px` and if wanted
 /// `sigma_px`, in this order, one row for each corner of `board` seen in a view. The centre of the

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use fabkit_geometry::{Point3, Vector3};
+use fabkit_text::InvalidDocument;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value};
 
-use super::{InvalidLandmarks, PinLandmark, PinLandmarks, UNNAMED_KIND};
+use super::{DOCUMENT, PinLandmark, PinLandmarks, UNNAMED_KIND};
 
 /// Points this close to a sphere were made as points of one, mm: maps are rounded to 0.01 mm.
 const SPHERE_TOLERANCE_MM: f64 = 0.05;
@@ -15,7 +16,7 @@ const SPHERE_TOLERANCE_MM: f64 = 0.05;
 pub(super) fn read(
     text: &str,
     object: &Map<String, Value>,
-) -> Result<PinLandmarks, InvalidLandmarks> {
+) -> Result<PinLandmarks, InvalidDocument> {
     let mut problems = Vec::new();
     let mut points: Vec<(u32, Point3<f64>)> = Vec::new();
     for (key, value) in object {
@@ -38,9 +39,7 @@ pub(super) fn read(
     if distinct.len() < points.len() {
         problems.push("a hole stands there twice, written differently".into());
     }
-    if !problems.is_empty() {
-        return Err(InvalidLandmarks { problems });
-    }
+    DOCUMENT.accept(problems)?;
     let centre = common_centre(&points);
     let pins = points
         .into_iter()

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use fabkit_text::{Node, shown, suggestion};
 use nalgebra::{DMatrix, Point3};
 
-use super::fields::{Fields, shown};
-use super::tree::{Content, Node};
+use super::fields::Fields;
 use super::{Fault, InvalidCameraFile, list, number};
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
@@ -138,7 +138,8 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
         "eucm" => &["alpha", "beta"],
         other => {
             let message = format!("`{}` is not a lens model", shown(other));
-            let hint = "known: opencv, kannala-brandt, double-sphere, eucm";
+            let hint =
+                suggestion(other, ["opencv", "kannala-brandt", "double-sphere", "eucm"], "known");
             fields.fault(Fault::new(line, "model", message).hint(hint));
             return None;
         }
@@ -196,7 +197,11 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
         }
         other => {
             let message = format!("`{}` is not a kind of interface", shown(other));
-            fields.fault(Fault::new(line, "kind", message).hint("known: none, flat, sphere"));
+            fields.fault(Fault::new(line, "kind", message).hint(suggestion(
+                other,
+                ["none", "flat", "sphere"],
+                "known",
+            )));
             Interface::None
         }
     }
@@ -207,36 +212,25 @@ fn read_covariance(fields: &mut Fields, map: &Node, names: &[&str]) -> Option<DM
     fields.only(map, &["names", "matrix"]);
     let n = names.len();
     let written = fields.child(map, "names")?;
-    let agree = match &written.content {
-        Content::List(items) => items
-            .iter()
-            .map(|item| match &item.content {
-                Content::Scalar(name) => name.as_str(),
-                _ => "",
-            })
-            .eq(names.iter().copied()),
-        _ => false,
-    };
-    if !agree {
+    let words = written.items().iter().map(|item| item.text().unwrap_or_default());
+    if !words.eq(names.iter().copied()) {
         let hint = format!("this camera has {}", names.join(", "));
-        let fault = Fault::new(written.line, "names", "are not the parameters of this camera");
+        let fault = Fault::new(written.position, "names", "are not the parameters of this camera");
         fields.fault(fault.hint(hint));
         return None;
     }
     let matrix = fields.child(map, "matrix")?;
-    let rows = match &matrix.content {
-        Content::List(rows) if rows.len() == n => rows,
-        _ => {
-            fields.fault(Fault::new(matrix.line, "matrix", format!("must have {n} rows")));
-            return None;
-        }
-    };
+    let rows = matrix.items();
+    if rows.len() != n {
+        fields.fault(Fault::new(matrix.position, "matrix", format!("must have {n} rows")));
+        return None;
+    }
     let mut values = Vec::with_capacity(n * n);
     for row in rows {
         let numbers = fields.numbers(row, "matrix");
         if numbers.len() != n {
             let message = format!("a row has {} numbers; {n} are needed", numbers.len());
-            fields.fault(Fault::new(row.line, "matrix", message));
+            fields.fault(Fault::new(row.position, "matrix", message));
             return None;
         }
         values.extend(numbers);

@@ -1,8 +1,8 @@
 //! Typed values out of a tree, with every fault collected.
 
+use fabkit_text::{Node, Position, shown, suggestion};
 use nalgebra::DMatrix;
 
-use super::tree::{Content, Node};
 use super::{Fault, InvalidCameraFile};
 use crate::camera::{Camera, check_around};
 use crate::error::{InvalidCamera, Violation, readable};
@@ -17,8 +17,8 @@ use crate::lens::Lens;
 #[derive(Default)]
 pub(super) struct Fields {
     faults: Vec<Fault>,
-    /// Parameter names with the line they were read from.
-    lines: Vec<(&'static str, usize)>,
+    /// Parameter names with the places they were read from.
+    places: Vec<(&'static str, Position)>,
 }
 
 impl Fields {
@@ -26,15 +26,15 @@ impl Fields {
         self.faults.push(fault);
     }
 
-    /// Remembers that a camera's parameter stands on a line.
-    pub(super) fn stands_on(&mut self, names: &[&'static str], line: usize) {
-        self.lines.extend(names.iter().map(|name| (*name, line)));
+    /// Remembers where a camera's parameters stand.
+    pub(super) fn stands_on(&mut self, names: &[&'static str], at: Position) {
+        self.places.extend(names.iter().map(|name| (*name, at)));
     }
 
     pub(super) fn child<'a>(&mut self, map: &'a Node, key: &str) -> Option<&'a Node> {
         let child = map.get(key);
         if child.is_none() {
-            self.fault(Fault::new(map.line, key, "is missing"));
+            self.fault(Fault::new(map.position, key, "is missing"));
         }
         child
     }
@@ -42,32 +42,26 @@ impl Fields {
     /// A required number; NaN if it is missing or none.
     pub(super) fn number(&mut self, map: &Node, key: &'static str) -> f64 {
         let Some(node) = self.child(map, key) else { return f64::NAN };
-        self.stands_on(&[key], node.line);
+        self.stands_on(&[key], node.position);
         self.parse_number(node, key)
     }
 
     pub(super) fn parse_number(&mut self, node: &Node, field: &str) -> f64 {
-        let text = match &node.content {
-            Content::Scalar(text) => text.as_str(),
-            _ => "a list or mapping",
-        };
+        let text = node.text().unwrap_or("a list or mapping");
         let number = text.parse().ok().filter(|number: &f64| number.is_finite());
         number.unwrap_or_else(|| {
             let message = format!("`{}` is not a finite number", shown(text));
-            self.fault(Fault::new(node.line, field, message));
+            self.fault(Fault::new(node.position, field, message));
             f64::NAN
         })
     }
 
     /// A required list of numbers, of which those that are none are NaN.
     pub(super) fn numbers(&mut self, node: &Node, field: &str) -> Vec<f64> {
-        match &node.content {
-            Content::List(items) => items.iter().map(|i| self.parse_number(i, field)).collect(),
-            _ => {
-                self.fault(Fault::new(node.line, field, "must be a list of numbers"));
-                Vec::new()
-            }
+        if !node.is_list() {
+            self.fault(Fault::new(node.position, field, "must be a list of numbers"));
         }
+        node.items().iter().map(|i| self.parse_number(i, field)).collect()
     }
 
     pub(super) fn exactly<const N: usize>(&mut self, node: &Node, field: &str) -> [f64; N] {
@@ -75,7 +69,7 @@ impl Fields {
         let numbers = self.numbers(node, field);
         if numbers.len() != N && self.faults.len() == before {
             let message = format!("has {} numbers; {N} are needed", numbers.len());
-            self.fault(Fault::new(node.line, field, message));
+            self.fault(Fault::new(node.position, field, message));
         }
         std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
     }
@@ -84,33 +78,32 @@ impl Fields {
     pub(super) fn pixels(&mut self, node: &Node, field: &'static str) -> u32 {
         let number = self.parse_number(node, field);
         if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) {
-            self.stands_on(&[field], node.line);
+            self.stands_on(&[field], node.position);
             return number as u32;
         }
         if number.is_finite() {
             let message = format!("{number} is not a whole number of pixels");
-            self.fault(Fault::new(node.line, field, message));
+            self.fault(Fault::new(node.position, field, message));
         }
         0
     }
 
-    pub(super) fn text<'a>(&mut self, map: &'a Node, key: &str) -> Option<(&'a str, usize)> {
+    pub(super) fn text<'a>(&mut self, map: &'a Node, key: &str) -> Option<(&'a str, Position)> {
         let node = self.child(map, key)?;
-        match &node.content {
-            Content::Scalar(text) => Some((text, node.line)),
-            _ => {
-                self.fault(Fault::new(node.line, key, "must be a single word"));
-                None
-            }
+        let text = node.text();
+        if text.is_none() {
+            self.fault(Fault::new(node.position, key, "must be a single word"));
         }
+        Some((text?, node.position))
     }
 
     /// Every key must be one of these.
     pub(super) fn only(&mut self, map: &Node, known: &[&str]) {
         for entry in map.entries() {
             if !known.contains(&entry.key.as_str()) {
-                let hint = format!("known here: {}", known.join(", "));
-                let fault = Fault::new(entry.line, &shown(&entry.key), "is not a known key");
+                let hint = suggestion(&entry.key, known.iter().copied(), "known here");
+                let fault =
+                    Fault::new(entry.key_position, &shown(&entry.key), "is not a known key");
                 self.fault(fault.hint(hint));
             }
         }
@@ -160,27 +153,17 @@ impl Fields {
 
     fn with_violations(mut self, violations: Vec<Violation>) -> InvalidCameraFile {
         violations.into_iter().for_each(|violation| self.violation(violation));
-        self.faults.sort_by_key(|fault| fault.line.unwrap_or(0));
+        self.faults.sort_by_key(super::line);
         InvalidCameraFile { faults: self.faults }
     }
 
     /// A rule that a value breaks, unless it could not even be read and is reported for that.
     fn violation(&mut self, violation: Violation) {
         let Violation { field, value, limit } = violation;
-        let line = self.lines.iter().find(|(name, _)| *name == field).map(|(_, line)| *line);
-        let unread = value.is_nan() || (value == 0.0 && line.is_none());
+        let place = self.places.iter().find(|(name, _)| *name == field).map(|(_, at)| *at);
+        let unread = value.is_nan() || (value == 0.0 && place.is_none());
         if !unread || self.faults.is_empty() {
-            self.fault(Fault::new(line, field, format!("is {}, but {limit}", readable(value))));
+            self.fault(Fault::new(place, field, format!("is {}, but {limit}", readable(value))));
         }
     }
-}
-
-/// Foreign text, shortened for a message.
-pub(super) fn shown(text: &str) -> String {
-    const MOST: usize = 40;
-    let mut short: String = text.chars().take(MOST).flat_map(char::escape_debug).collect();
-    if text.chars().nth(MOST).is_some() {
-        short.push_str("...");
-    }
-    short
 }

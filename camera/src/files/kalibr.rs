@@ -1,7 +1,8 @@
 //! Kalibr's camera chains, with one camera.
 
-use super::fields::{Fields, shown};
-use super::tree::{Content, Node};
+use fabkit_text::{Content, Node, shown, suggestion};
+
+use super::fields::Fields;
 use super::{Fault, InvalidCameraFile, list};
 use crate::camera::Camera;
 use crate::error::InvalidCamera;
@@ -12,7 +13,7 @@ use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Len
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
-        let fault = Fault::new(entry.line, &shown(&entry.key), "is a second camera");
+        let fault = Fault::new(entry.key_position, &shown(&entry.key), "is a second camera");
         fields.fault(fault.hint("keep one camera in the file, as `cam0`"));
     }
     let Some(camera) = fields.child(root, "cam0") else {
@@ -23,7 +24,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
             (fields.pixels(&items[0], "width_px"), fields.pixels(&items[1], "height_px"))
         }
         _ => {
-            fields.fault(Fault::new(node.line, "resolution", "must be [width, height]"));
+            fields.fault(Fault::new(node.position, "resolution", "must be [width, height]"));
             (0, 0)
         }
     });
@@ -38,8 +39,8 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
     let (model, line) = fields.text(map, "camera_model")?;
     let node = fields.child(map, "intrinsics");
     if let Some(node) = node {
-        fields.stands_on(&INTRINSICS, node.line);
-        fields.stands_on(&["xi", "alpha", "beta"], node.line);
+        fields.stands_on(&INTRINSICS, node.position);
+        fields.stands_on(&["xi", "alpha", "beta"], node.position);
     }
     let node = node?;
     let intrinsics =
@@ -69,7 +70,7 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
         }
         other => {
             let message = format!("`{}` is not known", shown(other));
-            let hint = "known: pinhole, omni, ds, eucm";
+            let hint = suggestion(other, ["pinhole", "omni", "ds", "eucm"], "known");
             fields.fault(Fault::new(line, "camera_model", message).hint(hint));
             None
         }
@@ -87,7 +88,7 @@ fn read_distorted(
         return Some(OpenCv::new(intrinsics, &[]).map(Lens::OpenCv));
     }
     let node = fields.child(map, "distortion_coeffs")?;
-    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], node.line);
+    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], node.position);
     match distortion {
         "radtan" => {
             let k = fields.exactly::<4>(node, "distortion_coeffs");
@@ -99,7 +100,7 @@ fn read_distorted(
         }
         other => {
             let message = format!("`{}` is not known", shown(other));
-            let hint = "known: none, radtan, equidistant";
+            let hint = suggestion(other, ["none", "radtan", "equidistant"], "known");
             fields.fault(Fault::new(line, "distortion_model", message).hint(hint));
             None
         }
@@ -113,7 +114,7 @@ fn no_distortion(fields: &mut Fields, map: &Node, model: &str) {
     if coefficients.iter().any(|k| *k != 0.0 && k.is_finite()) {
         let message = format!("`{model}` with further distortion has no counterpart here");
         let hint = "calibrate with `pinhole-equi`, `ds-none` or `eucm-none`";
-        fields.fault(Fault::new(node.line, "distortion_coeffs", message).hint(hint));
+        fields.fault(Fault::new(node.position, "distortion_coeffs", message).hint(hint));
     }
 }
 

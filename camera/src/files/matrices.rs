@@ -1,7 +1,8 @@
 //! Camera matrix and distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
 
-use super::fields::{Fields, shown};
-use super::tree::{Content, Node};
+use fabkit_text::{Content, Node, Position, shown, suggestion};
+
+use super::fields::Fields;
 use super::{Fault, InvalidCameraFile, list};
 use crate::camera::Camera;
 use crate::estimate::CameraEstimate;
@@ -50,8 +51,8 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
         return Err(fields.faults_of(size, None, Interface::None));
     };
     let coefficients = matrix_data(&mut fields, distortion, DISTORTION[0]);
-    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.line);
-    let model = read_model(&mut fields, root, distortion.line, coefficients.len());
+    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.position);
+    let model = read_model(&mut fields, root, distortion.position, coefficients.len());
     let (Some(intrinsics), Some(model)) = (intrinsics, model) else {
         return Err(fields.faults_of(size, None, Interface::None));
     };
@@ -81,23 +82,23 @@ fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
 }
 
 fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
-    fields.stands_on(&INTRINSICS, node.line);
+    fields.stands_on(&INTRINSICS, node.position);
     let k = matrix_data(fields, node, MATRIX[0]);
     let [fx_px, skew, cx_px, below, fy_px, cy_px, rest @ ..] = match <[f64; 9]>::try_from(&k[..]) {
         Ok(k) => k,
         Err(_) => {
             let message = format!("has {} numbers; 9 are needed", k.len());
-            fields.fault(Fault::new(node.line, MATRIX[0], message));
+            fields.fault(Fault::new(node.position, MATRIX[0], message));
             [f64::NAN; 9]
         }
     };
     if skew != 0.0 && skew.is_finite() {
-        let fault = Fault::new(node.line, MATRIX[0], format!("has a skew of {skew} px"));
+        let fault = Fault::new(node.position, MATRIX[0], format!("has a skew of {skew} px"));
         fields.fault(fault.hint("no lens model here has one; calibrate without it"));
     }
     if below.is_finite() && (below != 0.0 || rest != [0.0, 0.0, 1.0]) {
         let message = "is not of the form [fx, 0, cx; 0, fy, cy; 0, 0, 1]";
-        fields.fault(Fault::new(node.line, MATRIX[0], message));
+        fields.fault(Fault::new(node.position, MATRIX[0], message));
     }
     Intrinsics { fx_px, fy_px, cx_px, cy_px }
 }
@@ -106,7 +107,7 @@ fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
 ///
 /// OpenCV's own files do not always tell its two models apart, and both can have four
 /// coefficients. Where nothing but four numbers is given, the file is refused.
-fn read_model(fields: &mut Fields, root: &Node, line: usize, count: usize) -> Option<Model> {
+fn read_model(fields: &mut Fields, root: &Node, at: Position, count: usize) -> Option<Model> {
     if root.get("distortion_model").is_some() {
         let (name, line) = fields.text(root, "distortion_model")?;
         return match name {
@@ -114,7 +115,8 @@ fn read_model(fields: &mut Fields, root: &Node, line: usize, count: usize) -> Op
             "equidistant" | "fisheye" => Some(Model::Fisheye),
             other => {
                 let message = format!("`{}` is not known", shown(other));
-                let hint = "known: plumb_bob, rational_polynomial, equidistant";
+                let hint =
+                    suggestion(other, ["plumb_bob", "rational_polynomial", "equidistant"], "known");
                 fields.fault(Fault::new(line, "distortion_model", message).hint(hint));
                 None
             }
@@ -136,7 +138,7 @@ fn read_model(fields: &mut Fields, root: &Node, line: usize, count: usize) -> Op
         let message = "four coefficients are either k1 k2 p1 p2 or the k1 k2 k3 k4 of a fisheye, \
                        and the file does not say which";
         let hint = "add the line `fisheye_model: 0` or `fisheye_model: 1`";
-        fields.fault(Fault::new(line, DISTORTION[0], message).hint(hint));
+        fields.fault(Fault::new(at, DISTORTION[0], message).hint(hint));
         return None;
     }
     Some(Model::OpenCv)
@@ -151,7 +153,7 @@ fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) ->
     if beyond.iter().any(|value| *value != 0.0) {
         let message = "has thin prism or tilted sensor terms that are not zero";
         let hint = "no lens model here has them; calibrate with 5 or 8 coefficients";
-        fields.fault(Fault::new(node.line, DISTORTION[0], message).hint(hint));
+        fields.fault(Fault::new(node.position, DISTORTION[0], message).hint(hint));
     }
     used
 }
@@ -167,7 +169,7 @@ fn count_is<'a>(
     }
     let counts: Vec<String> = allowed.iter().map(usize::to_string).collect();
     let message = format!("has {} numbers; this model has {}", k.len(), counts.join(", "));
-    fields.fault(Fault::new(node.line, DISTORTION[0], message));
+    fields.fault(Fault::new(node.position, DISTORTION[0], message));
     None
 }
 

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use fabkit_text::Node;
 use nalgebra::DMatrix;
 
 use super::fields::Fields;
-use super::tree::{Content, Node, parse};
-use super::{Fault, InvalidCameraFile, list};
+use super::{Fault, InvalidCameraFile, list, parse};
 use crate::camera::Camera;
 use crate::estimate::{CameraEstimate, InvalidCovariance};
 use crate::joint::{JointEstimate, POSE_COUNT, POSE_PARAMETERS};
@@ -99,9 +99,12 @@ impl PoseFile {
 /// Text that is not YAML, a missing matrix, one of another size or with numbers that are none; all
 /// at once.
 pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
-    let root = parse(text)?;
+    parse(text, read_root)
+}
+
+fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
     let mut fields = Fields::default();
-    let camera_from_sensor = match fields.child(&root, "camera_from_sensor") {
+    let camera_from_sensor = match fields.child(root, "camera_from_sensor") {
         Some(node) => matrix(&mut fields, node, "camera_from_sensor"),
         None => [[f64::NAN; 4]; 4],
     };
@@ -109,7 +112,7 @@ pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
         && camera_from_sensor[3] != [0.0, 0.0, 0.0, 1.0]
     {
         let message = format!("its last row is {:?}; it must be 0 0 0 1", camera_from_sensor[3]);
-        fields.fault(Fault::new(root.line, "camera_from_sensor", message));
+        fields.fault(Fault::new(root.position, "camera_from_sensor", message));
     }
     let known = root.get("covariance").filter(|node| !is_nothing(node));
     let covariance = known.map(|node| matrix(&mut fields, node, "covariance"));
@@ -121,13 +124,11 @@ pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
     {
         let message = "is not the pose's part of `joint_covariance`";
         let hint = "the one follows from the other: take one of them out";
-        fields.fault(Fault::new(root.line, "covariance", message).hint(hint));
+        fields.fault(Fault::new(root.position, "covariance", message).hint(hint));
     }
     let covariance = covariance.or(of_joint);
-    let camera = root.get("camera").and_then(|node| match &node.content {
-        Content::Scalar(name) if !name.is_empty() => Some(name.clone()),
-        _ => None,
-    });
+    let camera = root.get("camera").and_then(Node::text).filter(|name| !name.is_empty());
+    let camera = camera.map(str::to_owned);
     fields.into_result(PoseFile { camera_from_sensor, covariance, joint, camera })
 }
 
@@ -138,14 +139,12 @@ fn read_joint(fields: &mut Fields, map: &Node) -> Option<FiledJoint> {
     let [names, values, matrix] =
         ["names", "camera_values", "matrix"].map(|key| fields.child(map, key));
     let (names, values, matrix) = (names?, values?, matrix?);
-    let found: Vec<String> = match &names.content {
-        Content::List(items) => items.iter().filter_map(word).collect(),
-        _ => Vec::new(),
-    };
+    let found: Vec<String> =
+        names.items().iter().filter_map(|item| item.text().map(str::to_owned)).collect();
     if !found.iter().map(String::as_str).take(POSE_COUNT).eq(POSE_PARAMETERS) {
         let message = "do not begin with the parameters of a pose";
         let hint = format!("they are {}", POSE_PARAMETERS.join(", "));
-        fields.fault(Fault::new(names.line, "names", message).hint(hint));
+        fields.fault(Fault::new(names.position, "names", message).hint(hint));
         return None;
     }
     let count = found.len();
@@ -156,28 +155,18 @@ fn read_joint(fields: &mut Fields, map: &Node) -> Option<FiledJoint> {
             camera_values.len(),
             count - POSE_COUNT
         );
-        fields.fault(Fault::new(values.line, "camera_values", message));
+        fields.fault(Fault::new(values.position, "camera_values", message));
         return None;
     }
-    let rows: &[Node] = match &matrix.content {
-        Content::List(rows) => rows,
-        _ => &[],
-    };
-    let numbers: Vec<Vec<f64>> = rows.iter().map(|row| fields.numbers(row, KEY)).collect();
+    let numbers: Vec<Vec<f64>> =
+        matrix.items().iter().map(|row| fields.numbers(row, KEY)).collect();
     if numbers.len() != count || numbers.iter().any(|row| row.len() != count) {
         let message = format!("must be {count} rows of {count} numbers, one for each name");
-        fields.fault(Fault::new(matrix.line, "matrix", message));
+        fields.fault(Fault::new(matrix.position, "matrix", message));
         return None;
     }
     let matrix = DMatrix::from_fn(count, count, |r, c| numbers[r][c]);
     Some(FiledJoint { names: found, camera_values, matrix })
-}
-
-fn word(node: &Node) -> Option<String> {
-    match &node.content {
-        Content::Scalar(text) => Some(text.clone()),
-        _ => None,
-    }
 }
 
 /// As numbers that were written down and may have lost their last digits.
@@ -195,17 +184,14 @@ fn agree(
 }
 
 fn is_nothing(node: &Node) -> bool {
-    matches!(&node.content, Content::Scalar(text) if text.is_empty())
+    node.text() == Some("")
 }
 
 fn matrix<const N: usize>(fields: &mut Fields, node: &Node, name: &str) -> [[f64; N]; N] {
-    let rows: &[Node] = match &node.content {
-        Content::List(rows) => rows,
-        _ => &[],
-    };
+    let rows = node.items();
     if rows.len() != N {
         let message = format!("must be {N} rows of {N} numbers; it has {} rows", rows.len());
-        fields.fault(Fault::new(node.line, name, message));
+        fields.fault(Fault::new(node.position, name, message));
         return [[f64::NAN; N]; N];
     }
     std::array::from_fn(|row| fields.exactly(&rows[row], name))

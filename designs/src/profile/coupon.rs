@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use fabkit_geometry::Length;
+use fabkit_text::{
+    Content, Dialect, Entry, InvalidDesign, Layer, Name, Node, Place, Position, Reading, Scalar,
+    check_format, mapping_of, shown, suggestion, take_word,
+};
 
 use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
-use crate::parameters::{
-    Content, Entry, Found, InvalidDesign, Layer, Name, Node, Place, Scalar, shown, suggestion,
-};
-use crate::registry::{check_format, mapping_of, take_word};
 
 /// Sizes of one kind on a coupon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -156,13 +156,10 @@ impl MeasuredProfile {
     /// Everything that is wrong: sizes without a unit or far from what was designed, too few of
     /// them, one that is off the line through the others.
     pub fn read(file: &str, yaml: &str, name: &Name) -> Result<Self, InvalidDesign> {
-        let place = Place { layer: Layer::File, file: file.into(), position: None };
-        let mut reading = Reading { place, found: Vec::new(), groups: Vec::new() };
-        let measured = reading.read(yaml, name);
-        match measured {
-            Some(measured) if reading.found.is_empty() => Ok(measured),
-            _ => Err(InvalidDesign { problems: Found::sorted(reading.found) }),
-        }
+        let text = Reading::new(Place::new(Layer::File, file, &COUPON));
+        let mut sizes = Sizes { text, groups: Vec::new() };
+        let measured = sizes.read(yaml, name);
+        sizes.text.finish(measured)
     }
 }
 
@@ -173,83 +170,71 @@ const PLAUSIBLE: (f64, f64) = (0.05, 1.0);
 const OFF_LINE_MM: f64 = 0.25;
 const SIZE_LIMITS_MM: std::ops::RangeInclusive<f64> = 0.05..=500.0;
 
+/// Files of coupons.
+const COUPON: Dialect = Dialect::new("coupon", 1, " and `process: NAME`");
+
 struct Row {
     path: String,
-    place: Place,
+    at: Position,
     nominal_mm: f64,
     measured_mm: f64,
 }
 
-struct Reading {
-    place: Place,
-    found: Vec<Found>,
+/// What was measured.
+struct Sizes {
+    text: Reading,
     groups: Vec<(CouponGroup, Place, Vec<Row>)>,
 }
 
-impl Reading {
+impl Sizes {
     fn read(&mut self, yaml: &str, name: &Name) -> Option<MeasuredProfile> {
-        let place = self.place.clone();
-        let mut entries = mapping_of(yaml, &place, &mut self.found)?;
-        check_format(&mut entries, &place, &mut self.found);
-        let process =
-            self.word(&mut entries, "process", PrintProcess::parse, PrintProcess::must_be(&()));
-        let material =
-            self.word(&mut entries, "material", |text| Ok(text.to_owned()), "a name".into());
+        let Reading { place, found } = &mut self.text;
+        let mut entries = mapping_of(yaml, place, found)?;
+        check_format(&mut entries, place, found);
+        let process = self.word(&mut entries, "process", &PrintProcess::must_be(&()));
+        let process = process
+            .and_then(|(word, at)| self.text.value::<PrintProcess>(at, "process", &word, &()));
+        let material = self.word(&mut entries, "material", "a name");
         for entry in entries {
             self.group(entry);
         }
         for group in CouponGroup::ALL {
             self.enough(group);
         }
-        if !self.found.is_empty() {
+        if !self.text.found.is_empty() {
             return None;
         }
-        let measured = self.profile(name, process?, material?);
-        if measured.is_none() && self.found.is_empty() {
-            self.found.push(place.problem("", "", "the sizes give no profile".into()));
+        let measured = self.profile(name, process?, material?.0);
+        let Reading { place, found } = &mut self.text;
+        if measured.is_none() && found.is_empty() {
+            found.push(place.problem("", "", "the sizes give no profile".into()));
         }
         measured
     }
 
-    fn word<T>(
+    fn word(
         &mut self,
         entries: &mut Vec<Entry>,
         key: &str,
-        parse: impl Fn(&str) -> Result<T, crate::parameters::Refusal>,
-        must_be: String,
-    ) -> Option<T> {
-        let before = self.found.len();
-        let Some((word, at)) = take_word(entries, key, &self.place, &mut self.found) else {
-            if self.found.len() == before {
-                let found = self.place.problem(key, "", format!("the {key} is missing"));
-                self.found.push(found.hint(format!("write `{key}:` and {must_be}")));
-            }
-            return None;
-        };
-        let result = parse(&word);
-        if let Err(refusal) = &result {
-            let message = format!(
-                "{key} is `{}`, which {}; it must be {must_be}",
-                shown(&word),
-                refusal.says
-            );
-            let found = at.problem(key, &shown(&word), message);
-            self.found.push(match &refusal.hint {
-                Some(hint) => found.hint(hint.clone()),
-                None => found,
-            });
+        must_be: &str,
+    ) -> Option<(String, Position)> {
+        let Reading { place, found } = &mut self.text;
+        let before = found.len();
+        let word = take_word(entries, key, place, found);
+        if word.is_none() && found.len() == before {
+            let missing = place.problem(key, "", format!("the {key} is missing"));
+            found.push(missing.hint(format!("write `{key}:` and {must_be}")));
         }
-        result.ok()
+        word.and_then(|(word, at)| Some((word, at.position?)))
     }
 
     fn group(&mut self, entry: Entry) {
         let Entry { key, key_position, value } = entry;
-        let at = self.place.at(key_position);
         let Some(group) = CouponGroup::ALL.into_iter().find(|group| group.key() == key) else {
             let keys = CouponGroup::ALL.map(CouponGroup::key);
             let message = format!("`{}` is not a key of a coupon", shown(&key));
             let hint = suggestion(&key, keys, "the keys are");
-            self.found.push(at.problem(&shown(&key), "", message).hint(hint));
+            self.text.problem(key_position, &key, "", message, hint);
             return;
         };
         let items = match value.content {
@@ -259,7 +244,7 @@ impl Reading {
                 let message = format!("{key} is not a list");
                 let hint =
                     "write one line `- {id: ..., nominal: ..., measured: ...}` for each size";
-                self.found.push(at.problem(&key, "", message).hint(hint));
+                self.text.problem(key_position, &key, "", message, hint);
                 return;
             }
         };
@@ -268,42 +253,39 @@ impl Reading {
             .enumerate()
             .filter_map(|(i, item)| self.row(&format!("{key}[{i}]"), item))
             .collect();
-        self.groups.push((group, at, rows));
+        self.groups.push((group, self.text.place.at(key_position), rows));
     }
 
     /// A size that was measured; `None` for others, and after reporting what is wrong.
     fn row(&mut self, path: &str, item: Node) -> Option<Row> {
-        let at = self.place.at(item.position);
         let Content::Map(entries) = item.content else {
             let hint = "write `{id: ..., nominal: ..., measured: ...}`";
-            self.found.push(at.problem(path, "", format!("{path} is not a size")).hint(hint));
+            self.text.problem(item.position, path, "", format!("{path} is not a size"), hint);
             return None;
         };
         let (mut nominal, mut measured) = (None, None);
         let mut is_broken = false;
         for Entry { key, key_position, value } in entries {
-            let place = self.place.at(value.position);
+            let at = value.position;
             let path = format!("{path}.{}", shown(&key));
             match (key.as_str(), value.content) {
                 ("id", _) | ("measured", Content::Nothing) => {}
                 ("nominal" | "measured", Content::Scalar(text)) => {
-                    match self.size(&path, &text, &place) {
-                        Some(mm) if key == "nominal" => nominal = Some(mm),
-                        Some(mm) => measured = Some((mm, place, path)),
+                    match self.text.value::<Length>(at, &path, &text, &SIZE_LIMITS_MM) {
+                        Some(size) if key == "nominal" => nominal = Some(size.mm()),
+                        Some(size) => measured = Some((size.mm(), at, path)),
                         None => is_broken = true,
                     }
                 }
                 ("nominal" | "measured", _) => {
                     is_broken = true;
                     let message = format!("{path} is not a single value");
-                    self.found
-                        .push(place.problem(&path, "", message).hint("write a size with its unit"));
+                    self.text.problem(at, &path, "", message, "write a size with its unit");
                 }
                 _ => {
                     let hint = suggestion(&key, ["id", "nominal", "measured"], "a size has");
                     let message = format!("`{}` is not known", shown(&key));
-                    let found = self.place.at(key_position).problem(&path, "", message);
-                    self.found.push(found.hint(hint));
+                    self.text.problem(key_position, &path, "", message, hint);
                 }
             }
         }
@@ -311,11 +293,11 @@ impl Reading {
             if !is_broken {
                 let message = format!("{path} has no nominal size");
                 let hint = "write `nominal:` as in the file that came with the coupon";
-                self.found.push(at.problem(path, "", message).hint(hint));
+                self.text.problem(item.position, path, "", message, hint);
             }
             return None;
         };
-        let (measured_mm, place, path) = measured?;
+        let (measured_mm, at, path) = measured?;
         let (share, slack_mm) = PLAUSIBLE;
         let low_mm = ((1.0 - share) * nominal_mm - slack_mm).max(0.0);
         let high_mm = (1.0 + share) * nominal_mm + slack_mm;
@@ -326,27 +308,10 @@ impl Reading {
                 low_mm, high_mm
             );
             let hint = "measure again, or write null if it did not come out";
-            self.found.push(place.problem(&path, &format!("{measured_mm} mm"), message).hint(hint));
+            self.text.problem(at, &path, &format!("{measured_mm} mm"), message, hint);
             return None;
         }
-        Some(Row { path, place, nominal_mm, measured_mm })
-    }
-
-    fn size(&mut self, path: &str, text: &str, place: &Place) -> Option<f64> {
-        let written = shown(text.trim());
-        let must_be = Length::must_be(&SIZE_LIMITS_MM);
-        let (message, hint) = match Length::parse(text) {
-            Ok(length) if length.is_within(&SIZE_LIMITS_MM) => return Some(length.mm()),
-            Ok(_) => (format!("{path} is {written}; it must be {must_be}"), None),
-            Err(refusal) => {
-                let says = refusal.says;
-                (format!("{path} is `{written}`, which {says}; it must be {must_be}"), refusal.hint)
-            }
-        };
-        let mut found = place.problem(path, &written, message);
-        found.problem.hint = hint;
-        self.found.push(found);
-        None
+        Some(Row { path, at, nominal_mm, measured_mm })
     }
 
     fn enough(&mut self, group: CouponGroup) {
@@ -357,13 +322,15 @@ impl Reading {
         sizes.sort_by(f64::total_cmp);
         sizes.dedup();
         if sizes.len() < needed {
-            let place = rows.map_or(&self.place, |(_, place, _)| place);
+            let place = rows.map_or(&self.text.place, |(_, place, _)| place);
             let message = format!(
                 "{key} has {} measured sizes; a profile needs at least {needed}",
                 sizes.len()
             );
             let found = place.problem(key, &sizes.len().to_string(), message);
-            self.found.push(found.hint("replace null by what was measured, for example `3.87 mm`"));
+            self.text
+                .found
+                .push(found.hint("replace null by what was measured, for example `3.87 mm`"));
         }
     }
 
@@ -388,8 +355,9 @@ impl Reading {
                 group.key()
             );
             let value = format!("{} mm", worst.measured_mm);
-            let found = worst.place.problem(&worst.path, &value, message);
-            self.found.push(found.hint("measure again, or write null to leave it out"));
+            let hint = "measure again, or write null to leave it out";
+            let (at, path) = (worst.at, worst.path.clone());
+            self.text.problem(at, &path, &value, message, hint);
         }
         Some(fit)
     }

@@ -2,9 +2,12 @@
 
 use std::fmt::Write as _;
 
+use fabkit_text::{Dialect, InvalidDesign, Layer, Place, read_section};
+
 use super::{DiameterFit, ProcessProfile};
-use crate::parameters::{Document, InvalidDesign, Layer, Parameter, Place, Reader, Section};
-use crate::registry::{check_format, mapping_of};
+
+/// Files of profiles.
+const PROFILE: Dialect = Dialect::new("profile", 1, " and `name: NAME`");
 
 impl ProcessProfile {
     /// Reads a profile; `file` names the text in messages.
@@ -12,23 +15,7 @@ impl ProcessProfile {
     /// # Errors
     /// Everything that is wrong, each with place, value, limit and a hint.
     pub fn read(file: &str, yaml: &str) -> Result<Self, InvalidDesign> {
-        let place = Place { layer: Layer::File, file: file.into(), position: None };
-        let mut document = Document::new(Self::fields(), place.clone());
-        let mut found = Vec::new();
-        if let Some(mut entries) = mapping_of(yaml, &place, &mut found) {
-            check_format(&mut entries, &place, &mut found);
-            document.lay(entries, &place);
-            document.found.extend(found);
-        } else {
-            return Err(InvalidDesign { problems: crate::parameters::Found::sorted(found) });
-        }
-        let mut reader = Reader::new(document);
-        let profile = <Self as Parameter>::read(&mut reader, "", "", &());
-        let report = reader.finish(None);
-        match profile {
-            Some(profile) if report.is_clean() => Ok(profile),
-            _ => Err(report.into_invalid()),
-        }
+        read_section(yaml, &Place::new(Layer::File, file, &PROFILE))
     }
 
     /// The file that [`ProcessProfile::read`] reads; each comment line goes before the values.

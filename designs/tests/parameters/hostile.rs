@@ -154,7 +154,7 @@ proptest! {
         for text in [yaml, String::from_utf8_lossy(&bytes).into_owned()] {
             for (yaml, set) in [(text.as_str(), None), (GLOW, Some(text.clone()))] {
                 let overrides: Vec<String> = set.into_iter().collect();
-                if let Err(invalid) = REGISTRY.load("x", yaml, &overrides) {
+                if let Err(invalid) = REGISTRY.load("x", yaml, &overrides, &[]) {
                     prop_assert!(!invalid.problems.is_empty());
                     prop_assert!(invalid.problems.iter().all(|p| !p.message.is_empty()));
                 }
@@ -167,7 +167,7 @@ proptest! {
     fn places_lie_within_the_file(start in 0..GLOW.len(), len in 0_usize..30, put in yaml_like()) {
         let end = (start + len).min(GLOW.len());
         let yaml = format!("{}{put}{}", &GLOW[..start], &GLOW[end..]);
-        if let Err(invalid) = REGISTRY.load("x", &yaml, &[]) {
+        if let Err(invalid) = REGISTRY.load("x", &yaml, &[], &[]) {
             let lines = yaml.lines().count() + 1;
             for found in invalid.problems.iter().filter(|p| p.file == "x") {
                 prop_assert!(found.line.is_none_or(|line| (1..=lines).contains(&line)), "{found:#?}");

@@ -6,7 +6,7 @@ use fabkit_designs::parameters::{Setting, SourceKind};
 
 fn load(yaml: &str, overrides: &[&str]) -> Design {
     let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
-    REGISTRY.load("my.yaml", yaml, &overrides).unwrap()
+    REGISTRY.load("my.yaml", yaml, &overrides, &[]).unwrap()
 }
 
 fn row<'a>(design: &'a Design, path: &str) -> &'a Setting {

@@ -5,7 +5,7 @@ use fabkit_designs::parameters::SourceKind;
 
 #[test]
 fn a_good_file_gives_values_with_sources_in_order() {
-    let design = REGISTRY.load("glow.yaml", GLOW, &[]).unwrap();
+    let design = REGISTRY.load("glow.yaml", GLOW, &[], &[]).unwrap();
     assert_eq!(design.sensor.name, "glow");
     assert_eq!(design.sensor.camera.field_of_view.to_string(), "160 deg");
     assert_eq!(design.derived, [("height".to_owned(), "21 mm".to_owned())]);
@@ -29,10 +29,10 @@ fn every_written_form_of_a_value_reads_the_same() {
     let quoted = plain.replace("1.5cm", "\"15 mm\"");
     let bom_and_crlf = format!("\u{feff}{}", GLOW.replace('\n', "\r\n"));
     for yaml in [&plain, &quoted, &bom_and_crlf] {
-        let design = REGISTRY.load("x", yaml, &[]).unwrap();
+        let design = REGISTRY.load("x", yaml, &[], &[]).unwrap();
         assert_eq!(design.parameters[0].value, "15 mm");
     }
-    let design = REGISTRY.load("x", &plain, &[]).unwrap();
+    let design = REGISTRY.load("x", &plain, &[], &[]).unwrap();
     assert_eq!(design.parameters[0].source.kind, SourceKind::User);
 }
 
@@ -117,7 +117,7 @@ fn limits_are_inclusive_in_every_unit() {
     ] {
         // With a gel that fits the smallest sensor.
         let yaml = glow_with(good, limit).replace("1.5 mm", "1 mm");
-        assert!(REGISTRY.load("x", &yaml, &[]).is_ok(), "{limit}");
+        assert!(REGISTRY.load("x", &yaml, &[], &[]).is_ok(), "{limit}");
     }
 }
 
@@ -209,7 +209,7 @@ fn impossible_combinations_point_at_the_value_and_at_what_limits_it() {
     assert!(thin.message.contains("at most 3.333 mm"), "{}", thin.message);
     assert!(thin.message.contains("surface.radius is 10 mm in --set"), "{}", thin.message);
     let yaml = GLOW.replace("1.5 mm", "3.333 mm");
-    assert!(REGISTRY.load("x", &yaml, &["surface.radius=10 mm".into()]).is_ok());
+    assert!(REGISTRY.load("x", &yaml, &["surface.radius=10 mm".into()], &[]).is_ok());
     // They are told together with errors elsewhere.
     assert_eq!(problems(&format!("{yaml}x: 1\n"), &["surface.radius=9 mm"]).len(), 2);
 }

@@ -57,7 +57,8 @@ fn built_in_sensors_load_and_state_their_sources() {
     use fabkit_designs::parameters::SourceKind;
     for name in fabkit_designs::builtin_names() {
         let yaml = fabkit_designs::builtin_yaml(name).unwrap();
-        let design = fabkit_designs::load(name, yaml, &[]).unwrap_or_else(|e| panic!("{e:#?}"));
+        let design = fabkit_designs::load(name, yaml, &[], &["fixtures"])
+            .unwrap_or_else(|e| panic!("{e:#?}"));
         assert_eq!(design.sensor.name, name);
         for setting in &design.parameters {
             assert!(setting.source.kind != SourceKind::User, "{name}: {}", setting.path);

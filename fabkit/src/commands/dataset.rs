@@ -15,12 +15,14 @@ use fabkit::export::png;
 use fabkit::fixtures::SEAM_NORMAL;
 use fabkit::identity::design_hash;
 use fabkit::staging::write_each;
+use fabkit::text::InvalidDesign;
 use serde_json::json;
 
 use self::room::Room;
 use super::progress::Progress;
 use super::{Report, view};
 use crate::cli::{Dataset, Global};
+use crate::diagnostics::SourceText;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::reading::{self, Expected};
@@ -156,13 +158,12 @@ fn patterns(order: &Order, sensor: &str, scene: &Scene) -> Result<Vec<NamedPress
     let hint = "is it the right file? It has one pattern on a line";
     let expected = Expected { what: "a list of presses", max_bytes: MAX_YAML_BYTES, hint };
     let text = reading::text(path, expected)?;
-    dataset::read_patterns(&text, &scene.project).map_err(|error| match error {
+    let patterns = dataset::read_patterns(&text, &scene.project);
+    patterns.map_err(|error| match error {
         NoPatterns::File(faults) => {
-            let message: Vec<String> =
-                faults.iter().map(|fault| format!("{}: {fault}", path.display())).collect();
-            let hint = faults.iter().find_map(|fault| fault.hint.clone());
-            let hint = hint.unwrap_or("a line is `NAME = ID + ID`, or an ID alone".into());
-            Failure::new(Exit::BadInput, message.join("\nerror: "), hint)
+            let file = path.display().to_string();
+            let problems = faults.into_iter().map(|fault| fault.in_file(&file)).collect();
+            Failure::Design(InvalidDesign { problems }, vec![SourceText { file, text }])
         }
         NoPatterns::Press(error) => press_failure(sensor, error),
         NoPatterns::NoSemiDomes { .. } => Failure::plain(Exit::BadInput, error),

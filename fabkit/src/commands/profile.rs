@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use fabkit::designs::parameters::{Name, Scalar};
 use fabkit::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
 use fabkit::staging::write_each;
+use fabkit::text::{Name, Scalar};
 use serde_json::{Value, json};
 
 use super::Report;

@@ -43,7 +43,7 @@ use serde_json::json;
 pub use captures::{Captures, InvalidCaptures};
 pub use elsewhere::{Files, shard};
 pub use patterns::{
-    MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, PatternFault, hash as presses_hash,
+    MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, hash as presses_hash,
     read as read_patterns, semi_domes,
 };
 pub use plan::{Plan, Split};

@@ -2,6 +2,7 @@
 
 use fabkit_depth::truth::Presser;
 use fabkit_fixtures::{Press, PressError, Project};
+use fabkit_text::{Fault, Position, shown};
 
 use super::Pattern;
 use crate::ground_truth::pressers;
@@ -13,24 +14,15 @@ pub const MAX_PATTERNS: usize = 1000;
 pub const MAX_BODIES: usize = 254;
 const MAX_NAME: usize = 64;
 
-/// What is wrong with one line of a patterns file, or with all of it.
-#[derive(Debug, thiserror::Error)]
-#[error("{}{message}", line.map_or(String::new(), |line| format!("line {line}: ")))]
-pub struct PatternFault {
-    /// Counted from 1.
-    pub line: Option<usize>,
-    /// With value and limit.
-    pub message: String,
-    /// What to do about it.
-    pub hint: Option<String>,
-}
+/// What a line looks like.
+const FORM: &str = "a line is `NAME = ID + ID`, or an ID alone";
 
 /// Why there are no patterns.
 #[derive(Debug, thiserror::Error)]
 pub enum NoPatterns {
     /// Everything that is wrong with the file.
-    #[error("{}", .0.iter().map(PatternFault::to_string).collect::<Vec<_>>().join("\n"))]
-    File(Vec<PatternFault>),
+    #[error("{}", .0.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n"))]
+    File(Vec<Fault>),
     /// The sensor's own presses cannot be had.
     #[error(transparent)]
     Press(#[from] PressError),
@@ -85,32 +77,37 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, NoPatter
     let listed: Vec<Press> =
         project.presses().into_iter().filter_map(Result::ok).flatten().collect();
     for (line, content) in (1..).zip(text.lines()) {
-        let content = content.split('#').next().unwrap_or_default().trim();
+        let content = content.split('#').next().unwrap_or_default().trim_end();
+        let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
+        let content = content.trim_start();
         if content.is_empty() {
             continue;
         }
+        let mut fault = |message: String, hint: String| {
+            let fault = Fault::new(Position { line, column }, "", message).hint(hint);
+            faults.push(Fault { written: shown(content), ..fault });
+        };
         match pattern(content, project, &listed) {
             Ok(found) if patterns.iter().any(|other| other.name == found.name) => {
                 let message = format!("there is a pattern `{}` already", found.name);
-                faults.push(PatternFault { line: Some(line), message, hint: None });
+                fault(message, "give it another name".into());
             }
             Ok(found) => patterns.push(found),
-            Err((message, hint)) => {
-                faults.push(PatternFault { line: Some(line), message, hint });
-            }
+            Err((message, hint)) => fault(message, hint),
         }
     }
     let count = patterns.len();
     if faults.is_empty() && !(1..=MAX_PATTERNS).contains(&count) {
         let message = format!("{count} patterns; there must be 1 to {MAX_PATTERNS}");
-        faults.push(PatternFault { line: None, message, hint: None });
+        faults.push(Fault::new(None, "", message).hint(FORM));
     }
     if faults.is_empty() { Ok(patterns) } else { Err(NoPatterns::File(faults)) }
 }
 
-type Fault = (String, Option<String>);
+/// What is wrong, and what to do.
+type Wrong = (String, String);
 
-fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPresses, Fault> {
+fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPresses, Wrong> {
     let (name, ids) = match content.split_once('=') {
         Some((name, ids)) => (name.trim(), ids),
         None => (content, content),
@@ -122,14 +119,14 @@ fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPr
             "write `NAME = {}`; a name has 1 to {MAX_NAME} letters, digits, `-`, `_`, `.`",
             ids.trim()
         );
-        return Err((message, Some(hint)));
+        return Err((message, hint));
     }
     let press = |id: &str| {
         let found = listed.iter().find(|press| press.id == id).cloned();
         found.map_or_else(|| project.press(id), Ok).map_err(|error| {
             let hint = match &error {
-                PressError::Unknown { id, known, place } => Some(unknown_hint(id, known, place)),
-                _ => None,
+                PressError::Unknown { id, known, place } => unknown_hint(id, known, place),
+                _ => FORM.into(),
             };
             (error.to_string(), hint)
         })
@@ -138,7 +135,8 @@ fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPr
         ids.split('+').map(|id| press(id.trim())).collect::<Result<_, _>>()?;
     let bodies: usize = presses.iter().map(|press| press.bodies.len()).sum();
     if bodies > MAX_BODIES {
-        return Err((format!("`{name}` has {bodies} bodies; {MAX_BODIES} are possible"), None));
+        let message = format!("`{name}` has {bodies} bodies; {MAX_BODIES} are possible");
+        return Err((message, "make two patterns of it".into()));
     }
     Ok(NamedPresses { name: name.into(), presses })
 }

@@ -16,8 +16,8 @@ mod store;
 use std::path::Path;
 use std::sync::Mutex;
 
-use fabkit_designs::parameters::InvalidDesign;
 use fabkit_sweep::{Plan, PlanSource, Row, Status};
+use fabkit_text::InvalidDesign;
 use rayon::prelude::*;
 
 use crate::diagnostics::SourceText;

@@ -13,11 +13,11 @@ use fabkit::camera::Point2;
 use fabkit::camera::files::{self, Format};
 use fabkit::dataset::{SampleArray, read_patterns};
 use fabkit::designs::builtin_yaml;
-use fabkit::designs::parameters::{Name, Scalar};
 use fabkit::designs::profile::{MeasuredProfile, ProcessProfile};
 use fabkit::fixtures::{Project, load};
 use fabkit::ground_truth::Viewpoint;
 use fabkit::sweeping;
+use fabkit::text::{Name, Scalar};
 
 /// A function with the name of its corpus, `fuzz/corpus/NAME/`.
 #[derive(Clone, Copy, Debug)]

@@ -81,7 +81,7 @@ mod tests {
     fn all_materials_of_built_in_sensors_are_known() {
         for name in fabkit_designs::builtin_names() {
             let yaml = fabkit_designs::builtin_yaml(name).unwrap();
-            let sensor = fabkit_designs::load(name, yaml, &[]).unwrap().sensor;
+            let sensor = fabkit_designs::load(name, yaml, &[], &["fixtures"]).unwrap().sensor;
             let parts = sensor.parts().map(|part| &part.material);
             for material in parts.chain(sensor.layers().map(|layer| &layer.material)) {
                 assert!(of(material).is_some(), "{name}: {material}");

@@ -1,6 +1,6 @@
 //! One parameter and the values that it takes.
 
-use fabkit_designs::parameters::Kind;
+use fabkit_text::Kind;
 
 use super::quantity;
 use crate::row::Value;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_designs::parameters::{Kind, suggestion};
+use fabkit_text::{Kind, suggestion};
 
 use super::Known;
 use super::quantity;

@@ -9,8 +9,8 @@ mod schema;
 
 use std::collections::BTreeMap;
 
-use fabkit_designs::parameters::{InvalidDesign, Kind};
 use fabkit_fixtures::Project;
+use fabkit_text::{InvalidDesign, Kind};
 use serde::{Deserialize, Serialize};
 
 pub use axis::Axis;

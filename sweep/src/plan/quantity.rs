@@ -1,7 +1,7 @@
 //! Numbers that parameters are: in one unit each, to and from text.
 
-use fabkit_designs::parameters::Kind;
 use fabkit_geometry::{Angle, Length};
+use fabkit_text::Kind;
 
 /// What a column of such a parameter ends in.
 pub fn suffix(kind: Kind) -> &'static str {

@@ -3,8 +3,10 @@
 mod axes;
 mod exclusion;
 
-use fabkit_designs::parameters::tree::{Content, Entry, Node, Position, parse};
-use fabkit_designs::parameters::{InvalidDesign, Kind, Problem, shown, suggestion};
+use fabkit_text::{
+    Dialect, Entry, InvalidDesign, Kind, Layer, Node, Place, Position, Problem, Reading,
+    check_format, mapping_of, shown, suggestion,
+};
 
 use super::{
     Base, Constraint, Direction, Known, MAX_AXES, MAX_VARIANTS, Objective, Plan, PlanSource,
@@ -12,104 +14,21 @@ use super::{
 };
 use crate::metrics::{self, Metric};
 
-/// The version of the file format that is read.
-const FORMAT: &str = "1";
-
 const KEYS: [&str; 9] =
     ["format", "sensor", "seed", "sample", "set", "axes", "constraints", "metrics", "objectives"];
 
-/// Collects problems with their places.
-pub(super) struct Reading<'a> {
-    file: &'a str,
-    problems: Vec<Problem>,
-}
+/// Files of plans.
+const PLAN: Dialect = Dialect::new("sweep", 1, ", `sensor: NAME` and `axes:`");
 
-impl Reading<'_> {
-    fn problem(&mut self, at: Position, path: &str, value: &str, message: String, hint: String) {
-        self.problems.push(Problem {
-            file: self.file.into(),
-            line: Some(at.line),
-            column: Some(at.column),
-            path: shown(path),
-            value: shown(value),
-            message,
-            hint: Some(hint),
-        });
-    }
+/// Where what is missing would stand.
+const START: Position = Position { line: 1, column: 1 };
 
-    fn scalar<'n>(&mut self, key: &str, node: &'n Node) -> Option<&'n str> {
-        match &node.content {
-            Content::Scalar(text) => Some(text.trim()),
-            _ => {
-                let message = format!("{key} must be one value");
-                self.problem(node.position, key, "", message, format!("write `{key}: VALUE`"));
-                None
-            }
-        }
-    }
-
-    fn map<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Entry] {
-        match &node.content {
-            Content::Map(entries) => entries,
-            _ => {
-                let message = format!("{key} must be keys with values");
-                let hint = format!("write `{key}:`, then indented lines `NAME: ...`");
-                self.problem(node.position, key, "", message, hint);
-                &[]
-            }
-        }
-    }
-
-    fn list<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Node] {
-        match &node.content {
-            Content::List(items) => items,
-            _ => {
-                let message = format!("{key} must be a list");
-                self.problem(node.position, key, "", message, format!("write `{key}: [a, b]`"));
-                &[]
-            }
-        }
-    }
-
-    fn count(&mut self, key: &str, node: &Node, limits: [u64; 2]) -> Option<u64> {
-        let text = self.scalar(key, node)?;
-        match text.parse::<u64>() {
-            Ok(count) if (limits[0]..=limits[1]).contains(&count) => Some(count),
-            _ => {
-                let [low, high] = limits;
-                let message = format!(
-                    "{key} is {}; it must be a whole number from {low} to {high}",
-                    shown(text)
-                );
-                self.problem(node.position, key, text, message, "write digits only".into());
-                None
-            }
-        }
-    }
-
-    fn refuse<T>(self) -> Result<T, InvalidDesign> {
-        Err(self.invalid())
-    }
-
-    fn invalid(mut self) -> InvalidDesign {
-        self.problems.sort_by_key(|problem| (problem.line, problem.column));
-        InvalidDesign { problems: self.problems }
-    }
-}
-
-fn entries(file: &str, text: &str) -> Result<(Vec<Entry>, Vec<Problem>), InvalidDesign> {
-    let invalid = |problem| InvalidDesign { problems: vec![problem] };
-    let (root, twice) = parse(text).map_err(|fault| invalid(fault.in_file(file)))?;
-    let twice = twice.into_iter().map(|fault| fault.in_file(file)).collect();
-    match root.content {
-        Content::Map(entries) => Ok((entries, twice)),
-        _ => {
-            let mut reading = Reading { file, problems: twice };
-            let message = "this is no plan of a sweep: it has no keys".into();
-            let hint = "begin with `format: 1`, `sensor: NAME` and `axes:`".into();
-            reading.problem(root.position, "", "", message, hint);
-            reading.refuse()
-        }
+/// What stands at the top, and what is wrong with it so far.
+fn entries(file: &str, text: &str) -> Result<(Vec<Entry>, Reading), InvalidDesign> {
+    let mut reading = Reading::new(Place::new(Layer::File, file, &PLAN).at(START));
+    match mapping_of(text, &reading.place, &mut reading.found) {
+        Some(entries) => Ok((entries, reading)),
+        None => Err(reading.invalid()),
     }
 }
 
@@ -119,25 +38,24 @@ fn find<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Entry> {
 
 /// The sensor that a plan names.
 pub(super) fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
-    let (entries, problems) = entries(file, text)?;
-    let mut reading = Reading { file, problems };
-    let found = match find(&entries, "sensor") {
+    let (entries, mut reading) = entries(file, text)?;
+    let sensor = match find(&entries, "sensor") {
         Some(entry) => reading.scalar("sensor", &entry.value).map(str::to_owned),
         None => {
-            let (at, names) = (Position { line: 1, column: 1 }, fabkit_designs::builtin_names());
+            let names = fabkit_designs::builtin_names();
             let hint = format!("write `sensor: NAME` with one of {}, or a path", names.join(", "));
-            reading.problem(at, "sensor", "", "the sensor is missing".into(), hint);
+            reading.problem(START, "sensor", "", "the sensor is missing", hint);
             None
         }
     };
-    found.map_or_else(|| reading.refuse(), Ok)
+    sensor.ok_or_else(|| reading.invalid())
 }
 
 /// Reads a plan.
 pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     let sensor = sensor_of(&source.file, &source.text)?;
-    let (entries, problems) = entries(&source.file, &source.text)?;
-    let mut reading = Reading { file: &source.file, problems };
+    let (mut entries, mut reading) = entries(&source.file, &source.text)?;
+    check_format(&mut entries, &reading.place, &mut reading.found);
     check_keys(&mut reading, &entries);
     let (fixed, places) = fixed(&mut reading, &entries);
 
@@ -166,9 +84,8 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
             return Err(invalid);
         }
     };
-    let base = |s: &fabkit_designs::parameters::Setting| {
-        (s.path.clone(), Base { kind: s.kind, value: s.value.clone() })
-    };
+    let base =
+        |s: &fabkit_text::Setting| (s.path.clone(), Base { kind: s.kind, value: s.value.clone() });
     let mut known = Known {
         parameters: project.settings().map(base).collect(),
         metrics: Vec::new(),
@@ -191,15 +108,14 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
             for axis in &axes {
                 if let Some((_, at)) = places.iter().find(|(path, _)| *path == axis.path) {
                     let message = format!("{} is set, and is an axis too", axis.path);
-                    reading.problem(*at, &axis.path, "", message, "keep one of them".into());
+                    reading.problem(*at, &axis.path, "", message, "keep one of them");
                 }
             }
             axes
         }
         None => {
-            let at = Position { line: 1, column: 1 };
-            let hint = "write `axes:`, then for example `  camera.depth: [6 mm, 8 mm]`".into();
-            reading.problem(at, "axes", "", "the plan has no axes".into(), hint);
+            let hint = "write `axes:`, then for example `  camera.depth: [6 mm, 8 mm]`";
+            reading.problem(START, "axes", "", "the plan has no axes", hint);
             Vec::new()
         }
     };
@@ -225,20 +141,14 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
             if len > MAX_VARIANTS {
                 let at = find(&entries, "axes").map(|entry| entry.key_position);
                 let message = format!("the axes have {len} combinations; at most {MAX_VARIANTS}");
-                let hint = "take fewer steps, or add `sample: 1000` to draw some of them".into();
-                reading.problem(
-                    at.unwrap_or(Position { line: 1, column: 1 }),
-                    "axes",
-                    "",
-                    message,
-                    hint,
-                );
+                let hint = "take fewer steps, or add `sample: 1000` to draw some of them";
+                reading.problem(at.unwrap_or(START), "axes", "", message, hint);
             }
             len
         }
     };
-    if !reading.problems.is_empty() {
-        return reading.refuse();
+    if !reading.found.is_empty() {
+        return Err(reading.invalid());
     }
     let (constraints, places): (Vec<_>, Vec<_>) = constraints.into_iter().unzip();
     let plan = Plan {
@@ -255,7 +165,7 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         source: source.clone(),
     };
     exclusion::require_a_variant(&mut reading, &plan, &places);
-    if reading.problems.is_empty() { Ok(plan) } else { reading.refuse() }
+    reading.finish(Some(plan))
 }
 
 fn check_keys(reading: &mut Reading, entries: &[Entry]) {
@@ -264,22 +174,6 @@ fn check_keys(reading: &mut Reading, entries: &[Entry]) {
             let message = format!("`{}` is not a key of a sweep", shown(&entry.key));
             let hint = suggestion(&entry.key, KEYS, "the keys are");
             reading.problem(entry.key_position, &entry.key, &entry.key, message, hint);
-        }
-    }
-    let hint = || format!("begin the file with `format: {FORMAT}`");
-    match find(entries, "format") {
-        None => {
-            let at = Position { line: 1, column: 1 };
-            reading.problem(at, "format", "", "the format is missing".into(), hint());
-        }
-        Some(entry) => {
-            if let Some(word) = reading.scalar("format", &entry.value)
-                && word != FORMAT
-            {
-                let message =
-                    format!("format is `{}`; this version of fabkit reads {FORMAT}", shown(word));
-                reading.problem(entry.value.position, "format", word, message, hint());
-            }
         }
     }
 }

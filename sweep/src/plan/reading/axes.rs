@@ -1,11 +1,10 @@
 //! The axes of a plan.
 
-use fabkit_designs::parameters::tree::{Content, Entry, Node, Position};
-use fabkit_designs::parameters::{Kind, shown, suggestion};
+use fabkit_text::{Content, Entry, Kind, Node, Position, Reading, did_you_mean, shown, suggestion};
 
 use super::super::axis::{Axis, Range, Values};
 use super::super::{Known, Sampling, quantity};
-use super::{LIMITS, Reading, find, is_of};
+use super::{LIMITS, find, is_of};
 
 const KEYS: [&str; 4] = ["from", "to", "steps", "scale"];
 
@@ -19,7 +18,7 @@ pub(super) fn read(
     let [most, _] = LIMITS;
     if entries.is_empty() && matches!(node.content, Content::Map(_)) || entries.len() > most {
         let message = format!("there are {} axes; there must be 1 to {most}", entries.len());
-        let hint = "name the parameters to vary, for example `camera.depth: [6 mm, 8 mm]`".into();
+        let hint = "name the parameters to vary, for example `camera.depth: [6 mm, 8 mm]`";
         reading.problem(node.position, "axes", "", message, hint);
     }
     let axes = entries.iter().filter_map(|entry| axis(reading, entry, known, sampling));
@@ -54,7 +53,7 @@ fn axis(reading: &mut Reading, entry: &Entry, known: &Known, sampling: Sampling)
         Content::Map(parts) => Values::Range(range(reading, path, kind, parts, entry, sampling)?),
         _ => {
             let message = format!("the axis {path} has no values");
-            let hint = "write `[a, b, c]`, or `{from: a, to: b, steps: 5}`".into();
+            let hint = "write `[a, b, c]`, or `{from: a, to: b, steps: 5}`";
             reading.problem(entry.key_position, path, "", message, hint);
             return None;
         }
@@ -70,10 +69,10 @@ fn range(
     entry: &Entry,
     sampling: Sampling,
 ) -> Option<Range> {
-    let before = reading.problems.len();
+    let before = reading.found.len();
     if !quantity::is_numeric(kind) {
         let message = format!("{path} is no number and has no range");
-        reading.problem(entry.key_position, path, "", message, "write `[a, b, c]`".into());
+        reading.problem(entry.key_position, path, "", message, "write `[a, b, c]`");
         return None;
     }
     for part in parts {
@@ -86,7 +85,7 @@ fn range(
     let mut end = |key: &str| {
         let Some(part) = find(parts, key) else {
             let message = format!("the axis {path} lacks `{key}`");
-            let hint = "write `{from: a, to: b, steps: 5}`".into();
+            let hint = "write `{from: a, to: b, steps: 5}`";
             reading.problem(entry.key_position, path, "", message, hint);
             return None;
         };
@@ -95,7 +94,7 @@ fn range(
         if number.is_none() {
             let message =
                 format!("`{key}` of {path} is `{}`, not {}", shown(text), quantity::example(kind));
-            let hint = "write a number with its unit, as in the sensor's file".into();
+            let hint = "write a number with its unit, as in the sensor's file";
             reading.problem(part.value.position, path, text, message, hint);
         }
         number
@@ -108,24 +107,24 @@ fn range(
         Some(("log", at)) => {
             if from.into_iter().chain(to).any(|end| end <= 0.0) {
                 let message = format!("{path} reaches 0 or less, where there is no logarithm");
-                reading.problem(at, path, "log", message, "begin above 0".into());
+                reading.problem(at, path, "log", message, "begin above 0");
             }
             true
         }
         Some((word, at)) => {
             let message = format!("`{}` is no scale", shown(word));
-            reading.problem(at, path, word, message, "write `linear` or `log`".into());
+            reading.problem(at, path, word, message, "write `linear` or `log`");
             false
         }
     };
     let (from, to) = (from?, to?);
     if from >= to {
         let message = format!("the axis {path} goes from {from} to {to}; it must grow");
-        reading.problem(entry.key_position, path, "", message, "exchange the two ends".into());
+        reading.problem(entry.key_position, path, "", message, "exchange the two ends");
         return None;
     }
     let steps = steps(reading, path, kind, parts, entry.key_position, ([from, to], log), sampling);
-    (reading.problems.len() == before).then_some(Range { from, to, log, steps })
+    (reading.found.len() == before).then_some(Range { from, to, log, steps })
 }
 
 fn steps(
@@ -143,7 +142,7 @@ fn steps(
         // Between whole numbers there is nothing; everything else is drawn, if it is drawn.
         if whole.is_none() && sampling == Sampling::Grid {
             let message = format!("the axis {path} lacks `steps`");
-            let hint = "write `steps: 5`, or draw a sample with `sample: 1000`".into();
+            let hint = "write `steps: 5`, or draw a sample with `sample: 1000`";
             reading.problem(at, path, "", message, hint);
         }
         return whole;
@@ -190,6 +189,6 @@ fn parameter_hint(path: &str, known: &Known) -> String {
     let same: Vec<&str> = paths.into_iter().filter(|path| last(path) == word).take(3).collect();
     match same.is_empty() {
         true => "`fabkit show SENSOR` lists every parameter".into(),
-        false => fabkit_designs::parameters::did_you_mean(&same),
+        false => did_you_mean(&same),
     }
 }

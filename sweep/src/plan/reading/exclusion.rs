@@ -1,9 +1,8 @@
 //! Constraints that leave nothing, before anything is built.
 
-use fabkit_designs::parameters::tree::Position;
+use fabkit_text::{Position, Reading};
 
 use super::super::{Constraint, Numbers, Plan};
-use super::Reading;
 
 /// Constraints on parameters must leave at least one variant.
 pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {

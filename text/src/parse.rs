@@ -1,12 +1,14 @@
 //! YAML text to a small tree that knows where everything stands.
 //!
-//! Only what a sensor file needs is accepted: mappings, sequences and scalars. Anchors, aliases,
-//! tags, directives and further documents are refused where they appear, so nothing is ever
-//! expanded and a hostile file costs no more than reading it.
+//! Only what such files need is accepted: mappings, sequences and scalars. Anchors, aliases, tags,
+//! directives and further documents are refused where they appear, so nothing is ever expanded and
+//! a hostile file costs no more than reading it.
 
 use std::collections::BTreeMap;
 
 use granit_parser::{ErrorKind, Event, Marker, Parser, ScalarStyle, Span};
+
+use crate::tree::{Content, Dialect, Entry, Fault, Node, Position};
 
 /// Longest text that is looked at, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -15,88 +17,6 @@ pub const MAX_NODES: usize = 20_000;
 /// Deepest nesting of mappings and sequences.
 pub const MAX_DEPTH: usize = 64;
 
-/// A place in a text; both counts start at 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Position {
-    /// Of the file.
-    pub line: usize,
-    /// In characters.
-    pub column: usize,
-}
-
-/// One YAML value.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Node {
-    /// Where it begins.
-    pub position: Position,
-    /// What it is.
-    pub content: Content,
-}
-
-/// What a YAML value is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Content {
-    /// Nothing was written, as in `radius:` or `radius: null`.
-    Nothing,
-    /// One value, as text.
-    Scalar(String),
-    /// `[a, b]`, or lines that begin with `-`.
-    List(Vec<Node>),
-    /// `key: value`, in the order of the file.
-    Map(Vec<Entry>),
-}
-
-/// One `key: value`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
-    /// Its name.
-    pub key: String,
-    /// Where the name stands.
-    pub key_position: Position,
-    /// What stands behind it.
-    pub value: Node,
-}
-
-/// Why a text cannot be read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
-    /// Where, if it is one place.
-    pub position: Option<Position>,
-    /// Dotted path of the key at fault, where there is one.
-    pub path: String,
-    /// What stands there.
-    pub written: String,
-    /// What is wrong.
-    pub message: String,
-    /// What to do about it.
-    pub hint: Option<String>,
-}
-
-impl Fault {
-    /// The same as a problem of a file.
-    pub fn in_file(self, file: &str) -> super::Problem {
-        super::Problem {
-            file: file.into(),
-            line: self.position.map(|at| at.line),
-            column: self.position.map(|at| at.column),
-            path: self.path,
-            value: self.written,
-            message: self.message,
-            hint: self.hint,
-        }
-    }
-
-    fn at(position: Position, message: impl Into<String>, hint: &str) -> Self {
-        Self {
-            position: Some(position),
-            path: String::new(),
-            written: String::new(),
-            message: message.into(),
-            hint: (!hint.is_empty()).then(|| hint.to_owned()),
-        }
-    }
-}
-
 /// The tree of a text, and keys that were written twice (the first one counts).
 pub type Parsed = (Node, Vec<Fault>);
 
@@ -104,15 +24,11 @@ pub type Parsed = (Node, Vec<Fault>);
 ///
 /// # Errors
 /// The first thing that makes the text unreadable: what follows it would be guesswork.
-pub fn parse(text: &str) -> Result<Parsed, Fault> {
+pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
     if text.len() > MAX_BYTES {
-        return Err(Fault {
-            position: None,
-            path: String::new(),
-            written: String::new(),
-            message: format!("the file has {} bytes; at most {MAX_BYTES} are read", text.len()),
-            hint: Some("a sensor file is a few kilobytes; is this the right file?".into()),
-        });
+        let message = format!("the file has {} bytes; at most {MAX_BYTES} are read", text.len());
+        let hint = format!("a {} file is a few kilobytes; is this the right file?", dialect.noun);
+        return Err(Fault::new(None, "", message).hint(hint));
     }
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let options = granit_parser::options! {
@@ -120,9 +36,11 @@ pub fn parse(text: &str) -> Result<Parsed, Fault> {
         emit_unresolved_aliases: true,
         disallow_directives: true,
     };
-    let mut builder = Builder::default();
+    let mut builder =
+        Builder { dialect, open: Vec::new(), root: None, nodes: 0, duplicates: Vec::new() };
     for event in Parser::new_from_str_with_options(text, options) {
-        let (event, span) = event.map_err(|e| syntax_fault(e.kind(), *e.marker(), text))?;
+        let (event, span) =
+            event.map_err(|e| syntax_fault(e.kind(), *e.marker(), text, dialect))?;
         builder.take(event, span)?;
     }
     let empty = Node { position: Position { line: 1, column: 1 }, content: Content::Nothing };
@@ -133,8 +51,8 @@ fn position(marker: Marker) -> Position {
     Position { line: marker.line().max(1), column: marker.col() + 1 }
 }
 
-/// Says what the parser found, in the words of someone who is editing a sensor file.
-fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str) -> Fault {
+/// Says what the parser found, in the words of someone who is editing the file.
+fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect) -> Fault {
     let at = position(marker);
     let tab_indented = text
         .lines()
@@ -144,10 +62,10 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str) -> Fault {
         _ if tab_indented => {
             Fault::at(at, "a tab is used for indentation", "indent with spaces, two per level")
         }
-        ErrorKind::RecursionLimitExceeded => too_deep(at),
+        ErrorKind::RecursionLimitExceeded => too_deep(at, dialect),
         ErrorKind::DirectiveDisallowed => Fault::at(
             at,
-            "directives such as `%YAML` are not used in sensor files",
+            format!("directives such as `%YAML` are not used in {} files", dialect.noun),
             "remove the line",
         ),
         _ => Fault::at(
@@ -159,8 +77,9 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str) -> Fault {
     }
 }
 
-fn too_deep(at: Position) -> Fault {
-    Fault::at(at, format!("nested more than {MAX_DEPTH} deep"), "sensor files need four levels")
+fn too_deep(at: Position, dialect: &Dialect) -> Fault {
+    let hint = format!("{} files need four levels", dialect.noun);
+    Fault::at(at, format!("nested more than {MAX_DEPTH} deep"), hint)
 }
 
 /// A mapping or sequence that is not closed yet.
@@ -172,8 +91,8 @@ struct Open {
     seen: BTreeMap<String, Position>,
 }
 
-#[derive(Default)]
 struct Builder {
+    dialect: &'static Dialect,
     open: Vec<Open>,
     root: Option<Node>,
     nodes: usize,
@@ -192,11 +111,12 @@ impl Builder {
                 return Err(Fault::at(
                     at,
                     "a second document starts here",
-                    "one file describes one sensor; remove the `---`",
+                    format!("one file describes one {}; remove the `---`", self.dialect.noun),
                 ));
             }
             Event::Scalar(text, style, anchor, tag) => {
-                refuse_properties(at, anchor, tag.is_some())?;
+                refuse_anchor(at, anchor)?;
+                self.refuse_tag(at, tag.is_some())?;
                 self.count(at)?;
                 let missing = style == ScalarStyle::Plain && matches!(&*text, "" | "~" | "null");
                 let content = match missing {
@@ -206,11 +126,14 @@ impl Builder {
                 self.place(Node { position: at, content })?;
             }
             Event::SequenceStart(_, anchor, tag) => {
-                refuse_properties(at, anchor, tag.is_some())?;
+                refuse_anchor(at, anchor)?;
+                self.refuse_tag(at, tag.is_some())?;
                 self.start(at, Content::List(Vec::new()))?;
             }
             Event::MappingStart(_, anchor, tag) => {
-                refuse_properties(at, anchor, tag.is_some())?;
+                refuse_anchor(at, anchor)?;
+                let is_known = |suffix: &str| self.dialect.tags.contains(&suffix);
+                self.refuse_tag(at, tag.is_some_and(|tag| !is_known(tag.suffix())))?;
                 self.start(at, Content::Map(Vec::new()))?;
             }
             Event::SequenceEnd | Event::MappingEnd => {
@@ -229,7 +152,7 @@ impl Builder {
             return Err(Fault::at(
                 at,
                 format!("more than {MAX_NODES} keys and values"),
-                "a sensor file has a few hundred; is this the right file?",
+                format!("a {} file has a few hundred; is this the right file?", self.dialect.noun),
             ));
         }
         Ok(())
@@ -238,7 +161,7 @@ impl Builder {
     fn start(&mut self, at: Position, content: Content) -> Result<(), Fault> {
         self.count(at)?;
         if self.open.len() >= MAX_DEPTH {
-            return Err(too_deep(at));
+            return Err(too_deep(at, self.dialect));
         }
         if let Some(Open { node: Node { content: Content::Map(_), .. }, key: None, .. }) =
             self.open.last()
@@ -273,17 +196,21 @@ impl Builder {
                             first.line, key_position.line
                         ),
                         path,
-                        written: super::shown(&key),
+                        written: crate::shown(&key),
                         hint: Some("keep one of them".into()),
                     }),
                 }
             }
             (Content::Map(_), None) => match node.content {
                 Content::Scalar(key) if key == "<<" => {
+                    let hint = match self.dialect.base {
+                        "" => "write each key where it is used".into(),
+                        base => format!("use `extends: NAME` to start from {base}"),
+                    };
                     return Err(Fault::at(
                         node.position,
                         "merge keys (`<<`) are not allowed",
-                        "use `extends: NAME` to start from a built-in sensor",
+                        hint,
                     ));
                 }
                 Content::Scalar(key) => open.key = Some((key, node.position)),
@@ -295,10 +222,19 @@ impl Builder {
         Ok(())
     }
 
+    fn refuse_tag(&self, at: Position, is_foreign: bool) -> Result<(), Fault> {
+        let message = match self.dialect.tags {
+            _ if !is_foreign => return Ok(()),
+            [] => "tags (`!name`) are not allowed".into(),
+            known => format!("of all tags only `!!{}` is read", known.join("`, `!!")),
+        };
+        Err(Fault::at(at, message, "write the plain value"))
+    }
+
     /// Dotted path of the value that is being placed.
     fn path(&self) -> String {
         let keys = self.open.iter().filter_map(|open| Some(&*open.key.as_ref()?.0));
-        super::shown(&keys.collect::<Vec<_>>().join("."))
+        crate::shown(&keys.collect::<Vec<_>>().join("."))
     }
 }
 
@@ -306,16 +242,54 @@ fn key_fault(at: Position) -> Fault {
     Fault::at(at, "this is not a key", "a key is one word, followed by a colon and a space")
 }
 
-fn refuse_properties(at: Position, anchor: usize, tagged: bool) -> Result<(), Fault> {
-    if anchor != 0 {
-        return Err(Fault::at(
+fn refuse_anchor(at: Position, anchor: usize) -> Result<(), Fault> {
+    match anchor {
+        0 => Ok(()),
+        _ => Err(Fault::at(
             at,
             "anchors (`&name`) are not allowed",
             "write each value where it is used",
-        ));
+        )),
     }
-    if tagged {
-        return Err(Fault::at(at, "tags (`!name`) are not allowed", "write the plain value"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SENSOR: Dialect = Dialect { base: "a built-in sensor", ..Dialect::new("sensor", 1, "") };
+    const CAMERA: Dialect = Dialect { tags: &["matrix"], ..Dialect::new("camera", 1, "") };
+
+    fn fault(text: &str, dialect: &'static Dialect) -> String {
+        parse(text, dialect).unwrap_err().to_string()
     }
-    Ok(())
+
+    #[test]
+    fn messages_speak_of_the_kind_of_file() {
+        for (dialect, noun) in [(&SENSOR, "sensor"), (&CAMERA, "camera")] {
+            for (text, says) in [
+                ("a: 1\n---\nb: 2\n", format!("one file describes one {noun}")),
+                ("%YAML 1.2\n---\na: 1\n", format!("not used in {noun} files")),
+                (&" ".repeat(MAX_BYTES + 1), format!("a {noun} file is a few kilobytes")),
+                (&"a: ".repeat(MAX_NODES + 1), "not YAML".into()),
+                (&"a: {".repeat(MAX_DEPTH + 2), format!("{noun} files need four levels")),
+            ] {
+                let found = fault(text, dialect);
+                assert!(found.contains(&says), "{found}");
+            }
+        }
+        assert!(fault("<<: {a: 1}\n", &SENSOR).contains("start from a built-in sensor"));
+        assert!(fault("<<: {a: 1}\n", &CAMERA).contains("write each key where it is used"));
+    }
+
+    #[test]
+    fn tags_that_a_kind_of_file_has_mean_nothing_and_others_are_refused() {
+        let (root, twice) = parse("k: !!matrix {rows: 3, rows: 4}\n", &CAMERA).unwrap();
+        let rows = root.get("k").and_then(|k| k.get("rows")).and_then(Node::text);
+        assert_eq!((rows, twice.len()), (Some("3"), 1));
+        let told = "line 1: `k.rows` is written twice: on line 1 and on line 1 (keep one of them)";
+        assert_eq!(twice[0].to_string(), told);
+        assert!(fault("k: !!other {rows: 3}", &CAMERA).contains("only `!!matrix` is read"));
+        assert!(fault("k: !!matrix {rows: 3}", &SENSOR).contains("tags (`!name`) are not allowed"));
+    }
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use super::document::Document;
-use super::place::{Found, Written, WrittenText};
-use super::suggest::either;
-use super::{Kind, Report, Scalar, Setting, Shape, join};
+use crate::document::Document;
+use crate::place::{Found, Place, Written, WrittenText};
+use crate::suggest::either;
+use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, join};
 
 /// Reads parameters by path.
 #[derive(Debug)]
@@ -18,7 +18,8 @@ pub struct Reader {
 }
 
 impl Reader {
-    pub(crate) fn new(mut document: Document) -> Self {
+    /// Reads from a table.
+    pub fn new(mut document: Document) -> Self {
         let found = std::mem::take(&mut document.found);
         Self { document, settings: Vec::new(), missing: Vec::new(), found }
     }
@@ -32,15 +33,13 @@ impl Reader {
     ) -> Option<T> {
         let written = self.written(path)?;
         let WrittenText::Scalar(text) = &written.text else { return None };
-        match read::<T>(path, text, limits) {
+        match read::<T>(path, text, limits, &written.place) {
             Ok(value) => {
                 self.setting(path, summary, value.show(), T::KIND, T::allowed(limits), &written);
                 Some(value)
             }
-            Err((message, hint)) => {
-                let mut found = written.place.problem(path, &super::shown(text), message);
-                found.problem.hint = hint;
-                self.found.push(found);
+            Err(found) => {
+                self.found.push(*found);
                 None
             }
         }
@@ -70,13 +69,9 @@ impl Reader {
         let mut values = Vec::new();
         for (i, (text, place)) in items.iter().enumerate() {
             let path = format!("{path}[{i}]");
-            match read::<T>(&path, text, each) {
+            match read::<T>(&path, text, each, place) {
                 Ok(value) => values.push(value),
-                Err((message, hint)) => {
-                    let mut found = place.problem(&path, &super::shown(text), message);
-                    found.problem.hint = hint;
-                    self.found.push(found);
-                }
+                Err(found) => self.found.push(*found),
             }
         }
         if values.len() < items.len() {
@@ -118,12 +113,12 @@ impl Reader {
     }
 
     /// What was read since the last call, in order.
-    pub(crate) fn take_settings(&mut self) -> Vec<Setting> {
+    pub fn take_settings(&mut self) -> Vec<Setting> {
         std::mem::take(&mut self.settings)
     }
 
     /// Ends reading: says what is missing, with lines of the example, and goes on to a report.
-    pub(crate) fn finish(mut self, example: Option<&Example>) -> Report {
+    pub fn finish(mut self, example: Option<&Example>) -> Report {
         // Whatever is missing from one section is one problem.
         let mut by_section: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for path in &self.missing {
@@ -188,29 +183,35 @@ impl Reader {
     }
 }
 
-/// The built-in sensor that example values are taken from.
+/// The built-in file that example values are taken from.
 #[derive(Debug)]
-pub(crate) struct Example {
+pub struct Example {
+    /// Its name, as behind `extends:`.
     pub name: &'static str,
     /// Values as written, by path.
     pub values: BTreeMap<String, String>,
 }
 
 /// Reads one scalar, or says in one sentence what is wrong, and what to do.
-fn read<T: Scalar>(
+pub(crate) fn read<T: Scalar>(
     path: &str,
     text: &str,
     limits: &T::Limits,
-) -> Result<T, (String, Option<String>)> {
-    let written = super::shown(text.trim());
-    let value = T::parse(text).map_err(|refusal| {
-        let says = refusal.says;
-        let must_be = T::must_be(limits);
-        (format!("{path} is `{written}`, which {says}; it must be {must_be}"), refusal.hint)
-    })?;
-    if value.is_within(limits) {
-        return Ok(value);
-    }
-    let hint = value.nearest(limits).map(|v| format!("the nearest allowed value is {}", v.show()));
-    Err((format!("{path} is {written}; it must be {}", T::must_be(limits)), hint))
+    place: &Place,
+) -> Result<T, Box<Found>> {
+    let written = crate::shown(text.trim());
+    let (message, hint) = match T::parse(text) {
+        Ok(value) if value.is_within(limits) => return Ok(value),
+        Ok(value) => (
+            format!("{path} is {written}; it must be {}", T::must_be(limits)),
+            value.nearest(limits).map(|v| format!("the nearest allowed value is {}", v.show())),
+        ),
+        Err(Refusal { says, hint }) => {
+            let must_be = T::must_be(limits);
+            (format!("{path} is `{written}`, which {says}; it must be {must_be}"), hint)
+        }
+    };
+    let mut found = place.problem(path, &crate::shown(text), message);
+    found.problem.hint = hint;
+    Err(Box::new(found))
 }

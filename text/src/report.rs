@@ -5,9 +5,9 @@ use std::fmt::Display;
 
 use fabkit_geometry::Length;
 
-use super::InvalidDesign;
-use super::place::{Found, Written};
-use super::suggest::either;
+use crate::InvalidDesign;
+use crate::place::{Found, Written};
+use crate::suggest::either;
 
 /// Lengths that differ by less are the same: rounding in what a limit is computed from.
 const SAME_MM: f64 = 1e-9;
@@ -154,12 +154,12 @@ fn mm(mm: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::place::{Layer, Place, WrittenText};
-    use super::super::{Source, SourceKind};
     use super::*;
+    use crate::place::{Layer, Place, WrittenText};
+    use crate::{Dialect, Source, SourceKind};
 
     fn report() -> Report {
-        let place = Place { layer: Layer::File, file: "x.yaml".into(), position: None };
+        let place = Place::new(Layer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
         let text = WrittenText::Scalar("1 mm".into());
         let source = Source { kind: SourceKind::User, note: String::new() };
         let written = BTreeMap::from([("wall".to_owned(), Written { place, text, source })]);

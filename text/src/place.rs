@@ -2,33 +2,45 @@
 
 use std::sync::Arc;
 
-use super::tree::{Fault, Position};
-use super::{Problem, Source, shown};
+use crate::tree::{Dialect, Fault, Position};
+use crate::{Problem, Source, shown};
 
 /// Which text a value comes from; also the order in which problems are told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Layer {
+pub enum Layer {
     /// The file that was asked for.
     File,
     /// `--set`.
     Override,
-    /// The built-in sensor that the file extends.
+    /// What is built in: the file that it extends, defaults.
     Base,
 }
 
 /// Where something stands.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub struct Place {
+    /// Of which text.
     pub layer: Layer,
+    /// Name of the text in messages.
     pub file: Arc<str>,
+    /// What kind of file it is.
+    pub dialect: &'static Dialect,
+    /// Where in it; `None` for all of it.
     pub position: Option<Position>,
 }
 
 impl Place {
+    /// A whole text.
+    pub fn new(layer: Layer, file: &str, dialect: &'static Dialect) -> Self {
+        Self { layer, file: file.into(), dialect, position: None }
+    }
+
+    /// A place in the same text.
     pub fn at(&self, position: Position) -> Self {
         Self { position: Some(position), ..self.clone() }
     }
 
+    /// A problem of what stands here.
     pub fn problem(&self, path: &str, value: &str, message: String) -> Found {
         Found {
             layer: self.layer,
@@ -47,21 +59,24 @@ impl Place {
 
 /// A problem and what is needed to put it in order.
 #[derive(Clone, Debug)]
-pub(crate) struct Found {
+pub struct Found {
+    /// Of which text.
     pub layer: Layer,
+    /// What is wrong.
     pub problem: Problem,
 }
 
 impl Found {
+    /// The same with what to do about it.
+    #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.problem.hint = Some(hint.into());
         self
     }
 
+    /// A fault of the text that a place is in.
     pub fn fault(fault: Fault, place: &Place) -> Self {
-        let place = Place { position: fault.position, ..place.clone() };
-        let found = place.problem(&fault.path, &fault.written, fault.message);
-        Self { problem: Problem { hint: fault.hint, ..found.problem }, ..found }
+        Self { layer: place.layer, problem: fault.in_file(&place.file) }
     }
 
     /// In the order of the file, then `--set`, then what the file extends.
@@ -73,14 +88,19 @@ impl Found {
 
 /// A value as written.
 #[derive(Clone, Debug)]
-pub(crate) struct Written {
+pub struct Written {
+    /// Where.
     pub place: Place,
+    /// What.
     pub text: WrittenText,
+    /// Where it comes from.
     pub source: Source,
 }
 
+/// The text of a value.
 #[derive(Clone, Debug)]
-pub(crate) enum WrittenText {
+pub enum WrittenText {
+    /// Of a single value.
     Scalar(String),
     /// Items with their places.
     List(Vec<(String, Place)>),

@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Document, plain};
-use super::place::{Found, Place, Written, WrittenText};
-use super::tree;
-use super::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
+use crate::document::{Document, plain};
+use crate::parse::parse;
+use crate::place::{Found, Place, Written, WrittenText};
+use crate::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
 
 /// What problems with overrides give as their file.
 const FILE: &str = "--set";
 
 /// Lays `path=value` overrides over a document; what is wrong with them goes to its problems.
-pub(crate) fn apply(document: &mut Document, overrides: &[String]) {
-    let place = Place { layer: Layer::Override, file: FILE.into(), position: None };
+pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
+    let place = Place::new(Layer::Override, FILE, document.root.dialect);
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
     for text in overrides {
         let Some((path, value)) = text.split_once('=') else {
@@ -62,7 +62,7 @@ fn written(
         return Err(problem(format!("{path} is set to nothing"), format!("write `{path}=VALUE`")));
     }
     let text = if is_list {
-        let (node, _) = tree::parse(value).map_err(|fault| {
+        let (node, _) = parse(value, place.dialect).map_err(|fault| {
             problem(format!("{path} cannot be read: {}", fault.message), "write `[a, b]`".into())
         })?;
         // Lines and columns within an override tell nobody anything.

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde_json::{Value as Json, json};
 
-use super::{Reader, Scalar};
+use crate::{Reader, Scalar};
 
 /// One parameter or section, as declared.
 #[derive(Clone, Debug)]
@@ -120,9 +120,8 @@ pub fn summary(lines: &[&str]) -> String {
 /// The first paragraph of each comment is what `fabkit show` and the schema say.
 ///
 /// ```
-/// use fabkit_designs::parameters;
-/// use fabkit_designs::parameters::Section;
 /// use fabkit_geometry::Length;
+/// use fabkit_text::{Section, parameters};
 ///
 /// parameters! {
 ///     /// The sensing surface: a hemisphere on a straight wall.
@@ -166,22 +165,22 @@ macro_rules! parameters {
             )+
         }
 
-        impl $crate::parameters::Parameter for $name {
+        impl $crate::Parameter for $name {
             type Limits = ();
 
-            fn shape((): &()) -> $crate::parameters::Shape {
-                $crate::parameters::Shape::Section(
-                    <Self as $crate::parameters::Section>::fields(),
+            fn shape((): &()) -> $crate::Shape {
+                $crate::Shape::Section(
+                    <Self as $crate::Section>::fields(),
                 )
             }
 
             fn read(
-                reader: &mut $crate::parameters::Reader,
+                reader: &mut $crate::Reader,
                 path: &str,
                 _summary: &str,
                 (): &(),
             ) -> Option<Self> {
-                use $crate::parameters::{Parameter, join, summary};
+                use $crate::{Parameter, join, summary};
                 // All are read before any is missed: every error is reported.
                 $(
                     let $field = <$type as Parameter>::read(
@@ -195,9 +194,9 @@ macro_rules! parameters {
             }
         }
 
-        impl $crate::parameters::Section for $name {
-            fn fields() -> Vec<$crate::parameters::Field> {
-                use $crate::parameters::{Field, Parameter, summary};
+        impl $crate::Section for $name {
+            fn fields() -> Vec<$crate::Field> {
+                use $crate::{Field, Parameter, summary};
                 vec![$(
                     Field {
                         name: stringify!($field),
@@ -227,7 +226,7 @@ macro_rules! parameter_limits {
 /// Declares a parameter that is one of a few words.
 ///
 /// ```
-/// fabkit_designs::choices! {
+/// fabkit_text::choices! {
 ///     /// Outline of the base, seen from above.
 ///     pub enum Outline {
 ///         /// A circle.
@@ -270,14 +269,14 @@ macro_rules! choices {
             }
         }
 
-        impl $crate::parameters::Scalar for $name {
-            const KIND: $crate::parameters::Kind = $crate::parameters::Kind::Text;
+        impl $crate::Scalar for $name {
+            const KIND: $crate::Kind = $crate::Kind::Text;
             type Limits = ();
 
-            fn parse(text: &str) -> Result<Self, $crate::parameters::Refusal> {
+            fn parse(text: &str) -> Result<Self, $crate::Refusal> {
                 match text.trim() {
                     $($word => Ok(Self::$choice),)+
-                    other => Err($crate::parameters::Refusal::not_a_choice(other, Self::WORDS)),
+                    other => Err($crate::Refusal::not_a_choice(other, Self::WORDS)),
                 }
             }
 
@@ -301,8 +300,8 @@ macro_rules! choices {
                 format!("one of {}", Self::WORDS.join(", "))
             }
 
-            fn schema((): &()) -> $crate::parameters::Json {
-                $crate::parameters::Json::from_iter([("enum", Self::WORDS)])
+            fn schema((): &()) -> $crate::Json {
+                $crate::Json::from_iter([("enum", Self::WORDS)])
             }
         }
     };

@@ -22,7 +22,7 @@ impl Refusal {
 
     /// The word is none of those that were declared.
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
-        let hint = super::suggestion(written, words.iter().copied(), "write one of");
+        let hint = crate::suggestion(written, words.iter().copied(), "write one of");
         Self::new("is not one of the choices", &hint)
     }
 }
@@ -91,10 +91,10 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
     match error {
         UnitError::MissingUnit { text, .. } => {
             let unit = units.split(", ").next().unwrap_or_default();
-            Refusal::new("has no unit", &format!("write `{} {unit}`", super::shown(text.trim())))
+            Refusal::new("has no unit", &format!("write `{} {unit}`", crate::shown(text.trim())))
         }
         UnitError::UnknownUnit { unit, quantity, .. } => Refusal::new(
-            format!("is in `{}`, not in a unit of {quantity}", super::shown(&unit)),
+            format!("is in `{}`, not in a unit of {quantity}", crate::shown(&unit)),
             &format!("write a number and one of {units}, for example `{example}`"),
         ),
         UnitError::NotANumber { .. } => Refusal::new(

@@ -1,13 +1,16 @@
-//! Parameters: names, units, limits and sources, read from YAML with all errors at once.
+//! Files that people write: read with every error at once, each with place, value, limit and hint.
 //!
-//! A family of sensors declares its parameters once, with [`parameters!`](crate::parameters!).
-//! From that one declaration come the typed struct that part code reads, the limits that are
-//! checked, the JSON Schema, the rows of `fabkit show`, and the paths that `--set` knows.
+//! [`parse()`] reads YAML to values that know where they stand, for all kinds of file ([`Dialect`]).
+//! Above it are two ways to read. What is declared with [`parameters!`] needs no more: from that one
+//! declaration come the typed struct that code reads, the limits that are checked, the JSON Schema,
+//! the rows of `fabkit show`, and the paths that `--set` knows. Other files are read key by key, with
+//! a [`Reading`] that collects what is wrong. What programs write, as JSON, says what it is
+//! ([`JsonFormat`]).
 //!
-//! Reading goes on after an error. The steps are: text to a tree with positions (`tree`), trees
-//! to one table of values by path (`document`: the built-in sensor that a file `extends`, the
-//! file itself, then `--set`), table to typed values within their limits ([`Reader`]), and last
-//! what the family requires of several values together ([`Report`]).
+//! Reading goes on after an error. For parameters the steps are: text to a tree, trees to one table
+//! of values by path ([`Document`]: what a file `extends`, the file itself, then `--set`), table to
+//! typed values within their limits ([`Reader`]), and last what is required of several values
+//! together ([`Report`]).
 //!
 //! Why not serde: it stops at the first error, and forgets where values stood.
 
@@ -15,29 +18,32 @@ use std::fmt;
 
 mod declare;
 mod document;
+mod json;
 mod overrides;
+mod parse;
 mod place;
 mod reader;
+mod reading;
 mod report;
 mod schema;
 mod suggest;
-pub mod tree;
+mod tree;
 mod value;
 
 pub use declare::{Field, Parameter, Section, Shape, join, summary};
-pub use reader::Reader;
+pub use document::Document;
+pub use json::{InvalidDocument, JsonFormat};
+pub use overrides::apply_overrides;
+pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
+pub use place::{Found, Layer, Place, Written, WrittenText};
+pub use reader::{Example, Reader};
+pub use reading::{Reading, check_format, mapping_of, read_section, take_word};
 pub use report::Report;
+pub use schema::{FamilySchema, root_schema};
 pub use serde_json::Value as Json;
 pub use suggest::{did_you_mean, hint as suggestion, similar};
-pub use tree::{MAX_BYTES, MAX_DEPTH, MAX_NODES};
+pub use tree::{Content, Dialect, Entry, Fault, Node, Position};
 pub use value::{Kind, Name, Refusal, Scalar};
-
-pub(crate) use document::Document;
-pub(crate) use overrides::apply as apply_overrides;
-pub(crate) use place::{Found, Layer, Place};
-pub(crate) use reader::Example;
-pub(crate) use schema::{FamilySchema, root as root_schema};
-pub(crate) use tree::{Content, Entry, Node, parse as parse_tree};
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

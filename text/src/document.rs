@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::place::{Found, Place, Written, WrittenText};
-use super::tree::{Content, Entry, Node};
-use super::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
+use crate::place::{Found, Place, Written, WrittenText};
+use crate::tree::{Content, Entry, Node};
+use crate::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
 
 /// All values that were written, whichever layer they come from.
 #[derive(Debug)]
-pub(crate) struct Document {
+pub struct Document {
     fields: Vec<Field>,
     /// Where the whole document is.
     pub root: Place,
@@ -16,10 +16,12 @@ pub(crate) struct Document {
     sections: BTreeMap<String, Place>,
     /// Paths at which something was written that cannot be read: reported, hence not missing.
     broken: BTreeSet<String>,
+    /// What is wrong so far.
     pub found: Vec<Found>,
 }
 
 impl Document {
+    /// An empty table of these keys; `root` is where the whole document is.
     pub fn new(fields: Vec<Field>, root: Place) -> Self {
         Self {
             fields,
@@ -36,20 +38,21 @@ impl Document {
         self.fields.push(field);
     }
 
-    pub fn value(&self, path: &str) -> Option<&Written> {
+    pub(crate) fn value(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
     }
 
-    pub fn section(&self, path: &str) -> Option<&Place> {
+    pub(crate) fn section(&self, path: &str) -> Option<&Place> {
         self.sections.get(path)
     }
 
     /// Whether this path, or a section it lies in, was written but not understood.
-    pub fn is_broken(&self, path: &str) -> bool {
+    pub(crate) fn is_broken(&self, path: &str) -> bool {
         let ends = path.match_indices('.').map(|(i, _)| i).chain([path.len()]);
         ends.into_iter().any(|end| self.broken.contains(&path[..end]))
     }
 
+    /// What was written, by path.
     pub fn into_values(self) -> BTreeMap<String, Written> {
         self.values
     }
@@ -62,12 +65,12 @@ impl Document {
     }
 
     /// Puts one value over what is there.
-    pub fn set(&mut self, path: &str, written: Written) {
+    pub(crate) fn set(&mut self, path: &str, written: Written) {
         self.values.insert(path.to_owned(), written);
     }
 
     /// What stands behind a path, if it is known.
-    pub fn field(&self, path: &str) -> Option<&Field> {
+    pub(crate) fn field(&self, path: &str) -> Option<&Field> {
         let (first, rest) = match path.split_once('.') {
             Some((first, rest)) => (first, Some(rest)),
             None => (path, None),
@@ -105,10 +108,13 @@ impl Document {
             match (&field.shape, value.content) {
                 (_, Content::Nothing) => {
                     let message = format!("{path} has no value");
-                    self.break_at(&path, key_place.problem(&path, "", message).hint(
-                        "write a value after the colon, or remove the line if the file extends a \
-                         built-in sensor",
-                    ));
+                    let hint = match place.dialect.base {
+                        "" => "write a value after the colon".into(),
+                        base => format!(
+                            "write a value after the colon, or remove the line if the file extends {base}"
+                        ),
+                    };
+                    self.break_at(&path, key_place.problem(&path, "", message).hint(hint));
                 }
                 (Shape::Section(inner), Content::Map(entries)) => {
                     self.sections.insert(path.clone(), key_place);
@@ -151,7 +157,7 @@ impl Document {
         place: &Place,
     ) {
         let message = match section {
-            "" => format!("`{}` is not a key of a sensor", shown(key)),
+            "" => format!("`{}` is not a key of a {}", shown(key), place.dialect.noun),
             _ => format!("`{}` is not a key of {section}", shown(key)),
         };
         let near = similar(key, fields.iter().map(|f| f.name));
@@ -215,7 +221,7 @@ impl Document {
                                 shown(&word),
                                 words.join(", ")
                             );
-                            let hint = super::suggestion(&word, words, "write one of");
+                            let hint = crate::suggestion(&word, words, "write one of");
                             let path = join(path, "source");
                             let found = at.problem(&path, &shown(&word), message).hint(hint);
                             self.found.push(found);
@@ -236,7 +242,7 @@ impl Document {
                     self.found.push(found.hint("write it as one line of text"));
                 }
                 _ => {
-                    let known = super::suggestion(&key, KEYS, "a value may have");
+                    let known = crate::suggestion(&key, KEYS, "a value may have");
                     let message =
                         format!("`{}` is not known; {path} is a single value", shown(&key));
                     let path = join(path, &shown(&key));

@@ -2,11 +2,13 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::{Field, Shape, SourceKind};
+use crate::{Field, Shape, SourceKind};
 
 /// What the schema says about one family.
-pub(crate) struct FamilySchema<'a> {
+pub struct FamilySchema<'a> {
+    /// The word behind `family:`.
     pub name: &'a str,
+    /// One line for people.
     pub summary: &'a str,
     /// Keys of the whole file, without `format`, `family` and `extends`.
     pub fields: Vec<Field>,
@@ -15,7 +17,7 @@ pub(crate) struct FamilySchema<'a> {
 }
 
 /// The schema of a file: complete if it names a family, partial if it extends a sensor.
-pub(crate) fn root(
+pub fn root_schema(
     format: u32,
     families: &[FamilySchema<'_>],
     extensions: &[(&str, &str, Vec<Field>)],

@@ -1,0 +1,175 @@
+//! Texts read key by key: what stands at the top, and values whose form no declaration tells.
+
+use crate::parse::parse;
+use crate::place::{Found, Place};
+use crate::reader::read;
+use crate::tree::{Content, Entry, Node, Position};
+use crate::{Document, InvalidDesign, Reader, Scalar, Section, shown};
+
+/// Reads a text whose top level is keys and values; `None` after reporting why it is not.
+pub fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
+    let (node, duplicates) =
+        parse(yaml, place.dialect).map_err(|fault| found.push(Found::fault(fault, place))).ok()?;
+    found.extend(duplicates.into_iter().map(|fault| Found::fault(fault, place)));
+    let (message, at) = match node.content {
+        Content::Map(entries) => return Some(entries),
+        Content::Nothing => ("the file is empty", place.clone()),
+        _ => ("the file is not a list of keys and values", place.at(node.position)),
+    };
+    let format = place.dialect.format;
+    let hint = format!("begin with `format: {format}`{}", place.dialect.begin);
+    found.push(at.problem("", "", message.into()).hint(hint));
+    None
+}
+
+/// Takes `format:` out of the entries; what is wrong with it is reported.
+pub fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>) {
+    let format = place.dialect.format;
+    let hint = format!("begin the file with `format: {format}`");
+    let before = found.len();
+    match take_word(entries, "format", place, found) {
+        Some((word, _)) if word == format.to_string() => {}
+        Some((word, at)) => {
+            let word = shown(&word);
+            let message = format!("format is `{word}`; this version of fabkit reads {format}");
+            found.push(at.problem("format", &word, message).hint(hint));
+        }
+        None if found.len() > before => {}
+        None => found.push(place.problem("format", "", "the format is missing".into()).hint(hint)),
+    }
+}
+
+/// Takes a key with a plain word out of the entries.
+pub fn take_word(
+    entries: &mut Vec<Entry>,
+    key: &str,
+    place: &Place,
+    found: &mut Vec<Found>,
+) -> Option<(String, Place)> {
+    let i = entries.iter().position(|entry| entry.key == key)?;
+    let entry = entries.remove(i);
+    match entry.value.content {
+        Content::Scalar(word) => Some((word, place.at(entry.value.position))),
+        _ => {
+            let at = place.at(entry.key_position);
+            let message = format!("{key} must be followed by one word");
+            found.push(at.problem(key, "", message).hint(format!("write `{key}: WORD`")));
+            None
+        }
+    }
+}
+
+/// Reads a file that is one section, with `format:` before it.
+///
+/// # Errors
+/// Everything that is wrong, each with place, value, limit and a hint.
+pub fn read_section<P: Section>(yaml: &str, place: &Place) -> Result<P, InvalidDesign> {
+    let mut document = Document::new(P::fields(), place.clone());
+    let mut found = Vec::new();
+    let Some(mut entries) = mapping_of(yaml, place, &mut found) else {
+        return Err(InvalidDesign { problems: Found::sorted(found) });
+    };
+    check_format(&mut entries, place, &mut found);
+    document.lay(entries, place);
+    document.found.extend(found);
+    let mut reader = Reader::new(document);
+    let section = P::read(&mut reader, "", "", &());
+    let report = reader.finish(None);
+    section.filter(|_| report.is_clean()).ok_or_else(|| report.into_invalid())
+}
+
+/// Reads nodes one by one and collects what is wrong with them.
+#[derive(Debug)]
+pub struct Reading {
+    /// The whole text.
+    pub place: Place,
+    /// What is wrong so far.
+    pub found: Vec<Found>,
+}
+
+impl Reading {
+    /// Nothing is wrong yet.
+    pub fn new(place: Place) -> Self {
+        Self { place, found: Vec::new() }
+    }
+
+    /// Reports a problem with its hint.
+    pub fn problem(
+        &mut self,
+        at: Position,
+        path: &str,
+        value: &str,
+        message: impl Into<String>,
+        hint: impl Into<String>,
+    ) {
+        let found = self.place.at(at).problem(&shown(path), &shown(value), message.into());
+        self.found.push(found.hint(hint));
+    }
+
+    /// One value within its limits.
+    pub fn value<T: Scalar>(
+        &mut self,
+        at: Position,
+        path: &str,
+        text: &str,
+        limits: &T::Limits,
+    ) -> Option<T> {
+        let place = self.place.at(at);
+        read(path, text, limits, &place).map_err(|found| self.found.push(*found)).ok()
+    }
+
+    /// The text of one value, without white space around it.
+    pub fn scalar<'n>(&mut self, key: &str, node: &'n Node) -> Option<&'n str> {
+        match &node.content {
+            Content::Scalar(text) => Some(text.trim()),
+            _ => {
+                let message = format!("{key} must be one value");
+                self.problem(node.position, key, "", message, format!("write `{key}: VALUE`"));
+                None
+            }
+        }
+    }
+
+    /// The entries of a mapping.
+    pub fn map<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Entry] {
+        if !matches!(node.content, Content::Map(_)) {
+            let hint = format!("write `{key}:`, then indented lines `NAME: ...`");
+            self.problem(node.position, key, "", format!("{key} must be keys with values"), hint);
+        }
+        node.entries()
+    }
+
+    /// The items of a list.
+    pub fn list<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Node] {
+        if !node.is_list() {
+            let hint = format!("write `{key}: [a, b]`");
+            self.problem(node.position, key, "", format!("{key} must be a list"), hint);
+        }
+        node.items()
+    }
+
+    /// A whole number within limits, both allowed.
+    pub fn count(&mut self, key: &str, node: &Node, [low, high]: [u64; 2]) -> Option<u64> {
+        let text = self.scalar(key, node)?;
+        let count = text.parse().ok().filter(|count| (low..=high).contains(count));
+        if count.is_none() {
+            let message =
+                format!("{key} is {}; it must be a whole number from {low} to {high}", shown(text));
+            self.problem(node.position, key, text, message, "write digits only");
+        }
+        count
+    }
+
+    /// What was read, if nothing is wrong.
+    ///
+    /// # Errors
+    /// Everything that is wrong, in the order of the file.
+    pub fn finish<T>(self, value: Option<T>) -> Result<T, InvalidDesign> {
+        value.filter(|_| self.found.is_empty()).ok_or_else(|| self.invalid())
+    }
+
+    /// Everything that is wrong, in the order of the file.
+    pub fn invalid(self) -> InvalidDesign {
+        InvalidDesign { problems: Found::sorted(self.found) }
+    }
+}

@@ -27,6 +27,9 @@ mod fuse;
 mod halfedges;
 mod kernel;
 mod measure;
+#[cfg(test)]
+#[path = "../tests/oracle/mod.rs"]
+mod oracle;
 mod print;
 mod seams;
 mod shape_key;

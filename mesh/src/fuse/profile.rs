@@ -196,20 +196,24 @@ impl Seg {
         Ok(found)
     }
 
+    /// What is the same at both ends is the same for a point of the line, exactly.
+    fn keep(&self, point: &mut [f64; 2]) {
+        for (x, (from, to)) in point.iter_mut().zip(self.from.iter().zip(&self.to)) {
+            if from == to {
+                *x = *from;
+            }
+        }
+    }
+
     fn line_with_line(&self, other: &Self) -> Result<Vec<[f64; 2]>, Unclear> {
         let (a, b) = (minus(self.to, self.from), minus(other.to, other.from));
         let gap = minus(other.from, self.from);
         let scale = self.length_mm() * other.length_mm();
         if cross(a, b).abs() > 1e-9 * scale {
             let t = cross(gap, b) / cross(a, b);
-            // On the line that keeps a coordinate, it is kept exactly.
             let mut point = [0, 1].map(|i| self.from[i] + t * a[i]);
             for seg in [self, other] {
-                for i in 0..2 {
-                    if seg.from[i] == seg.to[i] {
-                        point[i] = seg.from[i];
-                    }
-                }
+                seg.keep(&mut point);
             }
             return Ok(vec![point]);
         }
@@ -236,11 +240,7 @@ impl Seg {
         }
         let at = |t: f64| {
             let mut point = [0, 1].map(|i| self.from[i] + t * (self.to[i] - self.from[i]));
-            for i in 0..2 {
-                if self.from[i] == self.to[i] {
-                    point[i] = self.from[i];
-                }
-            }
+            self.keep(&mut point);
             point
         };
         Ok([-1.0, 1.0].map(|sign| at((-b + sign * root2.sqrt()) / a)).to_vec())

@@ -1,8 +1,5 @@
 //! Fused trees against the trees they come from, and against the exact faces.
 
-#[path = "../../tests/oracle/mod.rs"]
-mod oracle;
-
 use std::cell::Cell;
 
 use fabkit_geometry::testing::cases;
@@ -12,6 +9,7 @@ use proptest::test_runner::TestRunner;
 
 use super::fused;
 use crate::evaluate::evaluate_by;
+use crate::oracle;
 use crate::{FaceId, MeshError, TriMesh, mesh, to_mesh};
 
 const TOLERANCE_MM: f64 = 0.02;

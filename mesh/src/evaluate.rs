@@ -23,6 +23,7 @@ use crate::MeshError;
 use crate::conform::{Effect, Pin};
 use crate::extent::{OrientedBox, disjoint_groups, extent, moved};
 use crate::facets::Facets;
+use crate::fuse::{Fused, fused};
 use crate::kernel::{Operation, Prepared};
 use crate::shape_key::{has_half_space, shape_key};
 use crate::tessellate::{box_faces, face_count, tessellate};
@@ -33,6 +34,21 @@ const MOST_CUTS: usize = 4;
 
 /// Meshes a valid tree.
 pub(crate) fn evaluate(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
+    // What cannot be meshed that way is said in the words of the tree as it is written.
+    if let Some(Fused { solid, faces }) = fused(solid)
+        && let Ok(mut facets) = evaluate_by(&solid, tolerance_mm, true)
+    {
+        for face in &mut facets.faces {
+            *face = faces[*face as usize];
+        }
+        return Ok(facets);
+    }
+    evaluate_unfused(solid, tolerance_mm)
+}
+
+/// Face by face as the leaves are by themselves, so that solids which share a face share its
+/// triangles there wherever others cut it.
+pub(crate) fn evaluate_unfused(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
     evaluate_by(solid, tolerance_mm, true)
 }
 
@@ -42,14 +58,16 @@ pub(crate) fn evaluate_by(
     tolerance_mm: f64,
     conforming: bool,
 ) -> Result<Facets, MeshError> {
-    if conforming && let Some(facets) = evaluate_lifted(solid, tolerance_mm)? {
+    let root = Item::peeled(Pose::identity(), solid, 0);
+    let mut evaluator = Evaluator::new(tolerance_mm, conforming);
+    if conforming && let Some(facets) = evaluator.lifted(&root)? {
         return Ok(facets);
     }
-    let root = Item::peeled(Pose::identity(), solid, 0);
-    Evaluator::new(tolerance_mm, conforming).plain(&root)
+    evaluator.plain(&root)
 }
 
 /// With the features of operands put in last; `None` if that gains nothing or cannot be done.
+#[cfg(test)]
 pub(crate) fn evaluate_lifted(
     solid: &Solid,
     tolerance_mm: f64,

@@ -10,7 +10,7 @@ pub(crate) fn previous(edge: usize) -> usize {
 
 /// The twin of each edge, or an edge that has none.
 pub(crate) fn twins(vertex_count: usize, corners: &[u32]) -> Result<Vec<u32>, usize> {
-    // Edges sorted into buckets by their lower vertex: an edge and its twin share a bucket.
+    // Edges in buckets by their lower vertex: an edge and its twin share a bucket.
     let ends = |edge: usize| (corners[edge], corners[next(edge)]);
     let mut first = vec![0u32; vertex_count + 1];
     for edge in 0..corners.len() {
@@ -20,25 +20,30 @@ pub(crate) fn twins(vertex_count: usize, corners: &[u32]) -> Result<Vec<u32>, us
     for v in 0..vertex_count {
         first[v + 1] += first[v];
     }
+    // There by their higher vertex, then by direction: twins stand side by side.
     let mut filled = first.clone();
-    let mut sorted = vec![0u32; corners.len()];
+    let mut sorted = vec![0u64; corners.len()];
     for edge in 0..corners.len() {
         let (a, b) = ends(edge);
         let slot = &mut filled[a.min(b) as usize];
-        sorted[*slot as usize] = edge as u32;
+        sorted[*slot as usize] = u64::from(a.max(b)) << 33 | u64::from(a > b) << 32 | edge as u64;
         *slot += 1;
     }
     let mut twins = vec![u32::MAX; corners.len()];
     for v in 0..vertex_count {
-        let bucket = &sorted[first[v] as usize..first[v + 1] as usize];
-        for &edge in bucket {
-            let (a, b) = ends(edge as usize);
-            let mut same = bucket.iter().filter(|&&e| ends(e as usize) == (a, b));
-            let mut opposite = bucket.iter().filter(|&&e| ends(e as usize) == (b, a));
-            match (same.nth(1), opposite.next(), opposite.next()) {
-                (None, Some(&twin), None) if a != b => twins[edge as usize] = twin,
-                _ => return Err(edge as usize),
+        let bucket = &mut sorted[first[v] as usize..first[v + 1] as usize];
+        bucket.sort_unstable();
+        let mut before = v as u64; // An edge from a vertex to itself has no twin.
+        for pair in bucket.chunks(2) {
+            let edge = pair[0] as u32;
+            let &[one, other] = pair else { return Err(edge as usize) };
+            let (higher, directions) = (one >> 33, [one, other].map(|key| key >> 32 & 1));
+            if higher == before || higher != other >> 33 || directions != [0, 1] {
+                return Err(edge as usize);
             }
+            twins[edge as usize] = other as u32;
+            twins[other as u32 as usize] = edge;
+            before = higher;
         }
     }
     Ok(twins)

@@ -23,9 +23,13 @@ mod conform;
 mod evaluate;
 mod extent;
 mod facets;
+mod fuse;
 mod halfedges;
 mod kernel;
 mod measure;
+#[cfg(test)]
+#[path = "../tests/oracle/mod.rs"]
+mod oracle;
 mod print;
 mod seams;
 mod shape_key;
@@ -120,11 +124,19 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
 /// # Errors
 /// As [`mesh`].
 pub fn mesh_as_cut(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
+    checked(solid, tolerance_mm, evaluate::evaluate)
+}
+
+fn checked(
+    solid: &Solid,
+    tolerance_mm: f64,
+    evaluate: fn(&Solid, f64) -> Result<facets::Facets, MeshError>,
+) -> Result<TriMesh, MeshError> {
     if !TOLERANCE_RANGE_MM.contains(&tolerance_mm) {
         return Err(MeshError::Tolerance { tolerance_mm });
     }
     solid.validate()?;
-    Ok(to_mesh(solid, evaluate::evaluate(solid, tolerance_mm)?))
+    Ok(to_mesh(solid, evaluate(solid, tolerance_mm)?))
 }
 
 /// Names the faces by leaf.
@@ -144,7 +156,7 @@ fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
 /// # Errors
 /// As [`mesh`], but nothing in common is no error.
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
-    match mesh_as_cut(&a.clone().and(b.clone()), tolerance_mm) {
+    match checked(&a.clone().and(b.clone()), tolerance_mm, evaluate::evaluate_unfused) {
         // What is left of two surfaces that touch may come out as minus nothing.
         Ok(common) => Ok(common.volume_mm3().max(0.0)),
         Err(MeshError::Empty) => Ok(0.0),

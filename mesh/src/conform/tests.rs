@@ -1,8 +1,5 @@
 //! Conforming features against booleans, and against the exact surfaces.
 
-#[path = "../../tests/oracle/mod.rs"]
-mod oracle;
-
 use std::cell::Cell;
 
 use fabkit_geometry::testing::{cases, directions, poses, primitives};
@@ -12,6 +9,7 @@ use proptest::test_runner::TestRunner;
 
 use crate::evaluate::{evaluate_by, evaluate_lifted};
 use crate::facets::Facets;
+use crate::oracle;
 use crate::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, to_mesh};
 
 const TOLERANCE_MM: f64 = 0.02;

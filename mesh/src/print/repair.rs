@@ -23,11 +23,12 @@ pub(super) fn repair(mesh: &mut Halfedges, ulp_mm: f64) -> Vec<u32> {
     let mut part_neighbours = false;
     for _ in 0..PASSES {
         let low: Vec<usize> = repair.mesh.alive().filter(|&t| repair.is_low(t)).collect();
-        let mut changed = repair.part_equals(part_neighbours);
+        let has_equals = repair.has_equals();
+        let mut changed = has_equals && repair.part_equals(part_neighbours);
         for t in low {
             changed |= repair.mesh.is_alive(t) && repair.is_low(t) && repair.remove(t);
         }
-        if !changed && part_neighbours {
+        if !changed && (part_neighbours || !has_equals) {
             break;
         }
         part_neighbours = !changed;
@@ -126,6 +127,15 @@ impl Repair<'_> {
 
     fn height2(&self, t: usize) -> f64 {
         height2(self.mesh.points(t))
+    }
+
+    /// Whether any two positions are equal, of vertices that are still there or not.
+    fn has_equals(&self) -> bool {
+        let bits = |c: f64| u128::from((c as f32 + 0.0).to_bits());
+        let key = |&[x, y, z]: &[f64; 3]| bits(x) << 64 | bits(y) << 32 | bits(z);
+        let mut keys: Vec<u128> = self.mesh.positions.iter().map(key).collect();
+        keys.sort_unstable();
+        keys.windows(2).any(|pair| pair[0] == pair[1])
     }
 
     /// Moves apart vertices that have equal positions: two parts of the surface that touch. Each

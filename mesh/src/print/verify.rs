@@ -10,11 +10,15 @@ pub(super) fn sound(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDe
     let at = |v: u32| vertices[v as usize];
     let defect = |problem, at_mm| Err(PrintDefect { problem, at_mm });
 
-    let bits = |v: u32| print.vertices[v as usize].map(|c| (c + 0.0).to_bits());
-    let mut by_place: Vec<u32> = (0..vertices.len() as u32).collect();
-    by_place.sort_unstable_by_key(|&v| bits(v));
-    if let Some(pair) = by_place.windows(2).find(|w| bits(w[0]) == bits(w[1])) {
-        return defect("two vertices fall together", at(pair[0]));
+    // All bits of a place in one number, above the vertex.
+    let place = |(v, vertex): (usize, &[f32; 3])| {
+        vertex.iter().fold(0, |bits, c| bits << 32 | u128::from((c + 0.0).to_bits())) << 32
+            | v as u128
+    };
+    let mut places: Vec<u128> = print.vertices.iter().enumerate().map(place).collect();
+    places.sort_unstable();
+    if let Some(pair) = places.windows(2).find(|w| w[0] >> 32 == w[1] >> 32) {
+        return defect("two vertices fall together", at(pair[0] as u32));
     }
     if let Some(&[a, ..]) = print.triangles.iter().find(|t| double_area(t.map(at)) == [0.0; 3]) {
         return defect("a triangle has no area", at(a));
@@ -54,20 +58,32 @@ fn open_fan(vertex_count: usize, triangles: &[[u32; 3]]) -> Option<u32> {
     }
     (0..vertex_count as u32).find(|&v| {
         let fan = &mut steps[first[v as usize]..first[v as usize + 1]];
-        fan.sort_unstable();
-        !is_single_cycle(fan)
+        // Looking through a small one takes less than sorting it.
+        let is_small = fan.len() <= SMALL_FAN;
+        if !is_small {
+            fan.sort_unstable();
+        }
+        !is_single_cycle(fan, is_small)
     })
 }
 
-/// Whether sorted steps lead once through all their starts and back.
-fn is_single_cycle(steps: &[[u32; 2]]) -> bool {
-    if steps.len() < 3 || steps.windows(2).any(|w| w[0][0] == w[1][0]) {
+/// Fans of so many triangles are small.
+const SMALL_FAN: usize = 16;
+
+/// Whether steps lead once through all their starts and back; sorted ones unless there are few.
+fn is_single_cycle(steps: &[[u32; 2]], are_few: bool) -> bool {
+    if steps.len() < 3 {
         return false;
     }
+    let next = |at: u32| match are_few {
+        true => steps.iter().find(|step| step[0] == at),
+        false => steps.binary_search_by_key(&at, |step| step[0]).ok().map(|i| &steps[i]),
+    };
+    // Of two steps with one start, one is never taken: then the way back is too short.
     let mut current = steps[0][0];
     for taken in 1..=steps.len() {
-        let Ok(i) = steps.binary_search_by_key(&current, |s| s[0]) else { return false };
-        current = steps[i][1];
+        let Some(step) = next(current) else { return false };
+        current = step[1];
         if current == steps[0][0] {
             return taken == steps.len();
         }

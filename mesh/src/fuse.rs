@@ -1,0 +1,266 @@
+//! Solids of revolution about one axis become one solid of revolution, before anything is meshed.
+//!
+//! Domes, rings, tubes and stepped holes are stacks of round things: cutting one by another in space
+//! intersects thousands of triangles to find a few circles. In the half plane through the axis they
+//! are a few lines and arcs, whose crossings have closed forms (`profile`). What comes out is a plain
+//! revolved profile, each of whose pieces still knows the face that it came from.
+//!
+//! Bodies that touch share their triangles where they share a face, and so must they here. Planes and
+//! cylinders may be divided freely; a cone or a bent face is divided only if no other leaf lies on the
+//! same surface. What touches, overlaps or would fall apart is left as it is.
+
+mod profile;
+
+use fabkit_geometry::{Aabb, Point3, Pose, Solid};
+
+use self::profile::{Outline, Rule, Seg};
+use crate::extent::extent;
+use crate::tessellate::face_count;
+
+/// Axes and points nearer than this are the same, mm; the same for the sine between directions.
+const SAME: f64 = 1e-10;
+
+/// Surfaces nearer than this count as one, mm.
+const SAME_SURFACE_MM: f64 = 1e-6;
+
+/// A tree that means the same.
+pub(crate) struct Fused {
+    pub solid: Solid,
+    /// For each of its faces the number that it has in the tree it came from.
+    pub faces: Vec<u32>,
+}
+
+/// `None` if there is nothing to fuse.
+pub(crate) fn fused(solid: &Solid) -> Option<Fused> {
+    let mut fuser = Fuser { surfaces: Vec::new(), changed: false, next_face: 0 };
+    for leaf in solid.leaves() {
+        fuser.surfaces.extend(Surface::whole(leaf.primitive, &leaf.root_from_leaf));
+        let outline = Outline::of(leaf.primitive, &[]);
+        let segs = outline.iter().flat_map(|outline| &outline.segs);
+        fuser.surfaces.extend(segs.filter_map(|seg| Surface::of(seg, &leaf.root_from_leaf)));
+    }
+    let part = fuser.tree(solid, Pose::identity());
+    fuser.changed.then_some(Fused { solid: part.solid, faces: part.faces })
+}
+
+/// A surface whose triangles depend on where it is divided: a point of its axis and what shape it is.
+#[derive(PartialEq)]
+struct Surface {
+    at: Point3<f64>,
+    shape: [f64; 3],
+}
+
+impl Surface {
+    fn of(seg: &Seg, root_from_leaf: &Pose) -> Option<Self> {
+        let (z, shape) = match &seg.bend {
+            Some(bend) => (bend.centre[1], [bend.centre[0], bend.axes[0], bend.axes[1]]),
+            None => {
+                let [r, z] = [0, 1].map(|i| seg.to[i] - seg.from[i]);
+                if r == 0.0 || z == 0.0 {
+                    return None;
+                }
+                (seg.from[1] - seg.from[0] * z / r, [(z / r).abs(), -1.0, -1.0])
+            }
+        };
+        Some(Self { at: root_from_leaf.point(Point3::new(0.0, 0.0, z)), shape })
+    }
+
+    /// Of a primitive that has no outline here.
+    fn whole(primitive: &Solid, root_from_leaf: &Pose) -> Option<Self> {
+        let shape = match primitive {
+            Solid::Ellipsoid(s) => [0.0, s.semi_axes_mm[0], s.semi_axes_mm[2]],
+            Solid::EllipsoidOffset(s) => {
+                [0.0, s.equatorial_mm + s.offset_mm, s.polar_mm + s.offset_mm]
+            }
+            Solid::Torus(s) => [s.ring_radius_mm, s.tube_radius_mm, s.tube_radius_mm],
+            _ => return None,
+        };
+        Some(Self { at: root_from_leaf.point(Point3::origin()), shape })
+    }
+
+    fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() < SAME_SURFACE_MM;
+        (self.at - other.at).norm() < SAME_SURFACE_MM
+            && self.shape.iter().zip(&other.shape).all(|(&a, &b)| near(a, b))
+    }
+}
+
+/// A subtree and the old numbers of its faces.
+#[derive(Clone)]
+struct Part {
+    solid: Solid,
+    faces: Vec<u32>,
+}
+
+impl Part {
+    /// The primitive below placements and names, and where it is.
+    fn peeled(&self) -> (Pose, &Solid) {
+        let (mut pose, mut core) = (Pose::identity(), &self.solid);
+        loop {
+            match core {
+                Solid::Placed { pose: inner, of } => {
+                    pose = pose.then_in(*inner);
+                    core = of;
+                }
+                Solid::Feature { of, .. } => core = of,
+                _ => return (pose, core),
+            }
+        }
+    }
+
+    fn bounds(&self) -> Aabb {
+        extent(&self.solid).grown(SAME_SURFACE_MM)
+    }
+}
+
+struct Fuser {
+    /// Of all leaves, in the root's frame.
+    surfaces: Vec<Surface>,
+    changed: bool,
+    next_face: u32,
+}
+
+impl Fuser {
+    fn tree(&mut self, solid: &Solid, pose: Pose) -> Part {
+        match solid {
+            Solid::Placed { pose: inner, of } => {
+                let Part { solid, faces } = self.tree(of, pose.then_in(*inner));
+                Part { solid: solid.placed(*inner), faces }
+            }
+            Solid::Feature { name, of } => {
+                let Part { solid, faces } = self.tree(of, pose);
+                Part { solid: solid.named(name.clone()), faces }
+            }
+            Solid::Union(of) => {
+                let parts = self.trees(of, &pose);
+                together(self.united(parts, &pose))
+            }
+            Solid::Intersection(of) => {
+                let parts = self.trees(of, &pose);
+                let faces = parts.iter().flat_map(|part| part.faces.clone()).collect();
+                Part { solid: Solid::Intersection(solids(parts)), faces }
+            }
+            Solid::Difference { of, minus } => {
+                let base = self.tree(of, pose);
+                let tools = self.trees(minus, &pose);
+                let tools = self.united(tools, &pose);
+                self.cut(base, tools, &pose)
+            }
+            primitive => {
+                let first = self.next_face;
+                self.next_face += face_count(primitive);
+                Part { solid: primitive.clone(), faces: (first..self.next_face).collect() }
+            }
+        }
+    }
+
+    fn trees(&mut self, of: &[Solid], pose: &Pose) -> Vec<Part> {
+        of.iter().map(|one| self.tree(one, *pose)).collect()
+    }
+
+    /// Parts of a union, those with a common axis in one where that can be.
+    fn united(&mut self, parts: Vec<Part>, pose: &Pose) -> Vec<Part> {
+        let mut done: Vec<Part> = Vec::with_capacity(parts.len());
+        for mut part in parts {
+            let mut i = 0;
+            while i < done.len() {
+                match self.combined(&done[i], &part, Rule::Add, pose) {
+                    Some(both) => {
+                        part = both;
+                        done.remove(i);
+                        i = 0;
+                    }
+                    None => i += 1,
+                }
+            }
+            done.push(part);
+        }
+        done
+    }
+
+    /// What of the tools can be cut from the base, or from one part of it, is.
+    fn cut(&mut self, base: Part, tools: Vec<Part>, pose: &Pose) -> Part {
+        let mut bases = match base.solid {
+            Solid::Union(of) => {
+                let mut first = 0;
+                let part = |solid: Solid| {
+                    let next = first + face_count(&solid) as usize;
+                    let faces = base.faces[first..next].to_vec();
+                    first = next;
+                    Part { solid, faces }
+                };
+                of.into_iter().map(part).collect()
+            }
+            _ => vec![base],
+        };
+        let mut left = Vec::with_capacity(tools.len());
+        for tool in tools {
+            let bounds = tool.bounds();
+            let touched = |part: &Part| !part.bounds().common(&bounds).is_empty();
+            let mut touched = (0..bases.len()).filter(|&i| touched(&bases[i]));
+            let cut = match (touched.next(), touched.next()) {
+                (Some(i), None) => {
+                    self.combined(&bases[i], &tool, Rule::Cut, pose).map(|part| (i, part))
+                }
+                _ => None,
+            };
+            match cut {
+                Some((i, part)) => bases[i] = part,
+                None => left.push(tool),
+            }
+        }
+        let Part { solid, mut faces } = together(bases);
+        if left.is_empty() {
+            return Part { solid, faces };
+        }
+        faces.extend(left.iter().flat_map(|tool| &tool.faces));
+        Part { solid: Solid::Difference { of: Box::new(solid), minus: solids(left) }, faces }
+    }
+
+    fn combined(&mut self, a: &Part, b: &Part, rule: Rule, pose: &Pose) -> Option<Part> {
+        let ((a_pose, a_core), (b_pose, b_core)) = (a.peeled(), b.peeled());
+        let shift_mm = along_axis(&a_pose, &b_pose)?;
+        let a_outline = Outline::of(a_core, &a.faces)?;
+        let b_outline = Outline::of(b_core, &b.faces)?.shifted(shift_mm);
+        let root_from_a = pose.then_in(a_pose);
+        let may_divide = |seg: &Seg| {
+            Surface::of(seg, &root_from_a).is_none_or(|surface| {
+                self.surfaces.iter().filter(|other| surface.is_near(other)).count() == 1
+            })
+        };
+        let outline = a_outline.combined(&b_outline, rule, may_divide)?;
+        let (path, faces) = outline.into_path();
+        if path.signed_area_mm2() <= 0.0 {
+            return None;
+        }
+        self.changed = true;
+        let solid = Solid::revolution(path).placed(a_pose);
+        Some(Part { solid, faces })
+    }
+}
+
+/// How far a frame is shifted along the other's z axis; `None` if they differ by anything else.
+fn along_axis(a: &Pose, b: &Pose) -> Option<f64> {
+    let turn = a.rotation() - b.rotation();
+    if turn.iter().any(|x| x.abs() > SAME) {
+        return None;
+    }
+    let shift = a.rotation().transpose() * (b.translation_mm() - a.translation_mm());
+    (shift.x.hypot(shift.y) < SAME).then_some(shift.z)
+}
+
+fn solids(parts: Vec<Part>) -> Vec<Solid> {
+    parts.into_iter().map(|part| part.solid).collect()
+}
+
+/// The union of parts; one alone is itself.
+fn together(mut parts: Vec<Part>) -> Part {
+    if parts.len() == 1 {
+        return parts.swap_remove(0);
+    }
+    let faces = parts.iter().flat_map(|part| part.faces.clone()).collect();
+    Part { solid: Solid::Union(solids(parts)), faces }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,461 @@
+//! Union and difference of two profiles in the half plane through their axis.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use fabkit_geometry::{Path, Segment, Solid};
+
+/// What comes nearer than this without crossing, or crosses so near an end, is not decided here, mm.
+const NEAR_MM: f64 = 1e-6;
+
+/// Nearer to the axis than this is on it, mm.
+const ON_AXIS_MM: f64 = 1e-9;
+
+/// What to do with two profiles.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rule {
+    Add,
+    Cut,
+}
+
+/// An arc of an ellipse along the axes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Bend {
+    pub centre: [f64; 2],
+    pub axes: [f64; 2],
+    pub ccw: bool,
+    /// Whether it is written down as a circle.
+    round: bool,
+}
+
+/// A piece of an outline: distance from the axis and z, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Seg {
+    pub from: [f64; 2],
+    pub to: [f64; 2],
+    pub bend: Option<Bend>,
+    face: u32,
+}
+
+/// A closed outline, counter-clockwise, without what of it lies on the axis.
+#[derive(Clone, Debug)]
+pub(super) struct Outline {
+    pub segs: Vec<Seg>,
+}
+
+/// Two pieces come too near each other to say anything.
+struct Unclear;
+
+impl Bend {
+    fn angle(&self, p: [f64; 2]) -> f64 {
+        let [x, y] = self.unit(p);
+        y.atan2(x)
+    }
+
+    /// As seen from the centre, in half axes.
+    fn unit(&self, p: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| (p[i] - self.centre[i]) / self.axes[i])
+    }
+
+    fn point(&self, angle: f64) -> [f64; 2] {
+        let (s, c) = angle.sin_cos();
+        [self.centre[0] + self.axes[0] * c, self.centre[1] + self.axes[1] * s]
+    }
+
+    fn is_circle(&self) -> bool {
+        self.axes[0] == self.axes[1]
+    }
+}
+
+impl Seg {
+    fn line(from: [f64; 2], to: [f64; 2], face: u32) -> Self {
+        Self { from, to, bend: None, face }
+    }
+
+    fn is_on_axis(&self) -> bool {
+        self.bend.is_none() && self.from[0] < ON_AXIS_MM && self.to[0] < ON_AXIS_MM
+    }
+
+    fn reversed(mut self) -> Self {
+        std::mem::swap(&mut self.from, &mut self.to);
+        if let Some(bend) = &mut self.bend {
+            bend.ccw = !bend.ccw;
+        }
+        self
+    }
+
+    /// Where a bend starts, counter-clockwise, and how far it goes, rad.
+    fn sweep(&self, bend: &Bend) -> [f64; 2] {
+        let [from, to] = if bend.ccw { [self.from, self.to] } else { [self.to, self.from] };
+        let start = bend.angle(from);
+        [start, (bend.angle(to) - start).rem_euclid(TAU)]
+    }
+
+    /// Share of the way to a point that lies on the line or the curve that carries the piece; outside
+    /// of 0 to 1 if it lies beyond the ends.
+    fn share(&self, p: [f64; 2]) -> f64 {
+        match &self.bend {
+            None => {
+                let (way, there) = (minus(self.to, self.from), minus(p, self.from));
+                dot(way, there) / dot(way, way)
+            }
+            Some(bend) => {
+                let [start, sweep] = self.sweep(bend);
+                // What lies just before the start counts as that, not as a turn later.
+                let gap = TAU - sweep;
+                let along = (bend.angle(p) - start + gap / 2.0).rem_euclid(TAU) - gap / 2.0;
+                if bend.ccw { along / sweep } else { 1.0 - along / sweep }
+            }
+        }
+    }
+
+    fn length_mm(&self) -> f64 {
+        match &self.bend {
+            None => minus(self.to, self.from)[0].hypot(minus(self.to, self.from)[1]),
+            Some(bend) => self.sweep(bend)[1] * bend.axes[0].min(bend.axes[1]),
+        }
+    }
+
+    fn middle(&self) -> [f64; 2] {
+        match &self.bend {
+            None => [0, 1].map(|i| (self.from[i] + self.to[i]) / 2.0),
+            Some(bend) => {
+                let [start, sweep] = self.sweep(bend);
+                bend.point(start + sweep / 2.0)
+            }
+        }
+    }
+
+    /// A box around it; around the whole ellipse for a bend.
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        match &self.bend {
+            None => [
+                [0, 1].map(|i| self.from[i].min(self.to[i])),
+                [0, 1].map(|i| self.from[i].max(self.to[i])),
+            ],
+            Some(bend) => {
+                [-1.0, 1.0].map(|sign| [0, 1].map(|i| bend.centre[i] + sign * bend.axes[i]))
+            }
+        }
+    }
+
+    /// How often a ray from a point away from the axis crosses it.
+    fn crossings(&self, [r, z]: [f64; 2]) -> usize {
+        let Some(bend) = &self.bend else {
+            let ([r0, z0], [r1, z1]) = (self.from, self.to);
+            let beyond = (z0 > z) != (z1 > z) && r0 + (z - z0) / (z1 - z0) * (r1 - r0) > r;
+            return usize::from(beyond);
+        };
+        let [start, sweep] = self.sweep(bend);
+        let [first, last] = if bend.ccw { [self.from, self.to] } else { [self.to, self.from] };
+        // Divided where it is highest and lowest.
+        let mut turns = vec![(start, first[1])];
+        for k in -3..=5 {
+            let angle = FRAC_PI_2 + f64::from(k) * PI;
+            if angle > start + 1e-9 && angle < start + sweep - 1e-9 {
+                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                turns.push((angle, bend.centre[1] + sign * bend.axes[1]));
+            }
+        }
+        turns.push((start + sweep, last[1]));
+        let height = (z - bend.centre[1]) / bend.axes[1];
+        let half = bend.axes[0] * (1.0 - height * height).max(0.0).sqrt();
+        let beyond = |pair: &&[(f64, f64)]| {
+            let [(a, za), (b, zb)] = [pair[0], pair[1]];
+            let side = if ((a + b) / 2.0).cos() >= 0.0 { 1.0 } else { -1.0 };
+            (za > z) != (zb > z) && bend.centre[0] + side * half > r
+        };
+        turns.windows(2).filter(beyond).count()
+    }
+
+    /// Where it crosses another.
+    fn meets(&self, other: &Self) -> Result<Vec<[f64; 2]>, Unclear> {
+        let ([low, high], [other_low, other_high]) = (self.bounds(), other.bounds());
+        if (0..2).any(|i| low[i] > other_high[i] + NEAR_MM || other_low[i] > high[i] + NEAR_MM) {
+            return Ok(Vec::new());
+        }
+        let candidates = match (&self.bend, &other.bend) {
+            (None, None) => self.line_with_line(other)?,
+            (None, Some(bend)) => self.line_with(bend)?,
+            (Some(bend), None) => other.line_with(bend)?,
+            (Some(a), Some(b)) => self.bend_with(other, a, b)?,
+        };
+        let mut found = Vec::new();
+        for point in candidates {
+            let (mut inside, mut beyond) = (true, false);
+            for seg in [self, other] {
+                let (share, margin) = (seg.share(point), NEAR_MM / seg.length_mm());
+                beyond |= share < -margin || share > 1.0 + margin;
+                inside &= share > margin && share < 1.0 - margin;
+            }
+            match (beyond, inside) {
+                (true, _) => {}
+                (false, true) => found.push(point),
+                (false, false) => return Err(Unclear),
+            }
+        }
+        Ok(found)
+    }
+
+    /// What is the same at both ends is the same for a point of the line, exactly.
+    fn keep(&self, point: &mut [f64; 2]) {
+        for (x, (from, to)) in point.iter_mut().zip(self.from.iter().zip(&self.to)) {
+            if from == to {
+                *x = *from;
+            }
+        }
+    }
+
+    fn line_with_line(&self, other: &Self) -> Result<Vec<[f64; 2]>, Unclear> {
+        let (a, b) = (minus(self.to, self.from), minus(other.to, other.from));
+        let gap = minus(other.from, self.from);
+        let scale = self.length_mm() * other.length_mm();
+        if cross(a, b).abs() > 1e-9 * scale {
+            let t = cross(gap, b) / cross(a, b);
+            let mut point = [0, 1].map(|i| self.from[i] + t * a[i]);
+            for seg in [self, other] {
+                seg.keep(&mut point);
+            }
+            return Ok(vec![point]);
+        }
+        let apart_mm = cross(a, gap).abs() / self.length_mm();
+        let shares = [self.share(other.from), self.share(other.to)];
+        let margin = NEAR_MM / self.length_mm();
+        let passes =
+            shares.iter().all(|s| *s < -margin) || shares.iter().all(|s| *s > 1.0 + margin);
+        if apart_mm > NEAR_MM || passes { Ok(Vec::new()) } else { Err(Unclear) }
+    }
+
+    fn line_with(&self, bend: &Bend) -> Result<Vec<[f64; 2]>, Unclear> {
+        let (p, q) = (bend.unit(self.from), bend.unit(self.to));
+        let way = minus(q, p);
+        let (a, b, c) = (dot(way, way), dot(p, way), dot(p, p) - 1.0);
+        let root2 = b * b - a * c;
+        // Of the half chord, in half axes.
+        let margin = NEAR_MM / bend.axes[0].min(bend.axes[1]);
+        if root2.abs() < a * margin {
+            return Err(Unclear);
+        }
+        if root2 < 0.0 {
+            return Ok(Vec::new());
+        }
+        let at = |t: f64| {
+            let mut point = [0, 1].map(|i| self.from[i] + t * (self.to[i] - self.from[i]));
+            self.keep(&mut point);
+            point
+        };
+        Ok([-1.0, 1.0].map(|sign| at((-b + sign * root2.sqrt()) / a)).to_vec())
+    }
+
+    fn bend_with(&self, other: &Self, a: &Bend, b: &Bend) -> Result<Vec<[f64; 2]>, Unclear> {
+        let way = minus(b.centre, a.centre);
+        let apart_mm = way[0].hypot(way[1]);
+        let wider = [0, 1].map(|i| a.axes[i] - b.axes[i]);
+        if apart_mm < ON_AXIS_MM {
+            if wider.iter().all(|w| *w > NEAR_MM) || wider.iter().all(|w| *w < -NEAR_MM) {
+                return Ok(Vec::new());
+            }
+            return Err(Unclear);
+        }
+        if !a.is_circle() || !b.is_circle() {
+            return Err(Unclear);
+        }
+        let (r, s) = (a.axes[0], b.axes[0]);
+        let along = (apart_mm * apart_mm + r * r - s * s) / (2.0 * apart_mm);
+        let height2 = r * r - along * along;
+        if height2.abs() < 2.0 * r.max(s) * NEAR_MM {
+            return Err(Unclear);
+        }
+        if height2 < 0.0 {
+            return Ok(Vec::new());
+        }
+        debug_assert!(self.bend.is_some() && other.bend.is_some());
+        let unit = way.map(|w| w / apart_mm);
+        let at = |height: f64| {
+            [
+                a.centre[0] + along * unit[0] - height * unit[1],
+                a.centre[1] + along * unit[1] + height * unit[0],
+            ]
+        };
+        Ok(vec![at(height2.sqrt()), at(-height2.sqrt())])
+    }
+
+    /// Its pieces between points on it.
+    fn divided(&self, mut at: Vec<[f64; 2]>) -> Vec<Self> {
+        at.sort_by(|a, b| self.share(*a).total_cmp(&self.share(*b)));
+        at.push(self.to);
+        let mut from = self.from;
+        let piece = |to: [f64; 2]| {
+            let piece = Self { from, to, ..self.clone() };
+            from = to;
+            piece
+        };
+        at.into_iter().map(piece).collect()
+    }
+}
+
+impl Outline {
+    /// Of a primitive that is solid in one piece around its axis; its faces have those numbers.
+    pub fn of(primitive: &Solid, faces: &[u32]) -> Option<Self> {
+        let face = |i: usize| faces.get(i).copied().unwrap_or_default();
+        let segs = match primitive {
+            Solid::Cylinder(s) => frustum([s.radius_mm; 2], s.height_mm, face),
+            Solid::Cone(s) => frustum([s.bottom_radius_mm, s.top_radius_mm], s.height_mm, face),
+            Solid::Sphere(s) => {
+                let [low, high] = [[0.0, -s.radius_mm], [0.0, s.radius_mm]];
+                let axes = [s.radius_mm; 2];
+                let bend = Bend { centre: [0.0; 2], axes, ccw: true, round: true };
+                vec![Seg { bend: Some(bend), ..Seg::line(low, high, face(0)) }]
+            }
+            Solid::Revolution(s) if s.profile.holes.is_empty() => {
+                let path = &s.profile.outer;
+                let segs = of_path(path, face);
+                match path.signed_area_mm2() > 0.0 {
+                    true => segs,
+                    false => segs.into_iter().rev().map(Seg::reversed).collect(),
+                }
+            }
+            _ => return None,
+        };
+        let segs = segs.into_iter().filter(|seg| !seg.is_on_axis() && seg.from != seg.to);
+        Some(Self { segs: segs.collect() })
+    }
+
+    pub fn shifted(mut self, by_mm: f64) -> Self {
+        for seg in &mut self.segs {
+            for z in [&mut seg.from[1], &mut seg.to[1]] {
+                *z += by_mm;
+            }
+            if let Some(bend) = &mut seg.bend {
+                bend.centre[1] += by_mm;
+            }
+        }
+        self
+    }
+
+    fn contains(&self, point: [f64; 2]) -> bool {
+        self.segs.iter().map(|seg| seg.crossings(point)).sum::<usize>() % 2 == 1
+    }
+
+    /// Both, if their outlines cross and one closed outline comes of it.
+    pub fn combined(
+        &self,
+        other: &Self,
+        rule: Rule,
+        may_divide: impl Fn(&Seg) -> bool,
+    ) -> Option<Self> {
+        let mut own: Vec<Vec<[f64; 2]>> = vec![Vec::new(); self.segs.len()];
+        let mut others: Vec<Vec<[f64; 2]>> = vec![Vec::new(); other.segs.len()];
+        for (a, own) in self.segs.iter().zip(&mut own) {
+            for (b, others) in other.segs.iter().zip(&mut others) {
+                let points = a.meets(b).ok()?;
+                own.extend(&points);
+                others.extend(points);
+            }
+        }
+        if own.iter().all(Vec::is_empty) {
+            return None;
+        }
+        let mut pieces = Vec::new();
+        for (segs, at, beyond) in [(&self.segs, own, other), (&other.segs, others, self)] {
+            let is_tool = std::ptr::eq(beyond, self) && rule == Rule::Cut;
+            for (seg, at) in segs.iter().zip(at) {
+                let is_divided = !at.is_empty();
+                let divided = seg.divided(at);
+                if divided.iter().any(|piece| piece.length_mm() < NEAR_MM) {
+                    return None;
+                }
+                let kept = divided.into_iter().filter(|p| beyond.contains(p.middle()) == is_tool);
+                let before = pieces.len();
+                pieces.extend(kept.map(|p| if is_tool { p.reversed() } else { p }));
+                if is_divided && pieces.len() > before && !may_divide(seg) {
+                    return None;
+                }
+            }
+        }
+        in_order(pieces).map(|segs| Self { segs })
+    }
+
+    /// As a path, with the face of each of its pieces.
+    pub fn into_path(self) -> (Path, Vec<u32>) {
+        let mut path = Path::from(self.segs[0].from);
+        let mut faces = Vec::with_capacity(self.segs.len() + 1);
+        for Seg { from, to, bend, face } in self.segs {
+            if path.end() != from {
+                path = path.line(from);
+                faces.push(face);
+            }
+            path = match bend {
+                None => path.line(to),
+                Some(bend) if bend.round => path.arc(to, bend.centre, bend.ccw),
+                Some(bend) => path.elliptic_arc(to, bend.centre, bend.axes, bend.ccw),
+            };
+            faces.push(face);
+        }
+        let closed = path.close();
+        // Along the axis: it sweeps nothing.
+        faces.resize(closed.segments.len(), faces[0]);
+        (closed, faces)
+    }
+}
+
+/// One closed outline, or `None`. It may pass along the axis once.
+fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
+    let on_axis = |p: [f64; 2]| p[0] < ON_AXIS_MM;
+    let from_axis = |piece: &Seg| on_axis(piece.from);
+    match pieces.iter().filter(|piece| from_axis(piece)).count() {
+        0 => {}
+        1 => {
+            let first = pieces.iter().position(from_axis)?;
+            pieces.swap(0, first);
+        }
+        _ => return None,
+    }
+    for done in 1..pieces.len() {
+        let end = pieces[done - 1].to;
+        let next = (done..pieces.len()).find(|&i| pieces[i].from == end)?;
+        pieces.swap(done, next);
+    }
+    let (first, last) = (pieces.first()?.from, pieces.last()?.to);
+    (first == last || (on_axis(first) && on_axis(last))).then_some(pieces)
+}
+
+/// The side is face 0, the bottom 1 and the top 2.
+fn frustum([bottom, top]: [f64; 2], height_mm: f64, face: impl Fn(usize) -> u32) -> Vec<Seg> {
+    let corners = [[0.0, 0.0], [bottom, 0.0], [top, height_mm], [0.0, height_mm]];
+    let sides = corners.windows(2).zip([1, 0, 2]);
+    sides.map(|(ends, i)| Seg::line(ends[0], ends[1], face(i))).collect()
+}
+
+fn of_path(path: &Path, face: impl Fn(usize) -> u32) -> Vec<Seg> {
+    let mut from = path.start;
+    let seg = |(i, segment): (usize, &Segment)| {
+        let to = segment.to();
+        let bend = match *segment {
+            Segment::Line { .. } => None,
+            Segment::Arc { centre, ccw, .. } => {
+                // The end that decides is the same one whichever way the arc is walked.
+                let end = minus(if ccw { to } else { from }, centre);
+                Some(Bend { centre, axes: [end[0].hypot(end[1]); 2], ccw, round: true })
+            }
+            Segment::EllipticArc { centre, semi_axes_mm, ccw, .. } => {
+                Some(Bend { centre, axes: semi_axes_mm, ccw, round: false })
+            }
+        };
+        let seg = Seg { bend, ..Seg::line(from, to, face(i)) };
+        from = to;
+        seg
+    };
+    path.segments.iter().enumerate().map(seg).collect()
+}
+
+fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}

@@ -94,10 +94,10 @@ fn what_extends_a_sensor_lists_all_that_it_may_change() {
         assert_eq!(values(&path), values(sensor), "{sensor}");
         // Every line that is a comment below the header becomes a value when its mark is removed.
         let text = fs::read_to_string(&place).unwrap();
-        let (header, rest) = text.split_once("\n\n# ").unwrap();
+        let (header, rest) = text.split_once("\n\n# # ").unwrap();
         assert!(header.contains(&format!("extends: {sensor}")), "{header}");
         let bare = |line: &str| line.strip_prefix("# ").unwrap_or(line).to_owned() + "\n";
-        let all: String = format!("# {rest}").lines().map(bare).collect();
+        let all: String = format!("# # {rest}").lines().map(bare).collect();
         fs::write(&place, format!("{header}\n\n{all}")).unwrap();
         assert_eq!(values(&path), values(sensor), "{sensor}");
         let own = load(&path).parameters;

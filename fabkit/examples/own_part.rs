@@ -17,25 +17,20 @@ fn foot() -> Body {
     let seat = Solid::cylinder(15.2, 5.0 + CUT_OVERLAP_MM).at(0.0, 0.0, HEIGHT_MM - 5.0);
     Body::made("foot", "holds a fingertip upright", Process::Fdm, Solid::cylinder(25.0, HEIGHT_MM))
         .from("PLA")
-        .colored([40, 90, 160])
         .cut(Cut { tools: vec![seat.named("seat")], ..Cut::default() })
         .cut(screw_holes(3))
 }
 
-/// One function says where screws are: their holes, the marks for whoever needs them, and how many
-/// handles the body has afterwards.
+/// Holes, marks for whoever needs them, and how many handles they make: stated in one place.
 fn screw_holes(count: u32) -> Cut {
-    let angle = |i| TAU * f64::from(i) / f64::from(count);
-    let places = (0..count).map(|i| {
-        let (sin, cos) = angle(i).sin_cos();
-        Pose::translation(20.0 * cos, 20.0 * sin, 0.0)
-    });
     let hole = Solid::cylinder(1.7, HEIGHT_MM + 2.0 * CUT_OVERLAP_MM).at(0.0, 0.0, -CUT_OVERLAP_MM);
-    let numbered = (1..).zip(places).map(|(i, place)| {
-        let name = format!("screw hole {i}");
-        (hole.clone().placed(place).named(name.clone()), Landmark::at(name, &place))
+    let holes = (1..=count).map(|i| {
+        let (sin, cos) = (TAU * f64::from(i) / f64::from(count)).sin_cos();
+        let (name, place) =
+            (format!("screw hole {i}"), Pose::translation(20.0 * cos, 20.0 * sin, 0.0));
+        (hole.clone().placed(place).named(&name), Landmark::at(name, &place))
     });
-    let (tools, landmarks) = numbered.unzip();
+    let (tools, landmarks) = holes.unzip();
     Cut { tools, landmarks, handles: count as i32 }
 }
 
@@ -47,22 +42,13 @@ pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     assert_eq!(Some(triangles.genus()), foot.genus);
     // On the bed, away from its edge: 3MF has no negative coordinates.
     let print = triangles.placed(&Pose::translation(30.0, 30.0, 0.0)).to_print()?;
-    println!(
-        "{}: {:.2} cm3, {} triangles",
-        foot.name,
-        print.volume_mm3() / 1e3,
-        print.triangles().len()
-    );
+    println!("{}: {:.2} cm3", foot.summary, print.volume_mm3() / 1e3);
     let document = export::Document { title: "Bench: foot", design_hash: "" };
-    let object = export::Object {
-        name: &foot.name,
-        material: &foot.material,
-        color: foot.color,
-        mesh: &print,
-    };
+    let (name, material, color) = (&foot.name, &foot.material, foot.color);
+    let object = export::Object { name, material, color, mesh: &print };
     let file = |name: &str, bytes| staging::OutputFile { name: name.into(), bytes };
     let files = [
-        file("foot.stl", export::stl(&foot.name, &print)?),
+        file("foot.stl", export::stl(name, &print)?),
         file("foot.3mf", export::three_mf(document, &[object])?),
     ];
     Ok(staging::write_all(folder, &files, &|| false)?)

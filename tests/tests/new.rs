@@ -154,7 +154,7 @@ fn examples_of_the_library_do_what_they_say() {
     assert_eq!(files.keys().collect::<Vec<_>>(), ["foot.3mf", "foot.stl"]);
     // Binary STL: a header of 84 bytes, 50 for each triangle.
     let stl = &files["foot.stl"];
-    assert!(stl.len() > 84 + 50 * 100 && (stl.len() - 84) % 50 == 0);
+    assert!(stl.len() > 84 + 50 * 100 && (stl.len() - 84).is_multiple_of(50));
     assert!(files["foot.3mf"].starts_with(b"PK"));
 
     let volumes = sweep_gel::run(&["1.4 mm", "1.5 mm", "2 mm"]).unwrap();

@@ -20,7 +20,9 @@ pub use hardware::{
     Dowel, Head, HeatSetNut, HexNut, HexSpacer, ORing, SQUEEZED_PLAY_MM, Screw, SocketScrew,
 };
 pub use kerf::kerf_mm;
-pub use registry::{Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry};
+pub use registry::{
+    Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry, Start,
+};
 
 /// A sensor built from validated parameters.
 #[derive(Clone, Debug)]

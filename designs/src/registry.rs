@@ -1,12 +1,18 @@
 //! Families of sensors and built-in sensors, and how a file becomes a design.
 
+mod starting;
+
+use std::collections::BTreeMap;
+
 use fabkit_geometry::Sensor;
 use fabkit_text::{
     Dialect, Document, Entry, Example, Field, Found, InvalidDesign, Json, Layer, Name, Parameter,
-    Place, Problem, Reader, Report, Section, Setting,
+    Place, Problem, Reader, Report, Section, Setting, Written,
 };
 use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
 use fabkit_text::{shown, suggestion, take_word};
+
+pub use starting::Start;
 
 use crate::Design;
 
@@ -113,6 +119,21 @@ impl FamilyEntry {
             fields: F::Parameters::fields,
             run: run::<F>,
         }
+    }
+
+    /// The word behind `family:`.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// One line for people.
+    pub fn summary(&self) -> &'static str {
+        self.summary
+    }
+
+    /// The built-in sensor whose values serve as examples.
+    pub fn example(&self) -> &'static str {
+        self.example
     }
 
     /// Every key of a file of this family but `format`, `family` and `extends`.
@@ -291,17 +312,21 @@ impl Registry {
     }
 
     fn example(&self, family: &FamilyEntry) -> Option<Example> {
-        let place = Place::new(Layer::Base, family.example, &SENSOR);
-        let yaml = self.builtin_yaml(family.example)?;
-        let layers = self.layers(yaml, place.clone(), &mut Vec::new())?;
-        let mut document = Document::new(family.all_fields(), place);
+        let (_, values) = self.values_of(family.example)?;
+        let values = values.into_iter().map(|(path, w)| (path, w.text.shown())).collect();
+        Some(Example { name: family.example, values })
+    }
+
+    /// What the file of a built-in sensor and those that it extends say, by path, and its family.
+    fn values_of(&self, sensor: &str) -> Option<(FamilyEntry, BTreeMap<String, Written>)> {
+        let place = Place::new(Layer::Base, sensor, &SENSOR);
+        let layers = self.layers(self.builtin_yaml(sensor)?, place.clone(), &mut Vec::new())?;
+        let mut document = Document::new(layers.family.all_fields(), place);
         // Keys of others are unknown here, and nobody asks what is wrong.
         for (place, entries) in layers.entries.into_iter().rev() {
             document.lay(entries, &place);
         }
-        let values = document.into_values();
-        let values = values.into_iter().map(|(path, w)| (path, w.text.shown())).collect();
-        Some(Example { name: family.example, values })
+        Some((layers.family, document.into_values()))
     }
 
     /// Reads a file and the built-in sensors it extends, and finds the family.

@@ -3,6 +3,7 @@
 
 mod calibrate;
 mod ground_truth;
+mod new;
 mod sweep;
 
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ use fabkit::memory;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, Detector};
 pub use ground_truth::{Dataset, Depth, View};
+pub use new::New;
 pub use sweep::Sweep;
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
@@ -66,6 +68,9 @@ pub struct Global {
 pub enum Command {
     /// List the built-in sensors with their parts, layers and components
     List,
+    /// Write a commented file of a sensor of your own, to start from
+    #[command(after_help = new::after_help())]
+    New(New),
     /// Show a sensor's parameters with their sources, its parts and derived figures
     Show(Show),
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding

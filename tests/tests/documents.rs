@@ -188,7 +188,9 @@ fn schema_completions_and_manual_are_there() {
     let pages = contents(&root.path().join("pages"));
     assert!(pages.contains_key("fabkit.1") && pages.contains_key("fabkit-export.1"));
     let help = fabkit(root.path(), &["--help"]).ok().stdout;
-    for command in ["list", "show", "check", "export", "render", "schema", "completions", "man"] {
+    for command in
+        ["list", "new", "show", "check", "export", "render", "schema", "completions", "man"]
+    {
         assert!(help.contains(command) && pages.contains_key(&format!("fabkit-{command}.1")));
     }
 }

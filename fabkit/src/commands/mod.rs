@@ -9,6 +9,7 @@ mod depth;
 mod export;
 mod list;
 mod man;
+mod new;
 mod profile;
 mod profiled;
 mod progress;
@@ -100,6 +101,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
     memory::set_limit(cli.global.memory);
     match &cli.command {
         Command::List => list::run(),
+        Command::New(args) => new::run(args),
         Command::Show(args) => show::run(args),
         Command::Check(args) => check::run(args),
         Command::Verify(args) => verify::run(args),
@@ -125,6 +127,7 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Dataset(_)
             | Command::Depth(_)
             | Command::Export(_)
+            | Command::New(_)
             | Command::Sweep(_)
             | Command::Verify(_)
             | Command::Render(_)

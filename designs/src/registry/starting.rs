@@ -1,0 +1,203 @@
+//! Files to start from: every parameter with a value that works, what it is, and what is allowed.
+
+use fabkit_text::{Field, Name, Section, Shape, Written, WrittenText, join};
+
+use super::{FORMAT, FamilyEntry, Header, Registry};
+
+/// Longest line of a comment, characters.
+const COLUMNS: usize = 100;
+
+/// What a new sensor's file begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start<'a> {
+    /// Every parameter of a family, with the values of its example.
+    Family(&'a str),
+    /// A built-in sensor, of which nothing is changed yet.
+    Extends(&'a str),
+}
+
+impl Registry {
+    /// Every family, in order.
+    pub fn families(&self) -> &'static [FamilyEntry] {
+        self.families
+    }
+
+    /// The text of a sensor's file to start from; nothing if there is no such family or sensor.
+    ///
+    /// What a file extends stands in it as comments, complete without the first two characters of
+    /// each line. Of the sections that other crates keep, `others`, a family's example may have some:
+    /// its values do not work without them, so that they are copied.
+    pub fn starting_text(&self, name: &Name, start: Start, others: &[&str]) -> Option<String> {
+        let base = match start {
+            Start::Family(word) => self.families.iter().find(|f| f.name == word)?.example,
+            Start::Extends(sensor) => sensor,
+        };
+        let (base_text, (family, values)) = (self.builtin_yaml(base)?, self.values_of(base)?);
+        let name = name.as_str();
+        let given = |field: &str| match (field, start) {
+            ("name" | "title", _) => Some(yaml(name)),
+            ("reference", Start::Family(_)) => Some(yaml("")),
+            _ => None,
+        };
+        let value = |path: &str| given(path).or_else(|| values.get(path).map(yaml_of));
+        let (own, inherited): (Vec<Field>, Vec<Field>) =
+            Header::fields().into_iter().partition(|field| given(field.name).is_some());
+        let parameters = [inherited, (family.fields)()].concat();
+        let (header, parameters) = (lines(&own, &value), lines(&parameters, &value));
+        let format = format!("format: {FORMAT}\n");
+        Some(match start {
+            Start::Family(_) => {
+                let (family, summary) = (family.name, family.summary);
+                let first = format!("A sensor of the family {family}: {summary}.");
+                let values = format!(
+                    "Every value is that of {base}; `fabkit show {base}` says where each comes from. \
+                     Write your own, and `fabkit check {name}.yaml` says whether it can be built."
+                );
+                intro(&[&first, &values, SOURCES, FIXTURES])
+                    + &format
+                    + &format!("family: {family}\n\n{header}\n{parameters}")
+                    + &others.iter().map(|key| copied(base, base_text, key)).collect::<String>()
+            }
+            Start::Extends(_) => {
+                let first = format!(
+                    "Like {base}, but for what is written here: remove the `# ` before a value, and \
+                     before the section that it stands in. `fabkit check {name}.yaml` says whether it \
+                     can be built."
+                );
+                let commented = parameters.lines().map(|line| match line {
+                    "" => "\n".to_owned(),
+                    line => format!("# {line}\n"),
+                });
+                intro(&[&first, SOURCES, FIXTURES])
+                    + &format
+                    + &format!("extends: {base}\n\n{header}\n")
+                    + &commented.collect::<String>()
+            }
+        })
+    }
+}
+
+const SOURCES: &str = "A value may say where it comes from: `{value: 15 mm, source: measured, note: \
+                       \"with calipers\"}`. Sources are paper, measured, chosen and user.";
+
+const FIXTURES: &str = "What calibration hardware should do otherwise than by default may be added \
+                        under `fixtures:`; `fabkit schema` lists its parameters.";
+
+/// A section as it stands in the file of a built-in sensor, its notes included, with an empty line
+/// before it; nothing if it is not there.
+fn copied(sensor: &str, text: &str, key: &str) -> String {
+    let mut lines = text.lines().skip_while(|line| *line != format!("{key}:"));
+    let Some(first) = lines.next() else { return String::new() };
+    let inner = lines.take_while(|line| line.starts_with(' ')).map(|line| format!("{line}\n"));
+    let above = comment("", &format!("What suits the shape of {sensor}, whose notes these are."));
+    format!("\n{above}{first}\n{}", inner.collect::<String>())
+}
+
+/// Paragraphs as comments, with an empty line behind them.
+fn intro(paragraphs: &[&str]) -> String {
+    let paragraphs: Vec<String> = paragraphs.iter().map(|text| comment("", text)).collect();
+    paragraphs.join("#\n") + "\n"
+}
+
+/// Sections stand apart from each other, values below each other.
+fn lines(fields: &[Field], value: &impl Fn(&str) -> Option<String>) -> String {
+    let mut text = String::new();
+    for field in fields {
+        if matches!(field.shape, Shape::Section(_)) && !text.is_empty() {
+            text.push('\n');
+        }
+        describe(field, "", value, &mut text);
+    }
+    text
+}
+
+/// A key with what it is above it.
+fn describe(
+    field: &Field,
+    section: &str,
+    value: &impl Fn(&str) -> Option<String>,
+    text: &mut String,
+) {
+    let path = join(section, field.name);
+    let indent = "  ".repeat(path.matches('.').count());
+    let (name, summary) = (field.name, &field.summary);
+    match &field.shape {
+        Shape::Section(inner) => {
+            *text += &comment(&indent, summary);
+            *text += &format!("{indent}{name}:\n");
+            inner.iter().for_each(|field| describe(field, &path, value, text));
+        }
+        Shape::Value { allowed, .. } => {
+            let Some(value) = value(&path) else { return };
+            *text += &comment(&indent, &format!("{summary} Allowed: {allowed}."));
+            *text += &format!("{indent}{name}: {value}\n");
+        }
+    }
+}
+
+/// Lines of a comment, none longer than [`COLUMNS`] where words allow.
+fn comment(indent: &str, text: &str) -> String {
+    let mut lines = vec![format!("{indent}#")];
+    for word in text.split_whitespace() {
+        let last = lines.last().map_or(0, |line| line.chars().count());
+        if last + 1 + word.chars().count() > COLUMNS {
+            lines.push(format!("{indent}#"));
+        }
+        if let Some(line) = lines.last_mut() {
+            *line += " ";
+            *line += word;
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+fn yaml_of(written: &Written) -> String {
+    match &written.text {
+        WrittenText::Scalar(text) => yaml(text),
+        WrittenText::List(items) => {
+            let items: Vec<String> = items.iter().map(|(text, _)| yaml(text)).collect();
+            format!("[{}]", items.join(", "))
+        }
+    }
+}
+
+/// A scalar as it stands in YAML: in quotes unless nothing in it could mean something else.
+fn yaml(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || " ._-+/()".contains(c);
+    let begins = text.starts_with(|c: char| c.is_ascii_alphanumeric());
+    let is_word = !["null", "yes", "no", "on", "off"].contains(&&*text.to_ascii_lowercase());
+    if begins && is_word && text.trim_end() == text && text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    fabkit_text::Json::from(text).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_keep_their_meaning_in_yaml() {
+        for plain in ["15.0 mm", "8", "true", "black PLA", "M2 x 4", "frosted on both sides"] {
+            assert_eq!(yaml(plain), plain);
+        }
+        for (text, quoted) in [
+            ("", r#""""#),
+            ("a: b", r#""a: b""#),
+            ("null", r#""null""#),
+            ("3 # of", r#""3 # of""#),
+            ("-7 deg", r#""-7 deg""#),
+            ("say \"a\"", r#""say \"a\"""#),
+            ("0,5", r#""0,5""#),
+        ] {
+            assert_eq!(yaml(text), quoted);
+        }
+    }
+
+    #[test]
+    fn comments_are_broken_between_words() {
+        let text = comment("  ", &"word ".repeat(60));
+        assert!(text.lines().all(|line| line.starts_with("  # word") && line.len() <= COLUMNS));
+        assert_eq!(text.matches("word").count(), 60);
+    }
+}

@@ -1,0 +1,87 @@
+//! `fabkit new NAME (--family FAMILY | --extends SENSOR) [-o FILE.yaml]`
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fabkit::bodies::UnknownName;
+use fabkit::designs::{FamilyEntry, REGISTRY, Start};
+use fabkit::staging::write_each;
+use fabkit::text::{Name, Scalar, shown};
+use serde_json::json;
+
+use super::Report;
+use crate::cli::New;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+
+/// What fixtures keep in sensors' files.
+const OTHERS: [&str; 1] = ["fixtures"];
+
+pub(super) fn run(args: &New) -> Result<Report, Failure> {
+    let name = sensor_name(&args.name)?;
+    let (start, what) = match (&args.family, &args.extends) {
+        (Some(family), _) => (Start::Family(family), format!("a sensor of the family {family}")),
+        (None, sensor) => {
+            let sensor = sensor.as_deref().unwrap_or_default();
+            (Start::Extends(sensor), format!("extends {sensor}"))
+        }
+    };
+    let text = REGISTRY.starting_text(&name, start, &OTHERS).ok_or_else(|| unknown(start))?;
+    let place = match &args.output {
+        Some(place) => place.clone(),
+        None => PathBuf::from(format!("{}.yaml", name.as_str())),
+    };
+    check_place(&place, args.force)?;
+    interrupt::begin_writing()?;
+    write_each([(place.clone(), text.as_bytes())], &interrupt::requested)?;
+    let shown = place.display();
+    Ok(Report {
+        text: format!("{shown}: {what}; `fabkit check {shown}` says whether it can be built\n"),
+        json: json!({
+            "format": "fabkit-new",
+            "version": 1,
+            "file": shown.to_string(),
+            "name": name.as_str(),
+            "family": args.family,
+            "extends": args.extends,
+        }),
+        failed: false,
+    })
+}
+
+fn sensor_name(text: &str) -> Result<Name, Failure> {
+    Name::parse(text).map_err(|_| {
+        let message = format!("`{}` cannot be a sensor's name", shown(text));
+        let hint = format!("write {}, for example `my-sensor`", Name::allowed(&()));
+        Failure::new(Exit::BadInput, message, hint)
+    })
+}
+
+/// There is no such family or sensor.
+fn unknown(start: Start) -> Failure {
+    let families = REGISTRY.families().iter().map(FamilyEntry::name);
+    let (unknown, all) = match start {
+        Start::Family(word) => (UnknownName::new("family", word, families), "the families are"),
+        Start::Extends(sensor) => {
+            let unknown = UnknownName::new("built-in sensor", sensor, REGISTRY.builtin_names());
+            (unknown, "the built-in sensors are")
+        }
+    };
+    let closest = unknown.closest.as_ref().map(|_| unknown.hint() + " ").unwrap_or_default();
+    let hint = format!("{closest}{all} {}", unknown.known.join(", "));
+    Failure::new(Exit::BadInput, &unknown, hint)
+}
+
+/// Sensors' files are known by their ending. People write into them, so that none is replaced unasked.
+fn check_place(place: &Path, forced: bool) -> Result<(), Failure> {
+    let shown = place.display();
+    if !place.extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
+        let hint = "sensors' files do; write for example `-o my-sensor.yaml`";
+        return Err(Failure::new(Exit::BadInput, format!("{shown} does not end in .yaml"), hint));
+    }
+    if !forced && fs::symlink_metadata(place).is_ok() {
+        let hint = "choose another file with -o, or let --force replace it";
+        return Err(Failure::new(Exit::BadInput, format!("{shown} is there already"), hint));
+    }
+    Ok(())
+}

@@ -162,5 +162,5 @@ impl Joint {
 fn sector([inner, outer]: [f64; 2], [from, to]: [f64; 2], [bottom, top]: [f64; 2]) -> Solid {
     let angle = |rad: f64| Angle::from_rad(rad).expect("an angle made of finite parameters");
     Solid::extrusion(Path::ring_sector(inner, outer, angle(from), angle(to)), top - bottom)
-        .at(0.0, 0.0, bottom)
+        .at_z(bottom)
 }

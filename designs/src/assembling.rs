@@ -93,15 +93,17 @@ pub fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
     Pull { body: body.into(), direction, strain_limit: None }
 }
 
+/// An opening of a layer at a pose, out of the layer along its z axis.
+pub fn opening(name: impl Into<String>, out: &Pose, radius_mm: f64) -> Opening {
+    let (point, axis) = (out.point(Point3::origin()), out.vector(Vector3::z()));
+    Opening { name: name.into(), point, axis, radius_mm }
+}
+
 /// A layer's openings `vent 1`, `vent 2`, ...: at the poses, out of the layer against their z axes.
 pub fn vents(poses: &[Pose], radius_mm: f64) -> Vec<Opening> {
-    let poses = poses.iter().zip(1..);
-    poses
-        .map(|(pose, i)| Opening {
-            name: format!("vent {i}"),
-            point: pose.point(Point3::origin()),
-            axis: -Vector3::z(),
-            radius_mm,
-        })
-        .collect()
+    let vent = |(pose, i): (&Pose, i32)| Opening {
+        axis: -Vector3::z(),
+        ..opening(format!("vent {i}"), pose, radius_mm)
+    };
+    poses.iter().zip(1..).map(vent).collect()
 }

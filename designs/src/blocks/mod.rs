@@ -1,5 +1,6 @@
 //! What several families are built from, each stated once.
 
+pub mod bayonet;
 mod board_camera;
 mod joint;
 pub mod mold;

@@ -140,10 +140,7 @@ fn dowel(p: &Dome) -> Dowel {
 
 /// The ring on the connector's plug.
 fn o_ring(p: &Dome, layout: &Layout) -> ORing {
-    let (cord_mm, bottom_mm) = (p.connector.o_ring_cord.mm(), 2.0 * groove_radius_mm(p, layout));
-    let stocked = ORing::on(cord_mm, bottom_mm);
-    // Only designs that break a constraint have none.
-    stocked.unwrap_or(ORing { inside_mm: bottom_mm, cord_mm, standard: "not stocked" })
+    ORing::or_unstocked(p.connector.o_ring_cord.mm(), 2.0 * groove_radius_mm(p, layout))
 }
 
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.

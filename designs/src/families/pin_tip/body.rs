@@ -56,8 +56,6 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         let at = pose.translation_mm();
         post.clone().at(at.x, at.y, layout.camera_board_top_z).named(format!("post {i}"))
     });
-    let mouth = Pose::translation(0.0, 0.0, bottom);
-    let grooves = mount.female_tools().into_iter().map(|tool| tool.placed(mouth));
     let lugs = tip.male().at_z(layout.ring_bottom_z);
     Body::made(
         "body",
@@ -75,7 +73,7 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
     // The bore for the light, and the slot for the cable.
     .with_handles(2)
     .cut(screws.held())
-    .cut(holes(grooves))
+    .cut(holes(mount.female_tools(bottom)))
     .cut(holes([cable_slot(p, layout)]))
 }
 

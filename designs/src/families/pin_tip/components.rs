@@ -16,17 +16,10 @@ const BOARD_BLUE: Color = [40, 70, 130];
 /// Free width around the plug below the camera board, mm.
 const PLUG_MARGIN_MM: f64 = 2.0;
 
-/// The ring on the body's neck.
-fn o_ring(p: &PinTip, layout: &Layout) -> ORing {
-    let (cord_mm, inside_mm) = (p.seal.cord.mm(), 2.0 * layout.neck_radius);
-    let stocked = ORing::on(cord_mm, inside_mm);
-    // Only designs that break a constraint have none.
-    stocked.unwrap_or(ORing { inside_mm, cord_mm, standard: "not stocked" })
-}
-
 /// Everything bought.
 pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
-    let (c, ring, joints) = (&p.camera, o_ring(p, layout), Joints::new(p, layout));
+    let (c, joints) = (&p.camera, Joints::new(p, layout));
+    let ring = ORing::or_unstocked(p.seal.cord.mm(), 2.0 * layout.neck_radius);
     let below = |lift_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(lift_mm);
     let seal_z = (layout.lens_bottom_z + layout.seal_z) / 2.0;
     let seal = ring.between_planes(layout.neck_radius, layout.lens_bottom_z - layout.seal_z);

@@ -1,7 +1,6 @@
 //! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel
 //! (the TacTip family).
 
-mod bayonet;
 mod body;
 mod chain;
 mod components;

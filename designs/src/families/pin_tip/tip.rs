@@ -97,9 +97,7 @@ fn ring(layout: &Layout) -> Solid {
         [layout.ledge_radius, layout.lens_top_z],
         [layout.ledge_radius, layout.slope_bottom_z()],
     ]);
-    let in_joint = Pose::translation(0.0, 0.0, layout.ring_bottom_z);
-    let grooves = layout.tip_joint.female_tools().into_iter().map(|tool| tool.placed(in_joint));
-    Solid::revolution(outline).minus_all(grooves)
+    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z))
 }
 
 /// The centre of each dot's outer face, and the direction in which the pin points.

@@ -13,7 +13,7 @@ use super::layers::{
 use super::layout::Layout;
 use super::parameters::SheetMold;
 use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
-use crate::assembling::{cure, mix, names, rigid, step};
+use crate::assembling::{cure, mix, names, opening, rigid, step};
 
 /// Openings reach this far beyond what they open, mm.
 const BEYOND_MM: f64 = 0.05;
@@ -263,11 +263,8 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
     let openings = tube_poses(p, layout, side)
         .into_iter()
         .enumerate()
-        .map(|(k, pose)| Opening {
-            name: format!("tube {}", k + 1),
-            point: pose.point(Point3::origin()),
-            axis: pose.vector(Vector3::z()),
-            radius_mm: p.tubes.inner_diameter.mm() / 2.0,
+        .map(|(k, pose)| {
+            opening(format!("tube {}", k + 1), &pose, p.tubes.inner_diameter.mm() / 2.0)
         })
         .collect();
     step(

@@ -1,13 +1,10 @@
 //! Words that every family builds with: where bodies stand, and the steps of a chain.
 
 use fabkit_geometry::{
-    Action, Angle, Assembly, Color, Cure, Mix, Placement, Pose, Pull, Step, Vector3,
+    Action, Angle, Assembly, Cure, Mix, Opening, Placement, Point3, Pose, Pull, Step, Vector3,
 };
 
 use crate::materials::{Castable, castable};
-
-/// Black plastic as pictures show it: light enough that its edges can be told apart.
-pub const BLACK: Color = [92, 96, 104];
 
 /// Name of an assembly, as a family's constants hold it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +27,17 @@ impl AssemblyName {
     /// At a pose.
     pub fn at(self, assembly_from_body: Pose) -> Placement {
         Placement::at(self.assembly(), assembly_from_body)
+    }
+
+    /// At a height.
+    pub fn at_z(self, z_mm: f64) -> Placement {
+        self.at(Pose::translation(0.0, 0.0, z_mm))
+    }
+
+    /// At a pose, moved along its z axis in the exploded picture.
+    pub fn drawn_out(self, assembly_from_body: &Pose, out_mm: f64) -> Placement {
+        let out = assembly_from_body.vector(Vector3::new(0.0, 0.0, out_mm));
+        self.at(*assembly_from_body).moved_apart(out)
     }
 }
 
@@ -83,4 +91,19 @@ pub fn cure(material: &str) -> Cure {
 /// A rigid tool that comes off in a direction.
 pub fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
     Pull { body: body.into(), direction, strain_limit: None }
+}
+
+/// An opening of a layer at a pose, out of the layer along its z axis.
+pub fn opening(name: impl Into<String>, out: &Pose, radius_mm: f64) -> Opening {
+    let (point, axis) = (out.point(Point3::origin()), out.vector(Vector3::z()));
+    Opening { name: name.into(), point, axis, radius_mm }
+}
+
+/// A layer's openings `vent 1`, `vent 2`, ...: at the poses, out of the layer against their z axes.
+pub fn vents(poses: &[Pose], radius_mm: f64) -> Vec<Opening> {
+    let vent = |(pose, i): (&Pose, i32)| Opening {
+        axis: -Vector3::z(),
+        ..opening(format!("vent {i}"), pose, radius_mm)
+    };
+    poses.iter().zip(1..).map(vent).collect()
 }

@@ -257,10 +257,24 @@ impl Screw {
         Solid::revolution(Path::polygon(&outline))
     }
 
+    /// The passage through `depth_mm` below the origin, with a counterbore `height_mm` high above
+    /// it and `gap_mm` to spare around the head.
+    pub fn sunk_tool(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Solid {
+        let (hole, head) = (self.clearance_hole_mm() / 2.0, self.head_diameter_mm() / 2.0 + gap_mm);
+        let (bottom, top) = (-depth_mm - CUT_OVERLAP_MM, height_mm + CUT_OVERLAP_MM);
+        Solid::revolution(Path::polygon(&[
+            [0.0, bottom],
+            [hole, bottom],
+            [hole, 0.0],
+            [head, 0.0],
+            [head, top],
+            [0.0, top],
+        ]))
+    }
+
     /// The hole that the screw cuts its thread into, `depth_mm` deep below the origin.
     pub fn pilot_tool(&self, depth_mm: f64) -> Solid {
-        Solid::cylinder(self.pilot_hole_mm() / 2.0, depth_mm + CUT_OVERLAP_MM)
-            .at(0.0, 0.0, -depth_mm)
+        Solid::cylinder(self.pilot_hole_mm() / 2.0, depth_mm + CUT_OVERLAP_MM).at_z(-depth_mm)
     }
 }
 

@@ -9,7 +9,6 @@ mod fits;
 pub mod hardware;
 mod kerf;
 mod materials;
-mod molds;
 pub mod profile;
 mod registry;
 

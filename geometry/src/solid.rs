@@ -225,6 +225,16 @@ impl Solid {
         Self::Extrusion(Extrusion { profile: profile.into(), height_mm })
     }
 
+    /// A profile between two heights, mm.
+    pub fn prism(profile: impl Into<Profile>, [bottom_mm, top_mm]: [f64; 2]) -> Self {
+        Self::extrusion(profile, top_mm - bottom_mm).at_z(bottom_mm)
+    }
+
+    /// A cylinder between two heights, mm.
+    pub fn rod(radius_mm: f64, [bottom_mm, top_mm]: [f64; 2]) -> Self {
+        Self::cylinder(radius_mm, top_mm - bottom_mm).at_z(bottom_mm)
+    }
+
     /// A profile in (distance from axis, z), turned around z.
     pub fn revolution(profile: impl Into<Profile>) -> Self {
         Self::Revolution(Revolution { profile: profile.into() })
@@ -296,6 +306,12 @@ impl Solid {
     #[must_use]
     pub fn at(self, x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
         self.placed(Pose::translation(x_mm, y_mm, z_mm))
+    }
+
+    /// Shifts along z, mm.
+    #[must_use]
+    pub fn at_z(self, z_mm: f64) -> Self {
+        self.at(0.0, 0.0, z_mm)
     }
 
     /// Turns about the x axis.

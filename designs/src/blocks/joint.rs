@@ -3,10 +3,10 @@
 //! A joint gives each body that takes part in it its holes, landmarks and handles ([`Cut`]), lists
 //! what is bought, and declares the overlap of the thread.
 
-use fabkit_geometry::{Body, Cut, Landmark, Placement, Pose, PressFit, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Placement, Pose, PressFit, Profile, Solid};
 
-use super::{BRASS, STEEL};
-use crate::hardware::{HeatSetNut, Screw};
+use super::{BRASS, bought, copies, marks, press_fit};
+use crate::hardware::{HeatSetNut, HexNut, Screw};
 
 /// What a screw's thread holds in.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,19 @@ enum Hold {
         /// Room behind the nut, mm.
         spare_mm: f64,
     },
+    /// The thread of something bought, such as a spacer.
+    Thread,
+    /// A hexagon nut, on a face or in a pocket that keeps it from turning.
+    Hex {
+        /// Which.
+        nut: HexNut,
+        /// Of each: the origin where the nut bears, the z axis away from the screw's head.
+        poses: Vec<Pose>,
+        /// Room beside its flats, mm.
+        gap_mm: f64,
+        /// Depth of the pocket, mm; 0 on a face.
+        depth_mm: f64,
+    },
 }
 
 /// Equal screws that hold bodies together.
@@ -37,6 +50,8 @@ pub struct Joint {
     pub screw: Screw,
     /// Of each screw, in the frame of all bodies: see [`Screw`].
     pub poses: Vec<Pose>,
+    /// Whether they are called `screw` or `bolt`.
+    word: &'static str,
     /// What holds them.
     hold: Hold,
 }
@@ -60,7 +75,7 @@ impl Joint {
         poses: Vec<Pose>,
         depth_mm: f64,
     ) -> Self {
-        Self { label, screw, poses, hold: Hold::Plastic { depth_mm } }
+        Self { label, screw, poses, word: "screw", hold: Hold::Plastic { depth_mm } }
     }
 
     /// Screws in nuts that are melted into plastic.
@@ -71,23 +86,88 @@ impl Joint {
         hold: (HeatSetNut, Vec<Pose>, f64),
     ) -> Self {
         let (nut, nuts, spare_mm) = hold;
-        Self { label, screw, poses, hold: Hold::HeatSet { nut, poses: nuts, spare_mm } }
+        let hold = Hold::HeatSet { nut, poses: nuts, spare_mm };
+        Self { label, screw, poses, word: "screw", hold }
+    }
+
+    /// Screws in hexagon nuts that lie on a face.
+    pub fn nutted(
+        label: &'static str,
+        screw: Screw,
+        poses: Vec<Pose>,
+        (nut, nuts): (HexNut, Vec<Pose>),
+    ) -> Self {
+        let hold = Hold::Hex { nut, poses: nuts, gap_mm: 0.0, depth_mm: 0.0 };
+        Self { label, screw, poses, word: "screw", hold }
+    }
+
+    /// The same, the nuts in pockets with so much room beside their flats, and so deep.
+    #[must_use]
+    pub fn in_pockets(mut self, gap: f64, depth: f64) -> Self {
+        if let Hold::Hex { gap_mm, depth_mm, .. } = &mut self.hold {
+            (*gap_mm, *depth_mm) = (gap, depth);
+        }
+        self
+    }
+
+    /// Screws in threads that something bought has.
+    pub fn in_threads(label: &'static str, screw: Screw, poses: Vec<Pose>) -> Self {
+        Self { label, screw, poses, word: "screw", hold: Hold::Thread }
+    }
+
+    /// The same, called bolts where a lab reads of them.
+    #[must_use]
+    pub fn of_bolts(self) -> Self {
+        Self { word: "bolt", ..self }
+    }
+
+    /// The screw's name among a sensor's bodies.
+    fn name(&self) -> String {
+        self.screw.name().replacen("screw", self.word, 1)
     }
 
     /// What a body gets that the screws pass on `depth_mm` below their heads: holes with `gap_mm`
     /// to spare around a countersunk head, a handle each.
     pub fn passed(&self, depth_mm: f64, gap_mm: f64) -> Cut {
         let tool = self.screw.clearance_tool(depth_mm, gap_mm);
-        self.cut(&tool, &self.poses, self.label).with_handles(self.poses.len() as i32)
+        self.cut(&tool, &self.poses, &self.hole()).with_handles(self.poses.len() as i32)
+    }
+
+    /// The same, for a hole of another radius than the standard's.
+    pub fn passed_freely(&self, depth_mm: f64, radius_mm: f64) -> Cut {
+        let tool = Solid::cylinder(radius_mm, depth_mm + CUT_OVERLAP_MM).at_z(-depth_mm);
+        self.cut(&tool, &self.poses, &self.hole()).with_handles(self.poses.len() as i32)
+    }
+
+    /// The same, where the heads lie in counterbores `height_mm` deep with `gap_mm` to spare.
+    pub fn sunk(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Cut {
+        let tool = self.screw.sunk_tool(depth_mm, height_mm, gap_mm);
+        let passage = format!("{} passage", self.label);
+        self.cut(&tool, &self.poses, &passage).with_handles(self.poses.len() as i32)
+    }
+
+    /// A sheet's profile with their holes.
+    pub fn pierced(&self, profile: Profile) -> Profile {
+        let radius = self.screw.clearance_hole_mm() / 2.0;
+        self.poses.iter().fold(profile, |profile, pose| {
+            let at = pose.translation_mm();
+            profile.with_hole(Path::circle([at.x, at.y], radius))
+        })
     }
 
     /// What the body gets that holds the screws or their nuts: blind holes.
     pub fn held(&self) -> Cut {
         match &self.hold {
+            Hold::Thread => Cut::default(),
             Hold::Plastic { depth_mm } => {
-                self.cut(&self.screw.pilot_tool(*depth_mm), &self.poses, self.label)
+                self.cut(&self.screw.pilot_tool(*depth_mm), &self.poses, &self.hole())
             }
-            Hold::HeatSet { nut, poses, spare_mm } => self.cut(&nut.tool(*spare_mm), poses, "nut"),
+            Hold::HeatSet { nut, poses, spare_mm } => {
+                self.cut(&nut.tool(*spare_mm), poses, "nut hole")
+            }
+            Hold::Hex { nut, poses, gap_mm, depth_mm } => {
+                self.cut(&nut.tool(*gap_mm, *depth_mm), poses, "nut pocket")
+            }
         }
     }
 
@@ -99,6 +179,7 @@ impl Joint {
     /// The holes that hold the screws or their nuts.
     pub fn holes(&self) -> Holes<'_> {
         match &self.hold {
+            Hold::Thread => Holes { poses: &self.poses, radius_mm: 0.0, depth_mm: 0.0 },
             Hold::Plastic { depth_mm } => Holes {
                 poses: &self.poses,
                 radius_mm: self.screw.pilot_hole_mm() / 2.0,
@@ -107,21 +188,21 @@ impl Joint {
             Hold::HeatSet { nut, poses, spare_mm } => {
                 Holes { poses, radius_mm: nut.hole_mm / 2.0, depth_mm: nut.length_mm + spare_mm }
             }
+            Hold::Hex { nut, poses, gap_mm, depth_mm } => {
+                Holes { poses, radius_mm: nut.corner_mm(*gap_mm), depth_mm: *depth_mm }
+            }
         }
     }
 
-    fn cut(&self, tool: &Solid, poses: &[Pose], label: &str) -> Cut {
-        let numbered = || poses.iter().zip(1..);
-        let hole = if label.ends_with("hole") { label.to_owned() } else { format!("{label} hole") };
-        Cut {
-            tools: numbered()
-                .map(|(pose, i)| tool.clone().placed(*pose).named(format!("{hole} {i}")))
-                .collect(),
-            landmarks: numbered()
-                .map(|(pose, i)| Landmark::at(format!("{label} {i}"), pose))
-                .collect(),
-            handles: 0,
-        }
+    fn hole(&self) -> String {
+        let is_said = self.label.ends_with("hole");
+        if is_said { self.label.to_owned() } else { format!("{} hole", self.label) }
+    }
+
+    fn cut(&self, tool: &Solid, poses: &[Pose], hole: &str) -> Cut {
+        // A nut's landmark is the nut, a screw's the screw.
+        let label = if hole.starts_with("nut") { "nut" } else { self.label };
+        Cut { tools: copies(hole, poses, tool), landmarks: marks(label, poses), handles: 0 }
     }
 
     /// What is bought: the screws and, if there are any, the nuts, each where it is placed.
@@ -130,38 +211,46 @@ impl Joint {
         place_screw: impl Fn(&Pose) -> Placement,
         place_nut: impl Fn(&Pose) -> Placement,
     ) -> Vec<Body> {
-        let screw = &self.screw;
-        let screws = Body::bought(screw.name(), screw.ordered(), screw.solid())
-            .placed(self.poses.iter().map(place_screw))
-            .one_per_place()
-            .colored(STEEL);
-        let Hold::HeatSet { nut, poses, .. } = &self.hold else { return vec![screws] };
-        let nuts = Body::bought(nut.name(), nut.ordered(), nut.solid())
-            .placed(poses.iter().map(place_nut))
-            .one_per_place()
-            .colored(BRASS);
-        vec![screws, nuts]
+        let screws = self.screw.solid();
+        let screws =
+            bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw));
+        let nuts = match &self.hold {
+            Hold::Plastic { .. } | Hold::Thread => None,
+            Hold::HeatSet { nut, poses, .. } => {
+                let places = poses.iter().map(place_nut);
+                Some(bought(&nut.name(), nut.ordered(), nut.solid(), places).colored(BRASS))
+            }
+            Hold::Hex { nut, poses, .. } => {
+                let places = poses.iter().map(place_nut);
+                Some(bought(&nut.name(), nut.ordered(), nut.solid(), places))
+            }
+        };
+        std::iter::once(screws).chain(nuts).collect()
     }
 
-    /// How what holds overlaps: the thread and plastic, or the nut and the plastic that it melts.
-    pub fn press_fit(&self, holder: &str) -> PressFit {
-        let (inner, interference_mm, reason) = match &self.hold {
-            Hold::Plastic { .. } => (
-                self.screw.name(),
-                self.screw.thread_overlap_mm(),
-                "the screw cuts its thread into plastic",
-            ),
-            Hold::HeatSet { nut, .. } => (nut.name(), nut.overlap_mm(), "the nut is melted in"),
-        };
-        PressFit { inner, outer: holder.into(), interference_mm, reason: reason.into() }
+    /// How what holds overlaps: the thread and plastic, or the nut and the plastic that it melts;
+    /// a nut in its pocket overlaps with nothing.
+    pub fn press_fit(&self, holder: &str) -> Option<PressFit> {
+        match &self.hold {
+            Hold::Plastic { .. } => {
+                let reason = format!("the {} cuts its thread into plastic", self.word);
+                let overlap_mm = self.screw.thread_overlap_mm();
+                Some(press_fit(&self.name(), holder, overlap_mm, &reason))
+            }
+            Hold::HeatSet { nut, .. } => {
+                Some(press_fit(&nut.name(), holder, nut.overlap_mm(), "the nut is melted in"))
+            }
+            Hold::Hex { .. } | Hold::Thread => None,
+        }
     }
 
     /// What is bought for it, by name, for the chain's steps.
     pub fn names(&self) -> Vec<String> {
         let nut = match &self.hold {
-            Hold::Plastic { .. } => None,
+            Hold::Plastic { .. } | Hold::Thread => None,
             Hold::HeatSet { nut, .. } => Some(nut.name()),
+            Hold::Hex { nut, .. } => Some(nut.name()),
         };
-        std::iter::once(self.screw.name()).chain(nut).collect()
+        std::iter::once(self.name()).chain(nut).collect()
     }
 }

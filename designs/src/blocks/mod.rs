@@ -1,11 +1,22 @@
 //! What several families are built from, each stated once.
 
+pub mod bayonet;
+mod board_camera;
 mod joint;
+pub mod mold;
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, Color, Pose};
+use fabkit_geometry::{
+    Angle, Body, Color, Cut, Landmark, NominalCamera, Placement, Point3, Pose, PressFit, Sensor,
+    Solid, Vector3,
+};
 
+use crate::Header;
+use crate::materials::{castable, castable_names};
+use crate::parameters::Report;
+
+pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 
 /// Smallest gap between parts that must not touch, mm.
@@ -14,14 +25,35 @@ pub const APART_MM: f64 = 0.1;
 /// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
 pub const PRINTED_WALL_MM: f64 = 0.8;
 
-/// Steel, as pictures show it.
+/// Pieces of one body reach this far into each other, mm, so that no faces coincide.
+pub const INTO_MM: f64 = 0.2;
+
+/// Black plastic as pictures show it: light enough that its edges can be told apart.
+pub const BLACK: Color = [92, 96, 104];
+
+/// Steel.
 pub const STEEL: Color = [176, 180, 186];
 
 /// Brass.
 pub const BRASS: Color = [205, 170, 90];
 
+/// Glass and clear acrylic.
+pub const GLASS: Color = [190, 215, 225];
+
+/// Rubber.
+pub const RUBBER: Color = [30, 30, 30];
+
 /// The solder mask of a circuit board.
 pub const MASK_GREEN: Color = [40, 120, 70];
+
+/// A camera's board with its lens.
+pub const CAMERA_GREEN: Color = [35, 60, 45];
+
+/// A white LED.
+pub const LED_YELLOW: Color = [250, 240, 170];
+
+/// Molds.
+pub const MOLD_BLUE: Color = [120, 160, 205];
 
 /// Printed tools that are no molds.
 pub const TOOL_GREY: Color = [180, 184, 190];
@@ -35,4 +67,97 @@ pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
 /// `first` turned around the z axis to `count` places, from `offset` steps.
 pub fn ring(count: u32, offset: f64, first: Pose) -> Vec<Pose> {
     (0..count).map(|i| Pose::rotation_z(turn(i, count, offset)).then_in(first)).collect()
+}
+
+/// The four corners of a rectangle with these half edges, counter-clockwise.
+pub fn corners([x, y]: [f64; 2]) -> [[f64; 2]; 4] {
+    [[x, y], [-x, y], [-x, -y], [x, -y]]
+}
+
+/// A pose that stands upright on (x, y) at height z.
+pub fn upright([x, y]: [f64; 2], z: f64) -> Pose {
+    Pose::translation(x, y, z)
+}
+
+/// A pose that hangs head down from (x, y) at height z.
+pub fn hanging([x, y]: [f64; 2], z: f64) -> Pose {
+    Pose::z_to(-Vector3::z(), Point3::new(x, y, z))
+}
+
+/// Landmarks `label 1`, `label 2`, ... at the poses.
+pub fn marks(label: &str, poses: &[Pose]) -> Vec<Landmark> {
+    poses.iter().zip(1..).map(|(pose, i)| Landmark::at(format!("{label} {i}"), pose)).collect()
+}
+
+/// Copies `label 1`, `label 2`, ... of a solid at the poses.
+pub fn copies(label: &str, poses: &[Pose], solid: &Solid) -> Vec<Solid> {
+    let copy = |(pose, i)| solid.clone().placed(pose).named(format!("{label} {i}"));
+    poses.iter().copied().zip(1..).map(copy).collect()
+}
+
+/// Holes without landmarks, none of them a handle.
+pub fn holes(tools: impl IntoIterator<Item = Solid>) -> Cut {
+    Cut { tools: tools.into_iter().collect(), ..Cut::default() }
+}
+
+/// A component of which a lab needs as many as it has places.
+pub fn bought(
+    name: &str,
+    specification: impl Into<String>,
+    solid: Solid,
+    placements: impl IntoIterator<Item = Placement>,
+) -> Body {
+    Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
+}
+
+/// Components of one name become one, with all their places and as many as they are together.
+pub fn merged(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
+    let mut all: Vec<Body> = Vec::new();
+    for body in bodies {
+        match all.iter_mut().find(|other| other.name == body.name) {
+            None => all.push(body),
+            Some(same) => {
+                same.quantity += body.quantity;
+                same.placements.extend(body.placements);
+            }
+        }
+    }
+    all
+}
+
+/// An overlap that is meant.
+pub fn press_fit(inner: &str, outer: &str, interference_mm: f64, reason: &str) -> PressFit {
+    PressFit { inner: inner.into(), outer: outer.into(), interference_mm, reason: reason.into() }
+}
+
+/// A camera on the axis that looks along +z; its image's right is the sensor's +x.
+pub fn camera_at(pupil_z: f64, [width_px, height_px]: [u32; 2], view: Angle) -> NominalCamera {
+    let sensor_from_camera = Pose::translation(0.0, 0.0, pupil_z);
+    NominalCamera { sensor_from_camera, width_px, height_px, field_of_view: view }
+}
+
+/// A sensor of these bodies, as its file's header calls it.
+pub fn sensor(
+    header: &Header,
+    camera: NominalCamera,
+    bodies: impl IntoIterator<Item = Body>,
+) -> Sensor {
+    Sensor::new(header.name.as_str(), &header.title, &header.reference, camera, bodies)
+}
+
+/// A length that follows from the parameters, for `fabkit show`.
+pub fn mm(name: &str, value: f64) -> (String, String) {
+    (name.to_owned(), format!("{value:.3} mm"))
+}
+
+/// Reports materials, each named at its path, of which fabkit knows neither mix nor cure.
+pub fn require_castable(named: &[(&str, &String)], report: &mut Report) {
+    for (path, name) in named {
+        report.require(
+            castable(name).is_some(),
+            path,
+            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
+            || format!("write one of {}", castable_names()),
+        );
+    }
 }

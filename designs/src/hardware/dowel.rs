@@ -48,6 +48,6 @@ impl Dowel {
     /// The pin, its middle at z = 0.
     pub fn solid(&self) -> Solid {
         let Self { diameter_mm, length_mm } = *self;
-        Solid::cylinder(diameter_mm / 2.0, length_mm).at(0.0, 0.0, -length_mm / 2.0)
+        Solid::cylinder(diameter_mm / 2.0, length_mm).at_z(-length_mm / 2.0)
     }
 }

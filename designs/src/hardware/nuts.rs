@@ -51,19 +51,18 @@ impl HeatSetNut {
     pub fn solid(&self) -> Solid {
         let bore = self.thread_mm / 2.0 + Self::BORE_PLAY_MM;
         Solid::cylinder(self.diameter_mm / 2.0, self.length_mm)
-            .at(0.0, 0.0, -self.length_mm)
-            .minus(Solid::cylinder(bore, self.length_mm + 2.0 * CUT_OVERLAP_MM).at(
-                0.0,
-                0.0,
-                -self.length_mm - CUT_OVERLAP_MM,
-            ))
+            .at_z(-self.length_mm)
+            .minus(
+                Solid::cylinder(bore, self.length_mm + 2.0 * CUT_OVERLAP_MM)
+                    .at_z(-self.length_mm - CUT_OVERLAP_MM),
+            )
             .named("nut")
     }
 
     /// Its hole, `spare_mm` deeper than the nut: room for molten plastic and the screw's tip.
     pub fn tool(&self, spare_mm: f64) -> Solid {
         let depth = self.length_mm + spare_mm;
-        Solid::cylinder(self.hole_mm / 2.0, depth + CUT_OVERLAP_MM).at(0.0, 0.0, -depth)
+        Solid::cylinder(self.hole_mm / 2.0, depth + CUT_OVERLAP_MM).at_z(-depth)
     }
 
     /// Overlap with its hole before the plastic melts, mm per side.
@@ -92,7 +91,7 @@ fn hexagon(across_flats_mm: f64, height_mm: f64) -> Solid {
 /// A hexagon with a bore for a thread.
 fn threaded_hexagon(across_flats_mm: f64, height_mm: f64, thread_mm: f64) -> Solid {
     let bore = Solid::cylinder(thread_mm / 2.0 + THREAD_PLAY_MM, height_mm + 2.0 * CUT_OVERLAP_MM);
-    hexagon(across_flats_mm, height_mm).minus(bore.at(0.0, 0.0, -CUT_OVERLAP_MM))
+    hexagon(across_flats_mm, height_mm).minus(bore.at_z(-CUT_OVERLAP_MM))
 }
 
 /// A hexagon nut, ISO 4032 (s nominal, m max): bears at z = 0, goes up to its height.
@@ -111,6 +110,16 @@ impl HexNut {
     pub const M2: Self = Self { thread_mm: 2.0, across_flats_mm: 4.0, height_mm: 1.6 };
     /// M3.
     pub const M3: Self = Self { thread_mm: 3.0, across_flats_mm: 5.5, height_mm: 2.4 };
+
+    /// Its name among a sensor's bodies, for example `nut-m3`.
+    pub fn name(&self) -> String {
+        format!("nut-m{}", self.thread_mm)
+    }
+
+    /// How it is ordered.
+    pub fn ordered(&self) -> String {
+        format!("hexagon nut ISO 4032 M{}", self.thread_mm)
+    }
 
     /// The nut.
     pub fn solid(&self) -> Solid {

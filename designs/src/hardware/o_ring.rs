@@ -102,6 +102,12 @@ impl ORing {
         Some(Self { inside_mm, cord_mm: series.cord_mm, standard: series.standard })
     }
 
+    /// The same; where none is stocked, which families refuse, one that says so.
+    pub fn or_unstocked(cord_mm: f64, bottom_mm: f64) -> Self {
+        let unstocked = Self { inside_mm: bottom_mm, cord_mm, standard: "not stocked" };
+        Self::on(cord_mm, bottom_mm).unwrap_or(unstocked)
+    }
+
     /// Its volume, mm^3, which no groove changes.
     pub fn volume_mm3(&self) -> f64 {
         PI * PI / 4.0 * self.cord_mm.powi(2) * (self.inside_mm + self.cord_mm)

@@ -258,10 +258,10 @@ fn turned<'a>(
     tolerance_mm: f64,
 ) -> Result<Turned<'a>, ExportFailure> {
     let is_drawn = options.formats.iter().any(|format| format.is_drawing());
-    let mut compensation = compensation(&body, options, is_drawn);
-    let sheet = if is_drawn { sheets::cut_sheet(&body, &compensation)? } else { None };
+    let mut compensation = compensation(body, options, is_drawn);
+    let sheet = if is_drawn { sheets::cut_sheet(body, &compensation)? } else { None };
 
-    let fitted = fitted(&body, bed_from_body, options, &mut compensation);
+    let fitted = fitted(body, bed_from_body, options, &mut compensation);
     let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
     // Finer by as much as scaling coarsens it.
     let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
@@ -290,7 +290,7 @@ fn measured<'a>(
     let lying = mesh.placed(shift);
     let failed = |source| ExportFailure::Mesh { part: body.name.clone(), source };
     let print = lying.to_print().map_err(failed)?;
-    if let Some(failure) = counted.and_then(|counted| counted.failure(&body, &print)) {
+    if let Some(failure) = counted.and_then(|counted| counted.failure(body, &print)) {
         let Some(print) = &compensation.print else { return Err(failure) };
         let (part, profile) = (body.name.clone(), print.profile.clone());
         return Err(ExportFailure::HolesBreakOut { part, profile });

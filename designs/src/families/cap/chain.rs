@@ -1,33 +1,22 @@
 //! How a dome-cap sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Pour, Pull, Spray, Step, Vector3};
 
 use super::SKIN_MOLD;
+use super::joints::Joints;
 use super::layout::Layout;
 use super::mold::vent_poses;
 use super::parameters::Cap;
-use crate::assembling::{SENSOR, mix, rigid, step};
+use crate::assembling::{SENSOR, mix, names, rigid, step, vents};
 use crate::materials::castable;
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
-
-/// The lid's vents as openings of the gel below them.
-fn vents(p: &Cap, layout: &Layout) -> Vec<Opening> {
-    let poses = vent_poses(p, layout).into_iter().enumerate();
-    poses
-        .map(|(i, pose)| Opening {
-            name: format!("vent {}", i + 1),
-            point: pose.point(Point3::origin()),
-            axis: -Vector3::z(),
-            radius_mm: p.mold.vent_diameter.mm() / 2.0,
-        })
-        .collect()
-}
 
 /// Every step from printing to the sensor.
 pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
     // The mold is used with its mouth up.
     let up = -Vector3::z();
+    let joints = Joints::new(p, layout);
     let (block, spacer, lid) = ("mold-skin-block", "mold-skin-spacer", "mold-skin-lid");
     vec![
         step(
@@ -51,18 +40,19 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             "fill the block to its rim and degas it, lay the spacer on, lower the lid edge first and \
              bolt it down; surplus runs into the trough, air leaves through the vents",
             Some(SKIN_MOLD),
-            &[block, spacer, lid, "bolt-m3x16", "nut-m3"],
+            &[block, spacer, lid],
             Action::Pour(Pour {
                 layer: "skin".into(),
-                walls: [block, lid].map(String::from).to_vec(),
+                walls: names(&[block, lid]),
                 up,
-                openings: vents(p, layout),
+                openings: vents(&vent_poses(p, layout), p.mold.vent_diameter.mm() / 2.0),
                 mix: mix(&p.skin.material),
                 waste: 0.5,
                 cure: ROOM_24_H,
             }),
             "IV-A: poured, degassed, 24 h; lid, spacer and waste chosen",
-        ),
+        )
+        .also(joints.mold.names()),
         step(
             "open-mold",
             "take the bolts out, pry lid and spacer up at the notches; then peel the skin out of the \
@@ -126,9 +116,10 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             "focus the lens on the paint, put the camera into the base, plug through the window; join \
              base and holder with four M2 screws, screw the base to the gripper",
             Some(SENSOR),
-            &["camera", "base", "screw-m2x16"],
+            &["camera", "base"],
             Action::Assemble,
             "IV-B, figure 5",
-        ),
+        )
+        .also(joints.casing.names()),
     ]
 }

@@ -4,23 +4,17 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::casing::{JOINT_BITE_MM, JOINT_SCREW, WIRE_GROOVE_MM};
+use super::casing::WIRE_GROOVE_MM;
 use super::components::CONNECTOR_MM;
+use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT};
 use super::layout::Layout;
 use super::mold::vent_circle_mm;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
 use super::skin::dimple_count;
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, require_castable};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HexNut, Screw};
-use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
-
-/// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
-const PRINTED_WALL_MM: f64 = 0.8;
-
-/// Smallest gap between parts that must not touch, mm.
-const APART_MM: f64 = 0.1;
 
 /// Thinnest web of gel, or wall of resin, between two dimples, mm.
 const WEB_MM: f64 = 0.2;
@@ -37,7 +31,8 @@ const PLUG_MM: f64 = 8.0;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &Cap, report: &mut Report) {
     let layout = Layout::new(p);
-    materials(p, report);
+    let materials = [("skin.material", &p.skin.material), ("paint.material", &p.paint.material)];
+    require_castable(&materials, report);
     report.at_most(
         "skin.height",
         p.skin.height,
@@ -54,18 +49,6 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     camera(p, &layout, report);
     base(p, &layout, report);
     mold(p, &layout, report);
-}
-
-fn materials(p: &Cap, report: &mut Report) {
-    for (path, name) in [("skin.material", &p.skin.material), ("paint.material", &p.paint.material)]
-    {
-        report.require(
-            castable(name).is_some(),
-            path,
-            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
-            || format!("write one of {}", castable_names()),
-        );
-    }
 }
 
 /// Distance of the nearest two dimples on the gel's surface, mm.
@@ -263,7 +246,7 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
         "the wires' groove beside the camera needs a wall",
         &["camera.housing_size"],
     );
-    let head = JOINT_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
+    let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
     report.at_most(
         "holder.screw_spacing",
         p.holder.screw_spacing,
@@ -271,7 +254,7 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
         "the screws' heads need a wall outside",
         &["holder.width"],
     );
-    let passage = JOINT_SCREW.clearance_hole_mm() / 2.0;
+    let passage = CASING_SCREW.clearance_hole_mm() / 2.0;
     let centre = layout.pocket_half - layout.pocket_corner;
     report.at_least(
         "holder.screw_spacing",
@@ -343,7 +326,7 @@ fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
 }
 
 fn base(p: &Cap, layout: &Layout, report: &mut Report) {
-    let grip = JOINT_SCREW.length_mm - JOINT_BITE_MM;
+    let grip = CASING_SCREW.length_mm - BITE_MM;
     report.at_least(
         "base.height",
         p.base.height,
@@ -359,7 +342,7 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
         &["camera.connector_height", "base.floor", "holder.height"],
     );
     let room = (layout.chamber_radius.powi(2) - (layout.chamber_radius / 2.0).powi(2)).sqrt();
-    let head = JOINT_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
+    let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
     report.at_most(
         "base.window_width",
         p.base.window_width,
@@ -374,7 +357,7 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
         "the camera's plug must pass the window",
         &[],
     );
-    let pilot = Screw::M3X4.pilot_hole_mm() / 2.0;
+    let pilot = Joints::new(p, layout).mounting.holes().radius_mm;
     report.at_most(
         "base.mount_radius",
         p.base.mount_radius,
@@ -392,7 +375,7 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
 }
 
 fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
-    let mold = &p.mold;
+    let (mold, (bolt, nut)) = (&p.mold, MOLD_BOLT);
     report.at_least(
         "mold.height",
         mold.height,
@@ -403,14 +386,14 @@ fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
     report.at_least(
         "mold.height",
         mold.height,
-        layout.nut_z + HexNut::M3.height_mm,
+        layout.nut_z + nut.height_mm,
         "the nuts must lie inside the block, which stands on that side",
         &["mold.spacer", "mold.lid_thickness"],
     );
     report.at_most(
         "mold.lid_thickness",
         mold.lid_thickness,
-        Screw::M3X16.length_mm - HexNut::M3.height_mm - mold.spacer.mm() - 2.0,
+        bolt.length_mm - nut.height_mm - mold.spacer.mm() - 2.0,
         "an M3x16 must reach through lid, spacer and 2 mm of block into its nut",
         &["mold.spacer"],
     );
@@ -422,18 +405,18 @@ fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
         "bolts need a wall beside the trough",
         &["skin.base_diameter", "mold.land", "mold.trough"],
     );
-    let nut = HexNut::M3.corner_mm(gap_mm(Process::Sla, Fit::Slide));
+    let pocket = Joints::new(p, layout).mold.holes().radius_mm;
     report.at_least(
         "mold.diameter",
         mold.diameter,
-        mold.bolt_circle.mm() + 2.0 * (nut + 1.0),
+        mold.bolt_circle.mm() + 2.0 * (pocket + 1.0),
         "the nuts' pockets need a wall outside",
         &["mold.bolt_circle"],
     );
     report.at_most(
         "mold.pry_width",
         mold.pry_width,
-        2.0 * (mold.bolt_circle.mm() / 2.0 * (PI / f64::from(mold.bolts)).sin() - nut - 1.0),
+        2.0 * (mold.bolt_circle.mm() / 2.0 * (PI / f64::from(mold.bolts)).sin() - pocket - 1.0),
         "pry slots lie between bolts",
         &["mold.bolts", "mold.bolt_circle"],
     );

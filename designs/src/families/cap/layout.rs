@@ -2,9 +2,9 @@
 
 use fabkit_geometry::Process;
 
+use super::joints::MOLD_BOLT;
 use super::parameters::Cap;
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HexNut, Screw};
 
 /// Radii and heights in the sensor frame, mm.
 ///
@@ -116,7 +116,7 @@ impl Layout {
             flange_z,
             lid_z,
             // The bolt's tip ends flush with its nut.
-            nut_z: lid_z + Screw::M3X16.length_mm - HexNut::M3.height_mm,
+            nut_z: lid_z + MOLD_BOLT.0.length_mm - MOLD_BOLT.1.height_mm,
         }
     }
 

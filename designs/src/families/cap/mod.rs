@@ -5,24 +5,21 @@ mod casing;
 mod chain;
 mod components;
 mod constraints;
+mod joints;
 mod layout;
 mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{
-    Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Path, Point3, Pose, PressFit, Sensor,
-    TouchSurface, Vector3,
-};
+use fabkit_geometry::{EllipsoidOffset, Grip, Path, Point3, Pose, Sensor, TouchSurface, Vector3};
 
-use crate::assembling::{AssemblyName, BLACK, flipped, in_sensor};
+use crate::assembling::{AssemblyName, flipped, in_sensor};
+use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use joints::Joints;
 use layout::Layout;
 use parameters::Cap;
-
-const MOLD_BLUE: Color = [120, 160, 205];
-const TOOL_GREY: Color = [180, 184, 190];
 
 /// Casting the skin.
 const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
@@ -63,32 +60,18 @@ impl Family for CapFamily {
 /// Everything a dome-cap sensor consists of.
 fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
     let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
+    let size = [p.camera.width_px, p.camera.height_px];
+    let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
+    let bodies = casing
+        .into_iter()
+        .chain(mold::parts(p, layout, dimples))
+        .chain(skin::layers(p, layout, dimples))
+        .chain(components::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: vec![PressFit {
-            inner: "screw-m2x16".into(),
-            outer: "holder".into(),
-            interference_mm: casing::JOINT_SCREW.thread_overlap_mm(),
-            reason: "the screw cuts its thread into plastic".into(),
-        }],
+        press_fits: Joints::new(p, layout).casing.press_fit("holder").into_iter().collect(),
         touch: Some(touch(p, layout)),
-        ..Sensor::new(
-            header.name.as_str(),
-            &header.title,
-            &header.reference,
-            NominalCamera {
-                // The camera looks at the apex; its image's right is the sensor's +x.
-                sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
-                width_px: p.camera.width_px,
-                height_px: p.camera.height_px,
-                field_of_view: p.camera.field_of_view,
-            },
-            casing
-                .into_iter()
-                .chain(mold::parts(p, layout, dimples))
-                .chain(skin::layers(p, layout, dimples))
-                .chain(components::components(p, layout)),
-        )
+        ..blocks::sensor(header, camera, bodies)
     }
 }
 
@@ -100,8 +83,6 @@ fn touch(p: &Cap, layout: &Layout) -> TouchSurface {
     let radius_mm = layout.sphere_radius;
     let half_mm = p.holder.width.mm() / 2.0;
     let window = Point3::new(0.0, -half_mm, (layout.floor_z + layout.housing_back_z) / 2.0);
-    let threads = casing::mount_poses(p, layout);
-    let threads = threads.iter().enumerate();
     TouchSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
         centre_z_mm: layout.sphere_z,
@@ -113,16 +94,13 @@ fn touch(p: &Cap, layout: &Layout) -> TouchSurface {
             bottom_z_mm: layout.bottom_z,
             clear_radius_mm: 0.0,
             key: Some(Pose::z_to(-Vector3::y(), window)),
-            threads: threads
-                .map(|(i, pose)| Landmark::at(format!("mounting hole {}", i + 1), pose))
-                .collect(),
+            threads: Joints::new(p, layout).mounting.held().landmarks,
         },
     }
 }
 
 /// What follows from the parameters, for `fabkit show`.
 fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
-    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
     let outermost = p.dimples.rings;
     let step_deg = layout.ring_tilt_rad(p, 1).to_degrees();
     vec![

@@ -10,6 +10,7 @@ use fabkit_geometry::{
 use super::layout::Layout;
 use super::parameters::{Cap, Direction};
 use super::{SKIN_MOLD, in_sensor};
+use crate::blocks::copies;
 
 /// How many dimples there are: 1 + 6 + 12 + ...
 pub fn dimple_count(p: &Cap) -> u32 {
@@ -66,10 +67,7 @@ fn pin(width_mm: f64, height_mm: f64, direction: Direction) -> Solid {
 fn dimples(p: &Cap, poses: &[Pose], grown_mm: f64) -> Vec<Solid> {
     let width = p.dimples.width.mm() + 2.0 * grown_mm;
     let feature = pin(width, p.dimples.height.mm() + grown_mm, p.dimples.direction);
-    let place = |(i, pose): (usize, &Pose)| {
-        feature.clone().placed(*pose).named(format!("dimple {}", i + 1))
-    };
-    poses.iter().enumerate().map(place).collect()
+    copies("dimple", poses, &feature)
 }
 
 /// The gel with its dimples; as a tool it goes on below its foot.

@@ -4,26 +4,13 @@ use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Spray, Step, Vector3}
 
 use super::joints::Joints;
 use super::layout::Layout;
-use super::mold::{Cavity, vent_poses};
+use super::mold::vent_poses;
 use super::parameters::Dome;
 use super::tooling::{FormLayout, PUSH_HOLE_RADIUS_MM};
 use super::{COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
-use crate::assembling::{SENSOR, mix, names, rigid, step};
+use crate::assembling::{SENSOR, mix, names, rigid, step, vents};
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
-
-/// The lid's vents as openings of the gel below them.
-fn vents(p: &Dome, cavity: &Cavity) -> Vec<Opening> {
-    let poses = vent_poses(p, cavity).into_iter().enumerate();
-    poses
-        .map(|(i, pose)| Opening {
-            name: format!("vent {}", i + 1),
-            point: pose.point(Point3::origin()),
-            axis: -Vector3::z(),
-            radius_mm: p.mold.vent_diameter.mm() / 2.0,
-        })
-        .collect()
-}
 
 /// A free surface on the foot's plane.
 fn free_surface(radius_mm: f64) -> Opening {
@@ -33,6 +20,7 @@ fn free_surface(radius_mm: f64) -> Opening {
 /// Every step from printing to the sensor.
 pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
     let [transparent, translucent] = cavities(p, layout);
+    let vent_radius = p.mold.vent_diameter.mm() / 2.0;
     let form = FormLayout::new(p, layout);
     let joints = Joints::new(p, layout);
     // Molds and tube are used tip down.
@@ -91,7 +79,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
                 layer: transparent.layer.into(),
                 walls: names(&[mold_a, mold_b, "lid-transparent-gel", "tube"]),
                 up,
-                openings: vents(p, &transparent),
+                openings: vents(&vent_poses(p, &transparent), vent_radius),
                 mix: mix(&p.transparent_gel.material),
                 waste: 0.5,
                 cure: ROOM_24_H,
@@ -145,7 +133,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
                     "black-coat",
                 ]),
                 up,
-                openings: vents(p, &translucent),
+                openings: vents(&vent_poses(p, &translucent), vent_radius),
                 mix: mix(&p.translucent_gel.material),
                 waste: 0.5,
                 cure: ROOM_24_H,

@@ -1,8 +1,6 @@
 //! What is bought: glass, camera, LEDs, screws, nuts, dowels, O-ring.
 
-use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Color, Path, Placement, Pose, Process, Solid, Vector3,
-};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Solid};
 
 use super::housing::{led_poses, relief_edge_mm};
 use super::joints::Joints;
@@ -13,12 +11,10 @@ use super::tooling::{FormLayout, groove_radius_mm};
 use super::{
     AssemblyName, COATING, FORM, JOINING, SENSOR, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor,
 };
-use crate::blocks::STEEL;
+use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
+use crate::blocks::{CAMERA_GREEN, GLASS, INTO_MM, LED_YELLOW, RUBBER, board_camera, bought};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{Dowel, ORing};
-use crate::molds::{lid_dowel_poses, side_dowel_poses};
-
-const GLASS: Color = [190, 215, 225];
 
 /// Everything bought.
 pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
@@ -27,13 +23,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     };
     // Fasteners leave along their own axis.
     let drawn_out = |out_mm: f64, lift_mm: f64| {
-        move |pose: &Pose| {
-            let out = pose.vector(Vector3::new(0.0, 0.0, out_mm));
-            SENSOR.at(*pose).moved_apart(out).lifted(lift_mm)
-        }
-    };
-    let bought = |name: &str, specification: String, solid, placements: Vec<Placement>| {
-        Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
+        move |pose: &Pose| SENSOR.drawn_out(pose, out_mm).lifted(lift_mm)
     };
     let here = [Pose::identity()];
 
@@ -41,8 +31,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let lid = lid_dowel_poses(&p.mold);
     let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
         .into_iter()
-        .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat())
-        .collect();
+        .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat());
     let form = FormLayout::new(p, layout);
     let (ring, dowel) = (o_ring(p, layout), dowel(p));
     let joints = Joints::new(p, layout);
@@ -75,14 +64,14 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             camera(p, layout),
             vec![in_sensor().lifted(-46.0)],
         )
-        .colored([35, 60, 45]),
+        .colored(CAMERA_GREEN),
         bought(
             "led",
             p.leds.model.clone(),
             Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
             each(SENSOR, &led_poses(p, layout), -20.0),
         )
-        .colored([250, 240, 170]),
+        .colored(LED_YELLOW),
     ];
     let in_form = |pose: &Pose| FORM.at(*pose).lifted(-45.0);
     let screws = [
@@ -96,18 +85,14 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         bought(
             "o-ring",
             format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
-            ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius]).at(
-                0.0,
-                0.0,
-                p.connector.plug_length.mm() / 2.0,
-            ),
+            ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius])
+                .at_z(p.connector.plug_length.mm() / 2.0),
             [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
                 .into_iter()
-                .flat_map(|tool| each(tool, &here, -42.0))
-                .collect(),
+                .flat_map(|tool| each(tool, &here, -42.0)),
         )
         .times(1)
-        .colored([30, 30, 30]),
+        .colored(RUBBER),
         bought(
             "form-tube",
             format!(
@@ -139,29 +124,14 @@ fn camera_specification(p: &Dome) -> String {
 
 /// Board with four holes, lens holder and barrel, connector behind.
 fn camera(p: &Dome, layout: &Layout) -> Solid {
-    // Pieces of one body reach into each other, so that no faces coincide.
-    let into = 0.2;
-    let (board, holder) = (p.camera.board_size.mm(), p.camera.holder_size.mm());
-    let top = layout.camera_board_top_z;
     let thickness = p.camera.board_thickness.mm();
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
-    let plate = Solid::cuboid(board, board, p.camera.board_thickness.mm())
-        .at(0.0, 0.0, layout.camera_board_bottom_z)
-        .minus_all(holes.tools);
-    let holder = Solid::cuboid(holder, holder, p.camera.holder_height.mm() + into)
-        .at(0.0, 0.0, top - into)
-        .named("lens holder");
-    let barrel = Solid::cylinder(
-        p.camera.barrel_diameter.mm() / 2.0,
-        p.camera.lens_height.mm() - p.camera.holder_height.mm() + into,
-    )
-    .at(0.0, 0.0, top + p.camera.holder_height.mm() - into)
-    .named("lens barrel");
     let edge = relief_edge_mm(p) - 2.0;
-    let connector = Solid::cuboid(edge, edge / 2.0, p.camera.back_clearance.mm() - 0.5 + into)
-        .at(0.0, 0.0, layout.relief_z + 0.5)
+    let connector = Solid::cuboid(edge, edge / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
+        .at_z(layout.relief_z + 0.5)
         .named("connector");
-    Solid::union([plate, holder, barrel, connector])
+    let heights = [layout.camera_board_bottom_z, layout.camera_board_top_z];
+    board_camera!(p.camera).solid(heights, holes.tools, connector)
 }
 
 fn dowel(p: &Dome) -> Dowel {
@@ -170,10 +140,7 @@ fn dowel(p: &Dome) -> Dowel {
 
 /// The ring on the connector's plug.
 fn o_ring(p: &Dome, layout: &Layout) -> ORing {
-    let (cord_mm, bottom_mm) = (p.connector.o_ring_cord.mm(), 2.0 * groove_radius_mm(p, layout));
-    let stocked = ORing::on(cord_mm, bottom_mm);
-    // Only designs that break a constraint have none.
-    stocked.unwrap_or(ORing { inside_mm: bottom_mm, cord_mm, standard: "not stocked" })
+    ORing::or_unstocked(p.connector.o_ring_cord.mm(), 2.0 * groove_radius_mm(p, layout))
 }
 
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.

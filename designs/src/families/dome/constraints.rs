@@ -10,10 +10,9 @@ use super::layout::Layout;
 use super::mold::OVERFLOW_MARGIN_MM;
 use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, GROOVE_CORDS, groove_radius_mm};
-use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM};
+use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, require_castable};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{ORing, Screw, stocked_cords};
-use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
 /// Least height of the cylinder below a countersink, mm: its edge would not print otherwise.
@@ -25,7 +24,14 @@ const THINNEST_GEL_MM: f64 = 0.5;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &Dome, report: &mut Report) {
     let layout = Layout::new(p);
-    materials(p, report);
+    let materials = [
+        ("filling_gel.material", &p.filling_gel.material),
+        ("transparent_gel.material", &p.transparent_gel.material),
+        ("translucent_gel.material", &p.translucent_gel.material),
+        ("coat.material", &p.coat.material),
+        ("form.silicone_material", &p.form.silicone_material),
+    ];
+    require_castable(&materials, report);
     contact_module(p, &layout, report);
     envelope(p, &layout, report);
     illumination(p, &layout, report);
@@ -33,23 +39,6 @@ pub(super) fn check(p: &Dome, report: &mut Report) {
     base(p, &layout, report);
     molds(p, &layout, report);
     tools(p, &layout, report);
-}
-
-fn materials(p: &Dome, report: &mut Report) {
-    for (path, name) in [
-        ("filling_gel.material", &p.filling_gel.material),
-        ("transparent_gel.material", &p.transparent_gel.material),
-        ("translucent_gel.material", &p.translucent_gel.material),
-        ("coat.material", &p.coat.material),
-        ("form.silicone_material", &p.form.silicone_material),
-    ] {
-        report.require(
-            castable(name).is_some(),
-            path,
-            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
-            || format!("write one of {}", castable_names()),
-        );
-    }
 }
 
 fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
@@ -418,7 +407,7 @@ fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
 }
 
 fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
-    crate::molds::check(
+    crate::blocks::mold::check(
         &p.mold,
         layout.surface_radius,
         layout.apex_z(),

@@ -2,15 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{
-    Angle, Body, CUT_OVERLAP_MM, Cut, Landmark, Path, Pose, Process, Profile, Solid,
-};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Profile, Solid};
 
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::{BLACK, FROST, JOINING, flipped, in_sensor};
-use crate::blocks::{MASK_GREEN, ring, turn};
+use super::{FROST, JOINING, flipped, in_sensor};
+use crate::blocks::{BLACK, MASK_GREEN, holes, marks, ring, turn};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 
@@ -30,12 +28,9 @@ pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let height = layout.shell_height();
-    let wall = Solid::cylinder(layout.shell_radius, height).at(0.0, 0.0, layout.bottom_z).minus(
-        Solid::cylinder(layout.shell_bore_radius, height + 2.0 * CUT_OVERLAP_MM).at(
-            0.0,
-            0.0,
-            layout.bottom_z - CUT_OVERLAP_MM,
-        ),
+    let wall = Solid::cylinder(layout.shell_radius, height).at_z(layout.bottom_z).minus(
+        Solid::cylinder(layout.shell_bore_radius, height + 2.0 * CUT_OVERLAP_MM)
+            .at_z(layout.bottom_z - CUT_OVERLAP_MM),
     );
     // A rib's width is an angle at the bore.
     let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius).asin();
@@ -50,7 +45,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
         ),
         layout.diffuser_bottom_z - layout.board_top_z,
     )
-    .at(0.0, 0.0, layout.board_top_z);
+    .at_z(layout.board_top_z);
     let ribs = (0..p.shell.ribs)
         .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
     let through = layout.shell_radius - layout.base_radius + CUT_OVERLAP_MM;
@@ -85,22 +80,19 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
 
     let pocket_edge = p.camera.board_size.mm() + 2.0 * gap_mm(Process::Fdm, Fit::Slide);
     let pocket_floor = layout.camera_board_bottom_z;
-    let pocket = Solid::cuboid(pocket_edge, pocket_edge, top - pocket_floor + CUT_OVERLAP_MM).at(
-        0.0,
-        0.0,
-        pocket_floor,
-    );
+    let pocket = Solid::cuboid(pocket_edge, pocket_edge, top - pocket_floor + CUT_OVERLAP_MM)
+        .at_z(pocket_floor);
     // Between the camera's screws there is room for its connector.
     let relief_edge = relief_edge_mm(p);
     let relief =
         Solid::cuboid(relief_edge, relief_edge, pocket_floor - layout.relief_z + CUT_OVERLAP_MM)
-            .at(0.0, 0.0, layout.relief_z);
+            .at_z(layout.relief_z);
     let slot_half = (p.base.cable_slot_length.mm() - p.base.cable_slot_width.mm()) / 2.0;
     let cable_slot = Solid::extrusion(
         Path::slot([-slot_half, 0.0], [slot_half, 0.0], p.base.cable_slot_width.mm() / 2.0),
         layout.relief_z - bottom + 2.0 * CUT_OVERLAP_MM,
     )
-    .at(0.0, 0.0, bottom - CUT_OVERLAP_MM);
+    .at_z(bottom - CUT_OVERLAP_MM);
 
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
@@ -128,7 +120,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     .cut(joints.camera.held_through().unmarked())
     .cut(joints.shell_base.held())
     .cut(joints.mounting.held())
-    .cut(Cut { tools: pry_slots.into(), ..Cut::default() })
+    .cut(holes(pry_slots))
 }
 
 /// Edge of the square recess behind the camera board, mm: up to the pads of its screws.
@@ -147,7 +139,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
         "diffuser",
         "frosted ring that spreads the LEDs' light",
         Process::Laser,
-        Solid::extrusion(profile, p.diffuser.thickness.mm()).at(0.0, 0.0, layout.diffuser_bottom_z),
+        Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z),
     )
     .from(&p.diffuser.material)
     .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
@@ -184,17 +176,15 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let wires =
         wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
-    let leds = led_poses(p, layout).into_iter().zip(1..);
-    let leds = leds.map(|(pose, i)| Landmark::at(format!("led {i}"), &pose));
     Body::made(
         "led-board",
         "annular circuit board that carries the LEDs",
         Process::Pcb,
-        Solid::extrusion(profile, p.led_board.thickness.mm()).at(0.0, 0.0, layout.base_top_z),
+        Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
     )
     .from(&p.led_board.material)
     .placed([in_sensor().lifted(-26.0)])
-    .marked(leds)
+    .marked(marks("led", &led_poses(p, layout)))
     .colored(MASK_GREEN)
     .note("press it in from below until it meets the ribs, LEDs between the ribs")
     .note("one 470 ohm resistor for each LED")

@@ -13,11 +13,11 @@ mod surface;
 mod tooling;
 
 use fabkit_geometry::{
-    Body, Color, EllipsoidOffset, Grip, NominalCamera, Path, Pose, PressFit, Process, Sensor,
-    TouchSurface,
+    Body, Color, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor, TouchSurface,
 };
 
-use crate::assembling::{AssemblyName, BLACK, SENSOR, flipped, in_sensor};
+use crate::assembling::{AssemblyName, SENSOR, flipped, in_sensor};
+use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::fits::{Fit, gap_mm};
 use crate::materials::castable;
 use crate::parameters::Report;
@@ -28,7 +28,6 @@ use mold::Cavity;
 use parameters::Dome;
 
 const FROST: Color = [225, 236, 240];
-const MOLD_BLUE: Color = [120, 160, 205];
 
 /// Casting the transparent gel around the tube.
 const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
@@ -82,23 +81,14 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         .collect();
     let mut layers = layers::layers(p, &layout);
     layers.push(tooling::silicone_mold(p, &layout));
+    let size = [p.camera.width_px, p.camera.height_px];
+    let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
+    let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
         press_fits: press_fits(&Joints::new(p, &layout)),
         touch: Some(touch(p, &layout)),
-        ..Sensor::new(
-            header.name.as_str(),
-            &header.title,
-            &header.reference,
-            NominalCamera {
-                // The camera looks at the tip; its image's right is the sensor's +x.
-                sensor_from_camera: Pose::translation(0.0, 0.0, -p.camera.depth.mm()),
-                width_px: p.camera.width_px,
-                height_px: p.camera.height_px,
-                field_of_view: p.camera.field_of_view,
-            },
-            parts.into_iter().chain(layers).chain(components::components(p, &layout)),
-        )
+        ..blocks::sensor(header, camera, bodies)
     }
 }
 
@@ -145,29 +135,28 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity<'static>; 2] {
 
 /// The overlaps that are meant.
 fn press_fits(joints: &Joints) -> Vec<PressFit> {
-    let fit = |inner: &str, outer: &str, interference_mm: f64, reason: &str| PressFit {
-        inner: inner.into(),
-        outer: outer.into(),
-        interference_mm,
-        reason: reason.into(),
-    };
+    let board = -gap_mm(Process::Pcb, Fit::Press);
     let dowel = -gap_mm(Process::Fdm, Fit::Press);
-    vec![
-        fit("led-board", "shell", -gap_mm(Process::Pcb, Fit::Press), "the board is pressed in"),
+    let held = |half: &str, reason: &str| press_fit("dowel", half, dowel, reason);
+    let screws = [
         joints.camera.press_fit("base"),
         joints.form.press_fit("form-cup"),
         joints.shell_base.press_fit("base"),
-        fit("dowel", "mold-transparent-gel-a", dowel, "the dowels stay in half a"),
-        fit("dowel", "mold-translucent-gel-a", dowel, "the dowels stay in half a"),
-        fit("dowel", "mold-transparent-gel-b", dowel, "the lid's dowel stays in half b"),
-        fit("dowel", "mold-translucent-gel-b", dowel, "the lid's dowel stays in half b"),
-    ]
+    ];
+    let mut fits = vec![press_fit("led-board", "shell", board, "the board is pressed in")];
+    fits.extend(screws.into_iter().flatten());
+    fits.extend([
+        held("mold-transparent-gel-a", "the dowels stay in half a"),
+        held("mold-translucent-gel-a", "the dowels stay in half a"),
+        held("mold-transparent-gel-b", "the lid's dowel stays in half b"),
+        held("mold-translucent-gel-b", "the lid's dowel stays in half b"),
+    ]);
+    fits
 }
 
 /// What follows from the parameters, for `fabkit show`.
 fn derived(p: &Dome) -> Vec<(String, String)> {
     let layout = Layout::new(p);
-    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
     vec![
         mm("apex above the foot", layout.apex_z()),
         mm("total height", layout.total_height()),

@@ -13,10 +13,10 @@ use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_tool;
 use super::tooling::plug_radius_mm;
-use super::{AssemblyName, JOINING, MOLD_BLUE, TRANSLUCENT_MOLD, flipped};
-use crate::blocks::{TOOL_GREY, ring};
+use super::{AssemblyName, JOINING, TRANSLUCENT_MOLD, flipped};
+use crate::blocks::mold::{self as molds, Half};
+use crate::blocks::{MOLD_BLUE, TOOL_GREY, copies, ring};
 use crate::fits::{Fit, gap_mm};
-use crate::molds::{self, Half};
 
 /// Depth of the channel that collects what rises through the vents, mm.
 const OVERFLOW_DEPTH_MM: f64 = 1.2;
@@ -87,31 +87,21 @@ pub fn vent_poses(p: &Dome, cavity: &Cavity) -> Vec<Pose> {
 pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     let thickness = p.mold.lid_thickness.mm();
     let through = |radius: f64| {
-        Solid::cylinder(radius, thickness + 2.0 * CUT_OVERLAP_MM).at(
-            0.0,
-            0.0,
-            -thickness - CUT_OVERLAP_MM,
-        )
+        Solid::cylinder(radius, thickness + 2.0 * CUT_OVERLAP_MM).at_z(-thickness - CUT_OVERLAP_MM)
     };
     let bore = through(plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Slide));
     let vent_circle = vent_circle_mm(cavity);
     let vent_radius = p.mold.vent_diameter.mm() / 2.0;
-    let vents = vent_poses(p, cavity)
-        .into_iter()
-        .enumerate()
-        .map(|(i, pose)| through(vent_radius).placed(pose).named(format!("vent {}", i + 1)));
+    let vents = copies("vent", &vent_poses(p, cavity), &through(vent_radius));
     let half_width = vent_radius + OVERFLOW_MARGIN_MM;
     let overflow = Solid::extrusion(
         Profile::new(Path::circle([0.0; 2], vent_circle + half_width))
             .with_hole(Path::circle([0.0; 2], vent_circle - half_width)),
         OVERFLOW_DEPTH_MM + CUT_OVERLAP_MM,
     )
-    .at(0.0, 0.0, -thickness - CUT_OVERLAP_MM);
-    let dowels = molds::lid_dowel_poses(&p.mold).into_iter().enumerate().map(|(i, pose)| {
-        molds::dowel_tool(&p.mold, Fit::Slide, thickness + CUT_OVERLAP_MM)
-            .placed(pose)
-            .named(format!("dowel hole {}", i + 1))
-    });
+    .at_z(-thickness - CUT_OVERLAP_MM);
+    let dowel = molds::dowel_tool(&p.mold, Fit::Slide, thickness + CUT_OVERLAP_MM);
+    let dowels = copies("dowel hole", &molds::lid_dowel_poses(&p.mold), &dowel);
     Body::made(
         format!("lid-{}", cavity.layer),
         format!("centres the tube in the {} mold", cavity.layer.replace('-', " ")),
@@ -142,13 +132,10 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
         layout.shell_radius + gap_mm(Process::Fdm, Fit::Slide),
         thickness + 2.0 * CUT_OVERLAP_MM,
     )
-    .at(0.0, 0.0, -thickness - CUT_OVERLAP_MM);
-    let sockets = molds::lid_dowel_poses(&p.mold).into_iter().enumerate().map(|(i, pose)| {
-        let spare = 0.3;
-        molds::dowel_tool(&p.mold, Fit::Slide, grip + spare)
-            .placed(pose)
-            .named(format!("socket {}", i + 1))
-    });
+    .at_z(-thickness - CUT_OVERLAP_MM);
+    let spare = 0.3;
+    let dowel = molds::dowel_tool(&p.mold, Fit::Slide, grip + spare);
+    let sockets = copies("socket", &molds::lid_dowel_poses(&p.mold), &dowel);
     Body::made(
         "collar",
         "centres the shell on the module, still in its mold, while the filling gel cures",

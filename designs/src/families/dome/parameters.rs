@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::molds::Mold;
+use crate::blocks::mold::Mold;
 use crate::parameters;
 
 parameters! {

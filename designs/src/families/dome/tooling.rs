@@ -168,7 +168,7 @@ fn cup(p: &Dome, form: &FormLayout) -> Solid {
         [0.0, floor_z],
     ]);
     let push_hole = Solid::cylinder(PUSH_HOLE_RADIUS_MM, p.form.plate.mm() + 2.0 * CUT_OVERLAP_MM)
-        .at(0.0, 0.0, form.silicone_top_z - CUT_OVERLAP_MM);
+        .at_z(form.silicone_top_z - CUT_OVERLAP_MM);
     Solid::revolution(bowl).minus(push_hole.named("push hole"))
 }
 
@@ -191,7 +191,7 @@ fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
         Path::ring_sector(sleeve + rim, form.silicone_radius - rim, back, quarter),
         p.form.plate.mm() + 2.0 * CUT_OVERLAP_MM,
     )
-    .at(0.0, 0.0, form.bridge_z - CUT_OVERLAP_MM);
+    .at_z(form.bridge_z - CUT_OVERLAP_MM);
     let windows = (0..POUR_WINDOWS).map(|i| {
         window.clone().turned_z(turn(i, POUR_WINDOWS, 0.5)).named(format!("pour window {}", i + 1))
     });
@@ -243,11 +243,9 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     ]));
     let slot_radius = plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Free);
     let slot_height = rim_z + spigot_depth - plate_z + 2.0 * CUT_OVERLAP_MM;
-    let slot = Solid::extrusion(
-        Path::slot([0.0, 0.0], [0.0, 2.0 * inner], slot_radius),
-        slot_height,
-    )
-    .at(0.0, 0.0, plate_z - CUT_OVERLAP_MM);
+    let slot =
+        Solid::extrusion(Path::slot([0.0, 0.0], [0.0, 2.0 * inner], slot_radius), slot_height)
+            .at_z(plate_z - CUT_OVERLAP_MM);
 
     let tool = |name: &str, summary: &str, solid, bed_from_body, lift_mm, notes: &[&str]| {
         Body::made(name, summary, Process::Fdm, solid)

@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Pull, Step, Vector3};
 
+use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{Boundary, vent_circles_mm, vent_poses};
@@ -61,7 +62,7 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
     for boundary in Boundary::ALL {
         steps.extend(elastomer(p, layout, boundary));
     }
-    steps.extend(finish());
+    steps.extend(finish(p, layout));
     steps
 }
 
@@ -199,7 +200,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
     ]
 }
 
-fn finish() -> [Step; 3] {
+fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
     [
         step(
             "bond-shell",
@@ -232,9 +233,10 @@ fn finish() -> [Step; 3] {
             "glue the shell's foot into its holder with instant adhesive, slide the holder over the \
              base, join both with the M1.2 bolts",
             Some(SENSOR),
-            &["shell-holder", "bolt-m1-2x3"],
+            &["shell-holder"],
             Action::Assemble,
             "III-C, sensor assembly",
-        ),
+        )
+        .also(Joints::new(p, layout).holder.names()),
     ]
 }

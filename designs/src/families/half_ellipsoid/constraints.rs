@@ -4,23 +4,18 @@ use std::f64::consts::PI;
 
 use fabkit_geometry::Process;
 
-use super::housing::{
-    LED_HOLE_MARGIN_MM, MOUNT, MOUNT_DEPTH_MM, bolt_end_radius_mm, bolt_pose, mount_pose,
-    pocket_radii_mm, wire_slot_radius_mm,
-};
+use super::housing::{LED_HOLE_MARGIN_MM, pocket_radii_mm, wire_slot_radius_mm};
+use super::joints::Joints;
 use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
-use super::tooling::{key_circle_mm, turn, vent_circles_mm};
+use super::tooling::{key_circle_mm, vent_circles_mm};
+use crate::blocks::{APART_MM, require_castable, turn};
 use crate::fits::{Fit, gap_mm};
-use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
 /// Thinnest wall of printed resin, mm.
 const RESIN_WALL_MM: f64 = 0.5;
-
-/// Smallest gap between parts that must not touch, mm.
-const APART_MM: f64 = 0.1;
 
 /// How much sharper than the slightest edge parallel surfaces may curve at their tip, mm.
 const TIP_RADIUS_MM: f64 = 0.3;
@@ -28,7 +23,13 @@ const TIP_RADIUS_MM: f64 = 0.3;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
     let layout = Layout::new(p);
-    materials(p, report);
+    let materials = [
+        ("inner_elastomer.material", &p.inner_elastomer.material),
+        ("outer_elastomer.material", &p.outer_elastomer.material),
+        ("black_gel.material", &p.black_gel.material),
+        ("tooling.silicone_material", &p.tooling.silicone_material),
+    ];
+    require_castable(&materials, report);
     layers(p, &layout, report);
     // Everything below is measured from these surfaces.
     if report.is_clean() {
@@ -38,22 +39,6 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
         camera(p, &layout, report);
         base(p, &layout, report);
         tooling(p, &layout, report);
-    }
-}
-
-fn materials(p: &HalfEllipsoid, report: &mut Report) {
-    for (path, name) in [
-        ("inner_elastomer.material", &p.inner_elastomer.material),
-        ("outer_elastomer.material", &p.outer_elastomer.material),
-        ("black_gel.material", &p.black_gel.material),
-        ("tooling.silicone_material", &p.tooling.silicone_material),
-    ] {
-        report.require(
-            castable(name).is_some(),
-            path,
-            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
-            || format!("write one of {}", castable_names()),
-        );
     }
 }
 
@@ -180,7 +165,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     report.at_least(
         "holder.skirt",
         p.holder.skirt,
-        layout.holder_radius - bolt_pose(p, layout, 0).translation_mm().x
+        layout.holder_radius - Joints::new(p, layout).holder.poses[0].translation_mm().x
             + BOLT.sink_depth_mm(gap_mm(Process::Sla, Fit::Snug))
             + RESIN_WALL_MM,
         "a countersunk M1.2 head must find material below its cone",
@@ -272,11 +257,14 @@ fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 
 fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
+    let joints = Joints::new(p, layout);
+    let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
+    let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;
     let width = p.base.wire_slot_width.mm();
     report.at_most(
         "base.wire_slot_width",
         p.base.wire_slot_width,
-        (pocket_outer - pocket_inner - 0.2).min(bolt_end_radius_mm(p, layout) - pocket_inner - 0.6),
+        (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
         "the wires' slot opens into the pocket, inside the bolts",
         &["holder.outer_diameter", "holder.skirt"],
     );
@@ -296,7 +284,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         "the wires' slot opens into the pocket",
         &["holder.outer_diameter", "holder.skirt", "base.wire_slot_width"],
     );
-    let mount = MOUNT.pilot_hole_mm() / 2.0;
+    let mount = mounts.radius_mm;
     report.at_most(
         "base.mount_radius",
         p.base.mount_radius,
@@ -305,9 +293,11 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         &["holder.outer_diameter"],
     );
     // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
-    let clearance = (0..p.base.mount_holes)
-        .map(|i| {
-            let at = *mount_pose(p, layout, i).translation_mm();
+    let clearance = mounts
+        .poses
+        .iter()
+        .map(|pose| {
+            let at = pose.translation_mm();
             let dx = (at.x - slot).max(slot - width - at.x).max(0.0);
             let dy = (at.y.abs() - half).max(0.0);
             dx.hypot(dy) - mount
@@ -326,7 +316,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         || "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`".into(),
     );
     // Mounting holes end below the bolts unless they stand well between them.
-    let between = layout.bolt_z - BOLT.pilot_hole_mm() / 2.0 - RESIN_WALL_MM - layout.bottom_z;
+    let between = layout.bolt_z - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z;
     let nearest_turn = (0..p.base.mount_holes)
         .flat_map(|i| (0..p.base.bolts).map(move |j| (i, j)))
         .map(|(i, j)| {
@@ -334,10 +324,10 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             (apart.sin().abs() * p.base.mount_radius.mm(), apart.cos())
         })
         .filter(|(_, same_side)| *same_side > 0.0)
-        .map(|(beside, _)| beside - mount - BOLT.pilot_hole_mm() / 2.0)
+        .map(|(beside, _)| beside - mount - bolts.radius_mm)
         .fold(f64::INFINITY, f64::min);
     report.require(
-        between >= MOUNT_DEPTH_MM || nearest_turn >= RESIN_WALL_MM,
+        between >= mounts.depth_mm || nearest_turn >= RESIN_WALL_MM,
         "base.mount_holes",
         || {
             format!(

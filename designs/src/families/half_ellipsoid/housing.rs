@@ -1,66 +1,29 @@
 //! Shell, shell holder, base, camera holder, diffusion ring and LED board.
 
-use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Profile, Solid, Vector3,
-};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Landmark, Path, Pose, Process, Profile, Solid};
 
-use super::layout::{BOLT, Layout};
+use super::joints::Joints;
+use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
-use super::tooling::turn;
-use super::{ACRYLIC, BLACK, MASK_GREEN, SENSOR, WHITE, flipped};
+use super::{SENSOR, WHITE, flipped};
+use crate::blocks::{BLACK, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::Screw;
 
 /// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
 
-/// Room of a bolt's hole beyond its tip, mm.
-const BOLT_SPARE_MM: f64 = 0.4;
-
 /// How much wider than an LED the hole above it is, mm per side.
 pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
 
-/// Depth of the mounting holes, mm.
-pub const MOUNT_DEPTH_MM: f64 = 3.0;
-
-/// Thread of the mounting holes.
-pub const MOUNT: Screw = Screw::M2X4;
-
-/// The pose of LED `index` on the board, z axis up: even ones are white, odd ones UV.
-pub fn led_pose(p: &HalfEllipsoid, layout: &Layout, index: u32) -> Pose {
+/// The LEDs on the board, z axis up: even ones are white, odd ones UV.
+pub fn led_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
     let out = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
-    Pose::rotation_z(turn(index, 2 * p.leds.pairs, 0.0)).then_in(out)
+    ring(2 * p.leds.pairs, 0.0, out)
 }
 
-/// Indices of the UV LEDs.
-pub fn uv_leds(p: &HalfEllipsoid) -> impl Iterator<Item = u32> + use<> {
-    (0..p.leds.pairs).map(|i| 2 * i + 1)
-}
-
-/// The pose of bolt `index`, z axis outwards, origin where its head ends flush.
-pub fn bolt_pose(p: &HalfEllipsoid, layout: &Layout, index: u32) -> Pose {
-    // A flat head lies flush with a round wall where its rim does.
-    let head = BOLT.head_diameter_mm() / 2.0;
-    let radius = (layout.holder_radius.powi(2) - head.powi(2)).sqrt();
-    let out = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z));
-    Pose::rotation_z(turn(index, p.base.bolts, 0.0)).then_in(out)
-}
-
-/// How deep a bolt's hole in the base goes below the bolt's head, mm.
-fn bolt_depth_mm() -> f64 {
-    BOLT.length_mm + BOLT_SPARE_MM
-}
-
-/// Distance of a bolt hole's end from the axis, mm.
-pub fn bolt_end_radius_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
-    bolt_pose(p, layout, 0).translation_mm().x - bolt_depth_mm()
-}
-
-/// The pose of mounting hole `index` in the bottom, z axis out of the base.
-pub fn mount_pose(p: &HalfEllipsoid, layout: &Layout, index: u32) -> Pose {
-    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z);
-    // Half a step off the bolts.
-    Pose::rotation_z(turn(index, p.base.mount_holes, 0.5)).then_in(Pose::z_to(-Vector3::z(), at))
+/// The same, white ones and UV ones apart.
+pub fn leds_by_kind(p: &HalfEllipsoid, layout: &Layout) -> [Vec<Pose>; 2] {
+    [0, 1].map(|kind| led_poses(p, layout).into_iter().skip(kind).step_by(2).collect())
 }
 
 /// Where the pocket for the board's parts lies, mm: inner and outer radius.
@@ -91,11 +54,8 @@ pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
 /// The acrylic skeleton: a dome, its foot, and the bore that a ball mill leaves.
 fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let dome = layout.ellipsoid.whole(layout.shell_offset).minus(Solid::below(0.0));
-    let foot = Solid::cylinder(layout.foot_radius, CUT_OVERLAP_MM - layout.foot_z).at(
-        0.0,
-        0.0,
-        layout.foot_z,
-    );
+    let foot =
+        Solid::cylinder(layout.foot_radius, CUT_OVERLAP_MM - layout.foot_z).at_z(layout.foot_z);
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
     let cavity = layout.ellipsoid.cavity(layout.cavity_depth, mill, layout.foot_z - CUT_OVERLAP_MM);
     part(
@@ -106,7 +66,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
         16.0,
     )
     .made_by(Process::Cnc)
-    .colored(ACRYLIC)
+    .colored(GLASS)
     .lying(flipped())
     .notes([
         "machine the inside first, then turn the outside on a plug; vapor polish both",
@@ -125,22 +85,15 @@ fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         [layout.holder_radius, 0.0],
     ];
     let through = layout.holder_radius - layout.base_radius + CUT_OVERLAP_MM;
-    let holes = (0..p.base.bolts).map(|i| {
-        BOLT.clearance_tool(through, gap_mm(Process::Sla, Fit::Snug))
-            .placed(bolt_pose(p, layout, i))
-            .named(format!("bolt hole {}", i + 1))
-    });
-    let landmarks = (0..p.base.bolts)
-        .map(|i| Landmark::at(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
     part(
         "shell-holder",
         "ring that the shell is glued into; comes off with the bolts to change the elastomer",
-        Solid::revolution(Path::polygon(&outline)).minus_all(holes),
+        Solid::revolution(Path::polygon(&outline)),
         &p.holder.material,
         -14.0,
     )
-    .marked(landmarks)
-    .with_handles(1 + p.base.bolts as i32)
+    .with_handles(1)
+    .cut(Joints::new(p, layout).holder.passed(through, gap_mm(Process::Sla, Fit::Snug)))
     .notes([
         "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
         "instant adhesive around the shell's foot",
@@ -162,25 +115,20 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
         p.leds.diameter.mm() / 2.0 + LED_HOLE_MARGIN_MM,
         layout.diffuser_top_z - layout.diffuser_plate_z + 2.0 * CUT_OVERLAP_MM,
     );
-    let holes: Vec<(String, Pose)> = uv_leds(p)
-        .enumerate()
-        .map(|(i, led)| (format!("uv hole {}", i + 1), led_pose(p, layout, led)))
-        .collect();
+    let [_, uv] = leds_by_kind(p, layout);
     let above = layout.diffuser_plate_z - CUT_OVERLAP_MM - layout.board_top_z;
-    let tools = holes.iter().map(|(name, pose)| {
-        let place = pose.then_in(Pose::translation(0.0, 0.0, above));
-        hole.clone().placed(place).named(name.clone())
-    });
+    let lifted: Vec<Pose> =
+        uv.iter().map(|pose| pose.then_in(Pose::translation(0.0, 0.0, above))).collect();
     part(
         "diffusion-ring",
         "spreads the white LEDs' light; lets the UV LEDs' light through holes",
-        Solid::revolution(Path::polygon(&outline)).minus_all(tools),
+        Solid::revolution(Path::polygon(&outline)).minus_all(copies("uv hole", &lifted, &hole)),
         &p.diffuser.material,
         -28.0,
     )
     .colored(WHITE)
     .lying(flipped())
-    .marked(holes.iter().map(|(name, pose)| Landmark::at(name.clone(), pose)))
+    .marked(marks("uv hole", &uv))
     .with_handles(1 + p.leds.pairs as i32)
     .notes(["white resin; the plate on the bed, holes over the UV LEDs"])
 }
@@ -234,14 +182,14 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
             .with_hole(Path::circle([0.0; 2], bore)),
         |profile, centre| profile.with_hole(Path::circle(centre, wire)),
     );
-    let landmarks = (0..2 * p.leds.pairs).map(|i| {
+    let landmarks = led_poses(p, layout).into_iter().enumerate().map(|(i, pose)| {
         let kind = if i % 2 == 0 { "white" } else { "uv" };
-        Landmark::at(format!("{kind} led {}", i / 2 + 1), &led_pose(p, layout, i))
+        Landmark::at(format!("{kind} led {}", i / 2 + 1), &pose)
     });
     part(
         "led-board",
         "round circuit board with white and UV LEDs",
-        Solid::extrusion(profile, p.led_board.thickness.mm()).at(0.0, 0.0, layout.base_top_z),
+        Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
         &p.led_board.material,
         -50.0,
     )
@@ -290,17 +238,6 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
         plug_top - layout.bottom_z + 2.0 * CUT_OVERLAP_MM,
     )
     .at(wire_slot_radius_mm(p, layout), 0.0, layout.bottom_z - CUT_OVERLAP_MM);
-    let bolts = (0..p.base.bolts).map(|i| {
-        BOLT.pilot_tool(bolt_depth_mm())
-            .placed(bolt_pose(p, layout, i))
-            .named(format!("bolt hole {}", i + 1))
-    });
-    let mounts = (0..p.base.mount_holes).map(|i| {
-        MOUNT
-            .pilot_tool(MOUNT_DEPTH_MM)
-            .placed(mount_pose(p, layout, i))
-            .named(format!("mounting hole {}", i + 1))
-    });
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
         // Twice as deep as it shows: the outer half cuts air, whatever the curvature.
@@ -309,22 +246,17 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
             .turned_z(turn(2 * i + 1, 4, 0.0))
             .named(format!("pry slot {}", i + 1))
     });
-    let bolt_marks = (0..p.base.bolts)
-        .map(|i| Landmark::at(format!("bolt {}", i + 1), &bolt_pose(p, layout, i)));
-    let mount_marks = (0..p.base.mount_holes)
-        .map(|i| Landmark::at(format!("mounting hole {}", i + 1), &mount_pose(p, layout, i)));
+    let joints = Joints::new(p, layout);
     part(
         "base",
         "plug that carries camera, board and diffusion ring, and closes the holder",
-        Solid::revolution(Path::polygon(&outline))
-            .minus(wires.named("wire slot"))
-            .minus_all(bolts)
-            .minus_all(mounts)
-            .minus_all(pry_slots),
+        Solid::revolution(Path::polygon(&outline)).minus(wires.named("wire slot")),
         &p.holder.material,
         -66.0,
     )
-    .marked(bolt_marks.chain(mount_marks))
+    .cut(joints.holder.held())
+    .cut(joints.mounting.held())
+    .cut(holes(pry_slots))
     // Passages of the camera's cable and of the board's wires.
     .with_handles(2)
     .notes([

@@ -74,11 +74,8 @@ const TOOL_LIFT_MM: f64 = 45.0;
 
 /// The inner boundary of the inner elastomer, on a flange that closes all three molds.
 fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let flange = Solid::cylinder(layout.silicone_radius, -layout.core_flange_z).at(
-        0.0,
-        0.0,
-        layout.core_flange_z,
-    );
+    let flange =
+        Solid::cylinder(layout.silicone_radius, -layout.core_flange_z).at_z(layout.core_flange_z);
     let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset).named("core")];
     layer(
         CORE,

@@ -2,12 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{
-    CUT_OVERLAP_MM, InvalidPattern, Path, Pattern, Point3, Pose, Solid, Vector3,
-};
+use fabkit_geometry::{CUT_OVERLAP_MM, InvalidPattern, Path, Pattern, Point3, Pose, Solid};
 
 use super::layout::Layout;
 use super::parameters::{HalfEllipsoid, Markers};
+use crate::blocks::copies;
 
 /// Spread of the markers over rings around the tip.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,14 +113,6 @@ pub fn slotted(p: &HalfEllipsoid, layout: &Layout) -> Solid {
             .line([0.0, CUT_OVERLAP_MM])
             .close(),
     );
-    let slots = poses(p, layout)
-        .into_iter()
-        .enumerate()
-        .map(|(i, pose)| slot.clone().placed(pose).named(format!("marker {}", i + 1)));
+    let slots = copies("marker", &poses(p, layout), &slot);
     layout.ellipsoid.whole(layout.inner_offset).minus_all(slots)
-}
-
-/// A marker's axis, outwards.
-pub fn axis(pose: &Pose) -> Vector3<f64> {
-    pose.vector(Vector3::z())
 }

@@ -4,6 +4,7 @@ mod chain;
 mod components;
 mod constraints;
 mod housing;
+mod joints;
 mod layers;
 mod layout;
 mod markers;
@@ -11,21 +12,17 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{
-    Color, EllipsoidOffset, Grip, Landmark, NominalCamera, Path, Pose, PressFit, Sensor,
-    TouchSurface,
-};
+use fabkit_geometry::{Color, EllipsoidOffset, Grip, Path, Sensor, TouchSurface};
 
-use crate::assembling::{AssemblyName, BLACK, SENSOR, flipped};
+use crate::assembling::{AssemblyName, SENSOR, flipped};
+use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
-use layout::{BOLT, Layout};
+use joints::Joints;
+use layout::Layout;
 use parameters::HalfEllipsoid;
 
 const WHITE: Color = [240, 240, 236];
-const ACRYLIC: Color = [190, 215, 225];
-const MASK_GREEN: Color = [40, 120, 70];
-const RESIN_GREY: Color = [180, 184, 190];
 
 /// The elastomer with slots.
 const INNER: &str = "inner-elastomer";
@@ -70,40 +67,22 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     let mut parts = housing::parts(p, &layout);
     parts.extend(tooling::parts(p, &layout));
     let pupil_z = layout.camera_front_z - p.camera.pupil_behind_front.mm();
+    let size = [p.camera.width_px, p.camera.height_px];
+    let bodies = parts
+        .into_iter()
+        .chain(layers::layers(p, &layout))
+        .chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        press_fits: vec![PressFit {
-            inner: "bolt-m1-2x3".into(),
-            outer: "base".into(),
-            interference_mm: BOLT.thread_overlap_mm(),
-            reason: "the bolt cuts its thread into plastic".into(),
-        }],
+        press_fits: Joints::new(p, &layout).holder.press_fit("base").into_iter().collect(),
         touch: Some(touch(p, &layout)),
-        ..Sensor::new(
-            header.name.as_str(),
-            &header.title,
-            &header.reference,
-            NominalCamera {
-                // The camera looks at the tip; its image's right is the sensor's +x.
-                sensor_from_camera: Pose::translation(0.0, 0.0, pupil_z),
-                width_px: p.camera.width_px,
-                height_px: p.camera.height_px,
-                field_of_view: p.camera.field_of_view,
-            },
-            parts
-                .into_iter()
-                .chain(layers::layers(p, &layout))
-                .chain(components::components(p, &layout)),
-        )
+        ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
     }
 }
 
 /// What is touched, and what fixtures hold on to: holder and base, which are equally wide.
 fn touch(p: &HalfEllipsoid, layout: &Layout) -> TouchSurface {
     let gels = [&p.black_gel.thickness, &p.outer_elastomer.thickness, &p.inner_elastomer.thickness];
-    let threads = (0..p.base.mount_holes).map(|i| {
-        Landmark::at(format!("mounting hole {}", i + 1), &housing::mount_pose(p, layout, i))
-    });
     TouchSurface {
         dome: EllipsoidOffset {
             equatorial_mm: layout.ellipsoid.equatorial,
@@ -119,7 +98,7 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> TouchSurface {
             bottom_z_mm: layout.bottom_z,
             clear_radius_mm: p.base.mount_radius.mm(),
             key: None,
-            threads: threads.collect(),
+            threads: Joints::new(p, layout).mounting.held().landmarks,
         },
     }
 }
@@ -127,7 +106,6 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> TouchSurface {
 /// What follows from the parameters, for `fabkit show`.
 fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
     let layout = Layout::new(p);
-    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
     let outside = layout.ellipsoid.polar + layout.shell_offset;
     let mut figures = vec![

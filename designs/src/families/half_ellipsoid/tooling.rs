@@ -2,17 +2,16 @@
 //!
 //! Everything stands in the sensor frame: molds close at z = 0, the plane of the elastomers' feet.
 
-use std::f64::consts::TAU;
-
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Landmark, Path, Point3, Pose, Process, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
 use super::{
     AssemblyName, BLACK_MOLD, CAST_BLACK_CUP, CAST_CORE, CAST_INNER_CUP, CAST_OUTER_CUP, INNER,
-    INNER_MOLD, OUTER, OUTER_MOLD, RESIN_GREY, flipped,
+    INNER_MOLD, OUTER, OUTER_MOLD, flipped,
 };
+use crate::blocks::{TOOL_GREY, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
 use crate::materials::castable;
 
@@ -38,31 +37,28 @@ impl Boundary {
     /// From the inside out.
     pub const ALL: [Self; 3] = [Self::Inner, Self::Outer, Self::Black];
 
+    /// Layer, silicone mold and the mold's printed negative.
+    fn bodies(self) -> [&'static str; 3] {
+        match self {
+            Self::Inner => [INNER, "silicone-cup-inner", "negative-cup-inner"],
+            Self::Outer => [OUTER, "silicone-cup-outer", "negative-cup-outer"],
+            Self::Black => ["black-gel", "silicone-cup-black", "negative-cup-black"],
+        }
+    }
+
     /// The layer that it bounds.
     pub fn layer(self) -> &'static str {
-        match self {
-            Self::Inner => INNER,
-            Self::Outer => OUTER,
-            Self::Black => "black-gel",
-        }
+        self.bodies()[0]
     }
 
     /// The silicone mold.
     pub fn cup(self) -> &'static str {
-        match self {
-            Self::Inner => "silicone-cup-inner",
-            Self::Outer => "silicone-cup-outer",
-            Self::Black => "silicone-cup-black",
-        }
+        self.bodies()[1]
     }
 
     /// The printed negative of that mold.
     pub fn negative(self) -> &'static str {
-        match self {
-            Self::Inner => "negative-cup-inner",
-            Self::Outer => "negative-cup-outer",
-            Self::Black => "negative-cup-black",
-        }
+        self.bodies()[2]
     }
 
     /// Where the silicone mold is cast.
@@ -84,12 +80,6 @@ impl Boundary {
     }
 }
 
-/// `index` out of `count` around the axis, from `offset` steps.
-pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
-    let rad = TAU * (f64::from(index) + offset) / f64::from(count);
-    Angle::from_rad(rad).expect("a fraction of a turn is finite")
-}
-
 /// Cones on the core that fit the cups' sockets, reaching into the core's flange.
 pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
     let (radius, height) = (p.tooling.key_diameter.mm() / 2.0, p.tooling.key_height.mm());
@@ -101,15 +91,8 @@ pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
         [radius - height * slope, height],
         [0.0, height],
     ]));
-    let circle = key_circle_mm(layout);
-    (0..p.tooling.keys)
-        .map(|i| {
-            let place = Pose::rotation_z(turn(i, p.tooling.keys, 0.0));
-            key.clone()
-                .placed(place.then_in(Pose::translation(circle, 0.0, 0.0)))
-                .named(format!("key {}", i + 1))
-        })
-        .collect()
+    let first = Pose::translation(key_circle_mm(layout), 0.0, 0.0);
+    copies("key", &ring(p.tooling.keys, 0.0, first), &key)
 }
 
 /// Radius of the circle of the keys, mm: midway between surface and side.
@@ -129,31 +112,25 @@ pub fn vent_circles_mm(layout: &Layout) -> [f64; 2] {
 
 /// Where the vents of one circle meet the foot, z axis up.
 pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout, circle: usize) -> Vec<Pose> {
-    let count = p.tooling.vents;
     // Half a step apart, so that the flange keeps walls.
     let offset = if circle == 0 { 0.0 } else { 0.5 };
     let out = Pose::translation(vent_circles_mm(layout)[circle], 0.0, 0.0);
-    (0..count).map(|i| Pose::rotation_z(turn(i, count, offset)).then_in(out)).collect()
+    ring(p.tooling.vents, offset, out)
 }
 
 /// The vents through the core's flange, `beyond_mm` longer on the far side.
 pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
-    let bottom = layout.core_flange_z - beyond_mm;
-    let pin = Solid::cylinder(p.tooling.vent_diameter.mm() / 2.0, CUT_OVERLAP_MM - bottom)
-        .at(0.0, 0.0, bottom);
-    let poses = (0..2).flat_map(|circle| vent_poses(p, layout, circle));
-    let name = |(i, pose)| pin.clone().placed(pose).named(format!("vent {}", i + 1usize));
-    poses.enumerate().map(name).collect()
+    let heights = [layout.core_flange_z - beyond_mm, CUT_OVERLAP_MM];
+    let pin = Solid::rod(p.tooling.vent_diameter.mm() / 2.0, heights);
+    copies("vent", &[0, 1].map(|circle| vent_poses(p, layout, circle)).concat(), &pin)
 }
 
 /// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
 /// silicone.
 pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
     let bottom = layout.ellipsoid.polar + layout.inner_offset;
-    let height = layout.silicone_top_z + PIN_SPARE_MM - bottom;
-    Solid::cylinder(p.tooling.tip_vent_diameter.mm() / 2.0, height)
-        .at(0.0, 0.0, bottom)
-        .named("tip vent")
+    let top = layout.silicone_top_z + PIN_SPARE_MM;
+    Solid::rod(p.tooling.tip_vent_diameter.mm() / 2.0, [bottom, top]).named("tip vent")
 }
 
 /// All negatives and the sleeve.
@@ -167,7 +144,7 @@ pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
 fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Body {
     Body::made(name, summary, Process::Sla, solid)
         .from(&p.tooling.resin)
-        .colored(RESIN_GREY)
+        .colored(TOOL_GREY)
         .note(
             "0.025 mm layers; wash twice, cure fully and bake at 60 C overnight: uncured resin \
              keeps the silicone from curing",
@@ -204,15 +181,7 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
     let pin = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
     let pieces = [plate, dome.named("dome")].into_iter().chain(keys(p, layout)).chain(pin);
     let landmarks = match boundary {
-        Boundary::Inner => markers::poses(p, layout)
-            .iter()
-            .enumerate()
-            .map(|(i, pose)| Landmark {
-                name: format!("marker {}", i + 1),
-                point: pose.point(Point3::origin()),
-                axis: markers::axis(pose),
-            })
-            .collect(),
+        Boundary::Inner => marks("marker", &markers::poses(p, layout)),
         _ => Vec::new(),
     };
     tool(
@@ -234,9 +203,9 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
     let mouth = layout.core_flange_z - LIP_MM;
     let top = layout.ellipsoid.polar + layout.shell_offset + wall;
-    let vessel = Solid::cylinder(radius + wall, top - mouth).at(0.0, 0.0, mouth);
+    let vessel = Solid::rod(radius + wall, [mouth, top]);
     let recess = Solid::cylinder(radius, CUT_OVERLAP_MM - mouth)
-        .at(0.0, 0.0, mouth - CUT_OVERLAP_MM)
+        .at_z(mouth - CUT_OVERLAP_MM)
         .named("flange");
     let body = vessel
         .minus(recess)
@@ -259,15 +228,13 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let outer = inner + p.tooling.wall.mm();
     let top = layout.silicone_top_z;
     let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
-    let mut part = tool(
+    tool(
         p,
         "casting-sleeve",
         "holds the silicone around a negative; filled to its rim".into(),
         Solid::revolution(Path::polygon(&outline)),
-    );
-    part.placements =
-        Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)).to_vec();
-    part.genus = Some(1);
-    part.notes.push("push the cured silicone out with two thumbs".into());
-    part
+    )
+    .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))
+    .with_handles(1)
+    .note("push the cured silicone out with two thumbs")
 }

@@ -1,70 +1,20 @@
 //! Body, LED board and robot mount.
 
-use std::f64::consts::TAU;
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
 
-use fabkit_geometry::{
-    Angle, Body, CUT_OVERLAP_MM, Color, Landmark, Path, Point3, Pose, Process, Profile, Solid,
-    Vector3,
-};
-
-use super::in_sensor;
+use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
-use crate::hardware::{Head, Screw, SocketScrew};
-
-/// Holds the camera board.
-pub const BOARD_SCREW: Screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
-
-/// Holds the mount to the robot's flange.
-pub const BOLT: SocketScrew = SocketScrew::M5;
-
-/// Below the tip of a board screw, for chips, mm.
-const PILOT_SPARE_MM: f64 = 1.5;
+use crate::assembling::{flipped, in_sensor};
+use crate::blocks::{MASK_GREEN, holes, marks, ring};
 
 const ABS_GREY: Color = [104, 110, 120];
 const MOUNT_GREY: Color = [150, 156, 164];
-const MASK_GREEN: Color = [40, 120, 70];
 
-/// `index` out of `count` around the axis, from `offset` steps.
-pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
-    let rad = TAU * (f64::from(index) + offset) / f64::from(count);
-    Angle::from_rad(rad).expect("a fraction of a turn is finite")
-}
-
-/// Where the camera board's screws stand: z axis down and out, origin where the heads bear.
-pub fn board_screw_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
-    let half = p.camera.screw_spacing.mm() / 2.0;
-    [[half, half], [-half, half], [-half, -half], [half, -half]]
-        .map(|[x, y]| Pose::z_to(-Vector3::z(), Point3::new(x, y, layout.camera_board_bottom_z)))
-        .to_vec()
-}
-
-/// Depth of the board screws' holes in the posts, mm.
-pub fn pilot_depth_mm(p: &PinTip) -> f64 {
-    BOARD_SCREW.length_mm - p.camera.board_thickness.mm() + PILOT_SPARE_MM
-}
-
-/// The pose of LED `index` on its board, z axis up, x axis outwards.
-pub fn led_pose(p: &PinTip, layout: &Layout, index: u32) -> Pose {
-    Pose::rotation_z(turn(index, p.leds.count, 0.0)).then_in(Pose::translation(
-        p.leds.circle_radius.mm(),
-        0.0,
-        layout.board_top_z,
-    ))
-}
-
-/// Where the bolts into the robot's flange stand: z axis up, origin where the heads bear.
-pub fn bolt_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
-    let radius = p.mount.bolt_circle.mm() / 2.0;
-    (0..p.mount.bolts)
-        .map(|i| {
-            Pose::rotation_z(turn(i, p.mount.bolts, 0.5)).then_in(Pose::translation(
-                radius,
-                0.0,
-                layout.plate_top_z,
-            ))
-        })
-        .collect()
+/// The LEDs on their board, z axis up, x axis outwards.
+pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
+    let first = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
+    ring(p.leds.count, 0.0, first)
 }
 
 /// Spigot, shaft, cone and housing in one print.
@@ -97,49 +47,34 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
     ]))
     .named("cavity");
     // What the cavity spares stays: posts that grow out of the cone, whatever its slope.
-    let screws = board_screw_poses(p, layout);
-    let posts = screws.iter().enumerate().map(|(i, pose)| {
+    let screws = Joints::new(p, layout).camera;
+    let post = Solid::cylinder(
+        p.body.post_diameter.mm() / 2.0,
+        layout.shaft_bottom_z - layout.camera_board_top_z,
+    );
+    let posts = screws.poses.iter().zip(1..).map(|(pose, i)| {
         let at = pose.translation_mm();
-        Solid::cylinder(
-            p.body.post_diameter.mm() / 2.0,
-            layout.shaft_bottom_z - layout.camera_board_top_z,
-        )
-        .at(at.x, at.y, layout.camera_board_top_z)
-        .named(format!("post {}", i + 1))
+        post.clone().at(at.x, at.y, layout.camera_board_top_z).named(format!("post {i}"))
     });
-    let pilots = screws.iter().enumerate().map(|(i, pose)| {
-        BOARD_SCREW
-            .pilot_tool(p.camera.board_thickness.mm() + pilot_depth_mm(p))
-            .placed(*pose)
-            .named(format!("camera screw hole {}", i + 1))
-    });
-    let slot = cable_slot(p, layout);
-    let mouth = Pose::translation(0.0, 0.0, bottom);
-    let grooves = mount.female_tools().into_iter().map(|tool| tool.placed(mouth));
-    let lugs = tip.male().at(0.0, 0.0, layout.ring_bottom_z);
-    let board =
-        screws.iter().enumerate().map(|(i, s)| Landmark::at(format!("camera screw {}", i + 1), s));
+    let lugs = tip.male().at_z(layout.ring_bottom_z);
     Body::made(
         "body",
         "shaft between tip and camera; locks the tip, houses LEDs and camera",
         Process::Fdm,
-        outside
-            .plus(lugs)
-            .minus(cavity.minus_all(posts))
-            .minus_all(pilots)
-            .minus_all(grooves)
-            .minus(slot),
+        outside.plus(lugs).minus(cavity.minus_all(posts)),
     )
     .from(&p.body.material)
     .placed([in_sensor().lifted(-30.0)])
-    .marked(board)
     .colored(ABS_GREY)
     // The spigot down: cone, posts and both bayonets then print without support.
-    .lying(Pose::rotation_x(Angle::from_deg(180.0).expect("finite")))
+    .lying(flipped())
     .note("print with the spigot down, without support")
     .note("paint the shaft's inside matt black if the filament is bright")
     // The bore for the light, and the slot for the cable.
     .with_handles(2)
+    .cut(screws.held())
+    .cut(holes(mount.female_tools(bottom)))
+    .cut(holes([cable_slot(p, layout)]))
 }
 
 /// The passage for the cable, between camera board and mount.
@@ -160,17 +95,15 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
 pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
     let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
-    let leds =
-        (0..p.leds.count).map(|i| Landmark::at(format!("led {}", i + 1), &led_pose(p, layout, i)));
     Body::made(
         "led-board",
         "annular circuit board that carries the LEDs",
         Process::Pcb,
-        Solid::extrusion(outline, p.led_board.thickness.mm()).at(0.0, 0.0, layout.board_bottom_z),
+        Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z),
     )
     .from(&p.led_board.material)
     .placed([in_sensor().lifted(-12.0)])
-    .marked(leds)
+    .marked(marks("led", &led_poses(p, layout)))
     .colored(MASK_GREEN)
     .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
     .note("press it in from above until it meets the ledge")
@@ -192,26 +125,15 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Body {
         [inner, layout.plate_top_z],
         [0.0, layout.plate_top_z],
     ]));
-    let holes = bolt_poses(p, layout).into_iter().enumerate().map(|(i, pose)| {
-        let depth = p.mount.plate.mm() + CUT_OVERLAP_MM;
-        Solid::cylinder(BOLT.clearance_hole_mm / 2.0, depth + CUT_OVERLAP_MM)
-            .at(0.0, 0.0, -depth)
-            .placed(pose)
-            .named(format!("bolt hole {}", i + 1))
-    });
-    let bolts = bolt_poses(p, layout);
-    let bolts =
-        bolts.iter().enumerate().map(|(i, pose)| Landmark::at(format!("bolt {}", i + 1), pose));
     Body::made(
         "robot-mount",
         "flange that is bolted to the robot; the body locks onto it",
         Process::Fdm,
-        outside.plus(joint.male().at(0.0, 0.0, layout.body_bottom_z)).minus_all(holes),
+        outside.plus(joint.male().at_z(layout.body_bottom_z)),
     )
     .from(&p.body.material)
     .placed([in_sensor().lifted(-112.0)])
-    .marked(bolts)
     .colored(MOUNT_GREY)
     .note("print on its plate; the lugs stand out far enough to print freely")
-    .with_handles(p.mount.bolts as i32)
+    .cut(Joints::new(p, layout).robot.passed())
 }

@@ -4,39 +4,23 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::body::{BOARD_SCREW, BOLT, pilot_depth_mm};
+use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::{PinLayout, PinTip};
 use super::tip::pin_root_mm;
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, require_castable};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{ORing, stocked_cords};
-use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
-
-/// Smallest gap between parts that must not touch, mm.
-const APART_MM: f64 = 0.1;
 
 /// Smallest gap between neighbouring dots, mm: support must come out of it, and the camera must see
 /// it.
 const DOTS_APART_MM: f64 = 0.3;
 
-/// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
-const PRINTED_WALL_MM: f64 = 0.8;
-
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &PinTip, report: &mut Report) {
     let layout = Layout::new(p);
-    report.require(
-        castable(&p.fill.material).is_some(),
-        "fill.material",
-        || {
-            format!(
-                "fill.material is `{}`, of which fabkit knows neither mix nor cure",
-                p.fill.material
-            )
-        },
-        || format!("write one of {}", castable_names()),
-    );
+    require_castable(&[("fill.material", &p.fill.material)], report);
     pins(p, &layout, report);
     tip(p, &layout, report);
     bayonets(p, &layout, report);
@@ -323,6 +307,8 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
 
 fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (camera, slide) = (&p.camera, gap_mm(Process::Fdm, Fit::Slide));
+    let screws = Joints::new(p, layout).camera;
+    let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
     report.at_most(
         "body.shaft_diameter",
         p.body.shaft_diameter,
@@ -382,7 +368,7 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     report.at_least(
         "body.post_diameter",
         p.body.post_diameter,
-        BOARD_SCREW.pilot_hole_mm() + 2.0 * PRINTED_WALL_MM,
+        2.0 * pilot.radius_mm + 2.0 * PRINTED_WALL_MM,
         "a post needs a wall around its screw",
         &[],
     );
@@ -396,7 +382,7 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     report.at_most(
         "camera.screw_spacing",
         camera.screw_spacing,
-        camera.board_size.mm() - BOARD_SCREW.head_diameter_mm(),
+        camera.board_size.mm() - head_mm,
         "the screws' heads must stay on the board",
         &["camera.board_size"],
     );
@@ -407,14 +393,13 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
         "the posts must clear the lens holder",
         &["camera.holder_size", "body.post_diameter"],
     );
-    let outside_z =
-        layout.shaft_bottom_z - (centre + BOARD_SCREW.pilot_hole_mm() / 2.0 - layout.shaft_radius);
+    let outside_z = layout.shaft_bottom_z - (centre + pilot.radius_mm - layout.shaft_radius);
     report.at_least(
         "camera.lens_height",
         camera.lens_height,
         camera.lens_height.mm()
             + layout.camera_board_top_z
-            + pilot_depth_mm(p)
+            + (pilot.depth_mm - camera.board_thickness.mm())
             + PRINTED_WALL_MM * SQRT_2
             - outside_z,
         "the camera's screws must end inside the cone",
@@ -431,7 +416,7 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
 
 fn mount(p: &PinTip, layout: &Layout, report: &mut Report) {
     let inside = layout.mount_joint.spigot_radius - p.mount.spigot_wall.mm();
-    let head = BOLT.head_diameter_mm / 2.0;
+    let head = Joints::new(p, layout).robot.bolt.head_diameter_mm / 2.0;
     report.at_most(
         "mount.bolt_circle",
         p.mount.bolt_circle,

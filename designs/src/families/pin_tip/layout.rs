@@ -4,8 +4,8 @@ use std::f64::consts::SQRT_2;
 
 use fabkit_geometry::{Angle, EllipsoidOffset, InvalidPattern, Pattern, Pose, Process};
 
-use super::bayonet::{HOOK_PLAY_MM, Joint};
 use super::parameters::{PinLayout, PinTip};
+use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
 use crate::fits::{Fit, gap_mm};
 
 /// How far the O-ring's neck stands above its seat, as a share of the cord: it holds the ring while

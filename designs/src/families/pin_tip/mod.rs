@@ -1,54 +1,33 @@
 //! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel
 //! (the TacTip family).
 
-mod bayonet;
 mod body;
 mod chain;
 mod components;
 mod constraints;
+mod joints;
 mod layout;
 mod parameters;
 mod tip;
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, EllipsoidOffset, Grip, NominalCamera, Path, Placement, Pose, PressFit,
-    PrintGroup, Process, Sensor, TouchSurface,
+    Body, EllipsoidOffset, Grip, Path, PressFit, PrintGroup, Process, Sensor, TouchSurface,
 };
 
+use crate::assembling::{AssemblyName, names};
+use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use joints::Joints;
 use layout::Layout;
 use parameters::PinTip;
 
-/// The set-up in which the tip is filled, tip down.
-struct Filling;
+/// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
+const FILLING: AssemblyName = AssemblyName("filling");
 
-/// Filling the tip with gel.
-const FILLING: Filling = Filling;
-
-impl Filling {
-    fn assembly(&self) -> Assembly {
-        Assembly("filling".into())
-    }
-
-    /// The sensor's frame turned over, so that up is +z while filling.
-    fn pose(&self) -> Pose {
-        Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
-    }
-
-    fn upside_down(&self) -> Placement {
-        Placement::at(self.assembly(), self.pose())
-    }
-}
-
-fn sensor_assembly() -> Assembly {
-    Assembly::sensor()
-}
-
-fn in_sensor() -> Placement {
-    Placement::in_place(sensor_assembly())
-}
+/// The printed tip, in one piece.
+const TIP: [&str; 3] = ["skin", "dots", "ring"];
 
 /// The family of the TacTip.
 pub(crate) struct PinTipFamily;
@@ -81,30 +60,17 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
             body::mount(p, &layout),
         ])
         .collect();
+    // The camera looks at the tip.
+    let size = [p.camera.pixels; 2];
+    let camera = camera_at(layout.pupil_z, size, Layout::diagonal_view(p));
+    let bodies =
+        parts.into_iter().chain([tip::gel(p, &layout)]).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        print_groups: vec![PrintGroup {
-            name: "tip".into(),
-            parts: ["skin", "dots", "ring"].map(String::from).to_vec(),
-        }],
-        press_fits: press_fits(),
+        print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
+        press_fits: press_fits(p, &layout),
         touch: Some(touch(&layout)),
-        ..Sensor::new(
-            header.name.as_str(),
-            &header.title,
-            &header.reference,
-            NominalCamera {
-                // The camera looks at the tip; its image's right is the sensor's +x.
-                sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
-                width_px: p.camera.pixels,
-                height_px: p.camera.pixels,
-                field_of_view: Layout::diagonal_view(p),
-            },
-            parts
-                .into_iter()
-                .chain([tip::gel(p, &layout)])
-                .chain(components::components(p, &layout)),
-        )
+        ..blocks::sensor(header, camera, bodies)
     }
 }
 
@@ -131,27 +97,16 @@ fn touch(layout: &Layout) -> TouchSurface {
 }
 
 /// The overlaps that are meant.
-fn press_fits() -> Vec<PressFit> {
-    vec![
-        PressFit {
-            inner: "led-board".into(),
-            outer: "body".into(),
-            interference_mm: -gap_mm(Process::Pcb, Fit::Press),
-            reason: "the board is pressed in".into(),
-        },
-        PressFit {
-            inner: "screw-m3x6".into(),
-            outer: "body".into(),
-            interference_mm: body::BOARD_SCREW.thread_overlap_mm(),
-            reason: "the screw cuts its thread into plastic".into(),
-        },
-    ]
+fn press_fits(p: &PinTip, layout: &Layout) -> Vec<PressFit> {
+    let board = -gap_mm(Process::Pcb, Fit::Press);
+    std::iter::once(press_fit("led-board", "body", board, "the board is pressed in"))
+        .chain(Joints::new(p, layout).camera.press_fit("body"))
+        .collect()
 }
 
 /// What follows from the parameters, for `fabkit show`.
 fn derived(p: &PinTip) -> Vec<(String, String)> {
     let layout = Layout::new(p);
-    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
     let pins = layout.pin_poses(p).map_or(0, |poses| poses.len());
     let [rim, rim_z] = layout.outermost_dot(p);
     let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);

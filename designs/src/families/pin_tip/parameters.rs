@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::bayonet::Bayonet;
 use crate::{choices, parameters};
 
 choices! {
@@ -86,28 +87,6 @@ parameters! {
         hole_radius: Length = 2.0..=38.0,
         /// Material.
         material: String = 1..=80,
-    }
-}
-
-parameters! {
-    /// Both bayonets: of tip and body, and of body and robot mount.
-    pub struct Bayonet {
-        /// Number of lugs; the first is wider, so that the joint closes in one position only.
-        lugs: u32 = 2..=6,
-        /// Width of a lug.
-        lug_width: Length = 2.0..=20.0,
-        /// Width of the first lug.
-        key_width: Length = 2.0..=24.0,
-        /// Height of a lug.
-        lug_height: Length = 1.0..=6.0,
-        /// How far a lug reaches beyond the bore that it locks in.
-        lug_reach: Length = 0.4..=4.0,
-        /// Height of the hook that holds a lug.
-        hook_height: Length = 1.0..=8.0,
-        /// Thickness of the wall outside of the groove.
-        wall: Length = 0.8..=5.0,
-        /// Turn from entry to lock.
-        turn: Angle = 10.0..=120.0,
     }
 }
 

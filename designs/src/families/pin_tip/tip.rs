@@ -7,13 +7,14 @@ use fabkit_geometry::{
     Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
+use super::FILLING;
 use super::layout::Layout;
 use super::parameters::PinTip;
-use super::{FILLING, in_sensor};
+use crate::assembling::{flipped, in_sensor};
+use crate::blocks::{GLASS, copies};
 
 const SKIN_BLACK: Color = [70, 72, 78];
 const VERO_WHITE: Color = [244, 244, 240];
-const ACRYLIC: Color = [190, 215, 225];
 const GEL: Color = [170, 210, 235];
 
 /// How far a pin reaches into the skin, as a share of the skin's thickness.
@@ -32,25 +33,25 @@ fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
 /// A cylinder as thick as the pins at each of their places, between two heights above the skin's
 /// inside (positive into the tip).
 fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
-    let column = Solid::cylinder(layout.pin_diameter / 2.0, to_mm - from_mm).at(0.0, 0.0, -to_mm);
-    let place =
-        |(i, pose): (usize, Pose)| column.clone().placed(pose).named(format!("{word} {}", i + 1));
-    pins(p, layout).into_iter().enumerate().map(place).collect()
+    let column = Solid::cylinder(layout.pin_diameter / 2.0, to_mm - from_mm).at_z(-to_mm);
+    copies(word, &pins(p, layout), &column)
 }
 
 /// Skin and pins, dots, ring.
 pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
     let part = |name: &str, summary: &str, solid: Solid, lift_mm: f64| {
-        Body::made(name, summary, Process::PolyJet, solid).from(&p.tip.rigid_material).placed([in_sensor().lifted(lift_mm), FILLING.upside_down().lifted(-lift_mm)]).colored(VERO_WHITE).note("one piece with the other bodies of the group `tip`: load their common 3MF, or their \
-             STL files as one assembly; they share their coordinates").note("wash the support out from below with water, between the pins last and gently")
+        Body::made(name, summary, Process::PolyJet, solid)
+            .from(&p.tip.rigid_material)
+            .placed([in_sensor().lifted(lift_mm), FILLING.at(flipped()).lifted(-lift_mm)])
+            .colored(VERO_WHITE)
+            .note(
+                "one piece with the other bodies of the group `tip`: load their common 3MF, or \
+                 their STL files as one assembly; they share their coordinates",
+            )
+            .note("wash the support out from below with water, between the pins last and gently")
     };
-    let dots = Solid::union(columns(
-        p,
-        layout,
-        "dot",
-        p.pins.length.mm(),
-        p.pins.length.mm() + p.pins.dot_thickness.mm(),
-    ));
+    let (from, to) = (p.pins.length.mm(), p.pins.length.mm() + p.pins.dot_thickness.mm());
+    let dots = Solid::union(columns(p, layout, "dot", from, to));
     [
         part("skin", "soft hemisphere with a pin for each dot", skin(p, layout), 84.0)
             .from(p.tip.soft_material.clone())
@@ -96,9 +97,7 @@ fn ring(layout: &Layout) -> Solid {
         [layout.ledge_radius, layout.lens_top_z],
         [layout.ledge_radius, layout.slope_bottom_z()],
     ]);
-    let in_joint = Pose::translation(0.0, 0.0, layout.ring_bottom_z);
-    let grooves = layout.tip_joint.female_tools().into_iter().map(|tool| tool.placed(in_joint));
-    Solid::revolution(outline).minus_all(grooves)
+    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z))
 }
 
 /// The centre of each dot's outer face, and the direction in which the pin points.
@@ -128,7 +127,7 @@ pub fn gel(p: &PinTip, layout: &Layout) -> Body {
         Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)),
     )
     .from(&p.fill.material)
-    .placed([in_sensor().lifted(44.0), FILLING.upside_down().lifted(-44.0)])
+    .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
     .colored(GEL)
     .opaque(0.35)
     // Pins make dimples, not holes.
@@ -148,7 +147,7 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
         .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius)), |profile, centre| {
             profile.with_hole(Path::circle(centre, hole))
         });
-    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at(0.0, 0.0, layout.lens_bottom_z);
+    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z);
     Body::made(
         "lens",
         "flat window that closes the tip; gel is filled through its holes",
@@ -156,8 +155,8 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
         solid,
     )
     .from(&p.lens.material)
-    .placed([in_sensor().lifted(8.0), FILLING.upside_down().lifted(-8.0)])
-    .colored(ACRYLIC)
+    .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
+    .colored(GLASS)
     .note("cut with the film on; peel it off before gluing")
     .with_handles(2)
 }

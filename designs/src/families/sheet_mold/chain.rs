@@ -2,17 +2,18 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Pull, Spray, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Spray, Step, Vector3};
 
 use super::channels::Side;
 use super::display::needle_hole_mm;
+use super::joints::Joints;
 use super::layers::{
     display_channel_y, display_inlet, rest_x, side_volume_mm3, tube_poses, tube_volume_mm3,
 };
 use super::layout::Layout;
 use super::parameters::SheetMold;
 use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
-use crate::assembling::{cure, mix, names, step};
+use crate::assembling::{cure, mix, names, opening, rigid, step};
 
 /// Openings reach this far beyond what they open, mm.
 const BEYOND_MM: f64 = 0.05;
@@ -51,12 +52,9 @@ fn free_surface(side_mm: f64, z: f64) -> Opening {
     }
 }
 
-fn pull(body: &str, direction: Vector3<f64>) -> Pull {
-    Pull { body: body.into(), direction, strain_limit: None }
-}
-
 /// Every step from the laser to the sensor.
 pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
+    let joints = Joints::new(p, layout);
     let mut steps = casting(p, layout);
     for side in Side::BOTH {
         steps.push(glue_tubes(p, layout, side));
@@ -65,7 +63,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     for side in Side::BOTH {
         steps.push(fill(p, layout, side));
     }
-    steps.push(step(
+    let assemble = step(
         "assemble",
         "screw the camera and the spacers to the floor, stick an LED strip to each wall, stand the \
          walls in their slots, put ceiling, marker frame, interface and bars on, and draw all \
@@ -80,37 +78,32 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             "clamp-bar",
             "camera",
             "spacer-m2",
-            "screw-m2x12",
-            "nut-m2",
             "box-spacer",
-            "screw-m3x12",
             "led-strip",
         ],
         Action::Assemble,
         "II-A, figure 2: interface on a rigid frame with the camera inside; joints chosen",
-    ));
-    steps.push(step(
+    )
+    .also(joints.camera.names())
+    .also(joints.housing.names());
+    let raise = step(
         "raise-display-camera",
         "put the second camera on four spacers above the display",
         Some(SENSOR),
-        &[
-            "stand-plate",
-            "stand-spacer",
-            "camera",
-            "spacer-m2",
-            "screw-m2x12",
-            "nut-m2",
-            "screw-m3x12",
-        ],
+        &["stand-plate", "stand-spacer", "camera", "spacer-m2"],
         Action::Assemble,
         "II-A, figure 2: a camera sees the display; stand chosen",
-    ));
+    )
+    .also(joints.camera.names())
+    .also(joints.display.names());
+    steps.extend([assemble, raise]);
     steps
 }
 
 /// The two soft layers, and their joining.
 fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let (down, up) = (-Vector3::z(), Vector3::z());
+    let [of_channels, of_markers] = Joints::new(p, layout).stacks;
     let channel_walls = ["mold-floor", "mold-channel-comb", "mold-channel-frame"];
     let marker_walls = ["mold-floor", "mold-marker-plate", "mold-marker-frame"];
     vec![
@@ -126,10 +119,11 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             "stack-channel-mold",
             "bolt floor, comb and frame together, spray release agent, lay the stack level",
             Some(CHANNEL_MOLD),
-            &[&channel_walls[..], &["screw-m3x12", "nut-m3"]].concat(),
+            &channel_walls,
             Action::Assemble,
             "II-A",
-        ),
+        )
+        .also(of_channels.names()),
         step(
             "pour-channel-layer",
             "pour, draw the air out in the vacuum chamber, scrape level with the frame",
@@ -153,9 +147,9 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             Some(CHANNEL_MOLD),
             &[],
             Action::Demold(vec![
-                pull("mold-floor", down),
-                pull("mold-channel-comb", down),
-                pull("mold-channel-frame", up),
+                rigid("mold-floor", down),
+                rigid("mold-channel-comb", down),
+                rigid("mold-channel-frame", up),
             ]),
             "chosen",
         ),
@@ -163,10 +157,11 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             "stack-marker-mold",
             "bolt floor, marker plate and frame together, spray release agent, lay the stack level",
             Some(MARKER_MOLD),
-            &[&marker_walls[..], &["screw-m3x12", "nut-m3"]].concat(),
+            &marker_walls,
             Action::Assemble,
             "II-A: wood, which the laser does not warp",
-        ),
+        )
+        .also(of_markers.names()),
         step(
             "pour-marker-layer",
             "pour, draw the air out of the marker holes in the vacuum chamber, scrape level",
@@ -189,9 +184,9 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             Some(MARKER_MOLD),
             &[],
             Action::Demold(vec![
-                pull("mold-floor", down),
-                pull("mold-marker-plate", down),
-                pull("mold-marker-frame", up),
+                rigid("mold-floor", down),
+                rigid("mold-marker-plate", down),
+                rigid("mold-marker-frame", up),
             ]),
             "chosen",
         ),
@@ -268,11 +263,8 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
     let openings = tube_poses(p, layout, side)
         .into_iter()
         .enumerate()
-        .map(|(k, pose)| Opening {
-            name: format!("tube {}", k + 1),
-            point: pose.point(Point3::origin()),
-            axis: pose.vector(Vector3::z()),
-            radius_mm: p.tubes.inner_diameter.mm() / 2.0,
+        .map(|(k, pose)| {
+            opening(format!("tube {}", k + 1), &pose, p.tubes.inner_diameter.mm() / 2.0)
         })
         .collect();
     step(
@@ -333,10 +325,11 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             "cement-display",
             "draw the three sheets together with bolts, let solvent cement run in between them",
             Some(SENSOR),
-            &[&sheets[..], &["screw-m3x12"]].concat(),
+            &sheets,
             Action::Bond(Cure { hours: 24.0, celsius: 23.0 }),
             "chosen: channels closed at their far ends, air in them drives the liquid back (II-A)",
-        ),
+        )
+        .also(Joints::new(p, layout).display.names()),
         step(
             "glue-needles",
             "glue the needles into the cover; they stop on the channels' edges, the bore over the \

@@ -6,7 +6,7 @@ mod rigid;
 use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
 use super::layout::Layout;
 use super::parameters::{Arrangement, SheetMold};
-use crate::materials::{castable, castable_names};
+use crate::blocks::require_castable;
 use crate::parameters::Report;
 
 pub(super) use rigid::check_sheets;
@@ -32,7 +32,13 @@ const APART_MM: f64 = 0.3;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &SheetMold, report: &mut Report) {
     let layout = Layout::new(p);
-    materials(p, report);
+    let materials = [
+        ("channel_layer.material", &p.channel_layer.material),
+        ("marker_layer.material", &p.marker_layer.material),
+        ("markers.paint_material", &p.markers.paint_material),
+        ("tubes.glue", &p.tubes.glue),
+    ];
+    require_castable(&materials, report);
     channels(p, report);
     markers(p, report);
     rigid::plates(p, &layout, report);
@@ -41,22 +47,6 @@ pub(super) fn check(p: &SheetMold, report: &mut Report) {
     readout::tubes(p, report);
     readout::display(p, &layout, report);
     readout::cameras(p, &layout, report);
-}
-
-fn materials(p: &SheetMold, report: &mut Report) {
-    for (path, name) in [
-        ("channel_layer.material", &p.channel_layer.material),
-        ("marker_layer.material", &p.marker_layer.material),
-        ("markers.paint_material", &p.markers.paint_material),
-        ("tubes.glue", &p.tubes.glue),
-    ] {
-        report.require(
-            castable(name).is_some(),
-            path,
-            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
-            || format!("write one of {}", castable_names()),
-        );
-    }
 }
 
 /// Thinnest silicone between any two channels.

@@ -4,16 +4,15 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{Angle, Body, Color, Path, Placement, Pose, Process, Profile, Vector3};
+use fabkit_geometry::{Angle, Body, Path, Placement, Pose, Process, Profile, Vector3};
 
 use super::SENSOR;
-use super::layout::{Layout, corners};
+use super::joints::Joints;
+use super::layout::Layout;
 use super::parameters::SheetMold;
-use super::sheets::{Sheet, square, with_bolts, with_holes};
+use super::sheets::{sheet, square, with_bolts, with_holes};
+use crate::blocks::BLACK;
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::Screw;
-
-pub const BLACK: Color = [92, 96, 104];
 
 /// Tabs end below the surface of the plate they reach into, so that nothing rocks on them, mm.
 const TAB_SHORT_MM: f64 = 0.3;
@@ -29,73 +28,56 @@ const WALLS: u32 = 4;
 
 /// Plates, walls and clamping bars.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
-    let sheet = |name, summary, profile, placements| Sheet {
-        name,
-        summary,
-        profile,
-        thickness_mm: p.housing.sheet.mm(),
-        material: &p.housing.material,
-        placements,
-        quantity: 1,
-        color: BLACK,
-        notes: &[],
-        landmarks: Vec::new(),
-        shrinkage: 0.0,
+    let cut = |name, summary, profile, thickness_mm: f64| {
+        sheet(name, summary, profile, thickness_mm, &p.housing.material).colored(BLACK)
     };
-    let at_height = |z: f64| SENSOR.at(Pose::translation(0.0, 0.0, z));
-    let ceiling = sheet(
-        "box-ceiling",
-        "carries the interface around its window",
-        with_tab_slots(plate(p, layout), p, layout).with_hole(Path::rectangle(
-            [0.0; 2],
-            [p.housing.window.mm(); 2],
-            0.0,
-        )),
-        vec![at_height(layout.ceiling_z)],
-    );
-    let floor = sheet(
-        "box-floor",
-        "carries the camera",
-        with_holes(
-            with_tab_slots(plate(p, layout), p, layout),
-            &camera_holes(p),
-            Screw::M2X12.clearance_hole_mm() / 2.0,
-        ),
-        vec![at_height(layout.bottom_z).lifted(-34.0)],
-    );
-    let cable_wall = sheet(
-        "box-wall-cable",
-        "wall with the way out for the camera's and the LEDs' cables",
-        Profile::new(wall(p, layout, true)),
-        vec![wall_placement(layout, 0)],
-    );
-    let walls = Sheet {
-        quantity: WALLS - 1,
-        ..sheet(
+    let thickness = p.housing.sheet.mm();
+    let window = Path::rectangle([0.0; 2], [p.housing.window.mm(); 2], 0.0);
+    let slotted = || with_tab_slots(plate(p, layout), p, layout);
+    let bar = |i| {
+        let pose = quarter(i).then_in(Pose::translation(0.0, 0.0, layout.bond_z));
+        SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
+    };
+    vec![
+        cut(
+            "box-ceiling",
+            "carries the interface around its window",
+            slotted().with_hole(window),
+            thickness,
+        )
+        .placed([SENSOR.at_z(layout.ceiling_z)]),
+        cut(
+            "box-floor",
+            "carries the camera",
+            Joints::new(p, layout).camera.pierced(slotted()),
+            thickness,
+        )
+        .placed([SENSOR.at_z(layout.bottom_z).lifted(-34.0)]),
+        cut(
+            "box-wall-cable",
+            "wall with the way out for the camera's and the LEDs' cables",
+            Profile::new(wall(p, layout, true)),
+            thickness,
+        )
+        .placed([wall_placement(layout, 0)]),
+        cut(
             "box-wall",
             "wall; its fingers mesh with those of its neighbours",
             Profile::new(wall(p, layout, false)),
-            (1..WALLS).map(|i| wall_placement(layout, i)).collect(),
+            thickness,
         )
-    };
-    let up = Pose::translation(0.0, 0.0, layout.bond_z);
-    let bars = Sheet {
-        thickness_mm: p.housing.clamp.mm(),
-        quantity: 2,
-        notes: &["one on either side without tubes"],
-        ..sheet(
+        .placed((1..WALLS).map(|i| wall_placement(layout, i)))
+        .one_per_place(),
+        cut(
             "clamp-bar",
             "holds the interface down on the box",
             clamp_bar(p, layout),
-            [0, 2]
-                .map(|i| {
-                    let pose = quarter(i).then_in(up);
-                    SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
-                })
-                .to_vec(),
+            p.housing.clamp.mm(),
         )
-    };
-    [ceiling, floor, cable_wall, walls, bars].map(Sheet::part).to_vec()
+        .placed([0, 2].map(bar))
+        .one_per_place()
+        .note("one on either side without tubes"),
+    ]
 }
 
 fn plate(p: &SheetMold, layout: &Layout) -> Profile {
@@ -115,8 +97,7 @@ pub fn sensor_from_wall(layout: &Layout, i: u32) -> Pose {
 }
 
 fn wall_placement(layout: &Layout, i: u32) -> Placement {
-    let pose = sensor_from_wall(layout, i);
-    SENSOR.at(pose).moved_apart(pose.vector(Vector3::new(0.0, 0.0, WALL_EXPLODE_MM)))
+    SENSOR.drawn_out(&sensor_from_wall(layout, i), WALL_EXPLODE_MM)
 }
 
 /// Centres of a wall's two tabs, along it.
@@ -178,11 +159,6 @@ fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout) -> Profile {
             profile.with_hole(Path::rectangle(centre, size, 0.0))
         })
     })
-}
-
-/// Holes for the camera board's screws.
-pub fn camera_holes(p: &SheetMold) -> [[f64; 2]; 4] {
-    corners([p.camera.hole_spacing.mm() / 2.0; 2])
 }
 
 /// The bar at +y; the other is the same, turned.

@@ -96,7 +96,7 @@ fn discs(p: &SheetMold, bottom_z: f64, height_mm: f64) -> Solid {
     let radius = p.markers.diameter.mm() / 2.0;
     Solid::union(marker_centres(p).into_iter().enumerate().map(|(i, centre)| {
         Solid::extrusion(Path::circle(centre, radius), height_mm)
-            .at(0.0, 0.0, bottom_z)
+            .at_z(bottom_z)
             .named(format!("marker {}", i + 1))
     }))
 }
@@ -114,14 +114,13 @@ fn marker_layer(p: &SheetMold, layout: &Layout) -> Solid {
 fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid {
     let side = p.channel_layer.side.mm();
     let outline = Path::rectangle([0.0; 2], [side; 2], 0.0);
-    let block =
-        Solid::extrusion(outline, layout.touch_z - layout.bond_z).at(0.0, 0.0, layout.bond_z);
+    let block = Solid::extrusion(outline, layout.touch_z - layout.bond_z).at_z(layout.bond_z);
     let root_x = -side / 2.0 - CUT_OVERLAP_MM;
     let grooves = Side::BOTH.into_iter().flat_map(|entrance| {
         channels.iter().enumerate().map(move |(k, channel)| {
             let outline = turned(channel.outline(root_x), entrance).close();
             Solid::extrusion(outline, p.channels.height.mm() + CUT_OVERLAP_MM)
-                .at(0.0, 0.0, layout.bond_z - CUT_OVERLAP_MM)
+                .at_z(layout.bond_z - CUT_OVERLAP_MM)
                 .named(format!("channel {} {}", entrance.word(), k + 1))
         })
     });
@@ -133,7 +132,7 @@ fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> S
     let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     Solid::union(channels.iter().enumerate().map(|(k, channel)| {
         Solid::extrusion(turned(channel.outline(root_x), side).close(), p.channels.height.mm())
-            .at(0.0, 0.0, layout.bond_z)
+            .at_z(layout.bond_z)
             .named(format!("channel {} {}", side.word(), k + 1))
     }))
 }
@@ -166,7 +165,7 @@ fn tube_glue(p: &SheetMold, layout: &Layout, side: Side) -> Solid {
     let (width, height, length) =
         (p.channels.width.mm(), p.channels.height.mm(), p.tubes.insertion.mm());
     let tube = Solid::cylinder(p.tubes.outer_diameter.mm() / 2.0, length + 2.0 * CUT_OVERLAP_MM)
-        .at(0.0, 0.0, -CUT_OVERLAP_MM);
+        .at_z(-CUT_OVERLAP_MM);
     let sleeves = tube_poses(p, layout, side).into_iter().enumerate().map(|(k, pose)| {
         let outer = side.sign() * p.channel_layer.side.mm() / 2.0;
         let end = pose.point(Point3::origin());
@@ -208,6 +207,6 @@ fn display_liquid(p: &SheetMold) -> Solid {
             .arc([inlet[0], y + radius], inlet, true)
             .line([rest, y + radius])
             .close();
-        Solid::extrusion(outline, sheet).at(0.0, 0.0, sheet).named(format!("channel {}", k + 1))
+        Solid::extrusion(outline, sheet).at_z(sheet).named(format!("channel {}", k + 1))
     }))
 }

@@ -1,10 +1,12 @@
 //! Where things are: every height, distance and pose that more than one part needs, derived once.
 
-use fabkit_geometry::{Angle, Point3, Pose, Process, Vector3};
+use fabkit_geometry::{Pose, Process};
 
+use super::joints::CORNER;
 use super::parameters::SheetMold;
+use crate::blocks::corners;
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HexSpacer, Screw};
+use crate::hardware::HexSpacer;
 
 /// Room between a spacer's corner and the wall beside it, mm.
 const SPACER_GAP_MM: f64 = 0.3;
@@ -110,11 +112,6 @@ impl Layout {
     }
 }
 
-/// The four corners of a rectangle with these half edges, counter-clockwise.
-pub fn corners([x, y]: [f64; 2]) -> [[f64; 2]; 4] {
-    [[x, y], [-x, y], [-x, -y], [x, -y]]
-}
-
 /// Number of channels, left and right together.
 pub fn channel_count(p: &SheetMold) -> u32 {
     2 * p.channels.per_side
@@ -145,25 +142,10 @@ pub fn display_field_mm(p: &SheetMold) -> f64 {
 
 /// Radius of the hole for the M3 bolts that align and hold every stack, mm.
 pub fn bolt_hole_mm() -> f64 {
-    Screw::M3X12.thread_mm / 2.0 + gap_mm(Process::Laser, Fit::Slide)
+    CORNER.0.thread_mm / 2.0 + gap_mm(Process::Laser, Fit::Slide)
 }
 
 /// From the plate that carries a camera to the far side of its board, mm.
 pub fn camera_board_top_mm(p: &SheetMold) -> f64 {
     p.camera.spacer.mm() + p.camera.board_thickness.mm()
-}
-
-/// A pose that stands upright on (x, y) at height z.
-pub fn upright([x, y]: [f64; 2], z: f64) -> Pose {
-    Pose::translation(x, y, z)
-}
-
-/// A pose that hangs head down from (x, y) at height z.
-pub fn hanging([x, y]: [f64; 2], z: f64) -> Pose {
-    Pose::z_to(-Vector3::z(), Point3::new(x, y, z))
-}
-
-/// Upside down, for a camera that looks down.
-pub fn flipped() -> Pose {
-    Pose::rotation_x(Angle::from_deg(180.0).expect("finite"))
 }

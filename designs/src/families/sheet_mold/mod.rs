@@ -7,21 +7,21 @@ mod components;
 mod constraints;
 mod display;
 mod housing;
+mod joints;
 mod layers;
 mod layout;
 mod molds;
 mod parameters;
 mod sheets;
 
-use fabkit_geometry::{Body, Color, NominalCamera, Pose, PressFit, Sensor};
+use fabkit_geometry::Sensor;
 
 use crate::assembling::{AssemblyName, SENSOR};
+use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use layout::Layout;
 use parameters::SheetMold;
-
-const ACRYLIC_BLUE: Color = [120, 160, 205];
 
 /// The stack that casts the layer with the channels.
 const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
@@ -51,43 +51,27 @@ impl Family for SheetMoldFamily {
 }
 
 fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
-    let parts: Vec<Body> = molds::sheets(p, layout)
+    let size = [p.camera.width_px, p.camera.height_px];
+    // The camera looks up at the markers.
+    let camera = camera_at(layout.pupil_z, size, p.camera.field_of_view);
+    let bodies = molds::sheets(p, layout)
         .into_iter()
         .chain(housing::sheets(p, layout))
         .chain(display::sheets(p, layout))
-        .collect();
+        .chain(layers::layers(p, layout))
+        .chain(components::components(p, layout));
+    let stretch_mm = (p.tubes.needle_outer_diameter.mm() - p.tubes.inner_diameter.mm()) / 2.0;
+    let reason = "the tube is stretched over the needle";
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: vec![PressFit {
-            inner: "needle".into(),
-            outer: "tube".into(),
-            interference_mm: (p.tubes.needle_outer_diameter.mm() - p.tubes.inner_diameter.mm())
-                / 2.0,
-            reason: "the tube is stretched over the needle".into(),
-        }],
-        ..Sensor::new(
-            header.name.as_str(),
-            &header.title,
-            &header.reference,
-            NominalCamera {
-                // The camera looks up at the markers; its image's right is the sensor's +x.
-                sensor_from_camera: Pose::translation(0.0, 0.0, layout.pupil_z),
-                width_px: p.camera.width_px,
-                height_px: p.camera.height_px,
-                field_of_view: p.camera.field_of_view,
-            },
-            parts
-                .into_iter()
-                .chain(layers::layers(p, layout))
-                .chain(components::components(p, layout)),
-        )
+        press_fits: vec![press_fit("needle", "tube", stretch_mm, reason)],
+        ..blocks::sensor(header, camera, bodies)
     }
 }
 
 /// What follows from the parameters, for `fabkit show`.
 fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
     let display_area_mm2 = p.display.channel_width.mm() * p.display.sheet.mm();
-    let mm = |name: &str, value: f64| (name.to_string(), format!("{value:.3} mm"));
     vec![
         mm("thickness of the interface", layout.touch_z),
         mm("height of the box with the interface", layout.touch_z - layout.bottom_z),

@@ -1,57 +1,23 @@
 //! Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
 //! frame; placements lift it to where it belongs.
 
-use fabkit_geometry::{Body, Color, Landmark, Path, Placement, Process, Profile, Solid};
+use fabkit_geometry::{Body, Path, Process, Profile, Solid};
 
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 
-/// A sheet before it is a part.
-pub struct Sheet<'a> {
-    /// Name of the part.
-    pub name: &'a str,
-    /// One line for people.
-    pub summary: &'a str,
-    /// What is cut.
-    pub profile: Profile,
-    /// Thickness, mm.
-    pub thickness_mm: f64,
-    /// From what.
-    pub material: &'a str,
-    /// Where it is used.
-    pub placements: Vec<Placement>,
-    /// How many a lab needs.
-    pub quantity: u32,
-    /// For pictures.
-    pub color: Color,
-    /// What to mind.
-    pub notes: &'a [&'a str],
-    /// Points others rely on.
-    pub landmarks: Vec<Landmark>,
-    /// Shrinkage of what is cast in it.
-    pub shrinkage: f64,
-}
-
-impl Sheet<'_> {
-    /// The part.
-    pub fn part(self) -> Body {
-        // Each hole in an extruded profile is one handle.
-        let genus = self.profile.holes.len() as i32;
-        Body::made(
-            self.name,
-            self.summary,
-            Process::Laser,
-            Solid::extrusion(self.profile, self.thickness_mm),
-        )
-        .from(self.material)
-        .placed(self.placements)
-        .times(self.quantity)
-        .marked(self.landmarks)
-        .colored(self.color)
-        .notes(self.notes.iter().copied())
-        .for_shrinkage(self.shrinkage)
-        .with_handles(genus)
-    }
+/// A sheet with this profile; each of its holes is one handle.
+pub fn sheet(
+    name: &str,
+    summary: &str,
+    profile: Profile,
+    thickness_mm: f64,
+    material: &str,
+) -> Body {
+    let handles = profile.holes.len() as i32;
+    Body::made(name, summary, Process::Laser, Solid::extrusion(profile, thickness_mm))
+        .from(material)
+        .with_handles(handles)
 }
 
 /// The outline that all square plates share.

@@ -4,11 +4,12 @@ use std::f64::consts::SQRT_2;
 
 use super::{APART_MM, BOLT_WEB_MM, CUT_WEB_MM, GLUE_MM, USED_VIEW};
 use crate::families::sheet_mold::display::needle_hole_mm;
+use crate::families::sheet_mold::joints::CAMERA;
 use crate::families::sheet_mold::layout::{
     Layout, camera_board_top_mm, display_field_mm, marker_field_mm,
 };
 use crate::families::sheet_mold::parameters::SheetMold;
-use crate::hardware::{HexNut, HexSpacer, Screw};
+use crate::hardware::HexSpacer;
 use crate::parameters::Report;
 
 pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
@@ -109,7 +110,7 @@ pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
     report.at_most(
         "camera.hole_spacing",
         p.camera.hole_spacing,
-        p.camera.board_size.mm() - Screw::M2X12.head_diameter_mm(),
+        p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
         "the nuts bear on the board",
         &["camera.board_size"],
     );
@@ -158,8 +159,7 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
     report.at_most(
         "camera.holder_size",
         p.camera.holder_size,
-        SQRT_2
-            * (p.camera.hole_spacing.mm() / SQRT_2 - HexNut::M2.across_flats_mm / f64::sqrt(3.0)),
+        SQRT_2 * (p.camera.hole_spacing.mm() / SQRT_2 - CAMERA.1.across_flats_mm / f64::sqrt(3.0)),
         "the nuts lie beside the lens holder",
         &["camera.hole_spacing"],
     );

@@ -7,10 +7,11 @@ use fabkit_geometry::{CompiledSolid, Kind, Process, Sensor};
 use super::{APART_MM, BOLT_WEB_MM, CUT_WEB_MM, GRIP_MM};
 use crate::families::sheet_mold::components::led_top_mm;
 use crate::families::sheet_mold::housing::clamp_inner_mm;
+use crate::families::sheet_mold::joints::{CAMERA, CORNER};
 use crate::families::sheet_mold::layout::{Layout, bolt_hole_mm};
 use crate::families::sheet_mold::parameters::SheetMold;
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{HexNut, HexSpacer, Screw};
+use crate::hardware::HexSpacer;
 use crate::parameters::Report;
 
 pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
@@ -123,14 +124,15 @@ pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
 
 /// The M3 x 12 screws must reach their nuts and spacers, and not hit the end of the thread.
 pub(super) fn screws(p: &SheetMold, report: &mut Report) {
-    let length = Screw::M3X12.length_mm;
+    let (screw, nut) = CORNER;
+    let length = screw.length_mm;
     let thread = HexSpacer::M3.thread_depth_mm;
     let grip = 2.0;
-    let above_floor = length - p.molds.floor.mm() - HexNut::M3.height_mm;
+    let above_floor = length - p.molds.floor.mm() - nut.height_mm;
     report.at_most(
         "molds.floor",
         p.molds.floor,
-        length - HexNut::M3.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
+        length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
         "an M3x12 screw must reach through the stack and its nut",
         &["channels.height", "channel_layer.roof"],
     );
@@ -169,10 +171,10 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
         "an M3x12 screw must not hit the end of its spacer's thread",
         &[],
     );
-    let m2 = Screw::M2X12.length_mm
+    let m2 = CAMERA.0.length_mm
         - p.housing.sheet.mm()
         - p.camera.board_thickness.mm()
-        - HexNut::M2.height_mm;
+        - CAMERA.1.height_mm;
     report.at_most(
         "camera.spacer",
         p.camera.spacer,

@@ -6,10 +6,32 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Path, Process, Solid};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Length, Path, Process, Solid};
 
-use super::parameters::Bayonet;
 use crate::fits::{Fit, gap_mm};
+use crate::parameters;
+
+parameters! {
+    /// Both bayonets: of tip and body, and of body and robot mount.
+    pub struct Bayonet {
+        /// Number of lugs; the first is wider, so that the joint closes in one position only.
+        lugs: u32 = 2..=6,
+        /// Width of a lug.
+        lug_width: Length = 2.0..=20.0,
+        /// Width of the first lug.
+        key_width: Length = 2.0..=24.0,
+        /// Height of a lug.
+        lug_height: Length = 1.0..=6.0,
+        /// How far a lug reaches beyond the bore that it locks in.
+        lug_reach: Length = 0.4..=4.0,
+        /// Height of the hook that holds a lug.
+        hook_height: Length = 1.0..=8.0,
+        /// Thickness of the wall outside of the groove.
+        wall: Length = 0.8..=5.0,
+        /// Turn from entry to lock.
+        turn: Angle = 10.0..=120.0,
+    }
+}
 
 /// How far a lug reaches into the spigot's wall that carries it, mm.
 const LUG_ROOT_MM: f64 = 0.5;
@@ -135,7 +157,8 @@ impl Joint {
     }
 
     /// The entries and grooves, to be cut from a part with the bore [`Joint::bore_radius`].
-    pub fn female_tools(&self) -> Vec<Solid> {
+    /// Its mouth lies at `mouth_z`.
+    pub fn female_tools(&self, mouth_z: f64) -> Vec<Solid> {
         let play = self.side_play_rad();
         let inner = self.bore_radius - CUT_OVERLAP_MM;
         let groove = |(i, (middle, half)): (usize, (f64, f64))| {
@@ -154,7 +177,8 @@ impl Joint {
             let name = |what| format!("{what} {}", i + 1);
             [entry.named(name("entry")), run.named(name("groove"))]
         };
-        self.lugs().into_iter().enumerate().flat_map(groove).collect()
+        let at_mouth = |tool: Solid| tool.at_z(mouth_z);
+        self.lugs().into_iter().enumerate().flat_map(groove).map(at_mouth).collect()
     }
 }
 
@@ -162,5 +186,5 @@ impl Joint {
 fn sector([inner, outer]: [f64; 2], [from, to]: [f64; 2], [bottom, top]: [f64; 2]) -> Solid {
     let angle = |rad: f64| Angle::from_rad(rad).expect("an angle made of finite parameters");
     Solid::extrusion(Path::ring_sector(inner, outer, angle(from), angle(to)), top - bottom)
-        .at(0.0, 0.0, bottom)
+        .at_z(bottom)
 }

@@ -9,6 +9,7 @@ use fabkit_geometry::{
     Angle, CUT_OVERLAP_MM, Length, Path, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
+use super::PRINTED_WALL_MM;
 use crate::fits::{Fit, gap_mm};
 use crate::parameters;
 use crate::parameters::Report;
@@ -54,9 +55,6 @@ const CORNER_MM: f64 = 3.0;
 
 /// Room beyond a dowel's end, mm.
 const SOCKET_SPARE_MM: f64 = 0.5;
-
-/// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
-const PRINTED_WALL_MM: f64 = 0.8;
 
 /// One half of a mold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,7 +140,7 @@ pub fn lid_dowel_poses(mold: &Mold) -> Vec<Pose> {
 /// A hole for a dowel along z around the origin, `depth_mm` to both sides.
 pub fn dowel_tool(mold: &Mold, fit: Fit, depth_mm: f64) -> Solid {
     let radius = mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Fdm, fit);
-    Solid::cylinder(radius, 2.0 * depth_mm).at(0.0, 0.0, -depth_mm)
+    Solid::cylinder(radius, 2.0 * depth_mm).at_z(-depth_mm)
 }
 
 /// A groove around the whole block that keeps rubber bands in place.
@@ -152,13 +150,13 @@ fn band_groove(mold: &Mold) -> Solid {
     let outer = width + 2.0;
     let ring = Profile::new(Path::rectangle([0.0; 2], [outer; 2], 0.0))
         .with_hole(Path::rectangle([0.0; 2], [inner; 2], CORNER_MM));
-    Solid::extrusion(ring, band).at(0.0, 0.0, (mold.height.mm() - band) / 2.0)
+    Solid::extrusion(ring, band).at_z((mold.height.mm() - band) / 2.0)
 }
 
 /// A plate that covers the block's mouth, below z = 0.
 pub fn plate(mold: &Mold, thickness: f64) -> Solid {
     let outline = Path::rectangle([0.0; 2], [mold.width.mm(); 2], CORNER_MM);
-    Solid::extrusion(outline, thickness).at(0.0, 0.0, -thickness)
+    Solid::extrusion(outline, thickness).at_z(-thickness)
 }
 
 /// Room for a screwdriver between a plate and the block, at the sides that carry dowels.

@@ -1,0 +1,56 @@
+//! Small cameras on square boards: what every family's camera has in common.
+
+use fabkit_geometry::{Length, Solid};
+
+use super::INTO_MM;
+
+/// A board with a lens holder and a barrel on it.
+pub struct BoardCamera {
+    /// Edge of the board.
+    pub board: Length,
+    /// Thickness of the board.
+    pub thickness: Length,
+    /// Edge of the lens holder.
+    pub holder: Length,
+    /// Height of the lens holder above the board.
+    pub holder_height: Length,
+    /// Diameter of the barrel.
+    pub barrel: Length,
+    /// Height of the lens's front above the board.
+    pub lens_height: Length,
+}
+
+/// The parameters of a family's section `camera` that [`BoardCamera`] is made of.
+macro_rules! board_camera {
+    ($camera:expr) => {{
+        let camera = &$camera;
+        $crate::blocks::BoardCamera {
+            board: camera.board_size,
+            thickness: camera.board_thickness,
+            holder: camera.holder_size,
+            holder_height: camera.holder_height,
+            barrel: camera.barrel_diameter,
+            lens_height: camera.lens_height,
+        }
+    }};
+}
+pub(crate) use board_camera;
+
+impl BoardCamera {
+    /// The camera, looking along +z, its board between two heights (mm), with `holes` for screws
+    /// and a plug behind it.
+    pub fn solid(&self, [bottom, top]: [f64; 2], holes: Vec<Solid>, plug: Solid) -> Solid {
+        let (board, holder) = (self.board.mm(), self.holder.mm());
+        let holder_height = self.holder_height.mm();
+        let plate = Solid::cuboid(board, board, self.thickness.mm()).at_z(bottom).minus_all(holes);
+        let holder = Solid::cuboid(holder, holder, holder_height + INTO_MM).at_z(top - INTO_MM);
+        let length = self.lens_height.mm() - holder_height + INTO_MM;
+        let barrel = Solid::cylinder(self.barrel.mm() / 2.0, length);
+        Solid::union([
+            plate,
+            holder.named("lens holder"),
+            barrel.at_z(top + holder_height - INTO_MM).named("lens barrel"),
+            plug,
+        ])
+    }
+}

@@ -1,0 +1,41 @@
+//! The screws of the sensor: each joint is stated here, and nowhere else.
+
+use fabkit_geometry::{Point3, Pose, Vector3};
+
+use super::layout::{BOLT, Layout};
+use super::parameters::HalfEllipsoid;
+use crate::blocks::{Joint, hanging, ring};
+use crate::hardware::Screw;
+
+/// Room of a bolt's hole beyond its tip, mm.
+const BOLT_SPARE_MM: f64 = 0.4;
+
+/// Depth of the mounting holes, mm.
+const MOUNT_DEPTH_MM: f64 = 3.0;
+
+/// All joints, in the sensor frame.
+pub struct Joints {
+    /// Through the shell holder's skirt into the base, pointing at the axis.
+    pub holder: Joint,
+    /// In the base's bottom, for what the sensor is mounted on; a user's screws.
+    pub mounting: Joint,
+}
+
+impl Joints {
+    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &HalfEllipsoid, layout: &Layout) -> Self {
+        // A flat head lies flush with a round wall where its rim does.
+        let head = BOLT.head_diameter_mm() / 2.0;
+        let radius = (layout.holder_radius.powi(2) - head.powi(2)).sqrt();
+        let bolt = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z));
+        let bolts = ring(p.base.bolts, 0.0, bolt);
+        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z);
+        // Half a step off the bolts.
+        let mounts = ring(p.base.mount_holes, 0.5, mount);
+        let depth = BOLT.length_mm + BOLT_SPARE_MM;
+        Self {
+            holder: Joint::self_tapping("bolt", BOLT, bolts, depth).of_bolts(),
+            mounting: Joint::self_tapping("mounting hole", Screw::M2X4, mounts, MOUNT_DEPTH_MM),
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! fabkit as a library: a sensor's description in, files out.
 //!
-//! The crates below are re-exported; this one adds what ties them together: [`bodies`] (parts,
-//! layers and components as one list), [`identity`] (which design a file belongs to),
+//! The crates below are re-exported; this one adds what ties them together: [`bodies`] (bodies
+//! by name), [`identity`] (which design a file belongs to),
 //! [`exporting`] (a design to the bytes of all its files), [`pictures`], [`sweeping`] (many variants
 //! to tables), [`resumable`] (folders that runs fill which may be killed), [`verifier`] (the bridge to other kernels), and [`staging`], the only place that
 //! writes files. What its users see is here too, because there are two doors to it, the `fabkit`
@@ -14,7 +14,7 @@
 //! use fabkit::designs::{builtin_yaml, load};
 //!
 //! let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;
-//! let design = load("rtac0.yaml", yaml, &["coat.thickness=0.1 mm".into()])?;
+//! let design = load("rtac0.yaml", yaml, &["coat.thickness=0.1 mm".into()], &["fixtures"])?;
 //! let options = ExportOptions {
 //!     parts: vec!["base".into()],
 //!     formats: vec![Format::Stl],

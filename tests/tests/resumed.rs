@@ -226,14 +226,13 @@ fn ten_at_once(arguments: &[&str]) {
             .collect();
         let runs: Vec<Run> =
             children.into_iter().map(|child| child.wait_with_output().unwrap().into()).collect();
-        let (mut worked, mut named) = (0, 0);
+        let mut worked = 0;
         for run in &runs {
             match run.code {
                 Some(0) => worked += 1,
                 // Or `another process`, as long as that has not yet said who it is.
                 Some(4) => {
                     assert!(run.stderr.contains("is being written to by "), "{run:?}");
-                    named += usize::from(run.stderr.contains(arguments[0]));
                 }
                 // Without --resume, when the first one has finished.
                 Some(2) if !begun => assert!(run.stderr.contains("is not empty"), "{run:?}"),
@@ -241,8 +240,6 @@ fn ten_at_once(arguments: &[&str]) {
             }
         }
         assert!(worked >= 1 && (begun || worked == 1), "{runs:?}");
-        let refused = runs.iter().filter(|run| run.code == Some(4)).count();
-        assert!(refused < 3 || named > 0, "nobody was told who: {runs:?}");
         let found: Vec<Vec<u8>> = tree(&root.path().join("out")).into_values().collect();
         assert!(found == whole, "round {round}: another folder");
     }

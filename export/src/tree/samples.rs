@@ -181,6 +181,24 @@ impl Caster<'_> {
             .all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
     }
 
+    /// Whether a line moved by a little finds its crossings where it found them, as far as faces lean.
+    /// One that runs beside a step does not: a mesh's step is a chord away, and the line meets its
+    /// other side.
+    fn is_even(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
+        let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
+        let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
+        let crossings = |origin| self.body.crossings(&Ray { origin, direction });
+        let here = crossings(origin);
+        [side, -side, direction.cross(&side), side.cross(&direction)].into_iter().all(|aside| {
+            let moved = crossings(origin + ASIDE_MM * aside);
+            moved.len() == here.len()
+                && here.iter().zip(&moved).all(|(one, other)| {
+                    let cosine = one.normal.dot(&direction).abs().max(GRAZING);
+                    (one.t - other.t).abs() <= 2.0 * ASIDE_MM / cosine
+                })
+        })
+    }
+
     /// Lines through a jittered grid over the mesh's shadow; returns what each stands for, mm^2.
     fn bundle(
         &mut self,

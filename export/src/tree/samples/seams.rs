@@ -51,7 +51,7 @@ pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let clear = found.into_iter().map(|(_, line)| line).filter(|line| {
             let direction = Vector3::from(line.direction);
-            caster.is_clear(Point3::from(line.origin_mm), direction)
+            caster.is_even(Point3::from(line.origin_mm), direction)
         });
         lines.extend(clear.take(LINES_PER_PAIR));
     }

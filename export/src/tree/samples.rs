@@ -23,7 +23,8 @@ const POINTS: usize = 96;
 const GRAZING: f64 = 0.05;
 /// Crossings nearer to each other than this may merge in a kernel with tolerances, mm.
 const CLOSE_MM: f64 = 1e-4;
-/// A landmark's line must find the same when it is moved by this, more than kernels may be off, mm.
+/// A line at a landmark or a seam must find the same when it is moved by this, more than kernels
+/// may be off, mm.
 const ASIDE_MM: f64 = 0.02;
 /// A landmark nearer to the surface than this lies on it, mm.
 const TOUCH_MM: f64 = 1e-7;
@@ -143,6 +144,13 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
 const BUNDLES: [[f64; 3]; 3] =
     [[0.9731, 0.1877, 0.1331], [0.1523, 0.9658, 0.2099], [0.1234, 0.0917, 1.0]];
 
+/// Four unit vectors across a direction.
+fn aside(direction: &Vector3<f64>) -> [Vector3<f64>; 4] {
+    let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
+    let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
+    [side, -side, direction.cross(&side), side.cross(direction)]
+}
+
 struct Caster<'a> {
     body: &'a CompiledSolid,
     scratch: Scratch,
@@ -173,23 +181,17 @@ impl Caster<'_> {
     /// Whether a line moved by a little finds as many crossings. One that follows a face or an edge does
     /// not, and what a kernel finds there is chance.
     fn is_clear(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
-        let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
-        let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
         let count = |origin| self.body.crossings(&Ray { origin, direction }).len();
-        [side, -side, direction.cross(&side), side.cross(&direction)]
-            .into_iter()
-            .all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
+        aside(&direction).into_iter().all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
     }
 
     /// Whether a line moved by a little finds its crossings where it found them, as far as faces lean.
     /// One that runs beside a step does not: a mesh's step is a chord away, and the line meets its
     /// other side.
     fn is_even(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
-        let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
-        let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
         let crossings = |origin| self.body.crossings(&Ray { origin, direction });
         let here = crossings(origin);
-        [side, -side, direction.cross(&side), side.cross(&direction)].into_iter().all(|aside| {
+        aside(&direction).into_iter().all(|aside| {
             let moved = crossings(origin + ASIDE_MM * aside);
             moved.len() == here.len()
                 && here.iter().zip(&moved).all(|(one, other)| {

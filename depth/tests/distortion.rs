@@ -2,7 +2,7 @@
 
 use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv};
 use fabkit_depth::truth::{PixelRays, Surface};
-use fabkit_geometry::{EllipsoidOffset, Grip, Path, Point3, Pose, TouchSurface};
+use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose};
 
 /// The camera of R-Tac0's authors: focal lengths, centre, then OpenCV's k1 k2 p1 p2 k3.
 const INTRINSICS: Intrinsics = Intrinsics {
@@ -63,7 +63,7 @@ fn range_mm([x, y]: [f64; 2]) -> f64 {
 fn inverse_distortion_is_exact_and_the_published_one_is_not() {
     let lens = Lens::OpenCv(OpenCv::new(INTRINSICS, &COEFFICIENTS).unwrap());
     let camera = Camera::new(640, 480, lens, Interface::None).unwrap();
-    let touch = TouchSurface {
+    let touch = DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: RADIUS_MM, polar_mm: RADIUS_MM, offset_mm: 0.0 },
         centre_z_mm: CENTRE_Z_MM,
         foot_z_mm: 0.0,
@@ -78,7 +78,7 @@ fn inverse_distortion_is_exact_and_the_published_one_is_not() {
         },
     };
     let rays = PixelRays::new(&camera, &Pose::translation(0.0, 0.0, CAMERA_Z_MM));
-    let surface = Surface::cast(&touch, &rays).unwrap();
+    let surface = Surface::cast(&touch.into(), &rays).unwrap();
     let (mut worst_mm, mut count) = (0.0f64, 0);
     let mut published_mm: Vec<f64> = Vec::new();
     for pixel in 0..rays.len() {

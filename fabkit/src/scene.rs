@@ -251,7 +251,7 @@ pub fn within(name: &str, value_mm: f64, [least, most]: [f64; 2]) -> Result<(), 
 fn touch(project: &Project) -> Result<&TouchSurface, Failure> {
     let sensor = &project.design.sensor;
     sensor.touch.as_ref().ok_or_else(|| {
-        let message = format!("{} has no curved sensing surface to look at", sensor.name);
+        let message = format!("{} has no sensing surface of known shape to look at", sensor.name);
         Failure::plain(Exit::BadInput, message)
     })
 }

@@ -53,7 +53,7 @@ pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
 pub use sheet::{NotASheet, Sheet};
 pub use solid::*;
-pub use touch::{Grip, TouchSurface};
+pub use touch::{DomeSurface, Grip, PlaneSurface, TouchSurface};
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};
 

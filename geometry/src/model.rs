@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, Pose, Solid, Step, TouchSurface};
+use crate::{Angle, DomeSurface, Pose, Solid, Step, TouchSurface};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -446,7 +446,7 @@ pub struct Sensor {
     pub press_fits: Vec<PressFit>,
     /// The camera as designed.
     pub camera: NominalCamera,
-    /// The curved surface that touches things; `None` for flat sensors.
+    /// The surface that touches things; `None` where nothing is known to press it.
     pub touch: Option<TouchSurface>,
 }
 
@@ -462,6 +462,11 @@ pub fn in_order(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
 }
 
 impl Sensor {
+    /// The surface that touches things, if it is a dome.
+    pub fn touched_dome(&self) -> Option<&DomeSurface> {
+        self.touch.as_ref().and_then(TouchSurface::dome)
+    }
+
     /// Bodies and a camera, without a chain, press fits, a surface to touch with.
     pub fn new(
         name: impl Into<String>,

@@ -1,15 +1,39 @@
-//! The curved surface that a sensor touches things with, and what a fixture can hold on to.
+//! The surface that a sensor touches things with, and what a fixture can hold on to.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::{CUT_OVERLAP_MM, EllipsoidOffset, Landmark, Path, Pose, Solid};
 
-/// The sensing surface: a dome around z above its centre, a straight wall below it.
+/// The sensing surface. What does not ask for its shape works on every sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TouchSurface {
+    /// Round, in one of the shapes that [`DomeSurface`] names.
+    Dome(DomeSurface),
+    /// A flat pad.
+    Plane(PlaneSurface),
+}
+
+/// A flat pad: a plane across z that ends at an outline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneSurface {
+    /// Its edge seen along z, counter-clockwise, sensor frame, mm.
+    pub outline: Path,
+    /// Height of the plane in the sensor frame, mm.
+    pub top_z_mm: f64,
+    /// Height down to which the pad's sides are free, mm.
+    pub foot_z_mm: f64,
+    /// How far the surface can be pressed in, mm: the thickness of what gives way measurably.
+    pub soft_mm: f64,
+    /// What fixtures hold on to.
+    pub grip: Grip,
+}
+
+/// A dome around z above its centre, a straight wall below it.
 ///
 /// A hemisphere on a wall (R-Tac0), a half ellipsoid or a surface parallel to one (UVDtact), or a
 /// cap whose centre lies below its foot (ShadowTac).
 #[derive(Clone, Debug, PartialEq)]
-pub struct TouchSurface {
+pub struct DomeSurface {
     /// The dome, around its own centre; a sphere has two equal half axes and no offset.
     pub dome: EllipsoidOffset,
     /// Height of the dome's centre in the sensor frame, mm.
@@ -42,6 +66,121 @@ pub struct Grip {
 }
 
 impl TouchSurface {
+    /// The dome; `None` if it is flat.
+    pub fn dome(&self) -> Option<&DomeSurface> {
+        match self {
+            Self::Dome(dome) => Some(dome),
+            Self::Plane(_) => None,
+        }
+    }
+
+    /// The flat pad; `None` if it is round.
+    pub fn plane(&self) -> Option<&PlaneSurface> {
+        match self {
+            Self::Dome(_) => None,
+            Self::Plane(plane) => Some(plane),
+        }
+    }
+
+    /// What fixtures hold on to.
+    pub fn grip(&self) -> &Grip {
+        match self {
+            Self::Dome(dome) => &dome.grip,
+            Self::Plane(plane) => &plane.grip,
+        }
+    }
+
+    /// How far the surface can be pressed in, mm.
+    pub fn soft_mm(&self) -> f64 {
+        match self {
+            Self::Dome(dome) => dome.soft_mm,
+            Self::Plane(plane) => plane.soft_mm,
+        }
+    }
+
+    /// Height of the lower end of the surface in the sensor frame, mm.
+    pub fn foot_z_mm(&self) -> f64 {
+        match self {
+            Self::Dome(dome) => dome.foot_z_mm,
+            Self::Plane(plane) => plane.foot_z_mm,
+        }
+    }
+
+    /// Height of its highest points in the sensor frame, mm.
+    pub fn apex_z_mm(&self) -> f64 {
+        match self {
+            Self::Dome(dome) => dome.apex_z_mm(),
+            Self::Plane(plane) => plane.top_z_mm,
+        }
+    }
+
+    /// How deep a point lies below the surface, mm (negative outside), and the outward unit normal
+    /// at the surface's nearest point: see [`DomeSurface::depth_mm`], [`PlaneSurface::depth_mm`].
+    pub fn depth_mm(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+        match self {
+            Self::Dome(dome) => dome.depth_mm(point),
+            Self::Plane(plane) => plane.depth_mm(point),
+        }
+    }
+
+    /// The filled solid inside the surface, grown by `by_mm`, from the height `from_z_mm` upwards:
+    /// see [`DomeSurface::solid`], [`PlaneSurface::solid`].
+    pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
+        match self {
+            Self::Dome(dome) => dome.solid(by_mm, from_z_mm),
+            Self::Plane(plane) => plane.solid(by_mm, from_z_mm),
+        }
+    }
+}
+
+impl From<DomeSurface> for TouchSurface {
+    fn from(dome: DomeSurface) -> Self {
+        Self::Dome(dome)
+    }
+}
+
+impl From<PlaneSurface> for TouchSurface {
+    fn from(plane: PlaneSurface) -> Self {
+        Self::Plane(plane)
+    }
+}
+
+impl PlaneSurface {
+    /// How deep a point lies below the plane, mm (negative above), and the plane's normal, +z;
+    /// sensor frame. The edge is left out: beyond its outline the plane goes on for ever.
+    pub fn depth_mm(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+        (self.top_z_mm - point.z, Vector3::z())
+    }
+
+    /// The filled solid below the plane and inside its outline, grown by `by_mm` along their
+    /// normals (edges stay sharp, so that it holds all that is so near), from the height `from_z_mm`
+    /// upwards; sensor frame.
+    ///
+    /// ```
+    /// use fabkit_geometry::{CompiledSolid, Grip, Path, PlaneSurface, Point3};
+    /// let outline = Path::rectangle([0.0; 2], [20.0, 25.0], 0.0);
+    /// let grip = Grip {
+    ///     outline: outline.grown(3.0),
+    ///     top_z_mm: -1.0,
+    ///     bottom_z_mm: -20.0,
+    ///     clear_radius_mm: 8.0,
+    ///     key: None,
+    ///     threads: Vec::new(),
+    /// };
+    /// let pad = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, soft_mm: 3.0, grip };
+    /// let solid = CompiledSolid::new(&pad.solid(0.0, pad.foot_z_mm))?;
+    /// assert!(solid.contains(&Point3::new(9.9, 12.4, 2.9)));
+    /// assert!(!solid.contains(&Point3::new(0.0, 0.0, 3.1)));
+    /// assert_eq!(pad.depth_mm(&Point3::new(0.0, 0.0, 2.0)).0, 1.0);
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
+    pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
+        let height_mm = self.top_z_mm + by_mm - from_z_mm;
+        Solid::extrusion(self.outline.grown(by_mm), height_mm).at_z(from_z_mm)
+    }
+}
+
+impl DomeSurface {
     /// Half the largest width, mm.
     pub fn equator_radius_mm(&self) -> f64 {
         self.dome.equatorial_mm + self.dome.offset_mm
@@ -57,7 +196,7 @@ impl TouchSurface {
     /// wall goes on for ever.
     ///
     /// ```
-    /// use fabkit_geometry::{EllipsoidOffset, Grip, Path, Point3, TouchSurface, Vector3};
+    /// use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Vector3};
     /// let grip = Grip {
     ///     outline: Path::circle([0.0, 0.0], 15.0),
     ///     top_z_mm: 0.0,
@@ -67,7 +206,7 @@ impl TouchSurface {
     ///     threads: Vec::new(),
     /// };
     /// let dome = EllipsoidOffset { equatorial_mm: 15.0, polar_mm: 15.0, offset_mm: 0.0 };
-    /// let touch = TouchSurface { dome, centre_z_mm: 6.0, foot_z_mm: 0.0, soft_mm: 1.5, grip };
+    /// let touch = DomeSurface { dome, centre_z_mm: 6.0, foot_z_mm: 0.0, soft_mm: 1.5, grip };
     /// let (depth_mm, normal) = touch.depth_mm(&Point3::new(0.0, 0.0, 20.0));
     /// assert!((depth_mm - 1.0).abs() < 1e-12 && normal == Vector3::z());
     /// let (depth_mm, normal) = touch.depth_mm(&Point3::new(16.0, 0.0, 3.0));

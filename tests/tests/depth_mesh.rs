@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use fabkit::depth::truth::{PixelRays, SURFACE_LABEL, Surface};
 use fabkit::fixtures::{PressBody, load};
-use fabkit::geometry::{Pose, TouchSurface};
+use fabkit::geometry::{DomeSurface, Pose};
 use fabkit::ground_truth::{Viewpoint, pressers};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
@@ -30,7 +30,7 @@ fn mesh_of(body: &PressBody) -> TriMesh {
 }
 
 /// Hemisphere and wall, as rings of vertices; chords along and around each take half the tolerance.
-fn dome_mesh(touch: &TouchSurface) -> TriMesh {
+fn dome_mesh(touch: &DomeSurface) -> TriMesh {
     let radius_mm = touch.equator_radius_mm();
     let step = 2.0 * (1.0 - 0.5 * TOLERANCE_MM / radius_mm).acos();
     let (rings, around) = ((0.5 * PI / step).ceil() as u32, (2.0 * PI / step).ceil() as u32);
@@ -77,7 +77,7 @@ fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() 
     });
     let aside: Vec<Vec<f64>> = aside.collect();
 
-    let dome = dome_mesh(touch);
+    let dome = dome_mesh(touch.dome().unwrap());
     let bodies: Vec<TriMesh> = presses.iter().flat_map(|p| &p.bodies).map(mesh_of).collect();
     let triangles: usize = bodies.iter().map(|mesh| mesh.indices().len()).sum();
     let incidence_rad: Vec<f64> = map.incidence_rad().collect();

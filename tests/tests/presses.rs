@@ -34,11 +34,12 @@ fn every_indenter_goes_as_deep_as_it_is_asked_to_on_every_sensor() {
     for sensor in SENSORS {
         let project = project(sensor, &[ALL]);
         let touch = touch(&project);
-        let last_deg = SurfacePoints::new(touch).unwrap().last_polar_rad().to_degrees();
+        let SurfacePoints::Dome(dome) = SurfacePoints::new(touch).unwrap() else { continue };
+        let last_deg = dome.last_polar_rad().to_degrees();
         for tool in tools(&project) {
             for (share, azimuth_deg) in [(0.0, 0.0), (0.4, 200.0), (0.7, 35.0)] {
                 for part in [0.3, 1.0] {
-                    let depth_mm = (1e3 * part * touch.soft_mm).floor() / 1e3;
+                    let depth_mm = (1e3 * part * touch.soft_mm()).floor() / 1e3;
                     let polar_deg = share * last_deg;
                     let id = format!("{tool}@{polar_deg}deg,{azimuth_deg}deg,{depth_mm}mm");
                     let press = project.press(&id).unwrap();
@@ -72,7 +73,7 @@ fn every_indenter_of_every_sensor_is_seen_pressing() {
     for sensor in SENSORS {
         let root = tempfile::tempdir().unwrap();
         let of = project(sensor, &[]);
-        let depth_mm = (100.0 * touch(&of).soft_mm).floor() / 100.0;
+        let depth_mm = (100.0 * touch(&of).soft_mm()).floor() / 100.0;
         for tool in tools(&of) {
             let press = format!("{tool}@30deg,0deg,{depth_mm}mm");
             let run =

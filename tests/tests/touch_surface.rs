@@ -29,9 +29,9 @@ fn what_fixtures_press_is_what_the_sensor_ends_in() {
             })
         });
         let in_use: Vec<CompiledSolid> = in_use.collect();
-        let surface = CompiledSolid::new(&touch.solid(0.0, touch.foot_z_mm)).unwrap();
+        let surface = CompiledSolid::new(&touch.solid(0.0, touch.foot_z_mm())).unwrap();
         // From all around and above: what is wider than the surface lies below its middle.
-        let middle = Point3::new(0.0, 0.0, (touch.foot_z_mm + touch.apex_z_mm()) / 2.0);
+        let middle = Point3::new(0.0, 0.0, (touch.foot_z_mm() + touch.apex_z_mm()) / 2.0);
         let mut worst_mm = 0.0_f64;
         for k in 0..LOOKS {
             let azimuth = std::f64::consts::TAU * (f64::from(k) * 0.618_033_988_75).fract();

@@ -1,19 +1,66 @@
 //! Where rays from within leave through the sensing surface.
 
 use fabkit_geometry::{
-    CompiledSolid, EllipsoidOffset, InvalidSolid, Point3, Ray, Scratch, Solid, TouchSurface,
-    Vector3,
+    CompiledSolid, DomeSurface, EllipsoidOffset, InvalidSolid, PlaneSurface, Point3, Ray, Scratch,
+    Solid, TouchSurface, Vector3,
 };
 
 use super::cast::START_MM;
 
+/// How far down the prism below a flat pad goes, mm: farther than any camera.
+const DOWN_MM: f64 = 1e4;
+
 /// What lies within the surface, endlessly far down: every ray from a camera starts in it.
-///
+#[derive(Clone, Debug)]
+pub(super) enum Inside {
+    Dome(InsideDome),
+    Plane(InsidePlane),
+}
+
+impl Inside {
+    pub(super) fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
+        Ok(match touch {
+            TouchSurface::Dome(dome) => Self::Dome(InsideDome::new(dome)?),
+            TouchSurface::Plane(plane) => Self::Plane(InsidePlane::new(plane)?),
+        })
+    }
+
+    /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
+    /// through the housing, which is nothing to see.
+    // Inlined, so that where only the range is wanted no normal is computed.
+    #[inline(always)]
+    pub(super) fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+        match self {
+            Self::Dome(dome) => dome.exit(ray, scratch),
+            Self::Plane(plane) => plane.exit(ray, scratch),
+        }
+    }
+}
+
+/// A prism with the pad's outline.
+#[derive(Clone, Debug)]
+pub(super) struct InsidePlane {
+    prism: Box<CompiledSolid>,
+    foot_z_mm: f64,
+}
+
+impl InsidePlane {
+    fn new(plane: &PlaneSurface) -> Result<Self, InvalidSolid> {
+        let prism = CompiledSolid::new(&plane.solid(0.0, plane.foot_z_mm - DOWN_MM))?;
+        Ok(Self { prism: Box::new(prism), foot_z_mm: plane.foot_z_mm })
+    }
+
+    fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+        let exit = exit_body(&self.prism, ray, scratch)?;
+        (ray.at(exit.0).z >= self.foot_z_mm).then_some(exit)
+    }
+}
+
 /// Dome and wall together are convex, so that a ray leaves through the dome if it is above the
 /// dome's centre there, else through the wall. Both are asked in closed form where there is one:
 /// this is asked once for every pixel, and nothing else is.
 #[derive(Clone, Debug)]
-pub(super) struct Inside {
+pub(super) struct InsideDome {
     dome: Dome,
     radius_mm: f64,
     /// One over it, 1/mm.
@@ -32,9 +79,9 @@ enum Dome {
     Offset(Box<CompiledSolid>),
 }
 
-impl Inside {
-    pub(super) fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
-        let TouchSurface { dome, centre_z_mm, foot_z_mm, .. } = touch;
+impl InsideDome {
+    fn new(touch: &DomeSurface) -> Result<Self, InvalidSolid> {
+        let DomeSurface { dome, centre_z_mm, foot_z_mm, .. } = touch;
         let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = *dome;
         let (radius_mm, height_mm) = (touch.equator_radius_mm(), polar_mm + offset_mm);
         let dome = if equatorial_mm == polar_mm || offset_mm == 0.0 {
@@ -58,11 +105,8 @@ impl Inside {
         })
     }
 
-    /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
-    /// through the housing, which is nothing to see.
-    // Inlined, so that where only the range is wanted no normal is computed.
     #[inline(always)]
-    pub(super) fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+    fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
         let through_dome = match &self.dome {
             Dome::Sphere => self.exit_sphere(ray),
             Dome::Ellipsoid(per_mm) => self.exit_ellipsoid(ray, per_mm),

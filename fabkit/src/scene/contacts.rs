@@ -49,14 +49,14 @@ impl Scene {
                 if nearest.is_none_or(|nearest| deepest.depth_mm > nearest.depth_mm) {
                     nearest = Some(deepest);
                 }
-                if deepest.depth_mm > touch.soft_mm + SLACK_MM {
+                if deepest.depth_mm > touch.soft_mm() + SLACK_MM {
                     let body = if body.name == *name { "it" } else { &body.name };
                     too_deep.push(format!(
                         "`{name}`: {body} goes {:.3} mm deep at {}, but the rigid shell begins {} mm \
                          below the surface",
                         deepest.depth_mm,
                         place(&deepest),
-                        touch.soft_mm,
+                        touch.soft_mm(),
                     ));
                 }
             }
@@ -87,7 +87,7 @@ impl Scene {
             let by_mm = (factor * -nearest.depth_mm / DEPTH_STEP_MM).ceil() * DEPTH_STEP_MM;
             let deeper = self.project.deeper(&press.id, by_mm)?;
             let found = penetration(touch, deeper.bodies.first()?).ok()??;
-            (found.depth_mm <= touch.soft_mm + SLACK_MM).then_some(deeper.id)
+            (found.depth_mm <= touch.soft_mm() + SLACK_MM).then_some(deeper.id)
         })
     }
 

@@ -11,7 +11,7 @@ mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{EllipsoidOffset, Grip, Path, Point3, Pose, Sensor, TouchSurface, Vector3};
+use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose, Sensor, Vector3};
 
 use crate::assembling::{AssemblyName, flipped, in_sensor};
 use crate::blocks::{self, camera_at, mm};
@@ -70,7 +70,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
     Sensor {
         chain: chain::chain(p, layout),
         press_fits: Joints::new(p, layout).casing.press_fit("holder").into_iter().collect(),
-        touch: Some(touch(p, layout)),
+        touch: Some(touch(p, layout).into()),
         ..blocks::sensor(header, camera, bodies)
     }
 }
@@ -79,11 +79,11 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
 const SOFT_SHARE: f64 = 0.4;
 
 /// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
-fn touch(p: &Cap, layout: &Layout) -> TouchSurface {
+fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.sphere_radius;
     let half_mm = p.holder.width.mm() / 2.0;
     let window = Point3::new(0.0, -half_mm, (layout.floor_z + layout.housing_back_z) / 2.0);
-    TouchSurface {
+    DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
         centre_z_mm: layout.sphere_z,
         foot_z_mm: 0.0,

@@ -13,7 +13,7 @@ mod surface;
 mod tooling;
 
 use fabkit_geometry::{
-    Body, Color, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor, TouchSurface,
+    Body, Color, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor,
 };
 
 use crate::assembling::{AssemblyName, SENSOR, flipped, in_sensor};
@@ -87,15 +87,15 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     Sensor {
         chain: chain::chain(p, &layout),
         press_fits: press_fits(&Joints::new(p, &layout)),
-        touch: Some(touch(p, &layout)),
+        touch: Some(touch(p, &layout).into()),
         ..blocks::sensor(header, camera, bodies)
     }
 }
 
 /// What is touched, and what fixtures hold on to: the shell stands on its lower rim.
-fn touch(p: &Dome, layout: &Layout) -> TouchSurface {
+fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.surface_radius;
-    TouchSurface {
+    DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
         centre_z_mm: layout.wall_height,
         foot_z_mm: 0.0,

@@ -12,7 +12,7 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Color, EllipsoidOffset, Grip, Path, Sensor, TouchSurface};
+use fabkit_geometry::{Color, DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
 use crate::assembling::{AssemblyName, SENSOR, flipped};
 use crate::blocks::{self, camera_at, mm};
@@ -75,15 +75,15 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     Sensor {
         chain: chain::chain(p, &layout),
         press_fits: Joints::new(p, &layout).holder.press_fit("base").into_iter().collect(),
-        touch: Some(touch(p, &layout)),
+        touch: Some(touch(p, &layout).into()),
         ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
     }
 }
 
 /// What is touched, and what fixtures hold on to: holder and base, which are equally wide.
-fn touch(p: &HalfEllipsoid, layout: &Layout) -> TouchSurface {
+fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
     let gels = [&p.black_gel.thickness, &p.outer_elastomer.thickness, &p.inner_elastomer.thickness];
-    TouchSurface {
+    DomeSurface {
         dome: EllipsoidOffset {
             equatorial_mm: layout.ellipsoid.equatorial,
             polar_mm: layout.ellipsoid.polar,

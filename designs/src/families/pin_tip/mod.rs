@@ -11,7 +11,7 @@ mod parameters;
 mod tip;
 
 use fabkit_geometry::{
-    Body, EllipsoidOffset, Grip, Path, PressFit, PrintGroup, Process, Sensor, TouchSurface,
+    Body, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, PrintGroup, Process, Sensor,
 };
 
 use crate::assembling::{AssemblyName, names};
@@ -69,7 +69,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         chain: chain::chain(p, &layout),
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
         press_fits: press_fits(p, &layout),
-        touch: Some(touch(&layout)),
+        touch: Some(touch(&layout).into()),
         ..blocks::sensor(header, camera, bodies)
     }
 }
@@ -78,9 +78,9 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
 const PRESS_MM: f64 = 5.0;
 
 /// What is touched, and what fixtures hold on to: the tip's rigid ring, wider than the shaft below.
-fn touch(layout: &Layout) -> TouchSurface {
+fn touch(layout: &Layout) -> DomeSurface {
     let radius_mm = layout.outer_radius;
-    TouchSurface {
+    DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
         centre_z_mm: 0.0,
         foot_z_mm: layout.skirt_z,

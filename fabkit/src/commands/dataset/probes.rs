@@ -21,11 +21,11 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
         return Err(Failure::plain(Exit::BadInput, message));
     }
     let touch = scene.touch()?;
-    let deepest_mm = args.depth.unwrap_or(DEEPEST_MM.min(touch.soft_mm));
-    if deepest_mm > touch.soft_mm {
+    let deepest_mm = args.depth.unwrap_or(DEEPEST_MM.min(touch.soft_mm()));
+    if deepest_mm > touch.soft_mm() {
         let message = format!(
             "probes of {deepest_mm} mm are too deep: the rigid shell begins {} mm below the surface",
-            touch.soft_mm
+            touch.soft_mm()
         );
         return Err(Failure::new(Exit::BadInput, message, "ask for a smaller --depth"));
     }

@@ -153,6 +153,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     let mut report = reader.finish(example);
     if let Some(parameters) = &parameters {
         F::check(parameters, &mut report);
+        report.trace("", parameters, F::check);
     }
     let built = match (&parameters, &header) {
         (Some(parameters), Some(header)) if report.is_clean() => {

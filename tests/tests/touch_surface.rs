@@ -18,10 +18,6 @@ fn what_fixtures_press_is_what_the_sensor_ends_in() {
     for design in fabkit_tests::builtin_designs() {
         let sensor = &design.sensor;
         let Some(touch) = &sensor.touch else { continue };
-        // A finding, not yet mended: ShadowTac's fixtures are made for its gel and forget the paint.
-        if sensor.name.starts_with("shadowtac") {
-            continue;
-        }
         let in_use = sensor.bodies.iter().flat_map(|body| {
             let used = body.placements.iter().filter(|p| p.assembly == Assembly::sensor());
             used.map(|place| {
@@ -47,6 +43,6 @@ fn what_fixtures_press_is_what_the_sensor_ends_in() {
         assert!(worst_mm < SAME_MM, "{}: {worst_mm:.3e} mm", sensor.name);
         sensors += 1;
     }
-    // R-Tac0 and its preset, UVDtact, TacTip; the fluidic sensor is flat.
-    assert_eq!(sensors, 4);
+    // R-Tac0 and its preset, ShadowTac, UVDtact, TacTip.
+    assert!(sensors >= 5, "{sensors}");
 }

@@ -34,7 +34,7 @@ pub enum Shape {
 }
 
 /// Whatever can stand behind a key: a section or a value.
-pub trait Parameter: Sized {
+pub trait Parameter: Sized + Clone {
     /// What is allowed; `()` for sections and where the type says it all.
     type Limits;
 
@@ -43,6 +43,10 @@ pub trait Parameter: Sized {
 
     /// Reads the value at `path`; what is wrong goes to the reader.
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &Self::Limits) -> Option<Self>;
+
+    /// Copies in each of which one value at or below `path` is another that is allowed, with that
+    /// value's path: to see what depends on it. How far, see [`Scalar::neighbours`].
+    fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64) -> Vec<(String, Self)>;
 }
 
 /// A struct declared with [`parameters!`](crate::parameters!).
@@ -60,6 +64,11 @@ impl<T: Scalar> Parameter for T {
 
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
         reader.scalar(path, summary, limits)
+    }
+
+    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64) -> Vec<(String, Self)> {
+        let others = Scalar::neighbours(self, limits, share).into_iter();
+        others.map(|other| (path.to_owned(), other)).collect()
     }
 }
 
@@ -88,6 +97,28 @@ impl<T: Scalar> Parameter for Vec<T> {
         (count, each): &Self::Limits,
     ) -> Option<Self> {
         reader.list(path, summary, count, each)
+    }
+
+    fn neighbours(
+        &self,
+        path: &str,
+        (count, each): &Self::Limits,
+        share: f64,
+    ) -> Vec<(String, Self)> {
+        let mut others = Vec::new();
+        for (i, item) in self.iter().enumerate() {
+            for other in Scalar::neighbours(item, each, share) {
+                let mut list = self.clone();
+                list[i] = other;
+                others.push((path.to_owned(), list));
+            }
+        }
+        if let [rest @ .., _] = &self[..]
+            && count.contains(&rest.len())
+        {
+            others.push((path.to_owned(), rest.to_vec()));
+        }
+        others
     }
 }
 
@@ -192,6 +223,24 @@ macro_rules! parameters {
                 )+
                 Some(Self { $($field: $field?),+ })
             }
+
+            fn neighbours(&self, path: &str, (): &(), share: f64) -> Vec<(String, Self)> {
+                use $crate::{Parameter, join};
+                let mut all = Vec::new();
+                $(
+                    all.extend(
+                        Parameter::neighbours(
+                            &self.$field,
+                            &join(path, stringify!($field)),
+                            &$crate::parameter_limits!($($limits)?),
+                            share,
+                        )
+                        .into_iter()
+                        .map(|(path, $field)| (path, Self { $field, ..self.clone() })),
+                    );
+                )+
+                all
+            }
         }
 
         impl $crate::Section for $name {
@@ -286,6 +335,12 @@ macro_rules! choices {
 
             fn nearest(&self, (): &()) -> Option<Self> {
                 None
+            }
+
+            fn neighbours(&self, (): &(), _share: f64) -> Vec<Self> {
+                let mut others = vec![$(Self::$choice),+];
+                others.retain(|other| other != self);
+                others
             }
 
             fn show(&self) -> String {

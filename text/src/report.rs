@@ -2,26 +2,48 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::panic::Location;
 
 use fabkit_geometry::Length;
 
-use crate::InvalidDesign;
 use crate::place::{Found, Written};
 use crate::suggest::either;
+use crate::{InvalidDesign, Parameter};
 
 /// Lengths that differ by less are the same: rounding in what a limit is computed from.
 const SAME_MM: f64 = 1e-9;
+
+/// How far parameters are moved to see what a limit follows from, as a share: first hardly, which is
+/// far above rounding; then far, for limits that something has driven to their end.
+const SHARES: [f64; 2] = [1e-5, 0.25];
 
 /// Collects impossible combinations, each at the place where a value was written.
 #[derive(Clone, Debug)]
 pub struct Report {
     written: BTreeMap<String, Written>,
     found: Vec<Found>,
+    limits: BTreeMap<Constraint, f64>,
+    broken: Vec<Broken>,
+}
+
+/// A limit that was asked for: where in the code, for which path, and how often before.
+type Constraint = (&'static Location<'static>, String, usize);
+
+/// A limit that is not kept.
+#[derive(Clone, Debug)]
+struct Broken {
+    constraint: Constraint,
+    value: Length,
+    /// `at most 3 mm`, where there is such a value.
+    limit: Option<String>,
+    because: String,
+    /// Which of what was found it is.
+    found: usize,
 }
 
 impl Report {
     pub(crate) fn new(written: BTreeMap<String, Written>, found: Vec<Found>) -> Self {
-        Self { written, found }
+        Self { written, found, limits: BTreeMap::new(), broken: Vec::new() }
     }
 
     /// Whether nothing is wrong so far.
@@ -58,6 +80,131 @@ impl Report {
 
     /// Requires `value`, written at `path`, to be at most `limit_mm`.
     ///
+    /// `because` completes the sentence "it must be at most 3 mm, because ...". What the limit
+    /// follows from is found by [`Report::trace`].
+    ///
+    /// # Panics
+    /// As [`Report::require`].
+    #[track_caller]
+    pub fn most(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
+        let holds = value.mm() <= limit_mm + SAME_MM;
+        // Rounded down to a value that does work.
+        let works_mm = ((limit_mm + SAME_MM) * 1e3).floor() / 1e3;
+        // Below zero there is no length to recommend: others have left no room.
+        let limit = (works_mm > 0.0).then(|| format!("at most {}", mm(works_mm)));
+        self.limit(holds, path, value, limit_mm, limit, because);
+    }
+
+    /// Requires `value`, written at `path`, to be at least `limit_mm`; else as [`Report::most`].
+    ///
+    /// # Panics
+    /// As [`Report::require`].
+    #[track_caller]
+    pub fn least(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
+        let holds = value.mm() >= limit_mm - SAME_MM;
+        // Rounded up to a value that does work.
+        let works_mm = ((limit_mm - SAME_MM) * 1e3).ceil() / 1e3;
+        let limit = Some(format!("at least {}", mm(works_mm)));
+        self.limit(holds, path, value, limit_mm, limit, because);
+    }
+
+    #[track_caller]
+    fn limit(
+        &mut self,
+        holds: bool,
+        path: &str,
+        value: Length,
+        limit_mm: f64,
+        limit: Option<String>,
+        because: impl Display,
+    ) {
+        let mut constraint = (Location::caller(), path.to_owned(), 0);
+        while self.limits.contains_key(&constraint) {
+            constraint.2 += 1;
+        }
+        self.limits.insert(constraint.clone(), limit_mm);
+        let found = self.found.len();
+        self.require(holds, path, String::new, String::new);
+        if !holds {
+            let because = because.to_string();
+            self.broken.push(Broken { constraint, value, limit, because, found });
+            self.say(self.broken.len() - 1, &[]);
+        }
+    }
+
+    /// Names, in the message of every limit that is not kept, what that limit follows from.
+    ///
+    /// No list of inputs is kept by hand, which could be incomplete: `check` is asked once more for
+    /// each neighbour of the parameters ([`Parameter::neighbours`]), and a limit follows from what
+    /// moves it. Of two limits of which the smaller counts, only what moves the smaller is named.
+    pub fn trace<P: Parameter<Limits = ()>>(
+        &mut self,
+        path: &str,
+        parameters: &P,
+        check: impl Fn(&P, &mut Self),
+    ) {
+        if self.broken.is_empty() {
+            return;
+        }
+        let mut from = vec![Vec::<String>::new(); self.broken.len()];
+        for share in SHARES {
+            let unknown: Vec<usize> = (0..from.len()).filter(|i| from[*i].is_empty()).collect();
+            if unknown.is_empty() {
+                break;
+            }
+            for (input, neighbour) in parameters.neighbours(path, &(), share) {
+                let mut report = Self::new(self.written.clone(), Vec::new());
+                check(&neighbour, &mut report);
+                for &i in &unknown {
+                    let constraint = &self.broken[i].constraint;
+                    let is_known = constraint.1 == input || from[i].last() == Some(&input);
+                    if !is_known && self.is_moved(&report, constraint) {
+                        from[i].push(input.clone());
+                    }
+                }
+            }
+        }
+        for (i, from) in from.iter().enumerate() {
+            self.say(i, from);
+        }
+    }
+
+    /// Whether another report has another limit for the same constraint.
+    fn is_moved(&self, other: &Self, constraint: &Constraint) -> bool {
+        let limits_mm = (self.limits.get(constraint), other.limits.get(constraint));
+        let (Some(was_mm), Some(is_mm)) = limits_mm else { return false };
+        // What is no number has no difference to itself either.
+        was_mm.to_bits() != is_mm.to_bits() && !((was_mm - is_mm).abs() <= SAME_MM)
+    }
+
+    /// Message and hint of a limit that is not kept.
+    fn say(&mut self, broken: usize, from: &[String]) {
+        let Broken { constraint: (_, path, _), value, limit, because, found } =
+            &self.broken[broken];
+        let related: Vec<String> = from.iter().map(|path| self.related(path)).collect();
+        let follows = match related.is_empty() {
+            true => String::new(),
+            false => format!(" ({})", related.join(", ")),
+        };
+        let must = match limit {
+            Some(limit) => format!("it must be {limit}"),
+            None => "no value works".into(),
+        };
+        let message = format!("{path} is {value}; {must}, because {because}{follows}");
+        let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
+        let change = either(&paths, "or");
+        let hint = match (limit, paths.is_empty()) {
+            (Some(limit), true) => format!("write {limit}"),
+            (Some(limit), false) => format!("write {limit}, or change {change}"),
+            (None, _) => format!("change {change}"),
+        };
+        let hint = (limit.is_some() || !paths.is_empty()).then_some(hint);
+        let problem = &mut self.found[*found].problem;
+        (problem.message, problem.hint) = (message, hint);
+    }
+
+    /// Requires `value`, written at `path`, to be at most `limit_mm`.
+    ///
     /// `because` completes the sentence "it must be at most 3 mm, because ..."; `from` are the
     /// paths that the limit follows from, which the message names with their values.
     ///
@@ -76,7 +223,7 @@ impl Report {
         let works_mm = ((limit_mm + SAME_MM) * 1e3).floor() / 1e3;
         // Below zero there is no length to recommend: others have left no room.
         let limit = (works_mm > 0.0).then(|| format!("at most {}", mm(works_mm)));
-        self.limit(holds, path, value, limit, because, from);
+        self.listed(holds, path, value, limit, because, from);
     }
 
     /// Requires `value`, written at `path`, to be at least `limit_mm`; else as
@@ -95,10 +242,10 @@ impl Report {
         let holds = value.mm() >= limit_mm - SAME_MM;
         // Rounded up to a value that does work.
         let works_mm = ((limit_mm - SAME_MM) * 1e3).ceil() / 1e3;
-        self.limit(holds, path, value, Some(format!("at least {}", mm(works_mm))), because, from);
+        self.listed(holds, path, value, Some(format!("at least {}", mm(works_mm))), because, from);
     }
 
-    fn limit(
+    fn listed(
         &mut self,
         holds: bool,
         path: &str,
@@ -174,23 +321,99 @@ mod tests {
     fn the_limit_that_is_offered_is_itself_accepted() {
         for limit_mm in [1.0 / 3.0, 0.1 + 0.2, 2.0, 1e-4, 0.0] {
             let mut report = report();
-            report.at_least("wall", length(-1.0), limit_mm, "it must hold", &[]);
+            report.least("wall", length(-1.0), limit_mm, "it must hold");
             let hint = report.found[0].problem.hint.clone().unwrap();
             let offered: Length = hint.trim_start_matches("write at least ").parse().unwrap();
             assert!(offered.mm() - limit_mm < 1e-3, "{hint}");
             let mut report = self::report();
-            report.at_least("wall", offered, limit_mm, "it must hold", &[]);
+            report.least("wall", offered, limit_mm, "it must hold");
             assert!(report.is_clean(), "{hint}");
         }
         // 0.1 + 0.2 is a little more than 0.3, which still counts as 0.3.
         let mut report = report();
-        report.at_least("wall", length(0.3), 0.1 + 0.2, "it must hold", &[]);
-        report.at_most("wall", length(0.1 + 0.2), 0.3, "it must fit", &[]);
+        report.least("wall", length(0.3), 0.1 + 0.2, "it must hold");
+        report.most("wall", length(0.1 + 0.2), 0.3, "it must fit");
         assert!(report.is_clean());
         // A limit that came out as NaN is never met.
-        report.at_most("wall", length(0.3), f64::NAN, "it must fit", &[]);
-        report.at_least("wall", length(0.3), f64::NAN, "it must fit", &[]);
+        report.most("wall", length(0.3), f64::NAN, "it must fit");
+        report.least("wall", length(0.3), f64::NAN, "it must fit");
         assert_eq!(report.found.len(), 2);
+    }
+
+    crate::choices! {
+        /// Of the box.
+        pub enum Lid {
+            /// It takes room.
+            Thick = "thick",
+            /// It does not.
+            Thin = "thin",
+        }
+    }
+    crate::parameters! {
+        /// Test.
+        pub struct Crate {
+            /// Wall.
+            wall: Length = 0.0..=9.0,
+            /// Width.
+            width: Length = 0.0..=90.0,
+            /// Ribs.
+            ribs: u32 = 1..=9,
+            /// Gaps.
+            gaps: Vec<Length> = (1..=3, 0.0..=5.0),
+            /// Lid.
+            lid: Lid,
+            /// Label, which says nothing of the wall.
+            label: String = 0..=9,
+            /// Weight, which does not either.
+            weight: f64 = 0.0..=9.0,
+        }
+    }
+
+    fn check(p: &Crate, report: &mut Report) {
+        let lid_mm = if p.lid == Lid::Thick { 1.0 } else { 0.0 };
+        let gaps_mm: f64 = p.gaps.iter().map(|gap| gap.mm()).sum();
+        // The wall itself cancels out; the weight would matter if it were larger.
+        let room_mm = p.wall.mm() + p.width.mm() - gaps_mm - lid_mm - p.wall.mm();
+        report.most("wall", p.wall, (room_mm / f64::from(p.ribs)).max(0.01 * p.weight), "it fits");
+    }
+
+    #[test]
+    fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
+        let place = Place::new(Layer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
+        let source = Source { kind: SourceKind::User, note: String::new() };
+        let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
+            let text = WrittenText::Scalar("1".into());
+            let written = Written { place: place.clone(), text, source: source.clone() };
+            (field.name.to_owned(), written)
+        });
+        let mut report = Report::new(written.collect(), Vec::new());
+        let p = Crate {
+            wall: length(5.0),
+            width: length(9.0),
+            ribs: 2,
+            gaps: vec![length(1.0), length(0.5)],
+            lid: Lid::Thick,
+            label: "a".into(),
+            weight: 1.0,
+        };
+        check(&p, &mut report);
+        report.trace("", &p, check);
+        let problem = &report.found[0].problem;
+        let hint = "write at most 3.25 mm, or change `width`, `ribs`, `gaps` or `lid`";
+        assert_eq!(problem.hint.as_deref(), Some(hint));
+        let follows =
+            "(width is 1 in x.yaml, ribs is 1 in x.yaml, gaps is 1 in x.yaml, lid is 1 in x.yaml)";
+        assert!(problem.message.ends_with(follows), "{}", problem.message);
+
+        // Driven to its end, a limit is moved by nothing near; what drove it there is still named.
+        let drained = |p: &Crate, report: &mut Report| {
+            let room_mm = (p.width.mm() - 10.0).max(0.0);
+            report.most("wall", p.wall, room_mm, "it fits");
+        };
+        let mut report = Report::new(report.written, Vec::new());
+        drained(&p, &mut report);
+        report.trace("", &p, drained);
+        assert_eq!(report.found[0].problem.hint.as_deref(), Some("change `width`"));
     }
 
     #[test]

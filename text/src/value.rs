@@ -47,7 +47,7 @@ pub enum Kind {
 }
 
 /// A single value: one YAML scalar.
-pub trait Scalar: Sized {
+pub trait Scalar: Sized + Clone {
     /// What kind of value it is.
     const KIND: Kind;
     /// What is allowed; `()` where the type says it all.
@@ -64,6 +64,12 @@ pub trait Scalar: Sized {
 
     /// The nearest value within the limits, where there is such a thing.
     fn nearest(&self, limits: &Self::Limits) -> Option<Self>;
+
+    /// Other values within the limits, to see what depends on a value: numbers by a share of their
+    /// size (but at least of 1), counts by one, of every choice the others; none of texts.
+    fn neighbours(&self, _limits: &Self::Limits, _share: f64) -> Vec<Self> {
+        Vec::new()
+    }
 
     /// The value as it would be written in YAML.
     fn show(&self) -> String;
@@ -108,6 +114,12 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
 }
 
 /// Limits in millimetres.
+/// A number, less and more by a share of its size, but at least of 1.
+fn near(number: f64, share: f64) -> [f64; 2] {
+    let by = share * number.abs().max(1.0);
+    [number - by, number + by]
+}
+
 impl Scalar for Length {
     const KIND: Kind = Kind::Length;
     type Limits = RangeInclusive<f64>;
@@ -122,6 +134,11 @@ impl Scalar for Length {
 
     fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
         Self::from_mm(nearest(self.mm(), limits))
+    }
+
+    fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
+        let near = near(self.mm(), share).map(Self::from_mm);
+        near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
     }
 
     fn show(&self) -> String {
@@ -158,6 +175,11 @@ impl Scalar for Angle {
 
     fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
         Self::from_deg(nearest(self.deg(), limits))
+    }
+
+    fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
+        let near = near(self.deg(), share).map(Self::from_deg);
+        near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
     }
 
     fn show(&self) -> String {
@@ -208,6 +230,11 @@ impl Scalar for u32 {
         Some(*self.max(limits.start()).min(limits.end()))
     }
 
+    fn neighbours(&self, limits: &Self::Limits, _share: f64) -> Vec<Self> {
+        let near = [self.checked_sub(1), self.checked_add(1)];
+        near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
+    }
+
     fn show(&self) -> String {
         self.to_string()
     }
@@ -254,6 +281,10 @@ impl Scalar for f64 {
         Some(nearest(*self, limits))
     }
 
+    fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
+        near(*self, share).into_iter().filter(|other| other.is_within(limits)).collect()
+    }
+
     fn show(&self) -> String {
         self.to_string()
     }
@@ -289,6 +320,10 @@ impl Scalar for bool {
 
     fn nearest(&self, (): &()) -> Option<Self> {
         None
+    }
+
+    fn neighbours(&self, (): &(), _share: f64) -> Vec<Self> {
+        vec![!self]
     }
 
     fn show(&self) -> String {

@@ -83,12 +83,11 @@ impl Family for Bulb {
     const EXAMPLE: &'static str = "glow";
 
     fn check(p: &BulbParameters, report: &mut Report) {
-        report.at_most(
+        report.most(
             "layers.gel.thickness",
             p.layers.gel.thickness,
             p.surface.radius.mm() / 3.0,
             "two thirds of the radius are taken by the tube",
-            &["surface.radius"],
         );
         report.require(
             p.optics.diffuser || p.optics.leds <= 8,

@@ -19,7 +19,7 @@ use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
 use layout::Layout;
-use parameters::Cap;
+use parameters::{Cap, Direction};
 
 /// Casting the skin.
 const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
@@ -62,15 +62,17 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
     let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
     let size = [p.camera.width_px, p.camera.height_px];
     let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
+    let touch = touch(p, layout);
     let bodies = casing
         .into_iter()
         .chain(mold::parts(p, layout, dimples))
-        .chain(skin::layers(p, layout, dimples))
+        .chain(skin::layers(p, layout, &touch, dimples))
         .chain(components::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
         press_fits: Joints::new(p, layout).casing.press_fit("holder").into_iter().collect(),
-        touch: Some(touch(p, layout).into()),
+        // Bumps stand out of it: nothing that fits a cap fits them.
+        touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         ..blocks::sensor(header, camera, bodies)
     }
 }
@@ -80,7 +82,7 @@ const SOFT_SHARE: f64 = 0.4;
 
 /// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
 fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.sphere_radius;
+    let radius_mm = layout.sphere_radius + p.paint.thickness.mm();
     let half_mm = p.holder.width.mm() / 2.0;
     let window = Point3::new(0.0, -half_mm, (layout.floor_z + layout.housing_back_z) / 2.0);
     DomeSurface {

@@ -4,7 +4,7 @@
 //! without gap or overlap.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, EllipsoidOffset, InvalidPattern, Path, Pattern, Pose, Solid,
+    Body, CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, InvalidPattern, Path, Pattern, Pose, Solid,
 };
 
 use super::layout::Layout;
@@ -33,9 +33,10 @@ pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPatter
     Ok(rings.poses()?.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
 }
 
-/// The cap within `radius_mm` of the sphere's centre, on z = 0; a tool goes on below its foot, with
-/// a straight wall so that the spherical face stays the same.
-fn cap(layout: &Layout, radius_mm: f64, is_tool: bool) -> Solid {
+/// The gel's cap, on z = 0; a tool goes on below its foot, with a straight wall so that the
+/// spherical face stays the same.
+fn cap(layout: &Layout, is_tool: bool) -> Solid {
+    let radius_mm = layout.sphere_radius;
     let foot = (radius_mm.powi(2) - layout.sphere_z.powi(2)).sqrt();
     let path = if is_tool {
         Path::from([0.0, -CUT_OVERLAP_MM]).line([foot, -CUT_OVERLAP_MM]).line([foot, 0.0])
@@ -72,7 +73,7 @@ fn dimples(p: &Cap, poses: &[Pose], grown_mm: f64) -> Vec<Solid> {
 
 /// The gel with its dimples; as a tool it goes on below its foot.
 pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
-    let cap = cap(layout, layout.sphere_radius, is_tool).named("dome");
+    let cap = cap(layout, is_tool).named("dome");
     let dimples = dimples(p, poses, 0.0);
     match p.dimples.direction {
         Direction::IntoGel => cap.minus_all(dimples),
@@ -81,9 +82,9 @@ pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
 }
 
 /// The paint: fills dimples in the gel, covers bumps on it.
-fn paint(p: &Cap, layout: &Layout, poses: &[Pose]) -> Solid {
+fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid {
     let thickness = p.paint.thickness.mm();
-    let outside = cap(layout, layout.sphere_radius + thickness, false).named("outside");
+    let outside = touch.solid(0.0, touch.foot_z_mm).named("outside");
     let outside = match p.dimples.direction {
         Direction::IntoGel => outside,
         Direction::OutOfGel => {
@@ -93,8 +94,8 @@ fn paint(p: &Cap, layout: &Layout, poses: &[Pose]) -> Solid {
     outside.minus(gel(p, layout, poses, true))
 }
 
-/// Gel and paint.
-pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Body> {
+/// Gel and paint, which ends in the surface that is touched.
+pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Vec<Body> {
     vec![
         Body::cast(
             "skin",
@@ -111,7 +112,7 @@ pub fn layers(p: &Cap, layout: &Layout, poses: &[Pose]) -> Vec<Body> {
                 Direction::IntoGel => "reflects the coloured light; fills the dimples",
                 Direction::OutOfGel => "reflects the coloured light; covers the dimples",
             },
-            paint(p, layout, poses),
+            paint(p, layout, touch, poses),
         )
         .from(&p.paint.material)
         .placed([in_sensor().lifted(66.0)])

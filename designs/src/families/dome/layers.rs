@@ -1,14 +1,14 @@
 //! The layers of the contact module, from the inside out.
 
-use fabkit_geometry::{Body, Color};
+use fabkit_geometry::{Body, Color, DomeSurface};
 
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::surface::{dome, dome_shell};
+use super::surface::{dome, dome_shell, dome_tool};
 use super::{AssemblyName, COATING, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
 
-/// All layers, the innermost first.
-pub fn layers(p: &Dome, layout: &Layout) -> Vec<Body> {
+/// All layers, the innermost first; the coat ends in the surface that is touched.
+pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
     let wall = layout.wall_height;
     // In every tool the layers stay together; only the sensor's picture takes them apart. A dome and
     // a bowl have no handles.
@@ -58,7 +58,7 @@ pub fn layers(p: &Dome, layout: &Layout) -> Vec<Body> {
             Body::cast(
                 "black-coat",
                 "keeps light in, ambient light out, and takes the wear",
-                dome_shell(layout.translucent_radius, layout.surface_radius, wall),
+                touch.solid(0.0, touch.foot_z_mm).minus(dome_tool(layout.translucent_radius, wall)),
             )
             .from(&p.coat.material),
             [62, 64, 70],

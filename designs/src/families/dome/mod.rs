@@ -79,7 +79,8 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         .chain(tooling::form_parts(p, &layout))
         .chain(tooling::coating_parts(p, &layout))
         .collect();
-    let mut layers = layers::layers(p, &layout);
+    let touch = touch(p, &layout);
+    let mut layers = layers::layers(p, &layout, &touch);
     layers.push(tooling::silicone_mold(p, &layout));
     let size = [p.camera.width_px, p.camera.height_px];
     let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
@@ -87,7 +88,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     Sensor {
         chain: chain::chain(p, &layout),
         press_fits: press_fits(&Joints::new(p, &layout)),
-        touch: Some(touch(p, &layout).into()),
+        touch: Some(touch.into()),
         ..blocks::sensor(header, camera, bodies)
     }
 }

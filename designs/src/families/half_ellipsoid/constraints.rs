@@ -43,41 +43,37 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
 }
 
 fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.at_least(
+    report.least(
         "surface.height",
         p.surface.height,
         0.6 * p.surface.diameter.mm(),
         "the surface is a half ellipsoid that is longer than wide",
-        &["surface.diameter"],
     );
     // Every layer of elastomer lies on a smooth parallel surface; only the shell's inside may be
     // deeper, because a ball mill rounds it.
     let reach = layout.ellipsoid.tip_curvature_radius() - TIP_RADIUS_MM;
     let inner = p.inner_elastomer.thickness.mm();
-    report.at_most(
+    report.most(
         "inner_elastomer.thickness",
         p.inner_elastomer.thickness,
         reach + layout.shell_offset + inner,
         "below the tip's radius of curvature a parallel surface has an edge",
-        &["surface.diameter", "surface.height", "outer_elastomer.thickness", "black_gel.thickness"],
     );
-    report.at_most(
+    report.most(
         "shell.thickness",
         p.shell.thickness,
         layout.foot_of(layout.shell_offset) - p.camera.diameter.mm(),
         "the shell needs a bore twice as wide as the camera",
-        &["surface.diameter", "inner_elastomer.thickness", "camera.diameter"],
     );
 }
 
 fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let markers = &p.markers;
-    report.at_most(
+    report.most(
         "markers.straight_depth",
         markers.straight_depth,
         p.inner_elastomer.thickness.mm() - markers.wall.mm() - markers.radius.mm(),
         "a slot, its round end included, must end inside its layer",
-        &["inner_elastomer.thickness", "markers.radius", "markers.wall"],
     );
     if !report.is_clean() || markers.count < 2 {
         return; // No distances, or slots that end where no surface is.
@@ -86,12 +82,11 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
     if nearest(markers.count) >= needed {
         // Slots also keep off the base circle, which matters for few and large ones.
-        report.at_most(
+        report.most(
             "markers.radius",
             markers.radius,
             lowest_mm(p, layout) - markers.wall.mm(),
             "the base circle must cut no marker",
-            &["markers.count", "markers.wall"],
         );
         return;
     }
@@ -141,42 +136,37 @@ fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
 }
 
 fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.at_most(
+    report.most(
         "shell.shoulder",
         p.shell.shoulder,
         p.shell.thickness.mm() - 1.0,
         "the foot below the shoulder needs 1 mm of wall",
-        &["shell.thickness"],
     );
-    report.at_most(
+    report.most(
         "shell.ball_mill_diameter",
         p.shell.ball_mill_diameter,
         1.8 * layout.bore_radius(),
         "the ball mill must move inside the shell's bore",
-        &["surface.diameter", "shell.thickness"],
     );
-    report.at_least(
+    report.least(
         "holder.outer_diameter",
         p.holder.outer_diameter,
         2.0 * (layout.foot_of(layout.shell_offset) + RESIN_WALL_MM),
         "the shell's shoulder and the elastomers' feet stand on the holder",
-        &["surface.diameter"],
     );
-    report.at_least(
+    report.least(
         "holder.skirt",
         p.holder.skirt,
         layout.holder_radius - Joints::new(p, layout).holder.poses[0].translation_mm().x
             + BOLT.sink_depth_mm(gap_mm(Process::Sla, Fit::Snug))
             + RESIN_WALL_MM,
         "a countersunk M1.2 head must find material below its cone",
-        &[],
     );
-    report.at_most(
+    report.most(
         "holder.skirt",
         p.holder.skirt,
         layout.holder_radius - layout.collar_radius - RESIN_WALL_MM,
         "a step between collar and skirt keeps the electronics apart from the shell",
-        &["holder.outer_diameter", "shell.shoulder"],
     );
 }
 
@@ -184,21 +174,19 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let radius = p.leds.diameter.mm() / 2.0;
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();
-    report.at_most(
+    report.most(
         "leds.circle_radius",
         p.leds.circle_radius,
         layout.diffuser_wall_radius - APART_MM - radius,
         "the LEDs stand inside the diffusion ring's wall",
-        &["leds.diameter", "holder.outer_diameter", "holder.skirt", "diffuser.wall"],
     );
     // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
     let room = (circle * (PI / count).sin()).min(circle - layout.post_radius - 0.3);
-    report.at_most(
+    report.most(
         "leds.diameter",
         p.leds.diameter,
         2.0 * (room - APART_MM / 2.0),
         format!("{count} LEDs on one circle around the camera must not overlap"),
-        &["leds.circle_radius", "leds.pairs", "camera.diameter"],
     );
     // The hole over a UV LED leaves a bridge of the plate to its neighbours and to the bore.
     let most = (PI
@@ -218,40 +206,35 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 }
 
 fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.at_most(
+    report.most(
         "camera.front_depth",
         p.camera.front_depth,
         -layout.diffuser_top_z,
         "the diffusion ring must not stand in the camera's view",
-        &["shell.foot_height"],
     );
-    report.at_most(
+    report.most(
         "camera.length",
         p.camera.length,
         layout.camera_front_z - layout.post_end_z - 1.0,
         "the camera rests in its post, above the passage for the cable",
-        &["camera.front_depth"],
     );
-    report.at_most(
+    report.most(
         "camera.cable_diameter",
         p.camera.cable_diameter,
         2.0 * (layout.post_bore_radius - layout.cable_radius) + p.camera.cable_diameter.mm() - 0.2,
         "the camera rests on the step around its cable",
-        &["camera.diameter"],
     );
-    report.at_most(
+    report.most(
         "camera.diameter",
         p.camera.diameter,
         2.0 * (layout.bore_radius() - layout.post_radius) + p.camera.diameter.mm() - 1.0,
         "light passes between the post and the shell's bore",
-        &["surface.diameter", "shell.thickness", "camera_holder.wall"],
     );
-    report.at_most(
+    report.most(
         "camera_holder.socket_depth",
         p.camera_holder.socket_depth,
         layout.base_top_z - layout.bottom_z - 1.0,
         "the post's socket needs a floor",
-        &["base.flange", "base.pocket_depth"],
     );
 }
 
@@ -261,36 +244,32 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
     let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;
     let width = p.base.wire_slot_width.mm();
-    report.at_most(
+    report.most(
         "base.wire_slot_width",
         p.base.wire_slot_width,
         (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
         "the wires' slot opens into the pocket, inside the bolts",
-        &["holder.outer_diameter", "holder.skirt"],
     );
-    report.at_least(
+    report.least(
         "base.wire_slot_length",
         p.base.wire_slot_length,
         width + p.led_board.wire_hole_diameter.mm() + 0.6,
         "two holes in the board stand over the slot",
-        &["base.wire_slot_width", "led_board.wire_hole_diameter"],
     );
     let (slot, half) =
         (wire_slot_radius_mm(p, layout) + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
-    report.at_most(
+    report.most(
         "base.wire_slot_length",
         p.base.wire_slot_length,
         2.0 * (pocket_outer.powi(2) - slot.powi(2)).max(0.0).sqrt(),
         "the wires' slot opens into the pocket",
-        &["holder.outer_diameter", "holder.skirt", "base.wire_slot_width"],
     );
     let mount = mounts.radius_mm;
-    report.at_most(
+    report.most(
         "base.mount_radius",
         p.base.mount_radius,
         layout.holder_radius - 1.0 - mount - RESIN_WALL_MM,
         "mounting holes need a wall beside the pry slots",
-        &["holder.outer_diameter"],
     );
     // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
     let clearance = mounts
@@ -345,19 +324,17 @@ fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let tooling = &p.tooling;
     let key = tooling.key_diameter.mm() / 2.0;
     let surface = layout.foot_of(layout.black_offset);
-    report.at_least(
+    report.least(
         "tooling.silicone_diameter",
         tooling.silicone_diameter,
         2.0 * (surface + 2.0 * key + 3.0),
         "keys stand between the surface and the side, 1.5 mm from both",
-        &["surface.diameter", "tooling.key_diameter"],
     );
-    report.at_most(
+    report.most(
         "tooling.key_height",
         tooling.key_height,
         0.8 * key / 20f64.to_radians().tan(),
         "a key is a frustum: its sides meet above that",
-        &["tooling.key_diameter"],
     );
     let most_keys = (PI / ((key + 0.5) / key_circle_mm(layout)).clamp(0.0, 1.0).asin()).floor();
     report.require(
@@ -368,14 +345,12 @@ fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
     let thinnest =
         (layout.inner_offset - layout.shell_offset).min(layout.black_offset - layout.inner_offset);
-    report.at_most(
+    report.most(
         "tooling.vent_diameter",
         tooling.vent_diameter,
         thinnest - 0.1,
         "a vent opens over the foot of the inner elastomer, or over those of the outer elastomer and \
-         the black gel together",
-        &["inner_elastomer.thickness", "outer_elastomer.thickness", "black_gel.thickness"],
-    );
+         the black gel together");
     // The two circles of vents alternate.
     let [inner, outer] = vent_circles_mm(layout);
     let step = PI / f64::from(tooling.vents);

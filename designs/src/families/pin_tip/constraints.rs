@@ -6,7 +6,7 @@ use fabkit_geometry::Process;
 
 use super::joints::Joints;
 use super::layout::Layout;
-use super::parameters::{PinLayout, PinTip};
+use super::parameters::PinTip;
 use super::tip::pin_root_mm;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, require_castable};
 use crate::fits::{Fit, gap_mm};
@@ -30,43 +30,31 @@ pub(super) fn check(p: &PinTip, report: &mut Report) {
     mount(p, &layout, report);
 }
 
-/// Paths that the pins' diameter and spacing follow from.
-fn pin_paths(p: &PinTip) -> [&'static str; 2] {
-    match p.pins.layout {
-        PinLayout::Free => ["pins.diameter", "pins.spacing"],
-        _ => ["pins.layout", "pins.layout"],
-    }
-}
-
 fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     let half = layout.pin_diameter / 2.0;
-    let [diameter_path, spacing_path] = pin_paths(p);
-    report.at_most(
+    report.most(
         "pins.reach",
         p.pins.reach,
         layout.skin_radius * FRAC_PI_2 - half,
         "a pin that stands lower misses the skin",
-        &["tip.diameter", "skin.thickness", diameter_path],
     );
     // The root's rim is the point of a pin that comes nearest to the outside.
     let room = layout.outer_radius.hypot(half) - (half * half + layout.skin_radius.powi(2)).sqrt();
-    report.at_least(
+    report.least(
         "skin.thickness",
         p.skin.thickness,
         p.skin.thickness.mm() + pin_root_mm(p) - room + APART_MM,
         "the pins' roots must stay inside the skin",
-        &["tip.diameter", diameter_path],
     );
     let closest = closest_pins_mm(p, layout);
     let radius = layout.skin_radius;
     // Pins lean towards each other: distances shrink with the distance from the centre.
     let depth = radius * (1.0 - (layout.pin_diameter + DOTS_APART_MM) / closest);
-    report.at_most(
+    report.most(
         "pins.length",
         p.pins.length,
         depth - p.pins.dot_thickness.mm(),
         "the dots, which come closer the longer the pins are, must stay 0.3 mm apart",
-        &["pins.dot_thickness", spacing_path, "tip.diameter"],
     );
 }
 
@@ -88,59 +76,52 @@ fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
 }
 
 fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
-    report.at_most(
+    report.most(
         "skin.upstand",
         p.skin.upstand,
         p.skin.thickness.mm() - 0.3,
         "the skin's skirt around it needs 0.3 mm",
-        &["skin.thickness"],
     );
     let groove_ceiling = layout.ring_bottom_z + layout.tip_joint.groove_top;
-    report.at_most(
+    report.most(
         "skin.skirt_height",
         p.skin.skirt_height,
         -groove_ceiling - 0.5,
         "the skirt must end above the bayonet's grooves",
-        &["fill.depth", "lens.thickness", "bayonet.hook_height"],
     );
-    report.at_most(
+    report.most(
         "lens.hole_radius",
         p.lens.hole_radius,
         layout.ledge_radius - p.lens.hole_diameter.mm() / 2.0 - APART_MM,
         "the holes must open into the gel, not onto the ledge",
-        &["lens.hole_diameter", "lens.ledge"],
     );
-    report.at_least(
+    report.least(
         "lens.hole_radius",
         p.lens.hole_radius,
         layout.sight_radius(p, layout.lens_bottom_z) + p.lens.hole_diameter.mm() / 2.0,
         "the holes must stay out of the camera's sight of the dots",
-        &["lens.hole_diameter", "pins.reach"],
     );
-    report.at_least(
+    report.least(
         "lens.ledge",
         p.lens.ledge,
         gap_mm(Process::Laser, Fit::Slide) + 0.4,
         "the glue needs 0.4 mm of the lens's rim",
-        &[],
     );
-    report.at_least(
+    report.least(
         "tip.diameter",
         p.tip.diameter,
         2.0 * (layout.sight_radius(p, layout.lens_top_z) - layout.ledge_radius
             + layout.outer_radius),
         "the ledge must stay out of the camera's sight of the dots",
-        &["lens.ledge", "bayonet.lug_reach", "bayonet.wall"],
     );
 }
 
 fn bayonets(p: &PinTip, layout: &Layout, report: &mut Report) {
-    report.at_least(
+    report.least(
         "bayonet.key_width",
         p.bayonet.key_width,
         p.bayonet.lug_width.mm() + 2.0 * gap_mm(Process::Fdm, Fit::Slide) + 0.5,
         "the first lug must not pass an entry of the others",
-        &["bayonet.lug_width"],
     );
     let land = layout.tip_joint.land_mm();
     let most = p.bayonet.turn.deg() + (land - 1.0) / layout.tip_joint.bore_radius * 180.0 / PI;
@@ -186,12 +167,11 @@ fn bayonets(p: &PinTip, layout: &Layout, report: &mut Report) {
             )
         },
     );
-    report.at_least(
+    report.least(
         "mount.spigot_height",
         p.mount.spigot_height,
         layout.mount_joint.lug_top + 0.5,
         "the spigot must carry its lugs",
-        &["bayonet.hook_height", "bayonet.lug_height"],
     );
 }
 
@@ -199,19 +179,17 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (length, width) = (p.leds.length.mm(), p.leds.width.mm());
     let circle = p.leds.circle_radius.mm();
     let reach = layout.board_seat_radius - APART_MM;
-    report.at_most(
+    report.most(
         "leds.circle_radius",
         p.leds.circle_radius,
         (reach.powi(2) - (length / 2.0).powi(2)).max(0.0).sqrt() - width / 2.0,
         "the LEDs' outer corners must stay inside the body",
-        &["tip.diameter", "leds.length", "leds.width"],
     );
-    report.at_least(
+    report.least(
         "leds.circle_radius",
         p.leds.circle_radius,
         p.led_board.bore_radius.mm() + width / 2.0 + 0.2,
         "the LEDs must stand on the board, not over its bore",
-        &["led_board.bore_radius", "leds.width"],
     );
     // Neighbours touch first at their inner corners.
     let most = (PI / ((length + APART_MM) / 2.0).atan2(circle - width / 2.0)).floor();
@@ -227,19 +205,17 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         },
         || format!("write {most}, or change `leds.circle_radius` or `leds.length`"),
     );
-    report.at_least(
+    report.least(
         "leds.gap",
         p.leds.gap,
         p.leds.gap.mm() + layout.board_top_z - layout.neck_top_z,
         "the board must be pressed in up to its upper side",
-        &["leds.height", "seal.cord"],
     );
-    report.at_least(
+    report.least(
         "body.shaft_wall",
         p.body.shaft_wall,
         layout.shaft_radius - layout.board_seat_radius + 0.5,
         "the LED board needs a ledge of 0.5 mm in the shaft",
-        &["body.shaft_diameter", "tip.diameter", "body.neck_wall"],
     );
     let neck_mm = 2.0 * layout.neck_radius;
     report.require(
@@ -253,19 +229,12 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         },
         || format!("cords of {} mm are stocked; or change `tip.diameter`", stocked_cords()),
     );
-    report.at_least(
-        "body.neck_wall",
-        p.body.neck_wall,
-        PRINTED_WALL_MM,
-        "the neck must be printable",
-        &[],
-    );
-    report.at_most(
+    report.least("body.neck_wall", p.body.neck_wall, PRINTED_WALL_MM, "the neck must be printable");
+    report.most(
         "led_board.bore_radius",
         p.led_board.bore_radius,
         layout.shaft_bore_radius - 0.5,
         "the board must rest on its ledge",
-        &["body.shaft_diameter", "body.shaft_wall"],
     );
 }
 
@@ -273,13 +242,12 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
 fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
     let tangent = Layout::half_view_tangent(p);
     let [rim, rim_z] = layout.outermost_dot(p);
-    report.at_least(
+    report.least(
         "camera.depth",
         p.camera.depth,
         // A millimetre farther back, the same ray lies farther out by its slope.
         p.camera.depth.mm() + (rim - layout.ray_radius(tangent, rim_z)) / tangent,
         "the pixels must see all dots through lens and gel",
-        &["pins.reach", "camera.array_size", "camera.focal_length"],
     );
     let corners = 2.0 * (tangent * SQRT_2).atan().to_degrees();
     // Rounded up to a view that does cover them.
@@ -296,12 +264,11 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
         },
         || "take a lens that covers more, or change `camera.focal_length`".into(),
     );
-    report.at_least(
+    report.least(
         "led_board.bore_radius",
         p.led_board.bore_radius,
         layout.sight_radius(p, layout.board_top_z + p.leds.height.mm()) + APART_MM,
         "board and LEDs must stay out of the camera's sight of the dots",
-        &["pins.reach", "camera.depth"],
     );
 }
 
@@ -309,92 +276,81 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (camera, slide) = (&p.camera, gap_mm(Process::Fdm, Fit::Slide));
     let screws = Joints::new(p, layout).camera;
     let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
-    report.at_most(
+    report.most(
         "body.shaft_diameter",
         p.body.shaft_diameter,
         2.0 * layout.outer_radius,
         "the tip must be the widest thing near the surface",
-        &["tip.diameter"],
     );
-    report.at_least(
+    report.least(
         "body.shaft_diameter",
         p.body.shaft_diameter,
         2.0 * (layout.tip_joint.bore_radius + APART_MM),
         "the shaft must reach under the tip's ring",
-        &["tip.diameter", "bayonet.lug_reach", "bayonet.wall"],
     );
-    report.at_most(
+    report.most(
         "camera.barrel_diameter",
         camera.barrel_diameter,
         2.0 * (layout.shaft_bore_radius - slide),
         "the lens barrel stands in the shaft",
-        &["body.shaft_diameter", "body.shaft_wall"],
     );
     // The holder's corners lie where the cone has opened as far as they reach.
     let corner = camera.holder_size.mm() / SQRT_2 + slide;
     let opened_z = layout.bore_bottom_z - (corner - layout.shaft_bore_radius).max(0.0);
     let holder_top = layout.camera_board_top_z + camera.holder_height.mm();
-    report.at_most(
+    report.most(
         "camera.holder_height",
         camera.holder_height,
         camera.holder_height.mm() + opened_z - holder_top,
         "the lens holder must stay inside the cone",
-        &["camera.holder_size", "camera.depth", "body.shaft_length"],
     );
-    report.at_most(
+    report.most(
         "camera.holder_height",
         camera.holder_height,
         camera.lens_height.mm() - 0.5,
         "the barrel must stand out of its holder",
-        &["camera.lens_height"],
     );
-    report.at_most(
+    report.most(
         "body.shaft_length",
         p.body.shaft_length,
         p.body.shaft_length.mm() + layout.cavity_top_z - layout.camera_board_top_z - APART_MM,
         "the housing must be as wide as the camera board where that stands",
-        &["camera.depth", "camera.lens_height"],
     );
-    report.at_least(
+    report.least(
         "body.shaft_length",
         p.body.shaft_length,
         layout.neck_top_z - layout.shoulder_z + 2.0,
         "the shaft must reach below the tip's ring",
-        &["bayonet.hook_height", "bayonet.lug_height"],
     );
     // Each post ends in the cone above it, with room for the screw's tip.
     let post = p.body.post_diameter.mm() / 2.0;
     let centre = camera.screw_spacing.mm() / SQRT_2;
-    report.at_least(
+    report.least(
         "body.post_diameter",
         p.body.post_diameter,
         2.0 * pilot.radius_mm + 2.0 * PRINTED_WALL_MM,
         "a post needs a wall around its screw",
-        &[],
     );
-    report.at_most(
+    report.most(
         "camera.screw_spacing",
         camera.screw_spacing,
         (layout.mount_joint.bore_radius - post - APART_MM) * SQRT_2,
         "the posts must stand inside the housing",
-        &["camera.board_size", "body.post_diameter"],
     );
-    report.at_most(
+    report.most(
         "camera.screw_spacing",
         camera.screw_spacing,
         camera.board_size.mm() - head_mm,
         "the screws' heads must stay on the board",
-        &["camera.board_size"],
     );
-    report.at_least(
+    report.least(
         "camera.screw_spacing",
         camera.screw_spacing,
         camera.holder_size.mm() + p.body.post_diameter.mm() + 2.0 * slide,
         "the posts must clear the lens holder",
-        &["camera.holder_size", "body.post_diameter"],
     );
     let outside_z = layout.shaft_bottom_z - (centre + pilot.radius_mm - layout.shaft_radius);
-    report.at_least(
+    report.least(
         "camera.lens_height",
         camera.lens_height,
         camera.lens_height.mm()
@@ -403,26 +359,23 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
             + PRINTED_WALL_MM * SQRT_2
             - outside_z,
         "the camera's screws must end inside the cone",
-        &["camera.depth", "camera.screw_spacing", "body.shaft_length"],
     );
-    report.at_most(
+    report.most(
         "body.cable_slot_width",
         p.body.cable_slot_width,
         layout.mount_joint.bore_radius,
         "the slot must leave the housing's wall standing",
-        &["camera.board_size"],
     );
 }
 
 fn mount(p: &PinTip, layout: &Layout, report: &mut Report) {
     let inside = layout.mount_joint.spigot_radius - p.mount.spigot_wall.mm();
     let head = Joints::new(p, layout).robot.bolt.head_diameter_mm / 2.0;
-    report.at_most(
+    report.most(
         "mount.bolt_circle",
         p.mount.bolt_circle,
         2.0 * (inside - head - 0.5),
         "the bolts' heads lie inside the spigot",
-        &["camera.board_size", "mount.spigot_wall"],
     );
     let most = (PI / ((head + 0.5) / (p.mount.bolt_circle.mm() / 2.0)).min(1.0).asin()).floor();
     report.require(

@@ -67,37 +67,33 @@ fn channels(p: &SheetMold, report: &mut Report) {
     let wall = p.channels.wall.mm();
     let is_grid = p.channels.arrangement == Arrangement::Grid;
     if is_grid {
-        report.at_least(
+        report.least(
             "channels.chamber_diameter",
             p.channels.chamber_diameter,
             p.channels.width.mm(),
             "a chamber is at least as wide as its channel",
-            &["channels.width"],
         );
         // Past each chamber runs the channel of its neighbour.
-        report.at_most(
+        report.most(
             "channels.chamber_diameter",
             p.channels.chamber_diameter,
             2.0 * (p.channels.pitch.mm() - wall) - p.channels.width.mm(),
             "a chamber must leave a wall to the channel beside it",
-            &["channels.pitch", "channels.wall", "channels.width"],
         );
     }
-    report.at_most(
+    report.most(
         "channels.width",
         p.channels.width,
         p.channels.pitch.mm() - wall,
         "channels must leave a wall between each other",
-        &["channels.pitch", "channels.wall"],
     );
     let across = f64::from(p.channels.per_side - 1) * p.channels.pitch.mm();
     let widest = if is_grid { p.channels.chamber_diameter } else { p.channels.width }.mm();
-    report.at_least(
+    report.least(
         "channel_layer.side",
         p.channel_layer.side,
         across + widest + 2.0 * wall,
         "all channels of a side enter beside each other, with a wall outside of the last",
-        &["channels.per_side", "channels.pitch", "channels.wall"],
     );
     // Along x: tube, straight piece, and what the arrangement puts behind it.
     let stub = p.tubes.insertion.mm() + p.channels.width.mm() / 2.0;
@@ -111,17 +107,16 @@ fn channels(p: &SheetMold, report: &mut Report) {
                 .map(|k| spoke_radii_mm(p, k))
                 .into_iter()
                 .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-            report.at_least(
+            report.least(
                 "channels.pitch",
                 p.channels.pitch,
                 p.channels.pitch.mm() * (end + p.channels.width.mm() / 2.0) / start,
                 "short spokes must begin outside of where they end",
-                &["channels.width", "channels.wall", "channels.per_side"],
             );
             start + p.channels.width.mm() / 2.0
         }
     };
-    report.at_least(
+    report.least(
         "channel_layer.side",
         p.channel_layer.side,
         2.0 * (stub + behind),
@@ -129,7 +124,6 @@ fn channels(p: &SheetMold, report: &mut Report) {
             "channels in the arrangement `{}` need their length",
             p.channels.arrangement.word()
         ),
-        &["tubes.insertion", "channels.width", "channels.arrangement"],
     );
     let is_radial = p.channels.arrangement == Arrangement::Radial;
     report.require(
@@ -167,26 +161,23 @@ fn channels(p: &SheetMold, report: &mut Report) {
 }
 
 fn markers(p: &SheetMold, report: &mut Report) {
-    report.at_most(
+    report.most(
         "markers.diameter",
         p.markers.diameter,
         p.markers.pitch.mm() - CUT_WEB_MM,
         "the mold keeps 1 mm of wood between two holes",
-        &["markers.pitch"],
     );
-    report.at_most(
+    report.most(
         "markers.height",
         p.markers.height,
         2.5 * p.markers.diameter.mm(),
         "slender markers tear off in their mold",
-        &["markers.diameter"],
     );
     let field = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() + p.markers.diameter.mm();
-    report.at_least(
+    report.least(
         "housing.window",
         p.housing.window,
         field + 2.0 * CUT_WEB_MM,
         "all markers hang in the window",
-        &["markers.per_row", "markers.pitch", "markers.diameter"],
     );
 }

@@ -16,109 +16,95 @@ use crate::parameters::Report;
 
 pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let hole = bolt_hole_mm();
-    report.at_least(
+    report.least(
         "marker_layer.side",
         p.marker_layer.side,
         2.0 * (clamp_inner_mm(p) + GRIP_MM),
         "the bars beside the channel layer must hold 4 mm of the marker layer",
-        &["channel_layer.side", "housing.clamp_gap"],
     );
-    report.at_least(
+    report.least(
         "marker_layer.side",
         p.marker_layer.side,
         p.housing.window.mm() + 2.0 * GRIP_MM,
         "the marker layer rests on the rim of the window",
-        &["housing.window"],
     );
     // Across the corner from the cavity's corner to the hole.
-    report.at_least(
+    report.least(
         "plate.bolt_spacing",
         p.plate.bolt_spacing,
         p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
         "bolts stand outside of the cavity's corners",
-        &["marker_layer.side"],
     );
-    report.at_least(
+    report.least(
         "plate.side",
         p.plate.side,
         2.0 * (layout.wall_outer + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
         "plates reach beyond the walls' slots, which lie outside of the bolts",
-        &["plate.bolt_spacing", "housing.sheet"],
     );
-    report.at_most(
+    report.most(
         "plate.pry_depth",
         p.plate.pry_depth,
         (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
         "the notches must not open the cavity",
-        &["plate.side", "marker_layer.side"],
     );
-    report.at_most(
+    report.most(
         "plate.pry_width",
         p.plate.pry_width,
         p.plate.bolt_spacing.mm() - 4.0 * hole,
         "the notches lie between the bolts",
-        &["plate.bolt_spacing"],
     );
 }
 
 pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let spacer = HexSpacer::M3.corner_radius_mm();
-    report.at_most(
+    report.most(
         "housing.window",
         p.housing.window,
         2.0 * (layout.bolt - spacer),
         "the spacers in the corners bear on the ceiling outside of the window",
-        &["plate.bolt_spacing"],
     );
-    report.at_most(
+    report.most(
         "housing.tab",
         p.housing.tab,
         layout.wall_inner - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
         "the cable leaves between a wall's two tabs",
-        &["plate.bolt_spacing", "housing.cable_width"],
     );
-    report.at_most(
+    report.most(
         "housing.cable_height",
         p.housing.cable_height,
         led_top_mm(p) - p.housing.led_strip_width.mm() - APART_MM,
         "the LED strips lie above the cable",
-        &["housing.led_strip_width"],
     );
-    report.at_most(
+    report.most(
         "housing.led_strip_length",
         p.housing.led_strip_length,
         2.0 * (layout.bolt - spacer),
         "the strips fit between the corner spacers",
-        &["plate.bolt_spacing"],
     );
-    report.at_most(
+    report.most(
         "housing.led_strip_width",
         p.housing.led_strip_width,
         p.housing.height.mm() / 2.0,
         "the strips stay in the lower half of the box, out of the camera's sight",
-        &["housing.height"],
     );
-    report.at_most(
+    report.most(
         "housing.clamp_gap",
         p.housing.clamp_gap,
         layout.bolt - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
         "a bar reaches inwards from its bolts",
-        &["plate.bolt_spacing", "channel_layer.side"],
     );
-    report.at_least(
+    report.least(
         "housing.height",
         p.housing.height,
         2.0 * HexSpacer::M3.thread_depth_mm,
         "the spacers have a thread at either end",
-        &[],
     );
     let fingers = f64::from(p.housing.fingers);
-    report.at_least(
+    report.least(
         "housing.height",
         p.housing.height,
         fingers * p.housing.sheet.mm(),
         "fingers are at least as high as the sheet is thick",
-        &["housing.fingers", "housing.sheet"],
     );
 }
 
@@ -129,58 +115,51 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
     let thread = HexSpacer::M3.thread_depth_mm;
     let grip = 2.0;
     let above_floor = length - p.molds.floor.mm() - nut.height_mm;
-    report.at_most(
+    report.most(
         "molds.floor",
         p.molds.floor,
         length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
         "an M3x12 screw must reach through the stack and its nut",
-        &["channels.height", "channel_layer.roof"],
     );
-    report.at_most(
+    report.most(
         "markers.height",
         p.markers.height,
         above_floor - p.marker_layer.thickness.mm(),
         "an M3x12 screw must reach through the stack and its nut",
-        &["molds.floor", "marker_layer.thickness"],
     );
-    report.at_most(
+    report.most(
         "housing.clamp",
         p.housing.clamp,
         length - grip - p.housing.sheet.mm() - p.marker_layer.thickness.mm(),
         "an M3x12 screw must reach 2 mm into its spacer",
-        &["housing.sheet", "marker_layer.thickness"],
     );
-    report.at_least(
+    report.least(
         "housing.sheet",
         p.housing.sheet,
         length - thread,
         "an M3x12 screw must not hit the end of its spacer's thread",
-        &[],
     );
-    report.at_most(
+    report.most(
         "display.sheet",
         p.display.sheet,
         (length - grip) / 3.0,
         "an M3x12 screw must reach 2 mm into its spacer",
-        &[],
     );
-    report.at_least(
+    report.least(
         "display.sheet",
         p.display.sheet,
         (length - thread) / 3.0,
         "an M3x12 screw must not hit the end of its spacer's thread",
-        &[],
     );
     let m2 = CAMERA.0.length_mm
         - p.housing.sheet.mm()
         - p.camera.board_thickness.mm()
         - CAMERA.1.height_mm;
-    report.at_most(
+    report.most(
         "camera.spacer",
         p.camera.spacer,
         m2,
         "an M2x12 screw must reach through sheet, spacer, board and nut",
-        &["housing.sheet", "camera.board_thickness"],
     );
 }
 
@@ -201,12 +180,11 @@ pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
     for (side, (path, stock)) in by_size.into_iter().enumerate() {
         let largest = sizes.iter().max_by(|a, b| a.1[side].total_cmp(&b.1[side]));
         if let Some((name, size)) = largest {
-            report.at_least(
+            report.least(
                 path,
                 stock,
                 size[side] + 2.0 * p.stock.margin.mm(),
                 format!("`{name}` measures {:.1} x {:.1} mm", size[0], size[1]),
-                &["stock.margin"],
             );
         }
     }

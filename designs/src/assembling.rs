@@ -93,6 +93,12 @@ pub fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
     Pull { body: body.into(), direction, strain_limit: None }
 }
 
+/// The open top of what is poured, within `radius_mm` around the z axis, at a height; `up` is out of it.
+pub fn free_surface(radius_mm: f64, z_mm: f64, up: Vector3<f64>) -> Opening {
+    let point = Point3::new(0.0, 0.0, z_mm);
+    Opening { name: "free surface".into(), point, axis: up, radius_mm }
+}
+
 /// An opening of a layer at a pose, out of the layer along its z axis.
 pub fn opening(name: impl Into<String>, out: &Pose, radius_mm: f64) -> Opening {
     let (point, axis) = (out.point(Point3::origin()), out.vector(Vector3::z()));

@@ -2,8 +2,8 @@
 
 use fabkit_geometry::Sensor;
 
-mod assembling;
-mod blocks;
+pub mod assembling;
+pub mod blocks;
 mod families;
 mod fits;
 pub mod hardware;

@@ -1,6 +1,6 @@
 //! How a dome sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Opening, Point3, Pour, Spray, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Pour, Spray, Step, Vector3};
 
 use super::joints::Joints;
 use super::layout::Layout;
@@ -8,14 +8,9 @@ use super::mold::vent_poses;
 use super::parameters::Dome;
 use super::tooling::{FormLayout, PUSH_HOLE_RADIUS_MM};
 use super::{COATING, FORM, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, cavities};
-use crate::assembling::{SENSOR, mix, names, rigid, step, vents};
+use crate::assembling::{SENSOR, free_surface, mix, names, rigid, step, vents};
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
-
-/// A free surface on the foot's plane.
-fn free_surface(radius_mm: f64) -> Opening {
-    Opening { name: "free surface".into(), point: Point3::origin(), axis: -Vector3::z(), radius_mm }
-}
 
 /// Every step from printing to the sensor.
 pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
@@ -29,7 +24,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
     let (mold_a, mold_b) = ("mold-transparent-gel-a", "mold-transparent-gel-b");
     let (outer_a, outer_b) = ("mold-translucent-gel-a", "mold-translucent-gel-b");
 
-    let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM);
+    let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM, 0.0, up);
     push_hole.name = "push hole, taped".into();
     push_hole.point.z = form.silicone_top_z;
     push_hole.axis = Vector3::z();
@@ -53,7 +48,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
                 layer: "silicone-mold".into(),
                 walls: names(&["form-cup", "form-tube"]),
                 up,
-                openings: vec![free_surface(form.silicone_radius), push_hole],
+                openings: vec![free_surface(form.silicone_radius, 0.0, up), push_hole],
                 mix: mix(&p.form.silicone_material),
                 waste: 0.1,
                 cure: Cure { hours: 6.0, celsius: 23.0 },
@@ -167,7 +162,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
                 layer: "filling-gel".into(),
                 walls: names(&["tube"]),
                 up,
-                openings: vec![free_surface(layout.tube_bore_radius)],
+                openings: vec![free_surface(layout.tube_bore_radius, 0.0, up)],
                 mix: mix(&p.filling_gel.material),
                 waste: 0.1,
                 cure: ROOM_24_H,

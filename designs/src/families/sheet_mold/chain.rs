@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use fabkit_geometry::{Action, Cure, Mix, Opening, Point3, Pour, Spray, Step, Vector3};
+use fabkit_geometry::{Action, Cure, Length, Mix, Opening, Point3, Pour, Spray, Step, Vector3};
 
 use super::channels::Side;
 use super::display::needle_hole_mm;
@@ -13,7 +13,7 @@ use super::layers::{
 use super::layout::Layout;
 use super::parameters::SheetMold;
 use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
-use crate::assembling::{cure, mix, names, opening, rigid, step};
+use crate::assembling::{cure, free_surface, mix, names, opening, rigid, step};
 
 /// Openings reach this far beyond what they open, mm.
 const BEYOND_MM: f64 = 0.05;
@@ -42,14 +42,9 @@ fn red_water() -> Mix {
 /// Water does not cure; it stands until the last bubbles have risen.
 const STANDING: Cure = Cure { hours: 0.5, celsius: 23.0 };
 
-/// The open top of a stack.
-fn free_surface(side_mm: f64, z: f64) -> Opening {
-    Opening {
-        name: "free surface".into(),
-        point: Point3::new(0.0, 0.0, z),
-        axis: Vector3::z(),
-        radius_mm: side_mm * FRAC_1_SQRT_2 + BEYOND_MM,
-    }
+/// The open top of a square stack.
+fn stack_top(side: Length, z_mm: f64) -> Opening {
+    free_surface(side.mm() * FRAC_1_SQRT_2 + BEYOND_MM, z_mm, Vector3::z())
 }
 
 /// Every step from the laser to the sensor.
@@ -133,7 +128,7 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
                 layer: "channel-layer".into(),
                 walls: names(&channel_walls),
                 up,
-                openings: vec![free_surface(p.channel_layer.side.mm(), layout.touch_z)],
+                openings: vec![stack_top(p.channel_layer.side, layout.touch_z)],
                 mix: mix(&p.channel_layer.material),
                 waste: SCRAPED_WASTE,
                 cure: cure(&p.channel_layer.material),
@@ -171,7 +166,7 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
                 layer: "marker-layer".into(),
                 walls: names(&marker_walls),
                 up,
-                openings: vec![free_surface(p.marker_layer.side.mm(), layout.bond_z)],
+                openings: vec![stack_top(p.marker_layer.side, layout.bond_z)],
                 mix: dark_mix(p),
                 waste: SCRAPED_WASTE,
                 cure: cure(&p.marker_layer.material),

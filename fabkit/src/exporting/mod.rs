@@ -230,7 +230,7 @@ fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Body>, Unk
 
 /// A file that comes with the design; its format is the end of its name.
 fn companion(companion: &Companion) -> Made {
-    let Companion { name, bytes } = companion.clone();
+    let Companion { name, bytes, .. } = companion.clone();
     let format = match name.rsplit_once('.') {
         Some((_, "json")) => "json",
         Some((_, "csv")) => "csv",

@@ -202,7 +202,8 @@ fn calibrating(error: &CalibratingError) -> Option<String> {
         }
         CalibratingError::Charuco => "leave --detector out, or give what OpenCV found by --corners",
         CalibratingError::NoOpencv => {
-            return Some(format!("{} by --corners", error.hint()?));
+            "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
+             --corners"
         }
         CalibratingError::NoReference { .. } => {
             "save one there as ref.png, or name it with --reference"

@@ -1,4 +1,4 @@
-"""What fabkit raises: the same codes, messages and hints as the command's."""
+"""What fabkit raises: the command's codes and messages; hints name arguments instead of options."""
 
 from __future__ import annotations
 

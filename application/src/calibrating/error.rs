@@ -260,9 +260,7 @@ impl Explained for CalibratingError {
                 "give each picture once; the same one again is no new evidence"
             }
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
-            Self::NoOpencv => {
-                "build it with `cargo build --release --features opencv`, or give what OpenCV found"
-            }
+            Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",
             Self::Undetected { source, .. } => match source {
                 DetectionError::Size { .. } => "all pictures come from one camera at one size",
                 DetectionError::Identical => "take the reference without contact",

@@ -7,7 +7,6 @@ mod files;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::ground_truth::{Coverage, Deepest, Viewpoint, coverage, deepest, pressers};
 use fabkit_camera::Interface;
 use fabkit_depth::truth::{DepthMap, Presser, Surface};
 use fabkit_fixtures::{Press, Project};
@@ -17,6 +16,7 @@ use self::contacts::Meeting;
 pub use self::error::{SceneError, press_error, unknown_hint};
 pub use self::files::{ViewpointFiles, viewpoint_from_files};
 use crate::Error;
+use crate::ground_truth::{Coverage, Deepest, Viewpoint, coverage, deepest, pressers};
 use crate::memory::{self, Less};
 
 /// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use crate::bodies::UnknownName;
 use fabkit_checks::{self as checks, CheckReport, InvalidBody};
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, Design};
 use fabkit_fixtures::{self as fixtures, FixtureError, Project};
 use fabkit_text::InvalidDesign;
 
+use crate::bodies::UnknownName;
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::reading::{self, Expected};
 use crate::{Error, ErrorKind, Explained};

@@ -158,7 +158,8 @@ def test_data_sets(small: fabkit.Sensor, tmp_path: Path) -> None:
     (begun / "plan.json").write_text("")
     bad = tmp_path / "bad"
     write(small, bad)
-    shard = next(path for path in sorted(bad.glob("halves/indentation_mm/c/**/*")) if path.is_file())
+    shards = sorted(bad.glob("halves/indentation_mm/c/**/*"))
+    shard = next(path for path in shards if path.is_file())
     shard.write_bytes(b"x" + shard.read_bytes()[1:])
 
     def sample() -> object:

@@ -77,8 +77,8 @@ pub fn prepare<R, E: From<Error>>(
     order: &Order,
     work: impl FnOnce(&Job, Room) -> Result<R, E>,
 ) -> Result<R, E> {
-    within("membrane", order.membrane_mm, MEMBRANE_LIMITS_MM).map_err(Error::from)?;
-    within("seam margin", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
+    within("membrane_mm", order.membrane_mm, MEMBRANE_LIMITS_MM).map_err(Error::from)?;
+    within("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
     let named = patterns_of(order, sensor, scene)?;
     let room = Room::new(scene, order, named.len());
     room.work(|| Ok::<_, Error>(()))?;

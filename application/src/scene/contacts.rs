@@ -1,11 +1,11 @@
 //! Whether presses touch: not deeper than the surface is soft, and at all.
 
-use crate::ground_truth::{Penetration, approach, penetration};
 use fabkit_fixtures::Press;
 use rayon::prelude::*;
 
 use super::{Scene, SceneError};
 use crate::Error;
+use crate::ground_truth::{Penetration, approach, penetration};
 
 /// A press may go this much past the soft layer: rounding.
 const SLACK_MM: f64 = 1e-6;

@@ -4,12 +4,12 @@ use fabkit_application::bodies::UnknownName;
 use fabkit_application::checks::{Batch, CheckReport, Finding};
 use fabkit_application::documents;
 use fabkit_application::fixtures;
+use fabkit_application::source::Target;
 
 use super::Report;
 use crate::cli;
 use crate::failure::{ErrorKind, Failure};
 use crate::table::{Align::Left, Align::Right, table};
-use fabkit_application::source::Target;
 
 pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());

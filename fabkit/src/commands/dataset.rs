@@ -6,7 +6,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::dataset::{self, Job, Order, Plan, Written};
+use fabkit_application::documents;
 use fabkit_application::export::png;
+use fabkit_application::reading::has_ending;
+use fabkit_application::scene::Scene;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -17,9 +20,6 @@ use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::grouped;
-use fabkit_application::documents;
-use fabkit_application::reading::has_ending;
-use fabkit_application::scene::Scene;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();

@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
+use fabkit_application::documents;
 use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
+use fabkit_application::reading::has_ending;
+use fabkit_application::scene::{Cast, Scene, press_error};
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -13,9 +16,6 @@ use crate::cli::Depth;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::table::size;
-use fabkit_application::documents;
-use fabkit_application::reading::has_ending;
-use fabkit_application::scene::{Cast, Scene, press_error};
 
 pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
     view::roles(&args.design, &args.view)

@@ -11,6 +11,7 @@ use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness}
 use fabkit_application::exporting::{
     self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written,
 };
+use fabkit_application::source::{self, Target};
 use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
@@ -20,7 +21,6 @@ use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
-use fabkit_application::source::{self, Target};
 
 /// Files that are named in one line.
 const MOST_NAMED: usize = 8;

@@ -25,12 +25,12 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 
 use clap::Parser;
+use fabkit_application::memory;
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{self, ErrorKind, Exit, Failure};
 use crate::interrupt;
-use fabkit_application::memory;
 
 /// The command did its work, and what it examined is not in order.
 const CHECK_FAILED: u8 = 1;

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
+use fabkit_application::authored::{may_replace, signed};
 use fabkit_application::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
+use fabkit_application::reading::{self, Expected};
+use fabkit_application::source::MAX_YAML_BYTES;
 use fabkit_application::staging::write_each;
 use fabkit_application::text::{Name, Scalar};
 use serde_json::{Value, json};
@@ -13,9 +16,6 @@ use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, table};
-use fabkit_application::authored::{may_replace, signed};
-use fabkit_application::reading::{self, Expected};
-use fabkit_application::source::MAX_YAML_BYTES;
 
 pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
     let name = printer(&args.output)?;

@@ -1,7 +1,10 @@
 //! `fabkit render SENSOR[/PART] -o FILE.png`
 
 use fabkit_application::bodies;
+use fabkit_application::memory::{self, Less};
 use fabkit_application::pictures::{self, MAX_PIXELS, Shot};
+use fabkit_application::reading::has_ending;
+use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -11,9 +14,6 @@ use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::size;
-use fabkit_application::memory::{self, Less};
-use fabkit_application::reading::has_ending;
-use fabkit_application::source::Target;
 
 /// A picture, the same filtered, and a file of at most that, bytes for each pixel.
 const PIXEL_BYTES: u64 = 9;

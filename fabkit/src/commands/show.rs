@@ -8,12 +8,12 @@ use fabkit_application::designs::Design;
 use fabkit_application::documents;
 use fabkit_application::geometry::Body;
 use fabkit_application::identity::design_hash;
+use fabkit_application::source::Target;
 
 use super::Report;
 use crate::cli;
 use crate::failure::Failure;
 use crate::table::{Align::Left, Align::Right, table};
-use fabkit_application::source::Target;
 
 pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
     let cli::Design { sensor, set, preset } = &args.design;

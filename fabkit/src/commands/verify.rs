@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, is_separator};
 
+use fabkit_application::source::Target;
 use fabkit_application::verifier::{Verifier, VerifyOptions};
 use serde_json::{Value, json};
 
@@ -11,7 +12,6 @@ use crate::cli::Verify;
 use crate::failure::Failure;
 use crate::roles::Roles;
 use crate::table::{Align::Left, table};
-use fabkit_application::source::Target;
 
 /// Unless a kernel is told otherwise, seconds.
 const USUAL_LIMIT_S: u32 = 600;

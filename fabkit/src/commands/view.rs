@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use fabkit_application::ground_truth::Coverage;
+use fabkit_application::scene::{Scene, viewpoint_from_files};
+use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
 use crate::cli::{Design, View};
 use crate::roles::Roles;
-use fabkit_application::scene::{Scene, viewpoint_from_files};
-use fabkit_application::source::{Source, Target};
 
 /// The files that say what is seen, and from where.
 pub(super) fn roles(design: &Design, view: &View) -> Roles {

@@ -1,6 +1,9 @@
 //! `fabkit dataset SENSOR --probes -o FILE.csv`
 
+use fabkit_application::documents;
 use fabkit_application::ground_truth::probes::probes;
+use fabkit_application::reading::has_ending;
+use fabkit_application::scene::Scene;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -9,9 +12,6 @@ use crate::cli::Dataset;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::table::{grouped, size};
-use fabkit_application::documents;
-use fabkit_application::reading::has_ending;
-use fabkit_application::scene::Scene;
 
 /// UVDtact's.
 const DEEPEST_MM: f64 = 1.6;

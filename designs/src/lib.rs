@@ -4,6 +4,7 @@ use fabkit_geometry::Sensor;
 
 pub mod assembling;
 pub mod blocks;
+mod companion;
 mod families;
 mod fits;
 pub mod hardware;
@@ -12,6 +13,7 @@ mod materials;
 pub mod profile;
 mod registry;
 
+pub use companion::Companion;
 pub use fabkit_text as parameters;
 pub use fabkit_text::{choices, parameters};
 pub use fits::{Fit, gap_mm};
@@ -34,15 +36,6 @@ pub struct Design {
     pub derived: Vec<(String, String)>,
     /// Files that belong to the design besides those of its parts.
     pub companions: Vec<Companion>,
-}
-
-/// A file beside those of the parts, such as a list of landmarks; written with every export.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Companion {
-    /// File name, for example `pin-dome.landmarks.json`.
-    pub name: String,
-    /// Its bytes.
-    pub bytes: Vec<u8>,
 }
 
 /// The families and sensors that fabkit comes with.

@@ -9,11 +9,11 @@ mod sweep;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use fabkit::exporting::Format;
-use fabkit::geometry::Length;
-use fabkit::memory;
+use fabkit_application::exporting::Format;
+use fabkit_application::geometry::Length;
+use fabkit_application::memory;
 
-pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, Detector};
+pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
 pub use ground_truth::{Dataset, Depth, View};
 pub use new::New;
 pub use sweep::Sweep;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Exit, Failure};
 
 const COMPUTING: u8 = 0;
 const WRITING: u8 = 1;
@@ -52,7 +52,7 @@ pub fn begin_writing() -> Result<(), Failure> {
     STATE
         .compare_exchange(COMPUTING, WRITING, Ordering::SeqCst, Ordering::SeqCst)
         .map(drop)
-        .map_err(|_| Failure::plain(Exit::Interrupted, "interrupted"))
+        .map_err(|_| Failure::plain(ErrorKind::Interrupted, "interrupted"))
 }
 
 /// Whether an interrupt asked the writer to stop.

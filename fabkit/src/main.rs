@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    fabkit::commands::main(std::env::args_os()).into()
+    fabkit::run(std::env::args_os()).into()
 }

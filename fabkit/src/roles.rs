@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 
 /// The files of one run of a command.
 #[derive(Debug, Default)]
@@ -94,8 +94,10 @@ impl Roles {
             }
         }
         let hint = "give each file that is written a name of its own";
-        let wrong = wrong.into_iter().map(|text| Failure::new(Exit::BadInput, text, hint));
-        Failure::all(wrong.collect()).map_or(Ok(()), Err)
+        match wrong.is_empty() {
+            true => Ok(()),
+            false => Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)),
+        }
     }
 }
 
@@ -140,11 +142,6 @@ impl Identity {
             _ => self == other,
         }
     }
-}
-
-/// Whether a name ends as files of a kind do: `has_ending(path, "png")`.
-pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
 }
 
 fn split(path: &Path) -> (PathBuf, OsString) {

@@ -72,10 +72,9 @@ class Board:
 def boards(sensor: Sensor | str) -> dict[str, Board]:
     """List the boards that come with a sensor, by name."""
     sensor = load(sensor) if isinstance(sensor, str) else sensor
-    ending = ".board.json"
-    files = sensor.fixtures["boards"].files
-    texts = {name: text for name, text in files.items() if name.endswith(ending)}
-    return {name.removesuffix(ending): Board(text.decode()) for name, text in texts.items()}
+    native = sensor.fixtures["boards"]._native  # pyright: ignore[reportPrivateUsage]
+    listed = [Board(text) for text in native.boards()]
+    return {board.kind: board for board in listed}
 
 
 @dataclass(frozen=True)
@@ -395,10 +394,10 @@ def _landmarks(
     if isinstance(given, str | os.PathLike):
         return _read(given)
     dome = sensor.fixtures["pin-dome"] if given is None else given
-    texts = [text for name, text in dome.files.items() if name.endswith(".landmarks.json")]
-    if not texts:
+    text = dome._native.pin_landmarks()  # pyright: ignore[reportPrivateUsage]
+    if text is None:
         raise invalid(f"{dome.name} has no pins, and so no landmarks")
-    return texts[0].decode()
+    return text
 
 
 def _corners(view: Corners, name: str) -> tuple[str, list[int], list[list[float]], list[float]]:

@@ -1,8 +1,7 @@
-"""What fabkit raises: the same codes, messages and hints as the command's."""
+"""What fabkit raises: the command's codes and messages; hints name arguments instead of options."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -123,14 +122,11 @@ def _with(message: str, hint: str | None) -> str:
     return message if hint is None else f"{message}\n  = help: {hint}"
 
 
-def _of(document: str, text: str) -> FabkitError:  # pyright: ignore[reportUnusedFunction]
-    """Make an error from a ``fabkit-error`` document and the text that goes with it."""
-    about: dict[str, Any] = json.loads(document)
-    fields = Problem.__dataclass_fields__
-    problems = tuple(
-        Problem(**{name: problem[name] for name in fields if name in problem})
-        for problem in about["problems"]
-    )
-    kind = InvalidInputError if about["kind"] == "bad-input" else FabkitError
-    text = text.removeprefix("error: ").rstrip("\n")
-    return kind(text, code=about["kind"], exit_code=about["exit_code"], problems=problems)
+_EXIT_CODES = {"bad-input": 2, "limit": 3, "io": 4, "bug": 70, "interrupted": 130}
+
+
+def _of(text: str, code: str, problems: list[dict[str, Any]]) -> FabkitError:  # pyright: ignore[reportUnusedFunction]
+    """Make an error of what the native half says."""
+    kind = InvalidInputError if code == "bad-input" else FabkitError
+    listed = tuple(Problem(**problem) for problem in problems)
+    return kind(text, code=code, exit_code=_EXIT_CODES[code], problems=listed)

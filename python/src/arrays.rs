@@ -1,13 +1,12 @@
 //! Between numpy's arrays and what the libraries take and give.
 
-use fabkit::export::{Array, Values};
-use fabkit::failure::{Exit, Failure};
-use fabkit::geometry::Pose;
+use fabkit_application::export::{Array, Values};
+use fabkit_application::geometry::Pose;
 use numpy::{Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::exception;
+use crate::errors::{Failure, exception};
 
 /// (4, 4), its last row 0 0 0 1.
 pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -57,7 +56,7 @@ pub fn rows<const N: usize>(
     let (rows, remainder) = array.as_slice()?.as_chunks::<N>();
     if array.as_array().ncols() != N || !remainder.is_empty() {
         let message = format!("{name} has {} columns; it must have {N}", array.as_array().ncols());
-        return Err(exception(py, Failure::plain(Exit::BadInput, message)));
+        return Err(exception(py, Failure::call(message)));
     }
     Ok(rows.to_vec())
 }

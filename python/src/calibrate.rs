@@ -4,30 +4,32 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::bodies::UnknownName;
-use fabkit::calibration::assignment::{Doubt, Mark, MarkedCapture};
-use fabkit::calibration::board::{Board, FoundCorner};
-use fabkit::calibration::image::GreyImage;
-use fabkit::calibration::intrinsics::LensModel;
-use fabkit::calibration::landmarks::PinLandmarks;
-use fabkit::calibration::pins::{DetectionOptions, Polarity};
-use fabkit::calibration::report::{
+use fabkit_application::Error;
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::calibrating::boards::{self, Detector};
+use fabkit_application::calibrating::captures::{self, MeasuredCapture};
+use fabkit_application::calibrating::extrinsics::{self as from_pins, Inputs};
+use fabkit_application::calibrating::{
+    CalibratingError, intrinsics as from_views, pictures, pose_file,
+};
+use fabkit_application::calibration::assignment::{Doubt, Mark};
+use fabkit_application::calibration::board::{self as on_board, FoundCorner};
+use fabkit_application::calibration::image::GreyImage;
+use fabkit_application::calibration::intrinsics::LensModel;
+use fabkit_application::calibration::landmarks::PinLandmarks;
+use fabkit_application::calibration::pins::{DetectionOptions, Polarity};
+use fabkit_application::calibration::report::{
     CaptureRecord, ExtrinsicsReport, IntrinsicsReport, PictureRecord,
 };
-use fabkit::calibration::{board as boards, extrinsics as pose, intrinsics as lens};
-use fabkit::camera::Point2;
-use fabkit::commands::calibrate::boards::{Detector, Views, from_images, from_pictures};
-use fabkit::commands::calibrate::captures::{self, Captures, Choose};
-use fabkit::commands::calibrate::extrinsics::{Inputs, solve};
-use fabkit::commands::calibrate::{intrinsics as from_views, pictures, pose_file};
-use fabkit::failure::{Exit, Failure};
-use fabkit::staging::write_each;
+use fabkit_application::calibration::{extrinsics as pose, intrinsics as lens};
+use fabkit_application::camera::Point2;
+use fabkit_application::staging::write_each;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::camera::Camera;
 use crate::design::Project;
-use crate::errors::OrRaise;
+use crate::errors::{Failure, OrRaise};
 use crate::running::{Interrupted, guarded, run, short};
 
 /// Brightness row by row, 0 to 1.
@@ -39,29 +41,18 @@ type Pins = (String, Option<Vec<u32>>, Vec<[f64; 2]>, Vec<f64>);
 /// (n, 2) pixels and (n,) standard deviations.
 type Found<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
-fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, Failure> {
+fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, CalibratingError> {
     let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
     let [height, width] = [picture.shape()[0], picture.shape()[1]].map(side);
     let values = picture.as_array().iter().copied().collect();
     GreyImage::new(width, height, values)
-        .map_err(|error| Failure::plain(Exit::BadInput, format!("{name}: {error}")))
-}
-
-fn read_board(text: &str) -> Result<Board, Failure> {
-    Board::from_json(text).map_err(|invalid| {
-        let hint = "`fabkit export SENSOR/boards` writes one beside each board";
-        Failure::new(Exit::BadInput, invalid.problems.join("\nerror: "), hint)
-    })
-}
-
-fn read_landmarks(text: &str) -> Result<PinLandmarks, Failure> {
-    PinLandmarks::from_json(text).map_err(|error| Failure::plain(Exit::BadInput, error))
+        .map_err(|source| CalibratingError::Picture { file: name.into(), source })
 }
 
 /// A board's file, checked; as JSON with everything that it leaves to be computed.
 #[pyfunction]
 pub fn board(py: Python<'_>, text: &str) -> PyResult<String> {
-    short(py, || Ok::<_, Failure>(read_board(text)?.to_json()))?.or_raise(py)
+    short(py, || Ok::<_, Error>(boards::board(text, None)?.to_json()))?.or_raise(py)
 }
 
 /// Ids, pixels and standard deviations of a board's corners.
@@ -72,10 +63,9 @@ pub fn find_corners<'py>(
     board: &str,
 ) -> PyResult<(Bound<'py, PyArray1<u32>>, Found<'py>)> {
     let picture = grey("the picture", &picture).or_raise(py)?;
-    let board = short(py, || read_board(board))?.or_raise(py)?;
+    let board = short(py, || boards::board(board, None))?.or_raise(py)?;
     let corners = run(py, Interrupted::Leave, None, move |_| {
-        boards::find_corners(&picture, &board)
-            .map_err(|error| Failure::plain(Exit::BadInput, error))
+        on_board::find_corners(&picture, &board).map_err(Failure::call)
     })?;
     let ids = PyArray1::from_iter(py, corners.iter().map(|corner| corner.id));
     let pixels = corners.iter().map(|corner| (corner.pixel, corner.sigma_px));
@@ -96,7 +86,7 @@ pub fn find_pins<'py>(
     let options = DetectionOptions { polarity, ..DetectionOptions::default() };
     let detections = run(py, Interrupted::Leave, None, move |_| {
         let read = |_| Ok(Cow::Borrowed(&picture));
-        pictures::detect_in(&reference, &["the picture".into()], &read, &options)
+        Ok(pictures::detect_in(&reference, &["the picture".into()], &read, &options)?)
     })?;
     let marks = detections.iter().flat_map(|detection| &detection.marks);
     found(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))
@@ -167,7 +157,7 @@ pub fn intrinsics(
     corners: Vec<Corners>,
     models: Vec<String>,
 ) -> PyResult<Intrinsics> {
-    let board = short(py, || read_board(board))?.or_raise(py)?;
+    let board = short(py, || boards::board(board, None))?.or_raise(py)?;
     let models = models.iter().map(|name| {
         let known = || LensModel::ALL.iter().map(|model| model.name());
         LensModel::named(name).ok_or_else(|| UnknownName::new("lens model", name, known()))
@@ -188,12 +178,16 @@ pub fn intrinsics(
         // OpenCV's detector comes with Python's own package of it.
         let detector = Detector::Fabkit;
         let views = match views {
-            BoardViews::Files(files) => from_pictures(&files, &board, &sensor.camera, detector)?,
+            BoardViews::Files(files) => {
+                boards::from_pictures(&files, &board, &sensor.camera, detector)?
+            }
             BoardViews::Pictures(names, images) => {
                 let read = |i: usize| Ok(Cow::Borrowed(&images[i]));
-                from_images(&names, &read, &board, &sensor.camera, detector)?
+                boards::from_images(&names, &read, &board, &sensor.camera, detector)?
             }
-            BoardViews::Corners(views) => from_corners(views, &board)?,
+            BoardViews::Corners(views) => {
+                boards::from_corners(views.into_iter().map(found_corners).collect(), &board)?
+            }
         };
         let calibration = from_views::solve(&views, &sensor.camera, &models)?;
         let (sensor, board) = (sensor.name.clone(), board.name.clone());
@@ -201,33 +195,13 @@ pub fn intrinsics(
     })
 }
 
-fn from_corners(given: Vec<Corners>, board: &Board) -> Result<Views, Failure> {
-    let mut views = Views::default();
-    let mut wrong = Vec::new();
-    for (name, ids, pixels, sigmas) in given {
-        let count = board.corners.len();
-        if let Some(id) = ids.iter().find(|id| **id as usize >= count) {
-            let message =
-                format!("{name}: the board has no corner {id}; its last is {}", count - 1);
-            wrong.push(Failure::plain(Exit::BadInput, message));
-            continue;
-        }
-        let corner = |((id, [x, y]), sigma_px): ((u32, [f64; 2]), f64)| FoundCorner {
-            id,
-            pixel: Point2::new(x, y),
-            sigma_px,
-        };
-        let mut corners: Vec<FoundCorner> =
-            ids.into_iter().zip(pixels).zip(sigmas).map(corner).collect();
-        corners.sort_by_key(|corner| corner.id);
-        if let Some(twice) = corners.windows(2).find(|pair| pair[0].id == pair[1].id) {
-            let message = format!("{name} has corner {} twice", twice[0].id);
-            wrong.push(Failure::plain(Exit::BadInput, message));
-            continue;
-        }
-        views.add(name, Ok(corners), board);
-    }
-    Failure::all(wrong).map_or(Ok(views), Err)
+fn found_corners((name, ids, pixels, sigmas): Corners) -> (String, Vec<FoundCorner>) {
+    let corners = ids.into_iter().zip(pixels).zip(sigmas);
+    let corner = |((id, [x, y]), sigma_px): ((u32, [f64; 2]), f64)| {
+        let pixel = Point2::new(x, y);
+        FoundCorner { id, pixel, sigma_px }
+    };
+    (name, corners.map(corner).collect())
 }
 
 /// A calibrated pose with all that is to be said about it.
@@ -300,13 +274,15 @@ pub fn extrinsics(
     kind: Option<String>,
     gel_index: f64,
 ) -> PyResult<Extrinsics> {
-    let landmarks = short(py, || read_landmarks(landmarks))?.or_raise(py)?;
+    let landmarks = short(py, || from_pins::landmarks(landmarks, None))?.or_raise(py)?;
     let (project, camera) = (Arc::clone(&project.project), camera.estimate.clone());
     run(py, Interrupted::Leave, None, move |_| {
         let kind = kind.as_deref();
         let captures = match &folder {
             Some(folder) => captures::read(folder, reference.as_deref(), &landmarks, kind)?,
-            None => from_pins(&pins, &landmarks, kind)?,
+            None => {
+                captures::from_marks(pins.into_iter().map(measured).collect(), &landmarks, kind)?
+            }
         };
         let inputs = Inputs {
             sensor: &project.design.sensor,
@@ -316,7 +292,7 @@ pub fn extrinsics(
             captures: &captures,
             gel_index,
         };
-        solve(&inputs, |report| {
+        from_pins::solve(&inputs, |report| {
             Ok(Extrinsics {
                 sensor: report.sensor.into(),
                 camera_file: report.camera_file.into(),
@@ -329,39 +305,7 @@ pub fn extrinsics(
     })
 }
 
-fn from_pins<'a>(
-    given: &[Pins],
-    landmarks: &'a PinLandmarks,
-    kind: Option<&str>,
-) -> Result<Captures<'a>, Failure> {
-    let choose = Choose { landmarks, kind };
-    let mut captures = Captures::default();
-    let mut wrong = Vec::new();
-    for (name, holes, pixels, sigmas) in given {
-        let mark = |(pixel, sigma): (&[f64; 2], &f64)| Mark {
-            pixel: Point2::from(*pixel),
-            sigma_px: *sigma,
-        };
-        let marks: Vec<Mark> = pixels.iter().zip(sigmas).map(mark).collect();
-        let pins = match holes {
-            Some(holes) => holes.iter().map(|hole| choose.pin(name, *hole, None)).collect(),
-            None => {
-                Ok(landmarks.pins.iter().filter(|pin| kind.is_none_or(|k| pin.kind == k)).collect())
-            }
-        };
-        match pins {
-            Err(failure) => wrong.push(failure),
-            Ok(pins) => {
-                let pins: Vec<_> = pins;
-                let labelled = holes.is_some();
-                captures.records.push(CaptureRecord {
-                    file: name.clone(),
-                    pins_expected: labelled.then_some(pins.len()),
-                    pins_found: marks.len(),
-                });
-                captures.marked.push(MarkedCapture { marks, pins, labelled });
-            }
-        }
-    }
-    Failure::all(wrong).map_or(Ok(captures), Err)
+fn measured((name, holes, pixels, sigmas): Pins) -> MeasuredCapture {
+    let mark = |([x, y], sigma_px): ([f64; 2], f64)| Mark { pixel: Point2::new(x, y), sigma_px };
+    MeasuredCapture { name, holes, marks: pixels.into_iter().zip(sigmas).map(mark).collect() }
 }

@@ -1,14 +1,13 @@
 //! Cameras: vectorised, without copies of what comes in or goes out.
 
-use fabkit::camera::files::{self, Format};
-use fabkit::camera::{self, CameraEstimate, Point2, Point3};
-use fabkit::failure::{Exit, Failure};
-use fabkit::geometry::NominalCamera;
+use fabkit_application::camera::files::{self, Format};
+use fabkit_application::camera::{self, CameraEstimate, Point2, Point3};
+use fabkit_application::geometry::NominalCamera;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::arrays::rows;
-use crate::errors::{OrRaise, exception};
+use crate::errors::{Failure, OrRaise, exception};
 use crate::running::short;
 
 /// A camera, and how sure it is.
@@ -44,7 +43,7 @@ impl Camera {
     ) -> PyResult<Self> {
         let made = || camera::Camera::equidistant(width_px, height_px, field_of_view_rad);
         let camera = short(py, made)?;
-        let camera = camera.map_err(|error| Failure::plain(Exit::BadInput, error)).or_raise(py)?;
+        let camera = camera.map_err(Failure::call).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
 
@@ -57,7 +56,7 @@ impl Camera {
                 _ => format!("{file}: {fault}"),
             });
             let faults: Vec<String> = faults.collect();
-            Failure::plain(Exit::BadInput, faults.join("\nerror: "))
+            Failure::call(faults.join("\nerror: "))
         };
         Ok(Self { estimate: short(py, || files::read(text))?.map_err(wrong).or_raise(py)? })
     }
@@ -66,18 +65,19 @@ impl Camera {
     fn to_text(&self, py: Python<'_>, format: &str) -> PyResult<String> {
         let known = || Format::ALL.iter().map(|format| format.name());
         let Some(format) = Format::ALL.iter().find(|known| known.name() == format) else {
-            let unknown = fabkit::bodies::UnknownName::new("camera format", format, known());
+            let unknown =
+                fabkit_application::bodies::UnknownName::new("camera format", format, known());
             return Err(exception(py, unknown));
         };
         let text = short(py, || files::write(&self.estimate, *format))?;
-        let hint = "`fabkit` keeps everything";
-        text.map_err(|error| Failure::new(Exit::BadInput, error, hint)).or_raise(py)
+        let hint = Some("`fabkit` keeps everything");
+        text.map_err(|error| Failure::Call { message: error.to_string(), hint }).or_raise(py)
     }
 
     /// The same kind of camera with other numbers and no covariance.
     fn with_parameters(&self, py: Python<'_>, parameters: Vec<f64>) -> PyResult<Self> {
         let camera = short(py, || self.estimate.camera().with_parameters(&parameters))?;
-        let camera = camera.map_err(|error| Failure::plain(Exit::BadInput, error)).or_raise(py)?;
+        let camera = camera.map_err(Failure::call).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
 

@@ -8,5 +8,5 @@ use pyo3::prelude::*;
 #[pyfunction]
 pub fn command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     // The command handles interrupts itself: Python's handler would wait for Python code to run.
-    py.detach(|| fabkit::commands::main(arguments))
+    py.detach(|| fabkit::run(arguments))
 }

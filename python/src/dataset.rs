@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use fabkit::commands::dataset::{self as order, Order};
-use fabkit::dataset::{self, Begun, DatasetError, Job, Reader, SampleArray, Written};
-use fabkit::export::Element;
-use fabkit::failure::Failure;
-use fabkit::scene::{self, MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, within};
+use fabkit_application::dataset::{
+    self, Begun, DatasetError, Job, Order, Reader, SampleArray, Written,
+};
+use fabkit_application::export::Element;
+use fabkit_application::scene;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::shaped;
-use crate::errors::OrRaise;
+use crate::errors::{Failure, OrRaise};
 use crate::running::{Interrupted, run, short};
 use crate::scene::Scene;
 
@@ -38,7 +38,6 @@ impl DatasetOrder {
     #[new]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn new(
-        py: Python<'_>,
         scene: &Scene,
         presses: Option<PathBuf>,
         captures: Option<PathBuf>,
@@ -47,11 +46,9 @@ impl DatasetOrder {
         seed: u64,
         materialise: bool,
         allow_no_contact: bool,
-    ) -> PyResult<Self> {
-        within("membrane_mm", membrane_mm, MEMBRANE_LIMITS_MM).or_raise(py)?;
-        within("seam_margin_mm", seam_margin_mm, MARGIN_LIMITS_MM).or_raise(py)?;
+    ) -> Self {
         let (scene, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
-        let order = Self {
+        Self {
             scene,
             sensor,
             presses,
@@ -61,8 +58,7 @@ impl DatasetOrder {
             seed,
             materialise,
             allow_no_contact,
-        };
-        Ok(order)
+        }
     }
 
     /// Writes it, or what is missing of it; the halves that press nothing that the camera sees.
@@ -119,7 +115,7 @@ impl DatasetOrder {
             allow_no_contact: self.allow_no_contact,
             resume,
         };
-        order::prepare(&self.scene, &self.sensor, &order, |job| work(job).map_err(order::failure))
+        dataset::prepare(&self.scene, &self.sensor, &order, |job, _| Ok(work(job)?))
     }
 }
 
@@ -161,9 +157,7 @@ impl BegunDataset {
 
     /// Keeps the files of a shard that somebody else computed.
     fn keep(&self, py: Python<'_>, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
-        self.with(py, |begun| {
-            begun.as_ref().ok_or_else(closed)?.keep(&files).map_err(order::failure)
-        })
+        self.with(py, |begun| Ok(begun.as_ref().ok_or_else(closed)?.keep(&files)?))
     }
 
     /// Writes what is missing.
@@ -199,8 +193,7 @@ pub struct DatasetReader {
 impl DatasetReader {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        let reader =
-            short(py, || Reader::open(&folder))?.map_err(order::read_failure).or_raise(py)?;
+        let reader = short(py, || Reader::open(&folder))?.or_raise(py)?;
         Ok(Self { reader })
     }
 
@@ -210,15 +203,13 @@ impl DatasetReader {
     }
 
     fn content<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes =
-            short(py, || self.reader.bytes(name))?.map_err(order::read_failure).or_raise(py)?;
+        let bytes = short(py, || self.reader.bytes(name))?.or_raise(py)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// An array such as `halves/label`, if there is one.
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Option<Samples>> {
-        let array =
-            short(py, || self.reader.array(name))?.map_err(order::read_failure).or_raise(py)?;
+        let array = short(py, || self.reader.array(name))?.or_raise(py)?;
         Ok(array.map(|array| Samples { array }))
     }
 }
@@ -244,8 +235,7 @@ impl Samples {
     }
 
     fn sample<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
-        let bytes =
-            short(py, || self.array.sample(index))?.map_err(order::read_failure).or_raise(py)?;
+        let bytes = short(py, || self.array.sample(index))?.or_raise(py)?;
         let shape = &self.array.shape()[1..];
         Ok(match self.array.element() {
             Element::U8 => shaped(py, bytes, shape)?.into_any(),

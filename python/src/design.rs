@@ -3,20 +3,22 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::bodies;
-use fabkit::commands::{check, show};
-use fabkit::exporting::ExportFailure;
-use fabkit::failure::Failure;
-use fabkit::pictures::{self, Shot};
-use fabkit::source::Source;
-use fabkit::{checks, designs, fixtures};
+use fabkit_application::Error;
+use fabkit_application::bodies;
+use fabkit_application::calibration::board::Board;
+use fabkit_application::calibration::landmarks::PinLandmarks;
+use fabkit_application::documents;
+use fabkit_application::exporting::ExportFailure;
+use fabkit_application::pictures::{self, Shot};
+use fabkit_application::source::Source;
+use fabkit_application::{checks, designs, fixtures};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays;
 use crate::camera::Camera;
-use crate::errors::OrRaise;
+use crate::errors::{Failure, OrRaise};
 use crate::mesh::Mesh;
 use crate::running::{Interrupted, run, short};
 
@@ -40,7 +42,7 @@ pub fn load(
             Some(preset) => Source::preset(sensor, preset)?,
         };
         let project = source.load(&overrides)?;
-        Ok::<_, Failure>((source, project))
+        Ok::<_, Error>((source, project))
     })?;
     let (source, project) = loaded.or_raise(py)?;
     Ok(Project { source: Arc::new(source), project: Arc::new(project) })
@@ -70,7 +72,7 @@ impl Project {
     fn fixture(&self, py: Python<'_>, name: String) -> PyResult<Design> {
         let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
         let design = run(py, Interrupted::Leave, None, move |_| {
-            project.fixture(&name).map_err(|error| source.failure(error))
+            Ok(project.fixture(&name).map_err(|error| source.error(error))?)
         })?;
         Ok(Design { design: Arc::new(design) })
     }
@@ -81,7 +83,7 @@ impl Project {
         run(py, Interrupted::Leave, None, move |_| {
             let mut ids = Vec::new();
             for presses in project.presses() {
-                let presses = presses.map_err(|error| source.failure(error))?;
+                let presses = presses.map_err(|error| source.error(error))?;
                 ids.extend(presses.into_iter().map(|press| press.id));
             }
             Ok(ids)
@@ -95,13 +97,13 @@ impl Project {
             let (design, report) = match &fixture {
                 None => (project.design.clone(), checks::check(&project.design.sensor)),
                 Some(name) => {
-                    let failed = |error| source.failure(error);
+                    let failed = |error| source.error(error);
                     let report = project.check_fixture(name).map_err(failed)?;
                     (project.fixture(name).map_err(failed)?, report)
                 }
             };
             let report = report.map_err(Failure::bug)?;
-            Ok(check::document(&design, &report).to_string())
+            Ok(documents::check(&design, &report).to_string())
         })
     }
 
@@ -126,7 +128,7 @@ pub struct Design {
 }
 
 impl Design {
-    fn body(&self, py: Python<'_>, name: &str) -> PyResult<&fabkit::geometry::Body> {
+    fn body(&self, py: Python<'_>, name: &str) -> PyResult<&fabkit_application::geometry::Body> {
         bodies::find(&self.design.sensor, name).or_raise(py)
     }
 }
@@ -135,13 +137,23 @@ impl Design {
 impl Design {
     /// A `fabkit-show` document.
     fn about(&self, py: Python<'_>) -> PyResult<String> {
-        short(py, || show::document(&self.design).to_string())
+        short(py, || documents::show(&self.design).to_string())
     }
 
     /// Files that come with the design: name and content.
     fn companions<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
         let files = self.design.companions.iter();
         files.map(|file| (file.name.clone(), PyBytes::new(py, &file.bytes))).collect()
+    }
+
+    /// Where pins touch, as JSON; nothing for what has no pins.
+    fn pin_landmarks(&self) -> Option<String> {
+        self.design.documents().next().map(PinLandmarks::to_json)
+    }
+
+    /// Boards, as JSON.
+    fn boards(&self) -> Vec<String> {
+        self.design.documents().map(Board::to_json).collect()
     }
 
     /// Named points of a body, in its frame.
@@ -160,7 +172,7 @@ impl Design {
         let (design, name) = (Arc::clone(&self.design), body.clone());
         let mesh = run(py, Interrupted::Leave, None, move |_| {
             let body = bodies::find(&design.sensor, &name)?;
-            fabkit::mesh::mesh(&body.solid, tolerance_mm)
+            fabkit_application::mesh::mesh(&body.solid, tolerance_mm)
                 .map_err(|source| ExportFailure::Mesh { part: name.clone(), source }.into())
         })?;
         Mesh::new(py, body, mesh)

@@ -1,9 +1,59 @@
 //! Failures as exceptions of `fabkit.errors`.
 
-use fabkit::bodies::UnknownName;
-use fabkit::failure::Failure;
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::diagnostics::{self, Diagnosed};
+use fabkit_application::text::{OVERRIDES, Problem};
+use fabkit_application::{Error, ErrorKind, Explained};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+use crate::hints;
+
+/// Why a call did not do what it was asked to.
+#[derive(Debug)]
+pub enum Failure {
+    /// What it called failed.
+    Application(Error),
+    /// Something is wrong with what was passed.
+    Call {
+        /// What is wrong.
+        message: String,
+        /// What to do about it.
+        hint: Option<&'static str>,
+    },
+}
+
+impl<E: Into<Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Application(error.into())
+    }
+}
+
+impl Failure {
+    /// Something is wrong with what was passed.
+    pub fn call(message: impl ToString) -> Self {
+        Self::Call { message: message.to_string(), hint: None }
+    }
+
+    /// Something that must not happen.
+    pub fn bug(message: impl ToString) -> Self {
+        Error::bug(message).into()
+    }
+
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Application(error) => error.kind(),
+            Self::Call { .. } => ErrorKind::BadInput,
+        }
+    }
+
+    fn message_and_hint(&self) -> (String, Option<String>) {
+        match self {
+            Self::Application(error) => (error.to_string(), hints::hint(error)),
+            Self::Call { message, hint } => (message.clone(), hint.map(str::to_owned)),
+        }
+    }
+}
 
 /// What to say to somebody who asked for a name that is not among those known.
 #[pyfunction]
@@ -11,18 +61,62 @@ pub fn hint(name: &str, known: Vec<String>) -> String {
     UnknownName::new("name", name, known.iter().map(String::as_str)).hint()
 }
 
-/// What the command would print and `--json` would say, as the exception made from it.
+/// The exception for a failure: what the command would print and `--json` would say, in the words of
+/// those who call functions.
 pub fn exception(py: Python<'_>, failure: impl Into<Failure>) -> PyErr {
-    let failure = failure.into();
-    made(py, &failure).unwrap_or_else(|error| error)
+    made(py, &failure.into()).unwrap_or_else(|error| error)
 }
 
 fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
+    let (text, problems) = match failure {
+        Failure::Application(Error::Invalid(found)) => invalid(py, found)?,
+        other => {
+            let (message, hint) = other.message_and_hint();
+            let problem = PyDict::new(py);
+            problem.set_item("message", &message)?;
+            problem.set_item("hint", &hint)?;
+            let help = hint.map(|hint| format!("\n  = help: {hint}")).unwrap_or_default();
+            (message + &help, vec![problem])
+        }
+    };
     let arguments = PyDict::new(py);
-    arguments.set_item("document", failure.to_json().to_string())?;
-    arguments.set_item("text", failure.to_text())?;
+    arguments.set_item("text", text)?;
+    arguments.set_item("code", failure.kind().word())?;
+    arguments.set_item("problems", problems)?;
     let exception = py.import("fabkit.errors")?.getattr("_of")?.call((), Some(&arguments))?;
     Ok(PyErr::from_value(exception))
+}
+
+type TextAndProblems<'py> = (String, Vec<Bound<'py, PyDict>>);
+
+fn invalid<'py>(py: Python<'py>, found: &Diagnosed) -> PyResult<TextAndProblems<'py>> {
+    let problems: Vec<Problem> = found.invalid.problems.iter().map(of_overrides).collect();
+    let listed = diagnostics::list(&problems, &found.texts);
+    let dictionary = |problem: Problem| {
+        let about = PyDict::new(py);
+        about.set_item("file", problem.file)?;
+        about.set_item("line", problem.line)?;
+        about.set_item("column", problem.column)?;
+        about.set_item("path", problem.path)?;
+        about.set_item("value", problem.value)?;
+        about.set_item("message", problem.message)?;
+        about.set_item("hint", problem.hint)?;
+        Ok(about)
+    };
+    let problems = problems.into_iter().map(dictionary).collect::<PyResult<_>>()?;
+    let text = listed.strip_prefix("error: ").unwrap_or(&listed).trim_end_matches('\n').to_owned();
+    Ok((text, problems))
+}
+
+/// What the command calls by its option, Python's users pass by keyword.
+fn of_overrides(problem: &Problem) -> Problem {
+    let called = |text: &str| text.replace(OVERRIDES, "overrides");
+    Problem {
+        file: called(&problem.file),
+        message: called(&problem.message),
+        hint: problem.hint.as_deref().map(called),
+        ..problem.clone()
+    }
 }
 
 /// [`exception`] for results.

@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::bodies::UnknownName;
-use fabkit::designs::Design;
-use fabkit::export::Bed;
-use fabkit::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
-use fabkit::failure::{Exit, Failure};
-use fabkit::source::read_profile;
-use fabkit::staging::{OutputFile, write_all};
-use fabkit::verifier::Verifier;
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::designs::Design;
+use fabkit_application::export::Bed;
+use fabkit_application::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
+use fabkit_application::source::read_profile;
+use fabkit_application::staging::{OutputFile, write_all};
+use fabkit_application::verifier::Verifier;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::errors::exception;
+use crate::errors::{Failure, exception};
 use crate::running::{Interrupted, run, short};
 
 /// Made by another kernel, and not one of [`Format`].
@@ -58,7 +57,7 @@ impl Wish {
         let lengths = self.bed_mm.into_iter().chain(self.stock_mm).flatten().chain(self.kerf_mm);
         if let Some(length) = lengths.into_iter().find(|mm| !(0.0..=5000.0).contains(mm)) {
             let message = format!("{length} mm; the limits are 0 mm and 5000 mm");
-            return Err(Failure::plain(Exit::BadInput, message));
+            return Err(Failure::call(message));
         }
         let options = ExportOptions {
             parts: self.parts,

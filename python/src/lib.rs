@@ -12,6 +12,7 @@ mod dataset;
 mod design;
 mod errors;
 mod export;
+mod hints;
 mod mesh;
 mod running;
 mod scene;
@@ -47,5 +48,5 @@ mod _fabkit {
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]
-    const __version__: &str = fabkit::export::VERSION;
+    const __version__: &str = fabkit_application::export::VERSION;
 }

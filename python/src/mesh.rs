@@ -1,13 +1,12 @@
 //! Triangle meshes.
 
-use fabkit::export;
-use fabkit::failure::Failure;
-use fabkit::mesh::{FaceId, TriMesh};
+use fabkit_application::export;
+use fabkit_application::mesh::{FaceId, TriMesh};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::errors::OrRaise;
+use crate::errors::{Failure, OrRaise};
 use crate::running::short;
 
 /// A closed mesh in the frame of its part, mm. Its arrays are numpy's: moved there, not copied.

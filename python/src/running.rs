@@ -10,10 +10,9 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use fabkit::failure::Failure;
 use pyo3::prelude::*;
 
-use crate::errors::exception;
+use crate::errors::{Failure, exception};
 
 /// Often enough for people, rarely enough to cost nothing.
 const POLL: Duration = Duration::from_millis(25);

@@ -1,14 +1,12 @@
 //! Ground truth: what a camera sees of a sensor's surface.
 
-use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit::camera::files::{PoseFile, read_pose};
-use fabkit::export::png;
-use fabkit::failure::{Exit, Failure};
-use fabkit::ground_truth::{Viewpoint, arrays, picture};
-use fabkit::scene::{self, Cast, ViewpointFiles, press_failure};
+use fabkit_application::camera::files::{PoseFile, read_pose};
+use fabkit_application::export::png;
+use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
+use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
 use numpy::{PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -16,7 +14,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::arrays;
 use crate::camera::Camera;
 use crate::design::Project;
-use crate::errors::{OrRaise, exception};
+use crate::errors::{Failure, OrRaise, exception};
 use crate::running::{Interrupted, run, short};
 
 /// A PNG picture of a map, with a colour for each value and a scale.
@@ -28,7 +26,7 @@ pub fn false_color<'py>(
     let width_px = u32::try_from(map.shape()[1]).unwrap_or(u32::MAX);
     let values = map.as_slice()?;
     if values.is_empty() {
-        let failure = Failure::plain(Exit::BadInput, "a map without pixels has no picture");
+        let failure = Failure::call("a map without pixels has no picture");
         return Err(exception(py, failure));
     }
     let bytes = short(py, || {
@@ -66,7 +64,7 @@ impl Scene {
         let project = Arc::clone(&project.project);
         let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
         let scene = short(py, || {
-            let bad = |error: &dyn Display| Failure::plain(Exit::BadInput, error.to_string());
+            let bad = |error| SceneError::viewpoint(None, error);
             let mut files =
                 ViewpointFiles::read(&project, camera_file.as_deref(), pose_file.as_deref())?;
             // One of the two may still be a file's.
@@ -74,7 +72,7 @@ impl Scene {
                 files.camera = text;
             }
             let given = pose_text.map(|text| read_pose(&text)).transpose();
-            if let Some(pose) = given.map_err(|error| bad(&error))? {
+            if let Some(pose) = given.map_err(|error| bad(error.into()))? {
                 files.pose = Some(pose);
             }
             if let Some(camera_from_sensor) = camera_from_sensor {
@@ -91,7 +89,7 @@ impl Scene {
             }
             let nominal = &project.design.sensor.camera;
             let viewpoint = Viewpoint::new(nominal, files.camera.as_deref(), files.pose.as_ref())
-                .map_err(|error| bad(&error))?;
+                .map_err(bad)?;
             scene::Scene::new(project, viewpoint)
         })?;
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
@@ -132,9 +130,8 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let seen = run(py, Interrupted::Leave, None, move |_| {
-            let press = |id: &String| {
-                scene.project.press(id).map_err(|error| press_failure(&sensor, error))
-            };
+            let press =
+                |id: &String| scene.project.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
             let cast =
                 Cast { presses: &presses, samples, membrane_mm, print_sigma_mm, allow_no_contact };

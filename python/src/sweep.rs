@@ -3,17 +3,16 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use fabkit::commands::sweep::document;
-use fabkit::diagnostics::SourceText;
-use fabkit::failure::{Exit, Failure};
-use fabkit::fixtures;
-use fabkit::source::Source;
-use fabkit::sweep::{Plan, PlanSource, Row, Variant};
-use fabkit::sweeping::{self, Store};
+use fabkit_application::diagnostics::{Diagnosed, SourceText};
+use fabkit_application::documents;
+use fabkit_application::fixtures;
+use fabkit_application::source::Source;
+use fabkit_application::sweep::{Plan, PlanSource, Variant};
+use fabkit_application::sweeping::{self, Store};
 use pyo3::prelude::*;
 
 use crate::design::Project;
-use crate::errors::{OrRaise, exception};
+use crate::errors::{Failure, OrRaise, exception};
 use crate::running::{Interrupted, run, short};
 
 /// A plan that can be carried out.
@@ -36,7 +35,7 @@ impl SweepPlan {
             return Ok(self.plan.variant(number));
         }
         let message = format!("there is no variant {number}: there are {}", self.plan.len());
-        Err(Failure::plain(Exit::BadInput, message))
+        Err(Failure::call(message))
     }
 }
 
@@ -66,7 +65,7 @@ impl SweepPlan {
     fn of_source(py: Python<'_>, source: &str) -> PyResult<Self> {
         let plan = short(py, || {
             let source = PlanSource::from_json(source).map_err(Failure::bug)?;
-            Plan::new(source).map_err(|invalid| Failure::Design(invalid, Vec::new()))
+            Plan::new(source).map_err(|invalid| Failure::from(Diagnosed::new(invalid, [])))
         })?;
         Ok(Self::new(plan.or_raise(py)?))
     }
@@ -197,7 +196,7 @@ impl SweepStore {
 
     fn put(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<()> {
         self.with(py, |store| {
-            let rows = rows(&lines)?;
+            let rows = sweeping::rows_from(&lines)?;
             Ok(store.as_ref().ok_or_else(finished)?.put(&self.plan, &rows)?)
         })
     }
@@ -215,16 +214,9 @@ impl SweepStore {
         self.with(py, |store| {
             let store = store.take().ok_or_else(finished)?;
             let finished = store.finish(&self.plan, &|| false)?;
-            Ok(document(Path::new(&self.folder), &finished).to_string())
+            Ok(documents::sweep(Path::new(&self.folder), &finished).to_string())
         })
     }
-}
-
-/// Workers may send anything.
-fn rows(lines: &[String]) -> Result<Vec<Row>, Failure> {
-    let rows = lines.iter().map(|line| Row::from_line(line)).collect::<Result<_, _>>();
-    let hint = "do all workers have this version of fabkit?";
-    rows.map_err(|error| Failure::new(Exit::Io, error, hint))
 }
 
 /// Computes and writes a sweep on all threads; a `fabkit-sweep-report` document.
@@ -242,7 +234,7 @@ pub fn run_sweep(
         let folder = Path::new(&folder);
         let show = |done, _, all| link.show(done, all);
         let finished = sweeping::run(folder, &plan, resume, &show, &|| link.is_cancelled())?;
-        Ok(document(folder, &finished).to_string())
+        Ok(documents::sweep(folder, &finished).to_string())
     })
 }
 
@@ -256,8 +248,8 @@ pub fn save_sweep(
 ) -> PyResult<String> {
     let folder = Path::new(folder);
     let saved = short(py, || {
-        let finished = sweeping::save(folder, &plan.plan, rows(&lines)?)?;
-        Ok::<_, Failure>(document(folder, &finished).to_string())
+        let finished = sweeping::save(folder, &plan.plan, sweeping::rows_from(&lines)?)?;
+        Ok::<_, Failure>(documents::sweep(folder, &finished).to_string())
     })?;
     saved.or_raise(py)
 }

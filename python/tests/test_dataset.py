@@ -171,7 +171,7 @@ def test_damage_is_noticed(folders, tmp_path):
     try:
         with pytest.raises(fabkit.FabkitError, match="damaged") as caught:
             fabkit.dataset.open(folders / "stitched")[0]
-        assert "--resume" in caught.value.hint
+        assert "resume=True" in caught.value.hint
     finally:
         shard.write_bytes(whole)
 

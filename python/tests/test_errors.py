@@ -1,4 +1,4 @@
-"""Errors are the command's: codes, messages, hints; and they name what is wrong."""
+"""Errors are the command's: codes and messages; hints name arguments; and they name what is wrong."""
 
 import json
 import pickle
@@ -72,7 +72,7 @@ def test_an_error_is_what_its_kind_suggests(rtac0):
         (lambda s: s.camera.unproject(np.zeros((4, 3))), "(4, 3); it must be (..., 2)", None),
         (lambda s: s.camera.with_parameters({"cx": 1.0}), "`cx`", "cx_px"),
         (lambda s: s.camera.to_text("yaml"), "`yaml`", "fabkit, opencv, ros, kalibr"),
-        (lambda s: fabkit.dataset.open("no-such-folder"), "no-such-folder", "fabkit dataset"),
+        (lambda s: fabkit.dataset.open("no-such-folder"), "no-such-folder", "fabkit.dataset.write"),
     ],
 )
 def test_what_is_wrong_is_named(rtac0, call, message, hint):

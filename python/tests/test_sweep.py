@@ -66,7 +66,8 @@ def test_any_executor_gives_the_bytes_of_the_command(plan: Path, tmp_path: Path)
 
 def test_a_metric_of_ones_own_is_a_column(plan: Path, tmp_path: Path) -> None:
     metrics = {"shell_cm3": shell_mass}
-    few = {"sensor": "rtac0", "axes": {"shell.wall": ["1.5 mm", "1.55 mm"]}, "metrics": ["coverage"]}
+    axes = {"shell.wall": ["1.5 mm", "1.52 mm"]}
+    few = {"sensor": "rtac0", "axes": axes, "metrics": ["coverage"]}
     few["objectives"] = {"shell_cm3": "min"}
     sweep = fabkit.sweep.run(few, tmp_path / "a", metrics=metrics)
     thin, thick = (float(row["shell_cm3"]) for row in sweep.rows())

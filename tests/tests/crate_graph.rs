@@ -1,6 +1,8 @@
 //! Which crate may know which: the tables of ARCHITECTURE.md, compared with what cargo sees.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 const ARCHITECTURE: &str = include_str!("../../ARCHITECTURE.md");
@@ -101,5 +103,39 @@ fn kernels_and_formats_have_few_users() {
     for [package, users] in few {
         let users: BTreeSet<String> = words(users).map(str::to_owned).collect();
         assert_eq!(found.get(package), Some(&users), "users of {package}");
+    }
+}
+
+/// The sources in a folder and below, each line of code with its file's name.
+fn code(folder: &Path, found: &mut Vec<(String, String)>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            code(&path, found);
+        } else {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            let text = fs::read_to_string(&path).unwrap();
+            let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+            found.extend(lines.map(|line| (name.clone(), line.to_owned())));
+        }
+    }
+}
+
+#[test]
+fn only_the_command_speaks_of_its_options() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let names_one = |line: &str| {
+        let after = line.split("--").skip(1);
+        after.into_iter().any(|rest| rest.starts_with(|c: char| c.is_ascii_lowercase()))
+    };
+    for (folder, other_programs) in [("application/src", "verifier.rs"), ("python/src", "")] {
+        let mut lines = Vec::new();
+        code(&root.join(folder), &mut lines);
+        assert!(lines.len() > 1000, "{folder} has its sources elsewhere");
+        for (file, line) in lines.iter().filter(|(file, _)| file != other_programs) {
+            assert!(!names_one(line), "{folder}, {file}: {line}");
+            let imports = line.contains("fabkit::") && !line.contains("fabkit::run(");
+            assert!(!imports && !line.contains("commands"), "{folder}, {file}: {line}");
+        }
     }
 }

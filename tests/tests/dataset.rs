@@ -223,7 +223,7 @@ fn presses_past_the_rigid_shell_are_refused_all_at_once() {
 
 /// A picture of one value; the camera's size unless told otherwise.
 fn picture(width: u32, value: u8) -> Vec<u8> {
-    fabkit::export::png(width, 72, &vec![value; 3 * width as usize * 72]).unwrap()
+    fabkit_application::export::png(width, 72, &vec![value; 3 * width as usize * 72]).unwrap()
 }
 
 #[test]

@@ -7,10 +7,10 @@
 
 use std::f64::consts::PI;
 
-use fabkit::depth::truth::{PixelRays, SURFACE_LABEL, Surface};
-use fabkit::fixtures::{PressBody, load};
-use fabkit::geometry::{DomeSurface, Pose};
-use fabkit::ground_truth::{Viewpoint, pressers};
+use fabkit_application::depth::truth::{PixelRays, SURFACE_LABEL, Surface};
+use fabkit_application::fixtures::{PressBody, load};
+use fabkit_application::geometry::{DomeSurface, Pose};
+use fabkit_application::ground_truth::{Viewpoint, pressers};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::TriMesh;
@@ -23,7 +23,7 @@ const PRESSES: [&str; 4] =
     ["semi-dome-003", "semi-dome-017-flipped", "semi-dome-029", "semi-dome-058-flipped"];
 
 fn mesh_of(body: &PressBody) -> TriMesh {
-    let mesh = fabkit::mesh::mesh(&body.solid, TOLERANCE_MM).unwrap();
+    let mesh = fabkit_application::mesh::mesh(&body.solid, TOLERANCE_MM).unwrap();
     let mesh = mesh.placed(&body.sensor_from_body);
     let vertices = mesh.vertices.iter().map(|[x, y, z]| Vector::new(*x, *y, *z)).collect();
     TriMesh::new(vertices, mesh.triangles).unwrap()
@@ -57,7 +57,7 @@ fn dome_mesh(touch: &DomeSurface) -> TriMesh {
 
 #[test]
 fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() {
-    let yaml = fabkit::designs::builtin_yaml("rtac0").unwrap();
+    let yaml = fabkit_application::designs::builtin_yaml("rtac0").unwrap();
     let project = load("rtac0.yaml", yaml, &[]).unwrap();
     let touch = project.design.sensor.touch.as_ref().unwrap();
     let presses = PRESSES.map(|id| project.press(id).unwrap());

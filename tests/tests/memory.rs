@@ -72,16 +72,17 @@ fn what_is_allowed_fits() {
 /// Bands of rows are what the whole is.
 #[test]
 fn casting_in_bands_changes_no_byte() {
-    use fabkit::fixtures::load;
-    use fabkit::ground_truth::{Viewpoint, arrays};
-    use fabkit::scene::{Cast, Scene};
+    use fabkit_application::Error;
+    use fabkit_application::fixtures::load;
+    use fabkit_application::ground_truth::{Viewpoint, arrays};
+    use fabkit_application::scene::{Cast, Scene};
 
     let root = tempfile::tempdir().unwrap();
     // More rays than a band has.
     let cast = ["depth", "rtac0", "--press", "hemisphere@30deg,120deg,1.2mm", "-o", "d.npz"];
     fabkit(root.path(), &[&cast[..], &["--samples", "2"]].concat()).ok();
 
-    let yaml = fabkit::designs::builtin_yaml("rtac0").unwrap();
+    let yaml = fabkit_application::designs::builtin_yaml("rtac0").unwrap();
     let project = load("rtac0.yaml", yaml, &[]).unwrap();
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
     let press = project.press("hemisphere@30deg,120deg,1.2mm").unwrap();
@@ -94,7 +95,11 @@ fn casting_in_bands_changes_no_byte() {
         allow_no_contact: false,
     };
     let whole = scene
-        .cast(&cast, |seen| Ok(fabkit::export::npz(&arrays(seen.map, seen.sigma_mm)).unwrap()))
+        .cast(&cast, |seen| {
+            Ok::<_, Error>(
+                fabkit_application::export::npz(&arrays(seen.map, seen.sigma_mm)).unwrap(),
+            )
+        })
         .unwrap();
     assert!(fs::read(root.path().join("d.npz")).unwrap() == whole);
 }

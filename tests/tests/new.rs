@@ -3,26 +3,26 @@
 use std::f64::consts::TAU;
 use std::fs;
 
-use fabkit::designs::{Design, REGISTRY, builtin_names};
-use fabkit::source::Source;
+use fabkit_application::designs::{Design, REGISTRY, builtin_names};
+use fabkit_application::source::Source;
 use fabkit_tests::{Run, contents, fabkit};
 
-#[path = "../../fabkit/examples/own_part.rs"]
+#[path = "../../application/examples/own_part.rs"]
 #[allow(dead_code)]
 mod own_part;
-#[path = "../../fabkit/examples/sweep_gel.rs"]
+#[path = "../../application/examples/sweep_gel.rs"]
 #[allow(dead_code)]
 mod sweep_gel;
 
 fn load(sensor: &str) -> Design {
     let project = Source::find(sensor).and_then(|source| source.load(&[]));
-    project.unwrap_or_else(|failure| panic!("{sensor}: {}", failure.to_text())).design
+    project.unwrap_or_else(|error| panic!("{sensor}: {error}")).design
 }
 
 /// Path and value of every parameter, whoever states them.
 fn values(sensor: &str) -> Vec<(String, String)> {
     let source = Source::find(sensor).unwrap();
-    let project = source.load(&[]).unwrap_or_else(|f| panic!("{sensor}: {}", f.to_text()));
+    let project = source.load(&[]).unwrap_or_else(|error| panic!("{sensor}: {error}"));
     project.settings().map(|setting| (setting.path.clone(), setting.value.clone())).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use fabkit_tests::contents;
 
-#[path = "../../fabkit/examples/own_family.rs"]
+#[path = "../../application/examples/own_family.rs"]
 #[allow(dead_code)]
 mod own_family;
 
@@ -30,6 +30,6 @@ fn its_limits_find_what_they_follow_from() {
 
 #[test]
 fn it_stays_of_a_teaching_size() {
-    let lines = include_str!("../../fabkit/examples/own_family.rs").lines().count();
+    let lines = include_str!("../../application/examples/own_family.rs").lines().count();
     assert!(lines <= 250, "{lines} lines");
 }

@@ -1,8 +1,8 @@
 //! Every tool presses as deep as it is asked to, on every sensor; what does not press is refused.
 
-use fabkit::fixtures::{Project, SurfacePoints, load};
-use fabkit::geometry::{Point3, TouchSurface};
-use fabkit::ground_truth::penetration;
+use fabkit_application::fixtures::{Project, SurfacePoints, load};
+use fabkit_application::geometry::{Point3, TouchSurface};
+use fabkit_application::ground_truth::penetration;
 use fabkit_tests::{Run, contents, fabkit};
 
 const SENSORS: [&str; 6] =
@@ -12,7 +12,7 @@ const ALL: &str = "fixtures.indenters.shapes=[hemisphere, flat, cone, square, tr
 
 fn project(sensor: &str, overrides: &[&str]) -> Project {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.into()).collect();
-    load(sensor, fabkit::designs::builtin_yaml(sensor).unwrap(), &overrides).unwrap()
+    load(sensor, fabkit_application::designs::builtin_yaml(sensor).unwrap(), &overrides).unwrap()
 }
 
 fn touch(project: &Project) -> &TouchSurface {

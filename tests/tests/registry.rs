@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fabkit::pictures::{Shot, picture_of_body};
-use fabkit::text::SourceKind;
+use fabkit_application::pictures::{Shot, picture_of_body};
+use fabkit_application::text::SourceKind;
 
 fn designs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs")

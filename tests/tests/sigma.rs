@@ -1,6 +1,6 @@
 //! The sigma of ground truth against the scatter of simulated recalibrations.
 
-use fabkit::depth::truth::{PixelRays, Surface, Uncertainty};
+use fabkit_application::depth::truth::{PixelRays, Surface, Uncertainty};
 use fabkit_calibration::extrinsics::{Fit, Joint, Loss, joint_estimate, refine};
 use fabkit_calibration::intrinsics::{self, LensModel, View};
 use fabkit_calibration::landmarks::PinLandmark;

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use fabkit::sweep::{Plan, PlanSource, Row, Status};
+use fabkit_application::sweep::{Plan, PlanSource, Row, Status};
 use fabkit_tests::{Run, command, fabkit};
 
 const SMALL: &str = "
@@ -264,7 +264,7 @@ fn constraints_that_exclude_everything_are_named() {
 /// The row of a built-in sensor as it is: one axis that says what the file says.
 fn row(sensor: &str, axis: &str, metrics: &str) -> Row {
     let text = format!("format: 1\nsensor: {sensor}\naxes: {{{axis}}}\nmetrics: [{metrics}]\n");
-    let yaml = fabkit::designs::builtin_yaml(sensor).unwrap();
+    let yaml = fabkit_application::designs::builtin_yaml(sensor).unwrap();
     let plan = Plan::new(PlanSource::new("sweep.yaml", &text, sensor, yaml)).unwrap();
     let row = plan.evaluate(0);
     assert_eq!(row.status, Status::Ok, "{sensor}: {:?}", row.reason);
@@ -298,13 +298,15 @@ fn metrics_agree_with_other_ways_to_them() {
 
     // The coverage that `fabkit depth` tells from 20 000 other places.
     let touch = |sensor: &str| {
-        let yaml = fabkit::designs::builtin_yaml(sensor).unwrap();
-        fabkit::designs::load(sensor, yaml, &[], &["fixtures"]).unwrap().sensor
+        let yaml = fabkit_application::designs::builtin_yaml(sensor).unwrap();
+        fabkit_application::designs::load(sensor, yaml, &[], &["fixtures"]).unwrap().sensor
     };
     let sensor = touch("rtac0");
-    let viewpoint = fabkit::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
+    let viewpoint =
+        fabkit_application::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
     let coverage =
-        fabkit::ground_truth::coverage(sensor.touch.as_ref().unwrap(), &viewpoint).unwrap();
+        fabkit_application::ground_truth::coverage(sensor.touch.as_ref().unwrap(), &viewpoint)
+            .unwrap();
     assert!((of("coverage") - coverage.area).abs() < 4e-3, "{} {}", of("coverage"), coverage.area);
 }
 
@@ -324,15 +326,16 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
     }
     // The dot at the tip is seen face on, all others askew: its 1 mm at its distance.
     let tactip = row("tactip", "camera.pixels: [30]", "markers");
-    let yaml = fabkit::designs::builtin_yaml("tactip").unwrap();
-    let sensor = fabkit::designs::load("tactip", yaml, &[], &["fixtures"]).unwrap().sensor;
+    let yaml = fabkit_application::designs::builtin_yaml("tactip").unwrap();
+    let sensor =
+        fabkit_application::designs::load("tactip", yaml, &[], &["fixtures"]).unwrap().sensor;
     let dots = &sensor.body("dots").unwrap().landmarks;
     let tip = dots.iter().map(|dot| dot.point).min_by(|a, b| {
-        let from_axis = |p: &fabkit::geometry::Point3<f64>| p.x.hypot(p.y);
+        let from_axis = |p: &fabkit_application::geometry::Point3<f64>| p.x.hypot(p.y);
         from_axis(a).total_cmp(&from_axis(b))
     });
     let camera = &sensor.camera;
-    let eye = camera.sensor_from_camera.point(fabkit::geometry::Point3::origin());
+    let eye = camera.sensor_from_camera.point(fabkit_application::geometry::Point3::origin());
     let focal_px = 30f64.hypot(30.0) / camera.field_of_view.rad();
     let expected_px = focal_px / (tip.unwrap() - eye).norm();
     let found_px = tactip.metrics["marker_px_max"];

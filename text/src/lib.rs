@@ -33,7 +33,7 @@ mod value;
 pub use declare::{Field, Parameter, Section, Shape, join, summary};
 pub use document::Document;
 pub use json::{InvalidDocument, JsonFormat};
-pub use overrides::apply_overrides;
+pub use overrides::{OVERRIDES, apply_overrides};
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
 pub use place::{Found, Layer, Place, Written, WrittenText};
 pub use reader::{Example, Reader};

@@ -7,12 +7,12 @@ use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
 
-/// What problems with overrides give as their file.
-const FILE: &str = "--set";
+/// What problems with overrides give as their file: the command's word for them.
+pub const OVERRIDES: &str = "--set";
 
 /// Lays `path=value` overrides over a document; what is wrong with them goes to its problems.
 pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
-    let place = Place::new(Layer::Override, FILE, document.root.dialect);
+    let place = Place::new(Layer::Override, OVERRIDES, document.root.dialect);
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
     for text in overrides {
         let Some((path, value)) = text.split_once('=') else {
@@ -75,7 +75,7 @@ fn written(
     } else {
         WrittenText::Scalar(value.to_owned())
     };
-    let source = Source { kind: SourceKind::User, note: FILE.to_owned() };
+    let source = Source { kind: SourceKind::User, note: OVERRIDES.to_owned() };
     Ok(Written { place: place.clone(), text, source })
 }
 

@@ -14,9 +14,9 @@ const OPEN3D: &str = "open3d-cpu==0.20.0";
 /// errors and their ratios, and writes them into `docs/benchmarks_depth.md`.
 pub fn run() -> Result<(), String> {
     let python = environment()?;
-    let release = ["build", "--release", "--package", "fabkit"];
-    check(cargo().args(release))?;
-    check(cargo().args(release).args(["--example", "depth_throughput"]))?;
+    let release = ["build", "--release", "--package"];
+    check(cargo().args(release).arg("fabkit"))?;
+    check(cargo().args(release).args(["fabkit-application", "--example", "depth_throughput"]))?;
     check(
         Command::new(python)
             .arg(root().join("xtask/depth/run.py"))

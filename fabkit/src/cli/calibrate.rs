@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
-use fabkit::calibration::intrinsics::LensModel;
+use fabkit_application::calibrating::boards;
+use fabkit_application::calibration::intrinsics::LensModel;
 
 /// `fabkit calibrate`.
 #[derive(Debug, Subcommand)]
@@ -57,6 +58,15 @@ pub enum Detector {
     Fabkit,
     /// OpenCV, where fabkit was built with it: checkerboards
     Opencv,
+}
+
+impl From<Detector> for boards::Detector {
+    fn from(detector: Detector) -> Self {
+        match detector {
+            Detector::Fabkit => Self::Fabkit,
+            Detector::Opencv => Self::Opencv,
+        }
+    }
 }
 
 /// `fabkit calibrate pins`.

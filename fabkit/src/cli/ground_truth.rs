@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fabkit::ground_truth::Shown;
+use fabkit_application::ground_truth::Shown;
+use fabkit_application::scene::{
+    MARGIN_LIMITS_MM, MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM,
+};
 
 use super::{Design, length_within};
-use crate::scene::{MARGIN_LIMITS_MM, MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM};
 
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
 const MAX_PROBES: i64 = 10_000_000;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
-use fabkit::designs::REGISTRY;
+use fabkit_application::designs::REGISTRY;
 
 /// `fabkit new`.
 #[derive(Debug, Args)]

@@ -1,16 +1,14 @@
 //! `fabkit check SENSOR`
 
-use fabkit::bodies::UnknownName;
-use fabkit::checks::{self, Batch, CheckReport, Finding, Rule};
-use fabkit::designs::Design;
-use fabkit::fixtures;
-use fabkit::identity::design_hash;
-use serde_json::{Value, json};
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::checks::{Batch, CheckReport, Finding};
+use fabkit_application::documents;
+use fabkit_application::fixtures;
+use fabkit_application::source::Target;
 
 use super::Report;
 use crate::cli;
-use crate::failure::{Exit, Failure};
-use crate::source::Target;
+use crate::failure::{ErrorKind, Failure};
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
@@ -18,28 +16,13 @@ pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
         let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
-        return Err(Failure::new(Exit::BadInput, unknown, hint));
+        return Err(Failure::new(ErrorKind::BadInput, unknown, hint));
     }
     let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.
     let report = target.check(&args.set)?.map_err(Failure::bug)?;
     let text = text(&design.sensor.name, &report);
-    Ok(Report { text, json: document(&design, &report), failed: report.errors() > 0 })
-}
-
-/// What `--json` says (`fabkit-check` version 1).
-pub fn document(design: &Design, report: &CheckReport) -> Value {
-    json!({
-        "format": "fabkit-check",
-        "version": 1,
-        "name": design.sensor.name,
-        "design_hash": design_hash(design),
-        "passed": report.errors() == 0,
-        "resolution": checks::RESOLUTION,
-        "rules": rules_json(report),
-        "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
-        "batches": report.batches.iter().map(batch_json).collect::<Vec<_>>(),
-    })
+    Ok(Report { text, json: documents::check(&design, &report), failed: report.errors() > 0 })
 }
 
 fn text(name: &str, report: &CheckReport) -> String {
@@ -124,50 +107,4 @@ fn batches_text(batches: &[Batch]) -> String {
 pub(super) fn components(batch: &Batch) -> String {
     let weighed = batch.components_g.iter().map(|(name, grams)| format!("{grams:.2} g {name}"));
     weighed.collect::<Vec<_>>().join(", ")
-}
-
-fn rules_json(report: &CheckReport) -> Vec<Value> {
-    let rule = |rule: Rule| report.of(rule).count();
-    let entries = report.examined.iter().map(|examined| {
-        json!({
-            "rule": examined.rule.word(),
-            "examined": examined.count,
-            "of": examined.what,
-            "findings": rule(examined.rule),
-        })
-    });
-    entries.collect()
-}
-
-fn finding_json(finding: &Finding) -> Value {
-    json!({
-        "rule": finding.rule.word(),
-        "severity": finding.severity.to_string(),
-        "step": finding.step,
-        "assembly": finding.assembly,
-        "bodies": finding.bodies,
-        "place_mm": finding.place.map(|p| [p.x, p.y, p.z]),
-        "value": finding.measured.map(|m| m.value),
-        "limit": finding.measured.map(|m| m.limit),
-        "unit": finding.measured.map(|m| m.unit),
-        "message": finding.message,
-        "fix": finding.fix,
-    })
-}
-
-/// What a script needs to mix one batch.
-pub(super) fn batch_json(batch: &Batch) -> Value {
-    let components = batch.components_g.iter();
-    json!({
-        "step": batch.step,
-        "layer": batch.layer,
-        "volume_mm3": batch.volume.value_mm3,
-        "volume_error_mm3": batch.volume.error_mm3,
-        "waste": batch.waste,
-        "components": components
-            .map(|(name, grams)| json!({ "name": name, "mass_g": grams }))
-            .collect::<Vec<_>>(),
-        "degas": batch.degas,
-        "cure": { "hours": batch.cure.hours, "celsius": batch.cure.celsius },
-    })
 }

@@ -2,18 +2,19 @@
 
 use std::path::PathBuf;
 
-use fabkit::export::ExportError;
-use fabkit::fixtures::Press;
-use fabkit::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
-use fabkit::staging::write_each;
+use fabkit_application::documents;
+use fabkit_application::export::ExportError;
+use fabkit_application::fixtures::Press;
+use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
+use fabkit_application::reading::has_ending;
+use fabkit_application::scene::{Cast, Scene, press_error};
+use fabkit_application::staging::write_each;
 use serde_json::json;
 
 use super::{Report, view};
 use crate::cli::Depth;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::has_ending;
-use crate::scene::{Cast, Scene, press_failure};
 use crate::table::size;
 
 pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
@@ -53,7 +54,7 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
         let before = collected.deepest.map_or(f64::NEG_INFINITY, |deepest| deepest.depth_mm);
         let deeper = seen.deepest.filter(|deepest| deepest.depth_mm.total_cmp(&before).is_ge());
         collected.deepest = deeper.or(collected.deepest);
-        Ok(())
+        Ok::<_, Failure>(())
     })?;
     write(args, &scene, [width, height], collected)
 }
@@ -80,7 +81,7 @@ fn write(
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
     write_each(files, &interrupt::requested)?;
 
-    text += &scene.coverage_text();
+    text += &view::coverage_text(&scene.coverage);
     text += &format!(
         "{width} x {height} px, {surface_px} see the surface, {contact} of them contact\n",
     );
@@ -100,7 +101,7 @@ fn write(
         "version": 1,
         "files": listed,
         "viewpoint": scene.viewpoint.to_json(),
-        "surface_seen": scene.coverage_json(),
+        "surface_seen": documents::coverage(&scene.coverage),
         "width_px": width,
         "height_px": height,
         "pixels_seen": surface_px,
@@ -119,15 +120,18 @@ fn write(
 
 fn presses(scene: &Scene, args: &Depth) -> Result<Vec<Press>, Failure> {
     let project = &scene.project;
-    let press =
-        |id: &String| project.press(id).map_err(|error| press_failure(&args.design.sensor, error));
+    let press = |id: &String| {
+        project.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
+    };
     args.press.iter().map(press).collect()
 }
 
 /// Formats have limits of their own.
 fn unwritable(error: ExportError) -> Failure {
     match error {
-        ExportError::TooLarge { .. } => Failure::new(Exit::Limit, error, "ask for fewer --samples"),
+        ExportError::TooLarge { .. } => {
+            Failure::new(ErrorKind::Limit, error, "ask for fewer --samples")
+        }
         other => Failure::bug(other),
     }
 }
@@ -140,7 +144,7 @@ fn files(args: &Depth, collected: &mut Collected) -> Result<Vec<(PathBuf, Vec<u8
         let Some(path) = path else { return Ok(()) };
         if !ends.iter().any(|ending| has_ending(path, ending)) {
             let message = format!("{} does not name a .{} file", path.display(), ends[0]);
-            return Err(Failure::plain(Exit::BadInput, message));
+            return Err(Failure::plain(ErrorKind::BadInput, message));
         }
         files.push((path.clone(), bytes(collected).map_err(unwritable)?));
         Ok(())

@@ -6,20 +6,20 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use fabkit::designs::Design;
-use fabkit::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
-use fabkit::exporting::{
+use fabkit_application::designs::Design;
+use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
+use fabkit_application::exporting::{
     self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written,
 };
-use fabkit::verifier::Verifier;
+use fabkit_application::source::{self, Target};
+use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::{Report, profiled};
 use crate::cli::{Export, Global};
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
-use crate::source::{self, Target};
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
 /// Files that are named in one line.
@@ -31,7 +31,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     if args.fixtures && (target.fixture.is_some() || target.part.is_some()) {
         let message = format!("--fixtures is for a whole sensor, not for {}", args.sensor);
         let hint = format!("write `fabkit export {} --fixtures`", target.sensor);
-        return Err(Failure::new(Exit::BadInput, message, hint));
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let profile = args.process.as_deref().map(source::read_profile).transpose()?;
     let (design, fixtures) = match args.fixtures {

@@ -1,11 +1,11 @@
 //! `fabkit list`
 
-use fabkit::designs;
+use fabkit_application::designs;
+use fabkit_application::source::Source;
 use serde_json::json;
 
 use super::Report;
 use crate::failure::Failure;
-use crate::source::Source;
 
 pub(super) fn run() -> Result<Report, Failure> {
     let mut text = String::new();

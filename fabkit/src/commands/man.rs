@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use clap::{Command, CommandFactory};
-use fabkit::staging::{OutputFile, write_all};
+use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
 
 use super::Report;
 use crate::cli::Cli;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 
 pub(super) fn run(output: Option<&Path>) -> Result<Report, Failure> {
@@ -35,7 +35,7 @@ fn page(command: &Command) -> Result<OutputFile, Failure> {
     // No date: the page of one version is the same on every day.
     let man = clap_mangen::Man::new(command.clone()).date("");
     let mut bytes = Vec::new();
-    man.render(&mut bytes).map_err(|e| Failure::plain(Exit::Bug, e))?;
+    man.render(&mut bytes).map_err(|e| Failure::plain(ErrorKind::Bug, e))?;
     // `fabkit-export`, as set by `build`.
     let name = command.get_display_name().unwrap_or(command.get_name());
     Ok(OutputFile { name: format!("{name}.1"), bytes })

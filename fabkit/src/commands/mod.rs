@@ -1,10 +1,10 @@
 //! The `fabkit` command: one file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
-pub mod calibrate;
-pub mod check;
+mod calibrate;
+mod check;
 mod completions;
-pub mod dataset;
+mod dataset;
 mod depth;
 mod export;
 mod list;
@@ -16,8 +16,8 @@ mod progress;
 mod render;
 mod reread;
 mod schema;
-pub mod show;
-pub mod sweep;
+mod show;
+mod sweep;
 mod verify;
 mod view;
 
@@ -25,12 +25,12 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 
 use clap::Parser;
+use fabkit_application::memory;
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
-use crate::failure::{self, Exit, Failure};
+use crate::failure::{self, ErrorKind, Exit, Failure};
 use crate::interrupt;
-use crate::memory;
 
 /// The command did its work, and what it examined is not in order.
 const CHECK_FAILED: u8 = 1;
@@ -45,13 +45,8 @@ struct Report {
     failed: bool,
 }
 
-/// Does what a command line says, whose first word is the command's name, and says how it went on
-/// standard output and standard error.
-///
-/// It takes the process for its own: it handles interrupts and panics, `--threads` sizes the global
-/// thread pool, and `--help` and a command line that says nothing end the process.
-#[must_use]
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+/// See [`run`](crate::run).
+pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     failure::guard(|| answer(&Cli::parse_from(arguments)))
 }
@@ -96,7 +91,7 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())
             .build_global()
-            .map_err(|e| Failure::plain(Exit::Limit, format!("{threads} threads: {e}")))?;
+            .map_err(|e| Failure::plain(ErrorKind::Limit, format!("{threads} threads: {e}")))?;
     }
     memory::set_limit(cli.global.memory);
     match &cli.command {

@@ -3,15 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fabkit::bodies::UnknownName;
-use fabkit::designs::{FamilyEntry, REGISTRY, Start};
-use fabkit::staging::write_each;
-use fabkit::text::{Name, Scalar, shown};
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::designs::{FamilyEntry, REGISTRY, Start};
+use fabkit_application::staging::write_each;
+use fabkit_application::text::{Name, Scalar, shown};
 use serde_json::json;
 
 use super::Report;
 use crate::cli::New;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 
 /// What fixtures keep in sensors' files.
@@ -53,7 +53,7 @@ fn sensor_name(text: &str) -> Result<Name, Failure> {
     Name::parse(text).map_err(|_| {
         let message = format!("`{}` cannot be a sensor's name", shown(text));
         let hint = format!("write {}, for example `my-sensor`", Name::allowed(&()));
-        Failure::new(Exit::BadInput, message, hint)
+        Failure::new(ErrorKind::BadInput, message, hint)
     })
 }
 
@@ -69,7 +69,7 @@ fn unknown(start: Start) -> Failure {
     };
     let closest = unknown.closest.as_ref().map(|_| unknown.hint() + " ").unwrap_or_default();
     let hint = format!("{closest}{all} {}", unknown.known.join(", "));
-    Failure::new(Exit::BadInput, &unknown, hint)
+    Failure::new(ErrorKind::BadInput, &unknown, hint)
 }
 
 /// Sensors' files are known by their ending. People write into them, so that none is replaced unasked.
@@ -77,11 +77,15 @@ fn check_place(place: &Path, forced: bool) -> Result<(), Failure> {
     let shown = place.display();
     if !place.extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
         let hint = "sensors' files do; write for example `-o my-sensor.yaml`";
-        return Err(Failure::new(Exit::BadInput, format!("{shown} does not end in .yaml"), hint));
+        return Err(Failure::new(
+            ErrorKind::BadInput,
+            format!("{shown} does not end in .yaml"),
+            hint,
+        ));
     }
     if !forced && fs::symlink_metadata(place).is_ok() {
         let hint = "choose another file with -o, or let --force replace it";
-        return Err(Failure::new(Exit::BadInput, format!("{shown} is there already"), hint));
+        return Err(Failure::new(ErrorKind::BadInput, format!("{shown} is there already"), hint));
     }
     Ok(())
 }

@@ -2,20 +2,19 @@
 
 use std::path::Path;
 
-use fabkit::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
-use fabkit::staging::write_each;
-use fabkit::text::{Name, Scalar};
+use fabkit_application::authored::{may_replace, signed};
+use fabkit_application::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
+use fabkit_application::reading::{self, Expected};
+use fabkit_application::source::MAX_YAML_BYTES;
+use fabkit_application::staging::write_each;
+use fabkit_application::text::{Name, Scalar};
 use serde_json::{Value, json};
 
 use super::Report;
-use crate::authored::{may_replace, signed};
 use crate::cli::Profile;
-use crate::diagnostics::SourceText;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::reading::{self, Expected};
 use crate::roles::Roles;
-use crate::source::MAX_YAML_BYTES;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
@@ -23,9 +22,10 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
     Roles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
     let hint = "is it the right file? `fabkit export SENSOR/coupon` writes it";
     let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
-    let (file, text) = (args.coupon.display().to_string(), reading::text(&args.coupon, expected)?);
+    let (file, text) =
+        (args.coupon.display().to_string(), reading::read_text(&args.coupon, expected)?);
     let measured = MeasuredProfile::read(&file, &text, &name)
-        .map_err(|invalid| Failure::Design(invalid, vec![SourceText { file, text }]))?;
+        .map_err(|invalid| Failure::invalid(invalid, file, text))?;
 
     let text = signed(&measured.profile.to_yaml(&comments(&measured)));
     let files = [(args.output.clone(), text.into_bytes())];
@@ -42,7 +42,7 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
 
 /// The printer's name.
 fn printer(output: &Path) -> Result<Name, Failure> {
-    let bad = |message: String, hint: &str| Failure::new(Exit::BadInput, message, hint);
+    let bad = |message: String, hint: &str| Failure::new(ErrorKind::BadInput, message, hint);
     let shown = output.display();
     let hint = "write for example `-o my-printer.yaml`";
     let (Some(file), Some(stem)) = (

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit::export::{Manifest, NotApplied};
+use fabkit_application::export::{Manifest, NotApplied};
 
 /// Which parts a profile is applied to although they are of another material, and which it is not
 /// applied to; each part by its name. Empty where no profile was given.

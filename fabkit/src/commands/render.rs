@@ -1,17 +1,18 @@
 //! `fabkit render SENSOR[/PART] -o FILE.png`
 
-use fabkit::bodies;
-use fabkit::pictures::{self, MAX_PIXELS, Shot};
-use fabkit::staging::write_each;
+use fabkit_application::bodies;
+use fabkit_application::memory::{self, Less};
+use fabkit_application::pictures::{self, MAX_PIXELS, Shot};
+use fabkit_application::reading::has_ending;
+use fabkit_application::source::Target;
+use fabkit_application::staging::write_each;
 use serde_json::json;
 
 use super::Report;
 use crate::cli::Render;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::memory;
-use crate::roles::{Roles, has_ending};
-use crate::source::Target;
+use crate::roles::Roles;
 use crate::table::size;
 
 /// A picture, the same filtered, and a file of at most that, bytes for each pixel.
@@ -26,21 +27,21 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
     if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
         let message =
             format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
-        return Err(Failure::new(Exit::Limit, message, "ask for a smaller --size"));
+        return Err(Failure::new(ErrorKind::Limit, message, "ask for a smaller --size"));
     }
     memory::admit(
         &format!("a picture of {width_px} x {height_px} px"),
         PIXEL_BYTES * u64::from(width_px) * u64::from(height_px) + TILES_BYTES,
-        "ask for a smaller --size",
+        Less::Pixels,
     )?;
     if !has_ending(&args.output, "png") {
         let message = format!("{} does not name a .png file", args.output.display());
-        return Err(Failure::plain(Exit::BadInput, message));
+        return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     Roles::default().reads("SENSOR", target.file()).writes("-o", [&args.output]).check()?;
     if part.is_some() && (args.exploded || args.assembly.is_some()) {
         let message = "--exploded and --assembly are for whole assemblies, not for one part";
-        return Err(Failure::plain(Exit::BadInput, message));
+        return Err(Failure::plain(ErrorKind::BadInput, message));
     }
 
     let shot = Shot { size_px: args.size, section: args.section };

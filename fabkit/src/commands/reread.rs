@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use fabkit::rereading::{self, Finding, Reread, What};
+use fabkit_application::rereading::{self, Finding, Reread, What};
 use serde_json::{Value, json};
 
 use super::Report;
 use crate::cli::Verify;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::table::{grouped, size};
 
 pub(super) fn run(args: &Verify, folder: &Path) -> Result<Report, Failure> {
@@ -26,7 +26,7 @@ pub(super) fn run(args: &Verify, folder: &Path) -> Result<Report, Failure> {
         let message =
             format!("{shown} is a folder, and {} only goes with a sensor", given.join(", "));
         let hint = format!("write `fabkit verify {shown}` to read the folder again");
-        return Err(Failure::new(Exit::BadInput, message, hint));
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let all = rereading::reread(folder)?;
     let failed = !all.iter().all(Reread::passed);

@@ -5,8 +5,8 @@ use crate::failure::Failure;
 
 pub(super) fn run(sweep: bool) -> Result<Report, Failure> {
     let json = match sweep {
-        true => fabkit::sweep::json_schema(),
-        false => fabkit::fixtures::json_schema(),
+        true => fabkit_application::sweep::json_schema(),
+        false => fabkit_application::fixtures::json_schema(),
     };
     Ok(Report { text: line(&json), json, failed: false })
 }

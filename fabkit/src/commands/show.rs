@@ -4,15 +4,15 @@ mod chain;
 
 use std::iter;
 
-use fabkit::designs::Design;
-use fabkit::geometry::Body;
-use fabkit::identity::design_hash;
-use serde_json::{Value, json};
+use fabkit_application::designs::Design;
+use fabkit_application::documents;
+use fabkit_application::geometry::Body;
+use fabkit_application::identity::design_hash;
+use fabkit_application::source::Target;
 
 use super::Report;
 use crate::cli;
 use crate::failure::Failure;
-use crate::source::Target;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
@@ -20,7 +20,7 @@ pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
     let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),
-        false => (text(&design), document(&design)),
+        false => (text(&design), documents::show(&design)),
     };
     Ok(Report { text, json, failed: false })
 }
@@ -99,53 +99,4 @@ fn notes(bodies: &[Body]) -> Vec<Vec<String>> {
 
 fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).to_vec()
-}
-
-/// What `--json` says (`fabkit-show` version 1).
-pub fn document(design: &Design) -> Value {
-    let sensor = &design.sensor;
-    let parameters: Vec<Value> = design
-        .parameters
-        .iter()
-        .map(|setting| {
-            json!({
-                "path": setting.path,
-                "value": setting.value,
-                "limits": setting.limits,
-                "summary": setting.summary,
-                "source": setting.source.kind.to_string(),
-                "note": setting.source.note,
-            })
-        })
-        .collect();
-    let derived: Vec<Value> = design
-        .derived
-        .iter()
-        .map(|(name, value)| json!({ "name": name, "value": value }))
-        .collect();
-    let bodies: Vec<Value> = sensor.bodies.iter().map(body_json).collect();
-    json!({
-        "format": "fabkit-show",
-        "version": 1,
-        "name": sensor.name,
-        "title": sensor.title,
-        "reference": sensor.reference,
-        "design_hash": design_hash(design),
-        "parameters": parameters,
-        "derived": derived,
-        "bodies": bodies,
-    })
-}
-
-fn body_json(body: &Body) -> Value {
-    json!({
-        "name": &body.name,
-        "kind": body.kind.word(),
-        "summary": &body.summary,
-        "process": body.process_word(),
-        "material": &body.material,
-        "quantity": body.quantity,
-        "notes": body.notes,
-        "assemblies": body.placements.iter().map(|p| &p.assembly.0).collect::<Vec<_>>(),
-    })
 }

@@ -3,22 +3,16 @@
 use std::path::Path;
 use std::time::Instant;
 
-use fabkit::sweep::Status;
-use fabkit::sweeping::{self, Finished, SweepError};
-use serde_json::{Map, Value, json};
+use fabkit_application::documents;
+use fabkit_application::sweep::Status;
+use fabkit_application::sweeping::{self, Finished};
 
 use super::Report;
 use super::progress::Progress;
 use crate::cli::{Global, Sweep};
-use crate::failure::{Exit, Failure};
+use crate::failure::Failure;
 use crate::interrupt;
-use crate::memory;
 use crate::table::grouped;
-
-/// What a row takes in memory, in the tables and in the report, bytes.
-const ROW_BYTES: u64 = 6000;
-/// What a variant takes while it is computed, its meshes included, bytes.
-const VARIANT_BYTES: u64 = 40 * memory::MB;
 
 pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
@@ -26,11 +20,7 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
     interrupt::begin_writing()?;
     let progress = Progress::new(global, "variants");
     let show = |done, found, all| progress.show(done, found, all);
-    let rows = ROW_BYTES * plan.len() as u64;
-    let finished =
-        memory::on_workers("the sweep", rows, VARIANT_BYTES, "plan fewer variants", || {
-            Ok(sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested)?)
-        });
+    let finished = sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested);
     progress.clear();
     Ok(report(&args.output, &finished?, start))
 }
@@ -68,44 +58,6 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
     if let Some(why) = none_left {
         text += &format!("error: no variant is left: {why}\n");
     }
-    let json = document(Path::new(&folder), finished);
+    let json = documents::sweep(Path::new(&folder), finished);
     Report { text, json, failed: none_left.is_some() }
-}
-
-/// What `--json` says of a finished sweep.
-pub fn document(folder: &Path, finished: &Finished) -> Value {
-    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
-        finished;
-    let status: Map<String, Value> =
-        Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
-    json!({
-        "format": "fabkit-sweep-report",
-        "version": 1,
-        "folder": folder.display().to_string(),
-        "variants": variants,
-        "rows_found": found,
-        "status": status,
-        "panicked": panicked,
-        "pareto": on_front,
-        "empty_metrics": empty_metrics,
-        "none_left": none_left,
-    })
-}
-
-impl From<SweepError> for Failure {
-    fn from(error: SweepError) -> Self {
-        match error {
-            SweepError::Folder(error) => error.into(),
-            SweepError::Staging(error) => error.into(),
-            SweepError::Cancelled => {
-                Self::new(Exit::Interrupted, "interrupted", "--resume goes on from here")
-            }
-            SweepError::Stranger { .. } => {
-                Self::new(Exit::Io, error, "do all workers have this version of fabkit?")
-            }
-            SweepError::Row(_) | SweepError::Export(_) | SweepError::Unfinished { .. } => {
-                Self::bug(error)
-            }
-        }
-    }
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, is_separator};
 
-use fabkit::verifier::{Verifier, VerifyOptions};
+use fabkit_application::source::Target;
+use fabkit_application::verifier::{Verifier, VerifyOptions};
 use serde_json::{Value, json};
 
 use super::{Report, reread};
 use crate::cli::Verify;
 use crate::failure::Failure;
 use crate::roles::Roles;
-use crate::source::Target;
 use crate::table::{Align::Left, table};
 
 /// Unless a kernel is told otherwise, seconds.

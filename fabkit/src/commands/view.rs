@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use super::{Exit, Failure};
+use fabkit_application::ground_truth::Coverage;
+use fabkit_application::scene::{Scene, viewpoint_from_files};
+use fabkit_application::source::{Source, Target};
+
+use super::{ErrorKind, Failure};
 use crate::cli::{Design, View};
 use crate::roles::Roles;
-use crate::scene::{Scene, viewpoint_from_files};
-use crate::source::{Source, Target};
 
 /// The files that say what is seen, and from where.
 pub(super) fn roles(design: &Design, view: &View) -> Roles {
@@ -21,9 +23,27 @@ pub(super) fn scene(design: &Design, view: &View) -> Result<Scene, Failure> {
     if let Some(name) = target.fixture.or(target.part) {
         let message = format!("ground truth is for a whole sensor, not for its {name}");
         let hint = format!("write `{}`; what presses is named with --press", target.sensor);
-        return Err(Failure::new(Exit::BadInput, message, hint));
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let project = Source::find(target.sensor)?.load(&design.set)?;
     let viewpoint = viewpoint_from_files(&project, view.camera.as_deref(), view.pose.as_deref())?;
-    Scene::new(Arc::new(project), viewpoint)
+    Ok(Scene::new(Arc::new(project), viewpoint)?)
+}
+
+/// Below this share of the surface a camera is taken for misplaced, and said to be.
+const LITTLE: f64 = 0.5;
+
+/// More of it where something may be wrong.
+pub(super) fn coverage_text(coverage: &Coverage) -> String {
+    let Coverage { area, area_mm2, angles_rad, lens_rad } = coverage;
+    let share = format!("the camera sees {:.1} % of the surface's {area_mm2:.0} mm2", 100.0 * area);
+    if *area >= LITTLE {
+        return format!("{share}\n");
+    }
+    format!(
+        "warning: {share}: it lies {:.0} to {:.0} deg off its axis, the lens reaches {:.0} deg\n",
+        angles_rad[0].to_degrees(),
+        angles_rad[1].to_degrees(),
+        lens_rad.to_degrees(),
+    )
 }

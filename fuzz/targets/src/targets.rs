@@ -4,20 +4,20 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use fabkit::calibration::board::{Board, find_corners, read_corners};
-use fabkit::calibration::captures;
-use fabkit::calibration::image::GreyImage;
-use fabkit::calibration::landmarks::PinLandmarks;
-use fabkit::calibration::pins::{DetectionOptions, detect};
-use fabkit::camera::Point2;
-use fabkit::camera::files::{self, Format};
-use fabkit::dataset::{SampleArray, read_patterns};
-use fabkit::designs::builtin_yaml;
-use fabkit::designs::profile::{MeasuredProfile, ProcessProfile};
-use fabkit::fixtures::{Project, load};
-use fabkit::ground_truth::Viewpoint;
-use fabkit::sweeping;
-use fabkit::text::{Name, Scalar};
+use fabkit_application::calibration::board::{Board, find_corners, read_corners};
+use fabkit_application::calibration::captures;
+use fabkit_application::calibration::image::GreyImage;
+use fabkit_application::calibration::landmarks::PinLandmarks;
+use fabkit_application::calibration::pins::{DetectionOptions, detect};
+use fabkit_application::camera::Point2;
+use fabkit_application::camera::files::{self, Format};
+use fabkit_application::dataset::{SampleArray, read_patterns};
+use fabkit_application::designs::builtin_yaml;
+use fabkit_application::designs::profile::{MeasuredProfile, ProcessProfile};
+use fabkit_application::fixtures::{Project, load};
+use fabkit_application::ground_truth::Viewpoint;
+use fabkit_application::sweeping;
+use fabkit_application::text::{Name, Scalar};
 
 /// A function with the name of its corpus, `fuzz/corpus/NAME/`.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +112,7 @@ pub fn press(data: &[u8]) {
 
 /// A picture: of pins, of a board, or a capture.
 pub fn png(data: &[u8]) {
-    let _ = fabkit::export::read_png(data);
+    let _ = fabkit_application::export::read_png(data);
     let _ = GreyImage::png_size(data).ok().filter(|px| px.iter().all(|px| *px <= 256)).map(|_| {
         let Ok(image) = GreyImage::from_png(data) else { return };
         let _ = find_corners(&image, a_board());

@@ -2,21 +2,19 @@
 
 use std::fmt::Write;
 
-use fabkit::calibration::intrinsics::{CalibrateError, Calibration, LensModel, calibrate};
-use fabkit::calibration::report::IntrinsicsReport;
-use fabkit::camera::Camera;
-use fabkit::camera::files::{self, Format};
-use fabkit::geometry::NominalCamera;
-use fabkit::staging::write_each;
+use fabkit_application::authored::{may_replace, signed};
+use fabkit_application::calibrating::boards;
+use fabkit_application::calibrating::intrinsics::solve;
+use fabkit_application::calibration::report::IntrinsicsReport;
+use fabkit_application::camera::files::{self, Format};
+use fabkit_application::source::Target;
+use fabkit_application::staging::write_each;
 
 use super::Report;
-use super::boards::{self, Views};
-use crate::authored::{may_replace, signed};
 use crate::cli::CalibrateIntrinsics;
-use crate::failure::{Exit, Failure};
+use crate::failure::Failure;
 use crate::interrupt;
 use crate::roles::Roles;
-use crate::source::Target;
 
 pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
     Roles::default()
@@ -32,7 +30,7 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
     let board = boards::read_board(&args.board)?;
     let views = match &args.corners {
         Some(list) => boards::from_list(list, &board)?,
-        None => boards::from_pictures(&args.images, &board, camera, args.detector)?,
+        None => boards::from_pictures(&args.images, &board, camera, args.detector.into())?,
     };
     let calibration = solve(&views, camera, &args.models)?;
     let report = IntrinsicsReport {
@@ -43,48 +41,6 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
     };
     write(args, &report)?;
     Ok(Report { text: summary(args, &report), json: report.to_json(), failed: false })
-}
-
-/// Solves for the camera, beginning with the sensor's nominal one; no models are all of them.
-///
-/// # Errors
-/// Views that do not tell the camera.
-pub fn solve(
-    views: &Views,
-    nominal: &NominalCamera,
-    models: &[LensModel],
-) -> Result<Calibration, Failure> {
-    let NominalCamera { width_px, height_px, field_of_view, .. } = nominal;
-    let nominal =
-        Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Failure::bug)?;
-    let models = if models.is_empty() { &LensModel::ALL[..] } else { models };
-    calibrate(&views.usable, &nominal, models).map_err(|error| cannot_calibrate(error, views))
-}
-
-/// The error with every picture that could not be used, since that is most often why.
-fn cannot_calibrate(error: CalibrateError, views: &Views) -> Failure {
-    let mut message = error.to_string();
-    for record in &views.records {
-        if let Some(reason) = &record.unused {
-            let _ = write!(message, "\n  {}: {reason}", record.file);
-        }
-    }
-    let hint = match error {
-        CalibrateError::TooFewViews { .. } => {
-            "10 to 20 pictures of the board, tilted to all sides and out to the image's border, \
-             are usual"
-        }
-        CalibrateError::TooManyViews { .. } => "choose those that differ most",
-        CalibrateError::NoStart { .. } => {
-            "is this the board, and are the sensor's camera.field_of_view and the size of the \
-             pictures right?"
-        }
-        CalibrateError::NoModel { .. } => "try all lens models, without --model",
-        CalibrateError::NotObservable { .. } => "add pictures of the board in other poses",
-        CalibrateError::Impossible { .. } => "look at the list of corners",
-        CalibrateError::Covariance(_) => return Failure::bug(message),
-    };
-    Failure::new(Exit::BadInput, message, hint)
 }
 
 fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<(), Failure> {

@@ -1,12 +1,8 @@
 //! `fabkit calibrate ...`: from pictures to cameras and poses.
 
-pub mod boards;
-pub mod captures;
-pub mod extrinsics;
-pub mod intrinsics;
-pub mod pictures;
+mod extrinsics;
+mod intrinsics;
 mod pins;
-pub mod pose_file;
 
 use super::Report;
 use crate::cli::Calibrate;

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use fabkit::calibration::pins::{Detection, DetectionOptions, Polarity, Rejection};
+use fabkit_application::calibrating::pictures;
+use fabkit_application::calibration::pins::{Detection, DetectionOptions, Polarity, Rejection};
 use serde_json::{Value, json};
 
-use super::{Report, pictures};
+use super::Report;
 use crate::cli::CalibratePins;
 use crate::failure::Failure;
 

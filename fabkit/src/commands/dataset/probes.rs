@@ -1,15 +1,16 @@
 //! `fabkit dataset SENSOR --probes -o FILE.csv`
 
-use fabkit::ground_truth::probes::probes;
-use fabkit::staging::write_each;
+use fabkit_application::documents;
+use fabkit_application::ground_truth::probes::probes;
+use fabkit_application::reading::has_ending;
+use fabkit_application::scene::Scene;
+use fabkit_application::staging::write_each;
 use serde_json::json;
 
-use super::super::Report;
+use super::super::{Report, view};
 use crate::cli::Dataset;
-use crate::failure::{Exit, Failure};
+use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::has_ending;
-use crate::scene::Scene;
 use crate::table::{grouped, size};
 
 /// UVDtact's.
@@ -18,7 +19,7 @@ const DEEPEST_MM: f64 = 1.6;
 pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
     if !has_ending(&args.output, "csv") {
         let message = format!("{} does not name a .csv file", args.output.display());
-        return Err(Failure::plain(Exit::BadInput, message));
+        return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let touch = scene.touch()?;
     let deepest_mm = args.depth.unwrap_or(DEEPEST_MM.min(touch.soft_mm()));
@@ -27,7 +28,7 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
             "probes of {deepest_mm} mm are too deep: the rigid shell begins {} mm below the surface",
             touch.soft_mm()
         );
-        return Err(Failure::new(Exit::BadInput, message, "ask for a smaller --depth"));
+        return Err(Failure::new(ErrorKind::BadInput, message, "ask for a smaller --depth"));
     }
     let probes = probes(touch, &scene.viewpoint, args.count, deepest_mm, args.seed);
     let probes = probes.map_err(Failure::bug)?;
@@ -35,7 +36,7 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
         let message =
             format!("the camera sees none of the {} probes' tips", grouped(args.count.into()));
         let hint = "ask for a larger --count, or allow it with --allow-no-contact";
-        return Err(Failure::new(Exit::BadInput, message, hint));
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let bytes = probes.csv.into_bytes();
     let count = bytes.len() as u64;
@@ -47,7 +48,7 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
         grouped(args.count.into()),
         grouped(probes.seen.into()),
         size(count),
-        scene.coverage_text(),
+        view::coverage_text(&scene.coverage),
     );
     let json = json!({
         "format": "fabkit-probes",
@@ -59,7 +60,7 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
         "deepest_mm": deepest_mm,
         "seed": args.seed,
         "viewpoint": scene.viewpoint.to_json(),
-        "surface_seen": scene.coverage_json(),
+        "surface_seen": documents::coverage(&scene.coverage),
     });
     Ok(Report { text, json, failed: false })
 }

@@ -1,12 +1,13 @@
 //! `fabkit show SENSOR --chain`
 
-use fabkit::checks::{Batch, batches};
-use fabkit::designs::Design;
-use fabkit::geometry::{Action, Cure, Step};
-use fabkit::identity::design_hash;
+use fabkit_application::checks::{Batch, batches};
+use fabkit_application::designs::Design;
+use fabkit_application::documents;
+use fabkit_application::geometry::{Action, Cure, Step};
+use fabkit_application::identity::design_hash;
 use serde_json::{Value, json};
 
-use crate::commands::check::{batch_json, components};
+use crate::commands::check::components;
 
 /// Every step in order, for the person at the bench.
 pub(super) fn text(design: &Design) -> String {
@@ -44,7 +45,7 @@ pub(super) fn json(design: &Design) -> Value {
             "action": word(&step.action),
             "assembly": step.assembly.as_ref().map(|a| &a.0),
             "bodies": step.bodies,
-            "batch": batch_of(&batches, step).map(batch_json),
+            "batch": batch_of(&batches, step).map(documents::batch),
             "cure": cure(&step.action).map(|c| json!({ "hours": c.hours, "celsius": c.celsius })),
             "remove": removed(&step.action),
             "source": step.source,

@@ -1,0 +1,252 @@
+//! A family of your own, from its parameters to a sensor that is checked and exported:
+//! `cargo run --release -p fabkit-application --example own_family -- FOLDER`.
+//! A puck of gel on a clear window, a camera below it, LEDs around it, as small as families get.
+
+use std::error::Error;
+use std::path::Path as FilePath;
+
+use fabkit_application::designs::assembling::{
+    AssemblyName, SENSOR, cure, free_surface, in_sensor, mix, names, rigid, step,
+};
+use fabkit_application::designs::blocks::{self, Joint};
+use fabkit_application::designs::parameters::{Report, parameters};
+use fabkit_application::designs::{
+    Built, Family, FamilyEntry, Fit, Header, Registry, Screw, gap_mm,
+};
+use fabkit_application::geometry::*;
+use fabkit_application::{checks, exporting, staging};
+
+parameters! {
+    /// Everything about a puck.
+    pub struct Puck {
+        /// Diameter of the gel, without its coat.
+        gel_diameter: Length = 8.0..=60.0,
+        /// Thickness of the gel, without its coat.
+        gel_thickness: Length = 1.0..=8.0,
+        /// Thickness of the opaque coat.
+        coat: Length = 0.05..=0.5,
+        /// Diameter of housing and base.
+        diameter: Length = 20.0..=100.0,
+        /// How many LEDs are glued to the housing's wall.
+        leds: u32 = 2..=8,
+        /// From the gel's foot down to the camera's entrance pupil.
+        camera_depth: Length = 8.0..=60.0,
+        /// View from edge to edge of the picture.
+        field_of_view: Angle = 20.0..=120.0,
+    }
+}
+
+const MOLD: AssemblyName = AssemblyName("mold");
+const GEL: &str = "Smooth-On Solaris";
+const COAT: &str = "Smooth-On Psycho Paint with aluminium";
+/// Thickness of the window, and how far it stands out around the gel, mm.
+const WINDOW_MM: [f64; 2] = [3.0, 3.0];
+/// Edge and thickness of the camera's board, and height of its front above it, mm.
+const BOARD_MM: [f64; 3] = [15.0, 1.0, 10.0];
+/// Thickness of the base and of what its screws' heads bear on; radius of the cables' way out, mm.
+const BASE_MM: [f64; 3] = [8.0, 4.0, 4.0];
+
+/// Radii, and heights in the sensor frame, mm: the gel's foot is z = 0.
+struct Layout {
+    pad: f64,
+    window: f64,
+    chamber: f64,
+    outside: f64,
+    joint_z: f64,
+    bottom_z: f64,
+    board: Joint,
+    base: Joint,
+}
+
+impl Layout {
+    fn new(p: &Puck) -> Self {
+        let (pad, outside) = (p.gel_diameter.mm() / 2.0, p.diameter.mm() / 2.0);
+        let window = pad + WINDOW_MM[1];
+        let chamber = window - 2.0;
+        let [_, board, front] = BOARD_MM;
+        let joint_z = -p.camera_depth.mm() - front - board;
+        let heads = blocks::corners([5.8; 2]).map(|at| blocks::upright(at, joint_z + board));
+        let below = blocks::hanging([0.5 * (chamber + outside), 0.0], joint_z - BASE_MM[1]);
+        Self {
+            pad,
+            window,
+            chamber,
+            outside,
+            joint_z,
+            bottom_z: joint_z - BASE_MM[0],
+            board: Joint::self_tapping("camera screw", Screw::M1_6X5, heads.to_vec(), 5.5),
+            base: Joint::self_tapping("screw", Screw::M3X12, blocks::ring(3, 0.0, below), 13.0),
+        }
+    }
+}
+
+struct PuckFamily;
+
+impl Family for PuckFamily {
+    type Parameters = Puck;
+    const NAME: &'static str = "puck";
+    const SUMMARY: &'static str = "a round pad on a window above a camera";
+    const EXAMPLE: &'static str = "puck";
+
+    // A limit is one expression; its message finds the parameters that it follows from.
+    fn check(p: &Puck, report: &mut Report) {
+        let l = Layout::new(p);
+        report.least("diameter", p.diameter, 2.0 * (l.window + 6.0), "M3 screws need a wall");
+        let limit = l.pad / (p.field_of_view.rad() / 2.0).tan();
+        report.least("camera_depth", p.camera_depth, limit, "it must see all of the gel");
+    }
+
+    fn build(p: &Puck, header: &Header, _: &mut Report) -> Option<Built> {
+        let l = Layout::new(p);
+        let camera = blocks::camera_at(-p.camera_depth.mm(), [640, 480], p.field_of_view);
+        let touch = touch(p, &l);
+        let fits = [l.base.press_fit("housing"), l.board.press_fit("base")];
+        let bodies = [parts(p, &l), layers(p, &l, &touch), bought(p, &l)].concat();
+        let sensor = Sensor {
+            chain: chain(p, &l),
+            press_fits: fits.into_iter().flatten().collect(),
+            touch: Some(touch.into()),
+            ..blocks::sensor(header, camera, bodies)
+        };
+        Some(Built { sensor, derived: vec![blocks::mm("total height", -l.bottom_z)] })
+    }
+}
+
+/// What is touched: the coat. Fixtures hold on to the housing.
+fn touch(p: &Puck, l: &Layout) -> PlaneSurface {
+    PlaneSurface {
+        outline: Path::circle([0.0; 2], l.pad + p.coat.mm()),
+        top_z_mm: p.gel_thickness.mm() + p.coat.mm(),
+        foot_z_mm: 0.0,
+        soft_mm: p.gel_thickness.mm() / 2.0,
+        grip: Grip {
+            outline: Path::circle([0.0; 2], l.outside),
+            top_z_mm: 0.0,
+            bottom_z_mm: l.bottom_z,
+            clear_radius_mm: BASE_MM[2],
+            key: None,
+            threads: Vec::new(),
+        },
+    }
+}
+
+fn parts(p: &Puck, l: &Layout) -> Vec<Body> {
+    let (over, thickness) = (CUT_OVERLAP_MM, p.gel_thickness.mm());
+    let recess = l.window + gap_mm(Process::Fdm, Fit::Slide);
+    let holes = [
+        Solid::rod(l.chamber, [l.joint_z - over, over]).named("chamber"),
+        Solid::rod(recess, [-WINDOW_MM[0], over]).named("window's recess"),
+    ];
+    let cables = Solid::rod(BASE_MM[2], [l.bottom_z - over, l.joint_z + over]).named("cables");
+    let cavity = Solid::rod(l.pad, [-over, thickness + over]).named("cavity");
+    let window = Solid::rod(l.window, [-WINDOW_MM[0], 0.0]);
+    let housing = Solid::rod(l.outside, [l.joint_z, 0.0]).minus_all(holes);
+    let base = Solid::rod(l.outside, [l.bottom_z, l.joint_z]).minus(cables);
+    let ring = Solid::rod(l.window, [0.0, thickness]).minus(cavity);
+    let sunk = l.base.sunk(BASE_MM[1], BASE_MM[0] - BASE_MM[1], gap_mm(Process::Fdm, Fit::Snug));
+    vec![
+        Body::made("window", "carries the gel", Process::Laser, window)
+            .from("clear PMMA")
+            .placed([in_sensor().lifted(20.0), MOLD.in_place()]),
+        Body::made("housing", "holds window and LEDs", Process::Fdm, housing)
+            .from("black PLA")
+            .placed([in_sensor()])
+            .with_handles(1)
+            .cut(l.base.held()),
+        Body::made("base", "carries the camera", Process::Fdm, base)
+            .from("black PLA")
+            .placed([in_sensor().lifted(-40.0)])
+            .with_handles(1)
+            .cut(sunk)
+            .cut(l.board.held()),
+        Body::made("mold-ring", "rim of the open mold", Process::Fdm, ring)
+            .from("PLA")
+            .placed([MOLD.in_place().lifted(12.0)])
+            .with_handles(1),
+    ]
+}
+
+fn layers(p: &Puck, l: &Layout, touch: &PlaneSurface) -> Vec<Body> {
+    let gel = |from_z| Solid::rod(l.pad, [from_z, p.gel_thickness.mm()]);
+    let coat = touch.solid(0.0, touch.foot_z_mm).minus(gel(-CUT_OVERLAP_MM));
+    let placed = [in_sensor().lifted(34.0), MOLD.in_place()];
+    vec![
+        Body::cast("gel", "clear, gives way", gel(0.0)).from(GEL).placed(placed),
+        Body::cast("coat", "keeps light in", coat).from(COAT).placed([in_sensor().lifted(46.0)]),
+    ]
+}
+
+fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
+    let [edge, thickness, front] = BOARD_MM;
+    let hole = Solid::rod(Screw::M1_6X5.clearance_hole_mm() / 2.0, [-3.0, 1.0]);
+    let plate = Solid::cuboid(edge, edge, thickness).at_z(l.joint_z);
+    let plate = plate.minus_all(blocks::copies("hole", &l.board.poses, &hole));
+    let top_z = l.joint_z + thickness;
+    let lens = Solid::rod(4.0, [top_z - blocks::INTO_MM, top_z + front]).named("lens");
+    let camera = Solid::union([plate, lens]);
+    let led = Pose::translation(l.chamber - 1.5, 0.0, -WINDOW_MM[0] - 4.0);
+    let leds = blocks::ring(p.leds, 0.5, led).into_iter().map(|pose| SENSOR.at(pose));
+    let led = Solid::cuboid(1.6, 5.0, 3.0);
+    let below = |pose: &Pose| SENSOR.at(*pose).lifted(-60.0);
+    let camera = blocks::bought("camera", "UVC module", camera, [in_sensor().lifted(-20.0)]);
+    let led = blocks::bought("led", "white LED on 5 mm of strip", led, leds);
+    [vec![camera, led], l.board.bought(below, below), l.base.bought(below, below)].concat()
+}
+
+fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
+    let up = Vector3::z();
+    let walls = ["window", "mold-ring"];
+    let pour = Action::Pour(Pour {
+        layer: "gel".into(),
+        walls: names(&walls),
+        up,
+        openings: vec![free_surface(l.pad, p.gel_thickness.mm(), up)],
+        mix: mix(GEL),
+        waste: 0.5,
+        cure: cure(GEL),
+    });
+    let coat = Action::Spray(Spray {
+        layer: "coat".into(),
+        onto: names(&["gel"]),
+        mix: mix(COAT),
+        waste: 5.0,
+        cure: cure(COAT),
+    });
+    let own = |name, what, place, bodies: &[&str], action| {
+        step(name, what, Some(place), bodies, action, "chosen")
+    };
+    let in_use = |name, what, bodies: &[&str], action| own(name, what, SENSOR, bodies, action);
+    let glued = || Action::Bond(Cure { hours: 1.0, celsius: 23.0 });
+    let lift = Action::Demold(vec![rigid("mold-ring", up)]);
+    vec![
+        step("make", "print and cut all parts", None, &[], Action::Make, "chosen"),
+        own("pour", "clip the ring to the window, fill it level", MOLD, &walls, pour),
+        own("open", "lift the ring off", MOLD, &[], lift),
+        in_use("coat", "brush the coat onto the gel", &["gel"], coat),
+        in_use("light", "glue the LEDs to the wall", &["housing", "led"], glued()),
+        in_use("glue", "glue the window to its ledge", &["window", "housing"], glued()),
+        in_use("camera", "cable down, then the screws", &["camera", "base"], Action::Assemble)
+            .also(l.board.names()),
+        in_use("close", "screw both together", &["base", "housing"], Action::Assemble)
+            .also(l.base.names()),
+    ]
+}
+
+/// The family, and a sensor of it.
+pub static REGISTRY: Registry =
+    Registry::new(&[FamilyEntry::of::<PuckFamily>()], &[("puck", include_str!("puck.yaml"))]);
+
+/// Checks a puck and writes its files, all or none.
+pub fn run(folder: &FilePath) -> Result<usize, Box<dyn Error>> {
+    let puck = REGISTRY.load("puck.yaml", REGISTRY.builtin_yaml("puck").unwrap_or(""), &[], &[])?;
+    let findings = checks::check(&puck.sensor)?.findings;
+    findings.iter().for_each(|finding| println!("{finding:?}"));
+    let exported = exporting::export(&puck, &exporting::ExportOptions::default(), &|_| ())?;
+    staging::write_all(folder, &exported.files, &|| false)?;
+    Ok(findings.len())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args().nth(1).unwrap_or(".".into());
+    run(FilePath::new(&folder)).map(|findings| println!("{findings} findings"))
+}

@@ -1,0 +1,45 @@
+//! A built-in sensor with other values, and what follows from them, without a file being written:
+//! `cargo run --release -p fabkit-application --example sweep_gel`.
+
+use std::error::Error;
+
+use fabkit_application::designs::{builtin_yaml, parameters::InvalidDesign};
+use fabkit_application::fixtures;
+use fabkit_application::geometry::{CompiledSolid, measure::ray_volume};
+
+/// Lines that measure a volume: to about 1e-4.
+const LINES: u32 = 20_000;
+
+/// For each thickness of R-Tac0's translucent gel its volume, cm3, or why there is no such sensor.
+pub fn run(thicknesses: &[&str]) -> Result<Vec<Result<f64, InvalidDesign>>, Box<dyn Error>> {
+    let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;
+    let volume = |thickness: &&str| {
+        let set = [format!("translucent_gel.thickness={thickness}")];
+        // As `fabkit show rtac0 --set translucent_gel.thickness=2mm` reads it.
+        let design = match fixtures::load("rtac0.yaml", yaml, &set) {
+            Ok(project) => project.design,
+            Err(invalid) => return Ok(Err(invalid)),
+        };
+        let gel = design.sensor.body("translucent-gel").ok_or("no such layer")?;
+        let volume = ray_volume(&CompiledSolid::new(&gel.solid)?, LINES)?;
+        Ok(Ok(volume.value_mm3 / 1e3))
+    };
+    thicknesses.iter().map(volume).collect()
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let thicknesses = ["1.4 mm", "1.5 mm", "1.6 mm", "2 mm"];
+    for (thickness, volume) in thicknesses.iter().zip(run(&thicknesses)?) {
+        match volume {
+            Ok(cm3) => println!("{thickness}: {cm3:.2} cm3 of gel"),
+            // All problems at once, each with what to do.
+            Err(invalid) => {
+                for problem in invalid.problems {
+                    let hint = problem.hint.unwrap_or_default();
+                    println!("{thickness}: {}; {hint}", problem.message);
+                }
+            }
+        }
+    }
+    Ok(())
+}

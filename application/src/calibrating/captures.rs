@@ -1,0 +1,254 @@
+//! A folder of captures: pictures, which holes had pins, and the picture without contact.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fabkit_calibration::assignment::{Mark, MarkedCapture};
+use fabkit_calibration::captures::{self, ListedPin};
+use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
+use fabkit_calibration::pins::DetectionOptions;
+use fabkit_calibration::report::CaptureRecord;
+
+use super::{CalibratingError, pictures};
+use crate::Error;
+use crate::reading::{self, Expected};
+
+/// Most pictures in a folder.
+pub(super) const MAX_PICTURES: usize = 10_000;
+/// Names under which the picture without contact is looked for.
+const REFERENCES: [&str; 2] = ["ref.png", "reference.png"];
+/// Name of the list of captures.
+pub(super) const LIST: &str = "captures.csv";
+
+/// What a folder of captures holds.
+#[derive(Clone, Debug, Default)]
+pub struct Captures<'a> {
+    /// For reports.
+    pub records: Vec<CaptureRecord>,
+    /// For the solver, in the same order.
+    pub marked: Vec<MarkedCapture<'a>>,
+}
+
+/// One capture before its picture is looked at.
+struct Planned<'a> {
+    file: String,
+    pins: Vec<&'a PinLandmark>,
+    labelled: bool,
+    /// Measured by hand; then there is no need for a picture.
+    marks: Option<Vec<Mark>>,
+}
+
+/// Reads a folder.
+///
+/// Which holes had pins is said by `captures.csv` in the folder, or else by a picture's name; a
+/// picture whose name says nothing may show any pins.
+///
+/// # Errors
+/// A folder that cannot be read or holds no captures, a missing reference, holes that the landmarks
+/// do not have, pictures that cannot be used; all of a kind at once.
+pub fn read<'a>(
+    folder: &Path,
+    reference: Option<&Path>,
+    landmarks: &'a PinLandmarks,
+    kind: Option<&str>,
+) -> Result<Captures<'a>, Error> {
+    let files = pictures_in(folder)?;
+    let list = list_in(folder)?;
+    let reference = match reference {
+        Some(path) => Some(path.to_owned()),
+        None => REFERENCES.iter().map(|name| folder.join(name)).find(|path| path.is_file()),
+    };
+    let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
+    if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 {
+        let kinds = names(landmarks);
+        return Err(CalibratingError::SeveralKinds { at: None, kinds }.into());
+    }
+    let mut planned = Vec::new();
+    let mut wrong = Vec::new();
+    let mut plan = |result: Result<Planned<'a>, Error>| match result {
+        Ok(capture) => planned.push(capture),
+        Err(error) => wrong.push(error),
+    };
+    let choose = Choose { landmarks, kind };
+    if list.is_empty() {
+        for file in files.iter().filter(|file| Some(file.as_str()) != reference_name) {
+            plan(choose.by_name(file));
+        }
+    } else {
+        for (file, pins) in &list {
+            plan(choose.by_list(file, pins));
+        }
+    }
+    if let Some(error) = Error::all(wrong) {
+        return Err(error);
+    }
+    if planned.is_empty() {
+        return Err(CalibratingError::NoCaptures { folder: folder.into() }.into());
+    }
+    let seen: Vec<PathBuf> =
+        planned.iter().filter(|c| c.marks.is_none()).map(|c| folder.join(&c.file)).collect();
+    let mut detections = Vec::new();
+    if !seen.is_empty() {
+        let Some(reference) = reference else {
+            return Err(CalibratingError::NoReference { folder: folder.into() }.into());
+        };
+        detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
+    }
+    let mut detections = detections.into_iter();
+    let mut captures = Captures::default();
+    for Planned { file, pins, labelled, marks } in planned {
+        let detected = || {
+            let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
+            marks.iter().map(|m| Mark { pixel: m.pixel, sigma_px: m.sigma_px }).collect()
+        };
+        let marks: Vec<Mark> = marks.unwrap_or_else(detected);
+        captures.add(file, MarkedCapture { marks, pins, labelled });
+    }
+    Ok(captures)
+}
+
+/// A capture whose pins were found elsewhere.
+#[derive(Clone, Debug)]
+pub struct MeasuredCapture {
+    /// What reports call it.
+    pub name: String,
+    /// The holes that had pins, if that is known.
+    pub holes: Option<Vec<u32>>,
+    /// Where pins are seen.
+    pub marks: Vec<Mark>,
+}
+
+/// Captures whose pins were found elsewhere.
+///
+/// # Errors
+/// Holes and kinds that the landmarks do not have, of all captures.
+pub fn from_marks<'a>(
+    given: Vec<MeasuredCapture>,
+    landmarks: &'a PinLandmarks,
+    kind: Option<&str>,
+) -> Result<Captures<'a>, Error> {
+    let choose = Choose { landmarks, kind };
+    let (mut captures, mut wrong) = (Captures::default(), Vec::new());
+    for MeasuredCapture { name, holes, marks } in given {
+        match choose.pins(&name, holes.as_deref()) {
+            Err(error) => wrong.push(error.into()),
+            Ok(pins) => {
+                captures.add(name, MarkedCapture { marks, pins, labelled: holes.is_some() })
+            }
+        }
+    }
+    Error::all(wrong).map_or(Ok(captures), Err)
+}
+
+impl<'a> Captures<'a> {
+    fn add(&mut self, file: String, marked: MarkedCapture<'a>) {
+        let pins_expected = marked.labelled.then_some(marked.pins.len());
+        let pins_found = marked.marks.len();
+        self.records.push(CaptureRecord { file, pins_expected, pins_found });
+        self.marked.push(marked);
+    }
+}
+
+/// Finds the pins that a label means.
+#[derive(Clone, Copy, Debug)]
+struct Choose<'a, 'k> {
+    /// All pins.
+    landmarks: &'a PinLandmarks,
+    /// The kind used, where a label does not say.
+    kind: Option<&'k str>,
+}
+
+impl<'a> Choose<'a, '_> {
+    /// The pin in a hole; it may not be there, or be one of several kinds.
+    fn pin(
+        &self,
+        file: &str,
+        hole: u32,
+        kind: Option<&str>,
+    ) -> Result<&'a PinLandmark, CalibratingError> {
+        let kind = kind.or(self.kind);
+        self.landmarks.find(hole, kind).ok_or_else(|| {
+            let (file, kinds) = (file.to_owned(), names(self.landmarks));
+            let has_hole = self.landmarks.pins.iter().any(|pin| pin.hole == hole);
+            match (kind.map(str::to_owned), has_hole) {
+                (_, false) => CalibratingError::NoHole { file, hole },
+                (Some(kind), true) => CalibratingError::NoSuchPin { file, hole, kind, kinds },
+                (None, true) => CalibratingError::SeveralKinds { at: Some((file, hole)), kinds },
+            }
+        })
+    }
+
+    /// The pins that a capture shows: those in its holes, or whichever of the kind.
+    fn pins(
+        &self,
+        file: &str,
+        holes: Option<&[u32]>,
+    ) -> Result<Vec<&'a PinLandmark>, CalibratingError> {
+        let wanted = |pin: &&PinLandmark| self.kind.is_none_or(|kind| pin.kind == kind);
+        match holes {
+            Some(holes) => holes.iter().map(|hole| self.pin(file, *hole, None)).collect(),
+            None => Ok(self.landmarks.pins.iter().filter(wanted).collect()),
+        }
+    }
+
+    fn by_name(&self, file: &str) -> Result<Planned<'a>, Error> {
+        let stem = Path::new(file).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        let holes = captures::holes_from_name(stem);
+        let (pins, labelled) = (self.pins(file, holes.as_deref())?, holes.is_some());
+        Ok(Planned { file: file.into(), pins, labelled, marks: None })
+    }
+
+    fn by_list(&self, file: &str, listed: &[ListedPin]) -> Result<Planned<'a>, Error> {
+        let pin = |p: &ListedPin| self.pin(file, p.hole, p.kind.as_deref());
+        let pins = listed.iter().map(pin).collect::<Result<Vec<_>, _>>()?;
+        let measured: Vec<Mark> = listed
+            .iter()
+            .filter_map(|p| p.pixel)
+            .map(|(pixel, sigma_px)| Mark { pixel, sigma_px })
+            .collect();
+        if !measured.is_empty() && measured.len() < listed.len() {
+            return Err(CalibratingError::HalfMeasured { file: file.into() }.into());
+        }
+        let marks = (!measured.is_empty()).then_some(measured);
+        Ok(Planned { file: file.into(), pins, labelled: true, marks })
+    }
+}
+
+/// Kinds of pin.
+fn names(landmarks: &PinLandmarks) -> String {
+    landmarks.kinds().join(", ")
+}
+
+fn pictures_in(folder: &Path) -> Result<Vec<String>, CalibratingError> {
+    let unreadable = |source| CalibratingError::Folder { folder: folder.into(), source };
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let name = entry.map_err(unreadable)?.file_name();
+        // Names that are not UTF-8 hold no label either.
+        let Some(name) = name.to_str() else { continue };
+        if name.to_ascii_lowercase().ends_with(".png") {
+            files.push(name.to_owned());
+        }
+        if files.len() > MAX_PICTURES {
+            return Err(CalibratingError::TooManyPictures { folder: folder.into() });
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn list_in(folder: &Path) -> Result<BTreeMap<String, Vec<ListedPin>>, Error> {
+    let path = folder.join(LIST);
+    if !path.is_file() {
+        return Ok(BTreeMap::new());
+    }
+    let expected = Expected {
+        what: "a list of captures",
+        max_bytes: captures::MAX_BYTES as u64,
+        hint: "it has one row for each pin",
+    };
+    let text = reading::read_text(&path, expected)?;
+    captures::read_list(&text)
+        .map_err(|source| CalibratingError::List { file: path, source }.into())
+}

@@ -1,0 +1,31 @@
+//! The lens of a camera, from views of a board.
+
+use fabkit_calibration::intrinsics::{Calibration, LensModel, calibrate};
+use fabkit_calibration::report::PictureRecord;
+use fabkit_camera::Camera;
+use fabkit_geometry::NominalCamera;
+
+use super::CalibratingError;
+use super::boards::Views;
+use crate::Error;
+
+/// Solves for the camera, beginning with the sensor's nominal one; no models are all of them.
+///
+/// # Errors
+/// Views that do not tell the camera.
+pub fn solve(
+    views: &Views,
+    nominal: &NominalCamera,
+    models: &[LensModel],
+) -> Result<Calibration, Error> {
+    let NominalCamera { width_px, height_px, field_of_view, .. } = nominal;
+    let nominal =
+        Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Error::bug)?;
+    let models = if models.is_empty() { &LensModel::ALL[..] } else { models };
+    calibrate(&views.usable, &nominal, models).map_err(|source| {
+        // Most often pictures that could not be used are why.
+        let of = |record: &PictureRecord| Some((record.file.clone(), record.unused.clone()?));
+        let unused = views.records.iter().filter_map(of).collect();
+        CalibratingError::Lens { source, unused }.into()
+    })
+}

@@ -1,0 +1,11 @@
+//! From pictures to cameras and poses.
+
+pub mod boards;
+pub mod captures;
+mod error;
+pub mod extrinsics;
+pub mod intrinsics;
+pub mod pictures;
+pub mod pose_file;
+
+pub use error::CalibratingError;

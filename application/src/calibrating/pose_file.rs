@@ -1,0 +1,78 @@
+//! The files that a calibrated pose is kept in.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use fabkit_calibration::report::ExtrinsicsReport;
+use fabkit_camera::POSE_PARAMETERS;
+use fabkit_camera::files::{self, FiledJoint, Format, list};
+
+use super::CalibratingError;
+use crate::Error;
+use crate::authored::signed;
+
+/// `pose.yaml` and the camera that belongs to it.
+///
+/// A pose is only good with the camera it was solved with, and that may have got an interface or
+/// other radial terms on the way: it is written beside the pose, which names it.
+///
+/// # Errors
+/// As [`camera_of`].
+pub fn files(
+    output: &Path,
+    report: &ExtrinsicsReport<'_>,
+) -> Result<Vec<(PathBuf, Vec<u8>)>, Error> {
+    let camera_place = camera_of(output)?;
+    let camera_name = camera_place.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let estimate = report.calibration.joint.camera_estimate();
+    let camera_text = files::write(&estimate, Format::Fabkit).map_err(Error::bug)?;
+    let text = text(report, camera_name);
+    let camera = (camera_place, signed(&camera_text).into_bytes());
+    Ok(vec![camera, (output.to_owned(), signed(&text).into_bytes())])
+}
+
+/// Where the camera of a pose goes: `pose.camera.yaml` for `pose.yaml`.
+///
+/// # Errors
+/// A name that is none, or that the pose's file cannot hold, because it is no text.
+pub fn camera_of(output: &Path) -> Result<PathBuf, CalibratingError> {
+    let stem = output.file_stem().ok_or_else(|| CalibratingError::NoFile(output.into()))?;
+    let stem = stem.to_str().ok_or_else(|| CalibratingError::NotUtf8(output.into()))?;
+    Ok(output.with_file_name(format!("{stem}.camera.yaml")))
+}
+
+/// What a pose file says.
+pub fn text(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
+    let chosen = report.calibration.chosen();
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let mut text = String::new();
+    let _ = write!(
+        text,
+        "# Written by `fabkit calibrate extrinsics`.\n\
+         fabkit_pose: 1\n\
+         sensor: {}\n\
+         # The camera it was solved with; the pose means nothing with another.\n\
+         camera: {}\n\
+         model: {}\n\
+         held_out_rms_px: {:.4}\n\
+         # Sensor frame to camera frame, mm.\n\
+         camera_from_sensor:\n",
+        quoted(report.sensor),
+        quoted(camera_name),
+        quoted(&chosen.candidate.to_string()),
+        chosen.held_out_rms_px
+    );
+    for row in report.matrix() {
+        let _ = writeln!(text, "  - {}", list(row));
+    }
+    let names = POSE_PARAMETERS.join(", ");
+    let _ = writeln!(text, "# Of {names}; rotations turn about the camera's axes.");
+    text += "covariance:\n";
+    for row in report.pose_covariance() {
+        let _ = writeln!(text, "  - {}", list(row));
+    }
+    text += "# Of pose and camera together, for the camera with these values; zeros: held.\n";
+    let _ =
+        write!(text, "joint_covariance:\n{}", FiledJoint::of(&report.calibration.joint).to_yaml());
+    text
+}

@@ -1,0 +1,252 @@
+//! Pictures of half presses, real or rendered, stitched like the halves that they show.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use fabkit_export::{Element, Pixels, ZarrArray, png_size, read_png, zarr_pack};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::Job;
+use super::samples::{Part, stitched_array, write_array};
+use super::store::{DatasetError, Store};
+use super::tiling::Tiling;
+use crate::error::listed;
+use crate::reading::{self, Expected};
+
+/// Words for the sides, in file names and in CSV, in the order of the halves.
+const SIDES: [&str; 2] = ["left", "right"];
+const HALVES: &str = "halves/image";
+const SAMPLES: &str = "samples/image";
+const LIST: Expected = Expected {
+    what: "a list of captures",
+    max_bytes: 1 << 20,
+    hint: "it has one row for each half",
+};
+const PICTURE: Expected = Expected {
+    what: "a capture",
+    max_bytes: 256 << 20,
+    hint: "captures are PNG files of a few megabytes at most",
+};
+
+/// One picture for each half: left halves, then right ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Captures {
+    /// Values of a pixel: 1 or 3.
+    channels: u32,
+    /// Row by row.
+    pictures: Vec<Vec<u8>>,
+}
+
+/// Everything that is wrong with a set of captures.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", listed(.0))]
+pub struct InvalidCaptures(pub Vec<String>);
+
+impl Captures {
+    /// Reads a folder that holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern, or a
+    /// CSV file with the columns pattern, side (`left` or `right`) and file, which is relative to
+    /// the CSV file's folder.
+    ///
+    /// # Errors
+    /// Missing pictures, two for one half, pictures that cannot be read or are not as large as the
+    /// camera's; all at once.
+    pub fn read(
+        place: &Path,
+        patterns: &[String],
+        size_px: [u32; 2],
+    ) -> Result<Self, InvalidCaptures> {
+        let mut faults = Vec::new();
+        let paths = match place.is_dir() {
+            true => in_folder(place, patterns),
+            false => in_csv(place, patterns, &mut faults),
+        };
+        let mut files = Vec::new();
+        for side in SIDES {
+            for pattern in patterns {
+                let found = paths.get(&(pattern.clone(), side)).map_or(&[][..], Vec::as_slice);
+                match found {
+                    [file] => files.push(file.clone()),
+                    [] => faults.push(format!("no capture of {pattern} {side}")),
+                    several => {
+                        let names: Vec<String> =
+                            several.iter().map(|file| file.display().to_string()).collect();
+                        faults.push(format!(
+                            "{} captures of {pattern} {side}: {}",
+                            several.len(),
+                            names.join(", ")
+                        ));
+                    }
+                }
+            }
+        }
+        let read: Vec<Result<Pixels, String>> =
+            files.par_iter().map(|file| read_one(file, size_px)).collect();
+        let mut pictures = Vec::new();
+        let mut channels = None;
+        for (file, pixels) in files.iter().zip(read) {
+            let shown = file.display();
+            match pixels {
+                Err(message) => faults.push(message),
+                Ok(p) if channels.is_some_and(|count| count != p.channels) => {
+                    faults.push(format!("{shown} has {} channels; the first has not", p.channels));
+                }
+                Ok(p) => {
+                    channels = Some(p.channels);
+                    pictures.push(p.values);
+                }
+            }
+        }
+        match channels {
+            Some(channels) if faults.is_empty() => Ok(Self { channels, pictures }),
+            _ => Err(InvalidCaptures(faults)),
+        }
+    }
+
+    /// Values of a pixel: 1 or 3.
+    pub fn channels(&self) -> u32 {
+        self.channels
+    }
+
+    /// BLAKE3, in hex, over all pictures.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for picture in &self.pictures {
+            hasher.update(picture);
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// `halves/image` and, if there is a tiling for them, `samples/image`.
+    pub(super) fn arrays(
+        &self,
+        job: &Job,
+        tiling: Option<&Tiling>,
+        [height, width]: [u32; 2],
+    ) -> Vec<(String, ZarrArray)> {
+        let count = job.patterns.len();
+        let shape: Vec<u64> = [height, width, self.channels].map(u64::from).to_vec();
+        let halves = ZarrArray {
+            element: Element::U8,
+            samples: 2 * count as u64,
+            sample_shape: shape.clone(),
+            chunk_shape: shape,
+            samples_per_shard: count as u64,
+            dimensions: ["half", "row", "column", "channel"].map(String::from).to_vec(),
+            attributes: json!({ "is": "captures as given" }),
+        };
+        let mut arrays = vec![(HALVES.to_owned(), halves)];
+        arrays.extend(tiling.map(|tiling| {
+            let is = "captures stitched like the labels; 0 in the seam and off the surface";
+            let mut samples = stitched_array(count, tiling, [height, width], Element::U8, is);
+            samples.sample_shape.push(self.channels.into());
+            samples.chunk_shape.push(self.channels.into());
+            samples.dimensions.push("channel".into());
+            (SAMPLES.to_owned(), samples)
+        }));
+        arrays
+    }
+
+    /// Writes the pictures, and all pairs of them if they are materialised.
+    pub(super) fn write(
+        &self,
+        store: &Store,
+        job: &Job,
+        tiling: Option<&Tiling>,
+        arrays: &[(String, ZarrArray)],
+    ) -> Result<(), DatasetError> {
+        for (name, array) in arrays {
+            if let Some(tiling) = tiling.filter(|_| name == SAMPLES) {
+                let parts = (0..self.pictures.len()).into_par_iter();
+                let parts: Vec<Part> =
+                    parts.map(|half| self.part(job, tiling, half)).collect::<Result<_, _>>()?;
+                let parts: Vec<&Part> = parts.iter().collect();
+                write_array(store, name, array, tiling, &parts)?;
+                continue;
+            }
+            store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
+            (0..array.shards()).into_par_iter().try_for_each(|shard| {
+                store.put(&format!("{name}/{}", array.shard_path(shard)), || {
+                    let halves = array.samples_of(shard);
+                    let packed = halves.map(|half| zarr_pack(&self.pictures[half as usize]));
+                    Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+                })
+            })?;
+        }
+        Ok(())
+    }
+
+    fn part(&self, job: &Job, tiling: &Tiling, half: usize) -> Result<Part, DatasetError> {
+        let (picture, sides, own) = (&self.pictures[half], job.seam.sides(), job.half(half).1);
+        if self.channels == 1 {
+            return Part::new(tiling, sides, own, |pixel| [picture[pixel]]);
+        }
+        let (colors, _) = picture.as_chunks::<3>();
+        Part::new(tiling, sides, own, |pixel| colors[pixel])
+    }
+}
+
+type Found = BTreeMap<(String, &'static str), Vec<PathBuf>>;
+
+fn in_folder(folder: &Path, patterns: &[String]) -> Found {
+    let mut found = Found::new();
+    for side in SIDES {
+        for pattern in patterns {
+            let files = ["png", "PNG"].map(|end| folder.join(format!("{pattern}-{side}.{end}")));
+            let files = files.into_iter().filter(|file| file.is_file()).collect();
+            found.insert((pattern.clone(), side), files);
+        }
+    }
+    found
+}
+
+fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
+    let mut found = Found::new();
+    let shown = csv.display();
+    let text = match reading::read_text(csv, LIST) {
+        Ok(text) => text,
+        Err(error) => {
+            faults.push(error.to_string());
+            return found;
+        }
+    };
+    let folder = csv.parent().unwrap_or(Path::new(""));
+    for (number, line) in (1..).zip(text.lines()) {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        match *cells {
+            [""] | ["pattern", "side", "file"] => {}
+            [pattern, side, file] => {
+                let side = SIDES.into_iter().find(|known| *known == side);
+                let known = patterns.iter().any(|known| known == pattern);
+                match side {
+                    Some(side) if known => {
+                        found.entry((pattern.into(), side)).or_default().push(folder.join(file));
+                    }
+                    Some(_) => faults.push(format!("{shown}:{number}: no pattern `{pattern}`")),
+                    None => {
+                        faults.push(format!("{shown}:{number}: the side is `left` or `right`"));
+                    }
+                }
+            }
+            _ => faults.push(format!(
+                "{shown}:{number}: {} cells; there are three: pattern, side, file",
+                cells.len()
+            )),
+        }
+    }
+    found
+}
+
+/// Sizes are compared before anything is decoded.
+fn read_one(file: &Path, size_px: [u32; 2]) -> Result<Pixels, String> {
+    let shown = file.display();
+    let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
+    let found = png_size(&bytes).map_err(|error| format!("{shown}: {error}"))?;
+    if found != size_px {
+        let ([found_width, found_height], [width, height]) = (found, size_px);
+        return Err(format!(
+            "{shown} has {found_width} x {found_height} px; the camera has {width} x {height}"
+        ));
+    }
+    read_png(&bytes).map_err(|error| format!("{shown}: {error}"))
+}

@@ -1,0 +1,166 @@
+//! What a data set is made of: read, checked and cast.
+
+use std::path::Path;
+
+use fabkit_depth::truth::{Seam, Surface};
+use fabkit_fixtures::SEAM_NORMAL;
+use fabkit_text::InvalidDesign;
+use serde_json::{Value, json};
+
+use super::room::Room;
+use super::{Captures, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, patterns};
+use crate::diagnostics::{Diagnosed, SourceText};
+use crate::documents;
+use crate::error::{Error, ErrorKind, Explained};
+use crate::identity::design_hash;
+use crate::reading::{self, Expected};
+use crate::scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, Scene, press_error, within};
+use crate::source::MAX_YAML_BYTES;
+
+/// What a data set is made of, besides what the camera sees.
+#[derive(Clone, Debug)]
+pub struct Order<'a> {
+    /// List of patterns; all semi-domes without it.
+    pub presses: Option<&'a Path>,
+    /// Pictures of the halves.
+    pub captures: Option<&'a Path>,
+    /// Radius of the transition around contacts, mm.
+    pub membrane_mm: f64,
+    /// What is left out on either side of the seam, mm.
+    pub seam_margin_mm: f64,
+    /// Whether presses may miss the surface.
+    pub allow_no_contact: bool,
+    /// Which patterns are for what.
+    pub seed: u64,
+    /// Write the stitched samples too.
+    pub materialise: bool,
+    /// Go on where an earlier run was stopped.
+    pub resume: bool,
+}
+
+/// What a data set cannot be made of.
+#[derive(Debug, thiserror::Error)]
+pub enum OrderError {
+    /// Nothing was named, and the sensor has no halves of its own.
+    #[error(transparent)]
+    NoPatterns(NoPatterns),
+    /// Pictures that are not there, or not of this camera.
+    #[error(transparent)]
+    Captures(#[from] InvalidCaptures),
+}
+
+impl Explained for OrderError {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::NoPatterns(_) => "list presses in a text file and name it",
+            Self::Captures(_) => {
+                "a folder holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern; a CSV \
+                 file has the columns pattern, side, file"
+            }
+        };
+        Some(hint.into())
+    }
+}
+
+/// Reads what an order names, casts the surface, and hands the job over, with the memory that writing it
+/// takes; `sensor` is what the scene's sensor was found by.
+///
+/// # Errors
+/// Lengths beyond their limits, presses and captures that cannot be had, and what `work` says.
+pub fn prepare<R, E: From<Error>>(
+    scene: &Scene,
+    sensor: &str,
+    order: &Order,
+    work: impl FnOnce(&Job, Room) -> Result<R, E>,
+) -> Result<R, E> {
+    within("membrane_mm", order.membrane_mm, MEMBRANE_LIMITS_MM).map_err(Error::from)?;
+    within("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
+    let named = patterns_of(order, sensor, scene)?;
+    let room = Room::new(scene, order, named.len());
+    room.work(|| Ok::<_, Error>(()))?;
+    let presses =
+        named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
+    scene.check_contacts(presses, order.allow_no_contact)?;
+    let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
+    let patterns = patterns.map_err(Error::bug)?;
+    let rays = scene.viewpoint.rays(1);
+    let touch = scene.touch().map_err(Error::from)?;
+    let surface = Surface::cast(touch, &rays).map_err(Error::bug)?;
+    let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
+    let captures = captures_of(order, &named, [rays.width_px(), rays.height_px()])?;
+    let plan = Plan::new(&patterns, order.seed, about(order, scene, &named, captures.as_ref()));
+    let job = Job {
+        surface: &surface,
+        seam: &seam,
+        patterns: &patterns,
+        membrane_mm: order.membrane_mm,
+        plan: &plan,
+        captures: captures.as_ref(),
+        materialise: order.materialise,
+        resume: order.resume,
+    };
+    work(&job, room)
+}
+
+fn patterns_of(order: &Order, sensor: &str, scene: &Scene) -> Result<Vec<NamedPresses>, Error> {
+    let Some(path) = order.presses else {
+        return patterns::semi_domes(&scene.project).map_err(|error| match error {
+            NoPatterns::Press(error) => press_error(sensor, error),
+            other => OrderError::NoPatterns(other).into(),
+        });
+    };
+    let hint = "is it the right file? It has one pattern on a line";
+    let expected = Expected { what: "a list of presses", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::read_text(path, expected)?;
+    patterns::read(&text, &scene.project).map_err(|faults| {
+        let file = path.display().to_string();
+        let problems = faults.into_iter().map(|fault| fault.in_file(&file)).collect();
+        Diagnosed::new(InvalidDesign { problems }, [SourceText { file, text }]).into()
+    })
+}
+
+fn captures_of(
+    order: &Order,
+    named: &[NamedPresses],
+    size_px: [u32; 2],
+) -> Result<Option<Captures>, Error> {
+    let Some(place) = order.captures else { return Ok(None) };
+    let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
+    Ok(Some(Captures::read(place, &names, size_px).map_err(OrderError::from)?))
+}
+
+/// What the folder says about itself besides its patterns.
+fn about(
+    order: &Order,
+    scene: &Scene,
+    named: &[NamedPresses],
+    captures: Option<&Captures>,
+) -> Value {
+    let design = &scene.project.design;
+    json!({
+        "fabkit": fabkit_export::VERSION,
+        "sensor": design.sensor.name,
+        "design_hash": design_hash(design),
+        "presses_hash": patterns::hash(named),
+        "captures_hash": captures.map(Captures::hash),
+        "viewpoint": scene.viewpoint.to_json(),
+        "surface_seen": documents::coverage(&scene.coverage),
+        "seed": order.seed,
+        "seam": {
+            "left_to_right_in_sensor": <[f64; 3]>::from(SEAM_NORMAL),
+            "margin_mm": order.seam_margin_mm,
+        },
+        "membrane_mm": order.membrane_mm,
+        "contact": if order.membrane_mm > 0.0 { "membrane" } else { "rigid" },
+        "units": { "length": "mm", "angle": "rad", "pixel": "px, centres at integers" },
+        "frames": {
+            "sensor": "right-handed; origin at the centre of the surface's base circle, +z toward \
+                       the tip",
+            "camera": "right-handed; +z forward, +x right, +y down",
+        },
+    })
+}

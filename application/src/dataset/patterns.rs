@@ -1,0 +1,172 @@
+//! Which patterns a data set has: the sensor's semi-domes, or what a text file lists.
+
+use fabkit_depth::truth::Presser;
+use fabkit_fixtures::{Press, PressError, Project};
+use fabkit_text::{Fault, Position, shown};
+
+use super::Pattern;
+use crate::ground_truth::pressers;
+use crate::scene::unknown_hint;
+
+/// Each half is cast, each pair stitched: beyond this, a million samples.
+pub const MAX_PATTERNS: usize = 1000;
+/// Labels are bytes, of which 0 and 1 are taken.
+pub const MAX_BODIES: usize = 254;
+const MAX_NAME: usize = 64;
+
+/// What a line looks like.
+const FORM: &str = "a line is `NAME = ID + ID`, or an ID alone";
+
+/// Why there are no patterns.
+#[derive(Debug, thiserror::Error)]
+pub enum NoPatterns {
+    /// The sensor's own presses cannot be had.
+    #[error(transparent)]
+    Press(#[from] PressError),
+    /// The sensor has none.
+    #[error("{sensor} has no semi-domes")]
+    NoSemiDomes {
+        /// Its name.
+        sensor: String,
+    },
+}
+
+/// A pattern on the left, by its presses.
+#[derive(Clone, Debug)]
+pub struct NamedPresses {
+    /// For example `semi-dome-017`.
+    pub name: String,
+    /// What presses.
+    pub presses: Vec<Press>,
+}
+
+/// All presses of the sensor that are halves.
+///
+/// # Errors
+/// [`NoPatterns`].
+pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
+    let (mut presses, mut failed) = (Vec::new(), None);
+    for of_fixture in project.presses() {
+        match of_fixture {
+            Ok(of_fixture) => presses.extend(of_fixture.into_iter().filter(|p| p.is_left_half)),
+            Err(error) => failed = failed.or(Some(error)),
+        }
+    }
+    if presses.is_empty() {
+        // It may be the semi-domes that cannot be made.
+        if let Some(error) = failed {
+            return Err(PressError::from(error).into());
+        }
+        return Err(NoPatterns::NoSemiDomes { sensor: project.design.sensor.name.clone() });
+    }
+    let named = |press: Press| NamedPresses { name: press.id.clone(), presses: vec![press] };
+    Ok(presses.into_iter().map(named).collect())
+}
+
+/// Reads a patterns file: one pattern a line, `NAME = ID + ID` or an ID alone; `#` starts a comment.
+///
+/// # Errors
+/// Everything that is wrong.
+pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Fault>> {
+    let mut faults = Vec::new();
+    let mut patterns: Vec<NamedPresses> = Vec::new();
+    // Listing semi-domes designs them all: once is enough.
+    let listed: Vec<Press> =
+        project.presses().into_iter().filter_map(Result::ok).flatten().collect();
+    for (line, content) in (1..).zip(text.lines()) {
+        let content = content.split('#').next().unwrap_or_default().trim_end();
+        let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
+        let content = content.trim_start();
+        if content.is_empty() {
+            continue;
+        }
+        let mut fault = |message: String, hint: String| {
+            let fault = Fault::new(Position { line, column }, "", message).hint(hint);
+            faults.push(Fault { written: shown(content), ..fault });
+        };
+        match pattern(content, project, &listed) {
+            Ok(found) if patterns.iter().any(|other| other.name == found.name) => {
+                let message = format!("there is a pattern `{}` already", found.name);
+                fault(message, "give it another name".into());
+            }
+            Ok(found) => patterns.push(found),
+            Err((message, hint)) => fault(message, hint),
+        }
+    }
+    let count = patterns.len();
+    if faults.is_empty() && !(1..=MAX_PATTERNS).contains(&count) {
+        let message = format!("{count} patterns; there must be 1 to {MAX_PATTERNS}");
+        faults.push(Fault::new(None, "", message).hint(FORM));
+    }
+    if faults.is_empty() { Ok(patterns) } else { Err(faults) }
+}
+
+/// What is wrong, and what to do.
+type Wrong = (String, String);
+
+fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPresses, Wrong> {
+    let (name, ids) = match content.split_once('=') {
+        Some((name, ids)) => (name.trim(), ids),
+        None => (content, content),
+    };
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_plain) {
+        let message = format!("`{name}` cannot name files");
+        let hint = format!(
+            "write `NAME = {}`; a name has 1 to {MAX_NAME} letters, digits, `-`, `_`, `.`",
+            ids.trim()
+        );
+        return Err((message, hint));
+    }
+    let press = |id: &str| {
+        let found = listed.iter().find(|press| press.id == id).cloned();
+        found.map_or_else(|| project.press(id), Ok).map_err(|error| {
+            let hint = match &error {
+                PressError::Unknown { id, known, place } => unknown_hint(id, known, place),
+                _ => FORM.into(),
+            };
+            (error.to_string(), hint)
+        })
+    };
+    let presses: Vec<Press> =
+        ids.split('+').map(|id| press(id.trim())).collect::<Result<_, _>>()?;
+    let bodies: usize = presses.iter().map(|press| press.bodies.len()).sum();
+    if bodies > MAX_BODIES {
+        let message = format!("`{name}` has {bodies} bodies; {MAX_BODIES} are possible");
+        return Err((message, "make two patterns of it".into()));
+    }
+    Ok(NamedPresses { name: name.into(), presses })
+}
+
+impl NamedPresses {
+    /// Prepared for both sides.
+    ///
+    /// # Errors
+    /// A solid that is none.
+    pub fn prepare(&self) -> Result<Pattern, fabkit_geometry::InvalidSolid> {
+        let sides = |presses: &[Press]| -> Result<Vec<Presser>, _> { pressers(presses) };
+        let flipped: Vec<Press> = self.presses.iter().cloned().map(Press::flipped).collect();
+        Ok(Pattern {
+            name: self.name.clone(),
+            left: sides(&self.presses)?,
+            right: sides(&flipped)?,
+        })
+    }
+}
+
+/// BLAKE3, in hex, over every solid and its place.
+///
+/// # Panics
+/// Never: solids and poses are JSON.
+pub fn hash(patterns: &[NamedPresses]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for pattern in patterns {
+        hasher.update(pattern.name.as_bytes());
+        for body in pattern.presses.iter().flat_map(|press| &press.bodies) {
+            let json = serde_json::to_vec(&(&body.name, &body.solid, &body.sensor_from_body));
+            hasher.update(&json.expect("solids and poses are JSON"));
+        }
+        hasher.update(b"\n");
+    }
+    hasher.finalize().to_hex().to_string()
+}

@@ -1,0 +1,68 @@
+//! How much memory a data set takes, from what was measured on each of its steps.
+
+use fabkit_camera::Interface;
+
+use super::Order;
+use crate::memory::{self, Less, MemoryError};
+use crate::scene::Scene;
+
+/// For each pixel, bytes: rays, the surface, the seam, and the reference with the file made of it.
+const SHARED: u64 = 24 + 8 + 1 + 150;
+/// The same of rays that start at places of their own.
+const ORIGINS: u64 = 24;
+/// A worker's file of halves, one of them being cast, and all of them packed.
+const EACH: u64 = 150;
+/// What a transition around contacts adds to the one being cast.
+const MEMBRANE: u64 = 200;
+/// What samples are stitched from: a half holds half a picture of 5 bytes, packed at worst not at all.
+const PART: u64 = 3;
+/// A capture in three colours, and as a part.
+const CAPTURE: u64 = 3 + 2;
+/// Pictures in a sheet, values and colours, and the sheet with the file made of it.
+const SHEET: u64 = 12 * (8 + 4 + 3 + 3 + 3);
+/// A line of the list of samples.
+const LINE: u64 = 200;
+
+/// Memory of a data set, bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    size_px: [u32; 2],
+    shared: u64,
+    each: u64,
+}
+
+impl Room {
+    pub(super) fn new(scene: &Scene, order: &Order, patterns: usize) -> Self {
+        let camera = scene.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()];
+        let pixels: u64 = size_px.map(u64::from).iter().product();
+        let (patterns, if_so) =
+            (patterns as u64, |so: bool, bytes: u64| if so { bytes } else { 0 });
+        let of_halves = if_so(order.materialise, PART) + if_so(order.captures.is_some(), CAPTURE);
+        let shared = SHARED
+            + if_so(*camera.interface() != Interface::None, ORIGINS)
+            + 2 * patterns * of_halves;
+        let each = EACH + if_so(order.membrane_mm > 0.0, MEMBRANE);
+        Self { size_px, shared: pixels * shared + LINE * patterns * patterns, each: pixels * each }
+    }
+
+    /// The same with a sheet of samples.
+    #[must_use]
+    pub fn with_sheet(self) -> Self {
+        let pixels: u64 = self.size_px.map(u64::from).iter().product();
+        Self { shared: self.shared + pixels * SHEET, ..self }
+    }
+
+    /// Works on as many threads as there is memory for.
+    ///
+    /// # Errors
+    /// No room for one; what `work` says.
+    pub fn work<R: Send, E: From<MemoryError> + Send>(
+        self,
+        work: impl FnOnce() -> Result<R, E> + Send,
+    ) -> Result<R, E> {
+        let [width, height] = self.size_px;
+        let what = format!("a data set of {width} x {height} px");
+        memory::on_workers(&what, self.shared, self.each, Less::Camera, work)
+    }
+}

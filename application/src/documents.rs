@@ -1,0 +1,148 @@
+//! What fabkit says of its results to programs, as JSON: the same through every door.
+
+use std::path::Path;
+
+use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
+use fabkit_designs::Design;
+use fabkit_geometry::Body;
+use fabkit_sweep::Status;
+use serde_json::{Map, Value, json};
+
+use crate::ground_truth::Coverage;
+use crate::identity::design_hash;
+use crate::sweeping::Finished;
+
+/// What a design is and consists of (`fabkit-show` version 1).
+pub fn show(design: &Design) -> Value {
+    let sensor = &design.sensor;
+    let parameters: Vec<Value> = design
+        .parameters
+        .iter()
+        .map(|setting| {
+            json!({
+                "path": setting.path,
+                "value": setting.value,
+                "limits": setting.limits,
+                "summary": setting.summary,
+                "source": setting.source.kind.to_string(),
+                "note": setting.source.note,
+            })
+        })
+        .collect();
+    let derived: Vec<Value> = design
+        .derived
+        .iter()
+        .map(|(name, value)| json!({ "name": name, "value": value }))
+        .collect();
+    let bodies: Vec<Value> = sensor.bodies.iter().map(body_json).collect();
+    json!({
+        "format": "fabkit-show",
+        "version": 1,
+        "name": sensor.name,
+        "title": sensor.title,
+        "reference": sensor.reference,
+        "design_hash": design_hash(design),
+        "parameters": parameters,
+        "derived": derived,
+        "bodies": bodies,
+    })
+}
+
+fn body_json(body: &Body) -> Value {
+    json!({
+        "name": &body.name,
+        "kind": body.kind.word(),
+        "summary": &body.summary,
+        "process": body.process_word(),
+        "material": &body.material,
+        "quantity": body.quantity,
+        "notes": body.notes,
+        "assemblies": body.placements.iter().map(|p| &p.assembly.0).collect::<Vec<_>>(),
+    })
+}
+
+/// What was checked and found (`fabkit-check` version 1).
+pub fn check(design: &Design, report: &CheckReport) -> Value {
+    json!({
+        "format": "fabkit-check",
+        "version": 1,
+        "name": design.sensor.name,
+        "design_hash": design_hash(design),
+        "passed": report.errors() == 0,
+        "resolution": checks::RESOLUTION,
+        "rules": rules_json(report),
+        "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
+        "batches": report.batches.iter().map(batch).collect::<Vec<_>>(),
+    })
+}
+
+fn rules_json(report: &CheckReport) -> Vec<Value> {
+    let rule = |rule: Rule| report.of(rule).count();
+    let entries = report.examined.iter().map(|examined| {
+        json!({
+            "rule": examined.rule.word(),
+            "examined": examined.count,
+            "of": examined.what,
+            "findings": rule(examined.rule),
+        })
+    });
+    entries.collect()
+}
+
+fn finding_json(finding: &Finding) -> Value {
+    json!({
+        "rule": finding.rule.word(),
+        "severity": finding.severity.to_string(),
+        "step": finding.step,
+        "assembly": finding.assembly,
+        "bodies": finding.bodies,
+        "place_mm": finding.place.map(|p| [p.x, p.y, p.z]),
+        "value": finding.measured.map(|m| m.value),
+        "limit": finding.measured.map(|m| m.limit),
+        "unit": finding.measured.map(|m| m.unit),
+        "message": finding.message,
+        "fix": finding.fix,
+    })
+}
+
+/// What a script needs to mix one batch.
+pub fn batch(batch: &Batch) -> Value {
+    let components = batch.components_g.iter();
+    json!({
+        "step": batch.step,
+        "layer": batch.layer,
+        "volume_mm3": batch.volume.value_mm3,
+        "volume_error_mm3": batch.volume.error_mm3,
+        "waste": batch.waste,
+        "components": components
+            .map(|(name, grams)| json!({ "name": name, "mass_g": grams }))
+            .collect::<Vec<_>>(),
+        "degas": batch.degas,
+        "cure": { "hours": batch.cure.hours, "celsius": batch.cure.celsius },
+    })
+}
+
+/// What a sweep came to (`fabkit-sweep-report` version 1).
+pub fn sweep(folder: &Path, finished: &Finished) -> Value {
+    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
+        finished;
+    let status: Map<String, Value> =
+        Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
+    json!({
+        "format": "fabkit-sweep-report",
+        "version": 1,
+        "folder": folder.display().to_string(),
+        "variants": variants,
+        "rows_found": found,
+        "status": status,
+        "panicked": panicked,
+        "pareto": on_front,
+        "empty_metrics": empty_metrics,
+        "none_left": none_left,
+    })
+}
+
+/// How much of a surface a camera sees.
+pub fn coverage(coverage: &Coverage) -> Value {
+    json!({ "area": coverage.area, "area_mm2": coverage.area_mm2 })
+}

@@ -1,0 +1,364 @@
+//! The folder of an export: what lies there already, and what becomes of it.
+//!
+//! A manifest tells the truth about its folder. What an earlier export of the same design with the
+//! same options wrote, and nobody has changed, stays listed; everything else is named as what it is.
+//! Nothing is written over that fabkit did not write.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use fabkit_export::{FileEntry, Manifest, OtherFile, Otherness, PartEntry, ProfileEntry};
+
+use super::{Exported, MANIFEST_NAME, manifest_file};
+use crate::error::{ErrorKind, Explained, joined};
+use crate::exporting::ExportFailure;
+use crate::reading::{self, Expected, ReadError};
+use crate::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
+use crate::staging::{OutputFile, StagingError, Transaction};
+
+/// A list of contents.
+const MANIFEST: Expected =
+    Expected { what: "a manifest", max_bytes: MAX_DOCUMENT_BYTES, hint: "it is none of fabkit's" };
+
+/// What may be done to files that are there already.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Overwriting {
+    /// Remove what the manifest lists and this export does not write.
+    pub clean: bool,
+    /// Write also over files that somebody changed or that are not fabkit's.
+    pub force: bool,
+}
+
+/// What became of one folder.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The list of contents as written: with what an earlier export left there.
+    pub manifest: Manifest,
+    /// Files of an earlier export that are gone now.
+    pub removed: Vec<String>,
+}
+
+/// Why an export was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// Something there may not be replaced.
+    #[error("{}", joined(.0))]
+    Refused(Vec<Refusal>),
+    /// A manifest that cannot be encoded.
+    #[error(transparent)]
+    Export(#[from] ExportFailure),
+    /// The system's reasons.
+    #[error(transparent)]
+    Staging(#[from] StagingError),
+}
+
+/// Something that stands in the way.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// The folder is another design's.
+    #[error("{} holds the export of {found}, not of {wanted}", .folder.display())]
+    OtherDesign {
+        /// Where.
+        folder: PathBuf,
+        /// Whose it is.
+        found: String,
+        /// Whose it was to be.
+        wanted: String,
+    },
+    /// A file is not as fabkit wrote it.
+    #[error("{} was changed since fabkit wrote it", .0.display())]
+    Changed(PathBuf),
+    /// A file is not fabkit's.
+    #[error("{} is there, and no manifest says that fabkit wrote it", .0.display())]
+    Foreign(PathBuf),
+}
+
+impl FolderError {
+    /// Whether the folder is another design's, which no force replaces.
+    pub fn is_of_another_design(&self) -> bool {
+        let Self::Refused(refusals) = self else { return false };
+        refusals.iter().any(|refusal| matches!(refusal, Refusal::OtherDesign { .. }))
+    }
+}
+
+impl Explained for FolderError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Refused(_) => ErrorKind::BadInput,
+            Self::Export(error) => error.kind(),
+            Self::Staging(error) => error.kind(),
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Refused(_) if self.is_of_another_design() => {
+                Some("choose another folder, or have what that export wrote cleaned away".into())
+            }
+            Self::Refused(_) => Some("choose another folder, or have it replaced by force".into()),
+            Self::Export(error) => error.hint(),
+            Self::Staging(error) => error.hint(),
+        }
+    }
+}
+
+/// Writes exports, each into its folder: all files of all of them, or none.
+///
+/// # Errors
+/// [`FolderError`]; everything is then as it was.
+pub fn write(
+    exports: &[(PathBuf, &Exported)],
+    how: Overwriting,
+    cancelled: &dyn Fn() -> bool,
+) -> Result<Vec<Written>, FolderError> {
+    let stop = || if cancelled() { Err(StagingError::Cancelled) } else { Ok(()) };
+    let manifests: Vec<PathBuf> =
+        exports.iter().map(|(folder, _)| folder.join(MANIFEST_NAME)).collect();
+    // Nobody else writes there from here on.
+    let mut set = Transaction::open(manifests.iter().map(PathBuf::as_path), cancelled)?;
+    let mut refusals = Vec::new();
+    let mut merged = Vec::new();
+    for (folder, exported) in exports {
+        merged.push(Merged::new(folder, exported, how, &mut refusals)?);
+    }
+    if !refusals.is_empty() {
+        return Err(FolderError::Refused(refusals));
+    }
+    for ((folder, exported), merged) in exports.iter().zip(&merged) {
+        let manifest = manifest_file(&merged.manifest)?;
+        for OutputFile { name, bytes } in files(exported).chain([&manifest]) {
+            stop()?;
+            set.write(&folder.join(name), bytes)?;
+        }
+        for name in &merged.removed {
+            set.remove(&folder.join(name))?;
+        }
+    }
+    stop()?;
+    set.commit()?;
+    let written = |Merged { manifest, removed }| Written { manifest, removed };
+    Ok(merged.into_iter().map(written).collect())
+}
+
+/// All but the manifest.
+fn files(exported: &Exported) -> impl Iterator<Item = &OutputFile> {
+    exported.files.iter().filter(|file| file.name != MANIFEST_NAME)
+}
+
+struct Merged {
+    manifest: Manifest,
+    removed: Vec<String>,
+}
+
+/// What an earlier manifest says of a file.
+enum Earlier {
+    /// Listed, by an export of the same design and options.
+    Same(FileEntry),
+    /// By another one.
+    Stale(String),
+}
+
+impl Earlier {
+    fn blake3(&self) -> &str {
+        match self {
+            Self::Same(entry) => &entry.blake3,
+            Self::Stale(blake3) => blake3,
+        }
+    }
+}
+
+impl Merged {
+    fn new(
+        folder: &Path,
+        exported: &Exported,
+        how: Overwriting,
+        refusals: &mut Vec<Refusal>,
+    ) -> Result<Self, StagingError> {
+        let mut manifest = exported.manifest.clone();
+        let old = old_manifest(folder)?;
+        if !how.force {
+            let place = || folder.join(MANIFEST_NAME);
+            match old {
+                Old::NotOurs => refusals.push(Refusal::Foreign(place())),
+                Old::Changed => refusals.push(Refusal::Changed(place())),
+                Old::Nothing | Old::Ours(_) => {}
+            }
+        }
+        let old = if let Old::Ours(old) = old { Some(*old) } else { None };
+        if let Some(old) = old.as_ref().filter(|old| old.sensor != manifest.sensor && !how.clean) {
+            let (found, wanted) = (old.sensor.clone(), manifest.sensor.clone());
+            refusals.push(Refusal::OtherDesign { folder: folder.into(), found, wanted });
+            return Ok(Self { manifest, removed: Vec::new() });
+        }
+        let mut earlier = BTreeMap::new();
+        let (mut old_parts, mut old_profile) = (Vec::new(), None);
+        if let Some(old) = old {
+            let key = |m: &Manifest| (m.sensor.clone(), m.design_hash.clone(), m.options.clone());
+            let is_same = key(&old) == key(&manifest);
+            for entry in old.files.into_iter().filter(|entry| is_plain(&entry.name)) {
+                let (name, hash) = (entry.name.clone(), entry.blake3.clone());
+                let one = if is_same { Earlier::Same(entry) } else { Earlier::Stale(hash) };
+                earlier.insert(name, one);
+            }
+            let stale = old.others.into_iter().filter(|other| is_plain(&other.name));
+            earlier.extend(stale.filter_map(|o| Some((o.name, Earlier::Stale(o.blake3?)))));
+            old_parts = old.parts;
+            old_profile = old.profile;
+        }
+        for file in files(exported) {
+            let place = folder.join(&file.name);
+            let listed = earlier.remove(&file.name);
+            // What is no file is refused when it is written.
+            let Some(found) = hash_of(&place)? else { continue };
+            let is_ours = blake3::hash(&file.bytes).to_hex().as_str() == found
+                || listed.as_ref().is_some_and(|listed| listed.blake3() == found);
+            if !is_ours && !how.force {
+                let refusal = if listed.is_some() { Refusal::Changed } else { Refusal::Foreign };
+                refusals.push(refusal(place));
+            }
+        }
+        let mut removed = Vec::new();
+        for (name, earlier) in &earlier {
+            let Some(found) = hash_of(&folder.join(name))? else { continue };
+            let other = |why, blake3| OtherFile { name: name.clone(), why, blake3 };
+            match earlier {
+                _ if found != earlier.blake3() => {
+                    manifest.others.push(other(Otherness::Changed, None));
+                }
+                _ if how.clean => removed.push(name.clone()),
+                Earlier::Same(entry) => manifest.files.push(entry.clone()),
+                Earlier::Stale(_) => manifest.others.push(other(Otherness::Stale, Some(found))),
+            }
+        }
+        let known: BTreeSet<&str> = files(exported)
+            .map(|file| file.name.as_str())
+            .chain(earlier.keys().map(String::as_str))
+            .chain([MANIFEST_NAME])
+            .collect();
+        let foreign = names_in(folder)?.into_iter().filter(|name| !known.contains(name.as_str()));
+        manifest.others.extend(foreign.map(|name| OtherFile {
+            name,
+            why: Otherness::Foreign,
+            blake3: None,
+        }));
+        manifest.others.sort_by(|a, b| a.name.cmp(&b.name));
+        manifest.files.sort_by(|a, b| a.name.cmp(&b.name));
+        add_parts(&mut manifest, old_parts, &exported.bodies);
+        add_profiled(&mut manifest, old_profile, &exported.bodies);
+        Ok(Self { manifest, removed })
+    }
+}
+
+/// Adds what files that stay listed were made of.
+fn add_parts(manifest: &mut Manifest, old: Vec<PartEntry>, order: &[String]) {
+    let mut is_complete = true;
+    for part in old {
+        let is_listed = |file: &FileEntry| file.parts.contains(&part.name);
+        if !manifest.files.iter().any(is_listed) {
+            continue;
+        }
+        match manifest.parts.iter_mut().find(|there| there.name == part.name) {
+            None => {
+                manifest.parts.push(part);
+                is_complete = false;
+            }
+            // Its outlines were not asked for now, and are still there.
+            Some(there) if there.sheet.is_none() && part.sheet.is_some() => *there = part,
+            Some(_) => {}
+        }
+    }
+    if !is_complete {
+        let place = |name: &str| order.iter().position(|there| there == name);
+        manifest.parts.sort_by_key(|part| place(&part.name));
+    }
+}
+
+/// Adds what the printer's profile did to parts that stay listed. Options are the same, so that it
+/// is the same profile.
+fn add_profiled(manifest: &mut Manifest, old: Option<ProfileEntry>, order: &[String]) {
+    let (Some(profile), Some(old)) = (&mut manifest.profile, old) else { return };
+    let is_known = |name: &String| {
+        profile.applied.contains(name) || profile.not_applied.iter().any(|no| no.part == *name)
+    };
+    let stays =
+        |name: &String| manifest.parts.iter().any(|part| part.name == *name) && !is_known(name);
+    let applied = old.applied.into_iter().filter(stays).collect::<Vec<_>>();
+    let to_other = old.applied_to_other_material.into_iter().filter(stays).collect::<Vec<_>>();
+    let not_applied = old.not_applied.into_iter().filter(|no| stays(&no.part)).collect::<Vec<_>>();
+    profile.applied.extend(applied);
+    profile.applied_to_other_material.extend(to_other);
+    profile.not_applied.extend(not_applied);
+    let place = |name: &str| order.iter().position(|there| there == name);
+    profile.applied.sort_by_key(|name| place(name));
+    profile.applied_to_other_material.sort_by_key(|name| place(name));
+    profile.not_applied.sort_by_key(|no| place(&no.part));
+}
+
+enum Old {
+    Nothing,
+    Ours(Box<Manifest>),
+    /// Fabkit wrote it, and it is not what fabkit wrote.
+    Changed,
+    NotOurs,
+}
+
+fn old_manifest(folder: &Path) -> Result<Old, StagingError> {
+    let path = folder.join(MANIFEST_NAME);
+    let bytes = match reading::read(&path, MANIFEST) {
+        Ok(bytes) => bytes,
+        Err(ReadError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+            return Ok(Old::Nothing);
+        }
+        Err(ReadError::Io { path, source }) => {
+            return Err(StagingError::Io { action: "read", path, source });
+        }
+        Err(_) => return Ok(Old::NotOurs),
+    };
+    Ok(match unseal(&bytes) {
+        Err(SealError::Other) => Old::Changed,
+        // Without a seal, old versions wrote it.
+        Ok(_) | Err(SealError::None) => {
+            Manifest::from_json(&bytes).map_or(Old::NotOurs, |manifest| Old::Ours(manifest.into()))
+        }
+    })
+}
+
+/// A manifest that somebody wrote by hand reaches no other folder.
+fn is_plain(name: &str) -> bool {
+    let path = Path::new(name);
+    path.file_name() == Some(path.as_os_str()) && name != MANIFEST_NAME
+}
+
+/// BLAKE3 of a file's content, in hex; nothing where there is no file.
+fn hash_of(path: &Path) -> Result<Option<String>, StagingError> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => {}
+        Ok(_) => return Ok(None),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => {
+            return Err(StagingError::Io { action: "look at", path: path.into(), source });
+        }
+    }
+    let mut hasher = blake3::Hasher::new();
+    File::open(path)
+        .and_then(|file| hasher.update_reader(file).map(drop))
+        .map_err(|source| StagingError::Io { action: "read", path: path.into(), source })?;
+    Ok(Some(hasher.finalize().to_hex().to_string()))
+}
+
+/// Files in a folder; neither hidden ones nor what is below.
+fn names_in(folder: &Path) -> Result<Vec<String>, StagingError> {
+    let unreadable =
+        |source| StagingError::Io { action: "read the folder", path: folder.into(), source };
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !name.starts_with('.') && entry.path().is_file() {
+            names.push(name);
+        }
+    }
+    Ok(names)
+}

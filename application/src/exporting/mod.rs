@@ -1,0 +1,471 @@
+//! From a design to the bytes of all its files.
+
+mod compensation;
+mod failure;
+mod folder;
+mod options;
+mod pieces;
+mod plates;
+mod profiled;
+mod sheets;
+mod stock;
+mod topology;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fabkit_designs::{Companion, Design};
+use fabkit_export::{
+    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
+    SettingEntry, TreeDocument,
+};
+use fabkit_geometry::{Body, Pose, Process, Sensor};
+use fabkit_mesh::{PrintMesh, TriMesh};
+use rayon::prelude::*;
+
+use self::compensation::{compensation, fitted};
+pub use self::failure::ExportFailure;
+pub use self::folder::{FolderError, Overwriting, Refusal, Written, write};
+pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
+pub use self::profiled::require_profile_applies;
+use self::sheets::CutSheet;
+use self::topology::Counted;
+use crate::bodies::{self, UnknownName};
+use crate::identity::design_hash;
+use crate::memory;
+use crate::pictures::{self, Shot};
+use crate::resumable::seal_text;
+use crate::staging::OutputFile;
+
+/// Most triangles that one export may have, copies on plates included.
+pub const MAX_TRIANGLES: usize = 5_000_000;
+/// What a triangle takes in meshes and files, bytes: measured at small tolerances.
+const TRIANGLE_BYTES: u64 = 380;
+
+/// Name of the list of contents.
+pub const MANIFEST_NAME: &str = crate::staging::CONTENTS;
+
+/// How pictures of single parts are taken.
+const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false };
+
+/// Told each part's name as soon as its files are ready, from many threads.
+pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);
+
+/// All files of an export, in memory.
+#[derive(Clone, Debug)]
+pub struct Exported {
+    /// Sorted by name, the manifest last.
+    pub files: Vec<OutputFile>,
+    /// What the manifest says.
+    pub manifest: Manifest,
+    /// All bodies that the design has, in its order.
+    pub bodies: Vec<String>,
+}
+
+/// A file that somebody else made, for the manifest.
+#[derive(Clone, Debug)]
+pub struct ForeignFile {
+    /// Name and content.
+    pub file: OutputFile,
+    /// The word used in the manifest.
+    pub format: &'static str,
+    /// Which bodies it holds.
+    pub parts: Vec<String>,
+}
+
+impl Exported {
+    /// Adds files, and lists them in the manifest.
+    ///
+    /// # Errors
+    /// [`ExportFailure::DuplicateFile`] for a name that is there already.
+    pub fn add(&mut self, files: Vec<ForeignFile>) -> Result<(), ExportFailure> {
+        self.files.pop();
+        for ForeignFile { file, format, parts } in files {
+            if self.files.iter().any(|there| there.name == file.name) {
+                return Err(ExportFailure::DuplicateFile(file.name));
+            }
+            self.manifest.files.push(file_entry(&file, format, parts, None));
+            self.files.push(file);
+        }
+        self.files.sort_by(|a, b| a.name.cmp(&b.name));
+        self.manifest.files.sort_by(|a, b| a.name.cmp(&b.name));
+        self.files.push(manifest_file(&self.manifest)?);
+        Ok(())
+    }
+}
+
+fn file_entry(
+    file: &OutputFile,
+    format: &str,
+    parts: Vec<String>,
+    stock: Option<(Process, String)>,
+) -> FileEntry {
+    let (process, material) =
+        stock.map(|(process, material)| (process.to_string(), material)).unzip();
+    FileEntry {
+        name: file.name.clone(),
+        parts,
+        process,
+        material,
+        format: format.into(),
+        bytes: file.bytes.len() as u64,
+        blake3: blake3::hash(&file.bytes).to_hex().to_string(),
+    }
+}
+
+fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportFailure> {
+    Ok(OutputFile { name: MANIFEST_NAME.to_owned(), bytes: manifest_bytes(manifest)? })
+}
+
+/// The content of `manifest.json`: the document, and the hash of all of it as its last key.
+///
+/// # Errors
+/// [`ExportFailure::Write`] if the encoder refuses.
+pub fn manifest_bytes(manifest: &Manifest) -> Result<Vec<u8>, ExportFailure> {
+    let failed = |source| ExportFailure::Write { file: MANIFEST_NAME.to_owned(), source };
+    let text = manifest.to_json().map_err(failed)?;
+    Ok(seal_text(&String::from_utf8_lossy(&text)))
+}
+
+/// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
+/// where the 3MF specification (section 3.3) wants it.
+struct Meshed<'a> {
+    body: &'a Body,
+    lying: TriMesh,
+    print: PrintMesh,
+    file_from_part: Pose,
+    figures: MeshFigures,
+    compensation: Compensation,
+    sheet: Option<CutSheet>,
+}
+
+/// A file and what the manifest says about it besides its content.
+struct Made {
+    file: OutputFile,
+    format: &'static str,
+    parts: Vec<String>,
+    /// How and from what, where several pieces are made together.
+    stock: Option<(Process, String)>,
+}
+
+/// Makes all files of a design in memory, on as many threads as the current rayon pool has.
+///
+/// A piece whose triangles have other holes, pieces or cavities than its design counts is meshed again,
+/// finer; the manifest tells at which tolerance.
+///
+/// The bytes depend on the design and the options alone. Plates are made when 3MF is asked for and
+/// all parts are exported; they hold each printed part as often as a lab needs it.
+///
+/// # Errors
+/// The first failure in the order of the design.
+pub fn export(
+    design: &Design,
+    options: &ExportOptions,
+    finished: OnFinished,
+) -> Result<Exported, ExportFailure> {
+    let sensor = &design.sensor;
+    let chosen = chosen(sensor, &options.parts)?;
+    let hash = design_hash(design);
+
+    let triangles = AtomicUsize::new(0);
+    type OnePiece<'a> = (Vec<Meshed<'a>>, Vec<Made>);
+    let results: Vec<Result<OnePiece, ExportFailure>> = pieces::pieces(sensor, chosen)?
+        .into_par_iter()
+        .map(|piece| {
+            // Not after others have made too many already.
+            limit_triangles(triangles.load(Ordering::Relaxed))?;
+            let meshed =
+                piece.meshed(options).map_err(|failure| topology::by_values(failure, design))?;
+            let more = meshed.iter().map(|body| body.figures.triangles).sum::<usize>();
+            limit_triangles(more + triangles.fetch_add(more, Ordering::Relaxed))?;
+            let mut files = Vec::new();
+            for body in &meshed {
+                // A part of a group has its 3MF in common with the others.
+                let alone = |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
+                let formats = options.formats.iter().filter(alone);
+                files.extend(part_files(design, &hash, options, formats, body)?);
+                finished(&body.body.name);
+            }
+            if options.formats.contains(&Format::ThreeMf) {
+                files.extend(piece.group_file(&sensor.title, &hash, &meshed)?);
+            }
+            Ok((meshed, files))
+        })
+        .collect();
+    // One after the other, so that the first error is the same on any number of threads.
+    let (meshed, files): (Vec<_>, Vec<_>) =
+        results.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+
+    let meshed: Vec<Meshed> = meshed.into_iter().flatten().collect();
+    let mut made: Vec<Made> = files.into_iter().flatten().collect();
+    if options.parts.is_empty() && options.formats.contains(&Format::ThreeMf) {
+        made.extend(plates::plates(design, &hash, options, &meshed)?);
+    }
+    if options.parts.is_empty() {
+        made.extend(sheets::nested(design, &hash, options, &meshed)?);
+    }
+    if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
+        // Files were asked for that none of these parts has.
+        let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
+        return Err(ExportFailure::NoOutlines { parts });
+    }
+    if options.parts.is_empty() {
+        made.extend(design.companions.iter().map(companion));
+    }
+    assemble(design, options, hash, &meshed, made)
+}
+
+/// The bodies that are asked for, in the design's order and each once; all parts if none is named.
+fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Body>, UnknownName> {
+    for name in parts {
+        bodies::find(sensor, name)?;
+    }
+    let asked: BTreeSet<&str> = parts.iter().map(String::as_str).collect();
+    let is_asked = |body: &&Body| match asked.is_empty() {
+        true => body.is_made(),
+        false => asked.contains(body.name.as_str()),
+    };
+    Ok(sensor.bodies.iter().filter(is_asked).collect())
+}
+
+/// A file that comes with the design; its format is the end of its name.
+fn companion(companion: &Companion) -> Made {
+    let Companion { name, bytes, .. } = companion.clone();
+    let format = match name.rsplit_once('.') {
+        Some((_, "json")) => "json",
+        Some((_, "csv")) => "csv",
+        Some((_, "svg")) => "svg",
+        Some((_, "dxf")) => "dxf",
+        Some((_, "pdf")) => "pdf",
+        Some((_, "yaml")) => "yaml",
+        _ => "other",
+    };
+    Made { file: OutputFile { name, bytes }, format, parts: Vec::new(), stock: None }
+}
+
+/// A body that is compensated and turned, but not yet shifted to where it lies in its files.
+struct Turned<'a> {
+    body: &'a Body,
+    mesh: TriMesh,
+    compensation: Compensation,
+    sheet: Option<CutSheet>,
+}
+
+fn turned<'a>(
+    body: &'a Body,
+    bed_from_body: &Pose,
+    options: &ExportOptions,
+    tolerance_mm: f64,
+) -> Result<Turned<'a>, ExportFailure> {
+    let is_drawn = options.formats.iter().any(|format| format.is_drawing());
+    let mut compensation = compensation(body, options, is_drawn);
+    let sheet = if is_drawn { sheets::cut_sheet(body, &compensation)? } else { None };
+
+    let fitted = fitted(body, bed_from_body, options, &mut compensation);
+    let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
+    // Finer by as much as scaling coarsens it.
+    let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
+    let mut mesh =
+        fabkit_mesh::mesh(fitted.as_ref().unwrap_or(&body.solid), tolerance_mm / coarser)
+            .map_err(|source| ExportFailure::Mesh { part: body.name.clone(), source })?;
+    if compensation.scale != 1.0 {
+        mesh = mesh.scaled(compensation.scale);
+    }
+    let mut mesh = mesh.placed(bed_from_body);
+    if compensation.print.is_some() {
+        mesh = mesh.stretched(stretch);
+    }
+    Ok(Turned { body, mesh, compensation, sheet })
+}
+
+/// A body whose mesh lies as it should, rounded to its files' precision, proven, counted and measured.
+fn measured<'a>(
+    turned: Turned<'a>,
+    counted: Option<Counted>,
+    shift: &Pose,
+    bed_from_body: &Pose,
+    tolerance_mm: f64,
+) -> Result<Meshed<'a>, ExportFailure> {
+    let Turned { body, mesh, compensation, sheet } = turned;
+    let lying = mesh.placed(shift);
+    let failed = |source| ExportFailure::Mesh { part: body.name.clone(), source };
+    let print = lying.to_print().map_err(failed)?;
+    if let Some(failure) = counted.and_then(|counted| counted.failure(body, &print)) {
+        let Some(print) = &compensation.print else { return Err(failure) };
+        let (part, profile) = (body.name.clone(), print.profile.clone());
+        return Err(ExportFailure::HolesBreakOut { part, profile });
+    }
+    let figures = figures(&print, tolerance_mm);
+    limit_triangles(figures.triangles)?;
+    let file_from_part = shift.then_in(match &compensation.print {
+        None => *bed_from_body,
+        // Only where the part's origin lies is stretched along with the rest.
+        Some(print) => {
+            let [x, y, z] = [0, 1, 2].map(|i| {
+                let at_mm = bed_from_body.translation_mm()[i];
+                (print.scale[i] - 1.0) * at_mm
+            });
+            Pose::translation(x, y, z).then_in(*bed_from_body)
+        }
+    });
+    Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
+}
+
+impl Meshed<'_> {
+    /// Figures of the nominal solid's mesh, for those who rebuild it.
+    fn nominal_figures(&self, options: &ExportOptions) -> Result<MeshFigures, ExportFailure> {
+        if self.compensation.print.is_some() {
+            // As exported without a profile, to the last digit.
+            let plain = ExportOptions { profile: None, ..options.clone() };
+            let piece = pieces::Piece { group: None, bodies: vec![self.body] };
+            return piece.meshed(&plain)?[0].nominal_figures(&plain);
+        }
+        let scale = self.compensation.scale;
+        Ok(MeshFigures {
+            chord_tolerance_mm: self.figures.chord_tolerance_mm / scale,
+            volume_mm3: self.figures.volume_mm3 / scale.powi(3),
+            area_mm2: self.figures.area_mm2 / scale.powi(2),
+            ..self.figures
+        })
+    }
+}
+
+fn figures(print: &PrintMesh, chord_tolerance_mm: f64) -> MeshFigures {
+    MeshFigures {
+        chord_tolerance_mm,
+        triangles: print.triangles().len(),
+        volume_mm3: print.volume_mm3(),
+        area_mm2: print.area_mm2(),
+        genus: print.genus(),
+    }
+}
+
+/// All triangles are in memory until the last file is made.
+fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
+    let room = usize::try_from(memory::room() / TRIANGLE_BYTES).unwrap_or(usize::MAX);
+    let most = room.min(MAX_TRIANGLES);
+    if found > most { Err(ExportFailure::TooManyTriangles { most }) } else { Ok(()) }
+}
+
+fn part_files<'a>(
+    design: &Design,
+    hash: &str,
+    options: &ExportOptions,
+    formats: impl Iterator<Item = &'a Format>,
+    meshed: &Meshed,
+) -> Result<Vec<Made>, ExportFailure> {
+    let body = &meshed.body;
+    let title = format!("{}: {}", design.sensor.title, &body.name);
+    let document = Document { title: &title, design_hash: hash };
+    let make = |format: Format| {
+        let name = format.file_name(&body.name);
+        let failed = |source| ExportFailure::Write { file: name.clone(), source };
+        let bytes = match format {
+            Format::Stl => fabkit_export::stl(&body.name, &meshed.print).map_err(failed)?,
+            Format::ThreeMf => {
+                let objects = [object(body, &meshed.print)];
+                fabkit_export::three_mf(document, &objects).map_err(failed)?
+            }
+            Format::Dxf | Format::Svg => match &meshed.sheet {
+                Some(sheet) => sheets::write(format, document, &sheet.drawing()).map_err(failed)?,
+                None => return Ok(None),
+            },
+            Format::Png => pictures::picture_of_body(body, PART_SHOT)
+                .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
+            Format::Tree => {
+                let process = body.process_word();
+                let document = TreeDocument {
+                    design_hash: hash,
+                    sensor: &design.sensor.name,
+                    name: &body.name,
+                    kind: body.kind.word(),
+                    summary: &body.summary,
+                    process: &process,
+                    material: &body.material,
+                    quantity: body.quantity,
+                    color: body.color,
+                    opacity: body.opacity,
+                    solid: &body.solid,
+                    landmarks: &body.landmarks,
+                    placements: &body.placements,
+                    mesh: meshed.nominal_figures(options)?,
+                };
+                fabkit_export::tree(&document).map_err(failed)?
+            }
+            Format::Samples => {
+                let document = SamplesDocument {
+                    design_hash: hash,
+                    sensor: &design.sensor.name,
+                    name: &body.name,
+                    solid: &body.solid,
+                    landmarks: &body.landmarks,
+                };
+                fabkit_export::samples(&document).map_err(failed)?
+            }
+        };
+        let file = OutputFile { name, bytes };
+        let parts = vec![body.name.clone()];
+        Ok(Some(Made { file, format: format.word(), parts, stock: None }))
+    };
+    formats.filter_map(|&format| make(format).transpose()).collect()
+}
+
+fn object<'a>(body: &'a Body, mesh: &'a PrintMesh) -> Object<'a> {
+    Object { name: &body.name, material: &body.material, color: body.color, mesh }
+}
+
+fn assemble(
+    design: &Design,
+    options: &ExportOptions,
+    design_hash: String,
+    meshed: &[Meshed],
+    made: Vec<Made>,
+) -> Result<Exported, ExportFailure> {
+    let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
+    for Made { file, format, parts, stock } in made {
+        let entry = file_entry(&file, format, parts, stock);
+        if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
+            return Err(ExportFailure::DuplicateFile(earlier.name));
+        }
+    }
+    let (entries, mut files): (Vec<_>, Vec<_>) = by_name.into_values().unzip();
+
+    let parameters = design
+        .parameters
+        .iter()
+        .map(|s| SettingEntry { path: s.path.clone(), value: s.value.clone() })
+        .collect();
+    let sensor = &design.sensor;
+    let manifest = Manifest {
+        sensor: sensor.name.clone(),
+        title: sensor.title.clone(),
+        reference: sensor.reference.clone(),
+        design_hash,
+        options: Some(options.entry()),
+        parameters,
+        profile: profiled::entry(meshed.iter().map(|m| m.body), options),
+        parts: meshed.iter().map(part_entry).collect(),
+        files: entries,
+        others: Vec::new(),
+    };
+    files.push(manifest_file(&manifest)?);
+    let bodies = sensor.bodies.iter().map(|body| body.name.to_owned()).collect();
+    Ok(Exported { files, manifest, bodies })
+}
+
+fn part_entry(meshed: &Meshed) -> PartEntry {
+    let body = &meshed.body;
+    PartEntry {
+        name: body.name.clone(),
+        kind: body.kind.word().into(),
+        summary: body.summary.clone(),
+        process: body.process_word(),
+        material: body.material.clone(),
+        quantity: body.quantity,
+        compensation: meshed.compensation.clone(),
+        file_from_part: meshed.file_from_part,
+        bounds_in_file_mm: meshed.lying.bounds(),
+        mesh: meshed.figures,
+        sheet: meshed.sheet.as_ref().map(CutSheet::figures),
+    }
+}

@@ -1,0 +1,61 @@
+//! What fabkit does, for whoever asks: a sensor's description in, files out.
+//!
+//! The `fabkit` command, the Python package and programs of your own come through here. It loads designs
+//! ([`source`]), makes all their files ([`exporting`], [`pictures`]), casts ground truth ([`scene`],
+//! [`ground_truth`]), makes data sets and sweeps ([`dataset`], [`sweeping`], in folders that survive being
+//! killed: [`resumable`]), calibrates ([`calibrating`]), asks other kernels ([`verifier`]) and reads its
+//! folders again ([`rereading`]). [`staging`] is the only place that writes files, [`reading`] the only one
+//! that reads what others wrote. What fails is an [`Error`], typed down to its values; nothing here knows
+//! options, exit codes or terminals. The crates below are re-exported.
+//!
+//! ```
+//! use fabkit_application::exporting::{ExportOptions, Format, export};
+//! use fabkit_application::designs::{builtin_yaml, load};
+//!
+//! let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;
+//! let design = load("rtac0.yaml", yaml, &["coat.thickness=0.1 mm".into()], &["fixtures"])?;
+//! let options = ExportOptions {
+//!     parts: vec!["base".into()],
+//!     formats: vec![Format::Stl],
+//!     ..ExportOptions::default()
+//! };
+//! let exported = export(&design, &options, &|part| println!("{part} is ready"))?;
+//! let names: Vec<&str> = exported.files.iter().map(|file| file.name.as_str()).collect();
+//! assert_eq!(names, ["base.stl", "manifest.json"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub use fabkit_calibration as calibration;
+pub use fabkit_camera as camera;
+pub use fabkit_checks as checks;
+pub use fabkit_depth as depth;
+pub use fabkit_designs as designs;
+pub use fabkit_export as export;
+pub use fabkit_fixtures as fixtures;
+pub use fabkit_geometry as geometry;
+pub use fabkit_mesh as mesh;
+pub use fabkit_sweep as sweep;
+pub use fabkit_text as text;
+
+pub mod authored;
+pub mod bodies;
+pub mod calibrating;
+pub mod dataset;
+pub mod diagnostics;
+pub mod documents;
+mod error;
+pub mod exporting;
+pub mod ground_truth;
+pub mod identity;
+pub mod memory;
+pub mod pictures;
+pub mod reading;
+pub mod rereading;
+pub mod resumable;
+pub mod scene;
+pub mod source;
+pub mod staging;
+pub mod sweeping;
+pub mod verifier;
+
+pub use error::{Error, ErrorKind, Explained};

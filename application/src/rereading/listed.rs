@@ -1,0 +1,131 @@
+//! What a folder's list of contents says of it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use fabkit_export::{Manifest, OtherFile};
+use serde_json::Value;
+
+use super::{Kind, RereadError};
+use crate::dataset;
+use crate::exporting::MANIFEST_NAME;
+use crate::resumable::{
+    self, Files, FolderError, MAX_DOCUMENT_BYTES, Piece, SealError, files_of, is_plain,
+    read_regular, unseal,
+};
+use crate::sweeping;
+
+/// Lists without a checksum.
+const UNSEALED: &str = "manifest.json has no checksum, because an older fabkit wrote it: whether it \
+                        was damaged itself cannot be known; export again to have one";
+
+/// A list that is not damaged.
+pub(super) struct Listed {
+    /// What must be there.
+    pub files: Files,
+    /// What is known to lie there besides, and may have gone.
+    pub others: BTreeSet<String>,
+    /// Entries that no file can be as.
+    pub impossible: Vec<(String, String)>,
+    pub note: Option<&'static str>,
+}
+
+impl Listed {
+    /// The list, or what is wrong with it.
+    ///
+    /// # Errors
+    /// A list of another version; the system's reasons.
+    pub(super) fn read(folder: &Path, kind: Kind) -> Result<Result<Self, String>, RereadError> {
+        let path = folder.join(kind.document());
+        if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
+            return Ok(Err("it is not a file".into()));
+        }
+        let read = match kind {
+            Kind::Export => manifest(&path),
+            Kind::Dataset => document(&path, dataset::KIND),
+            Kind::Sweep => document(&path, sweeping::KIND),
+        };
+        match read {
+            Ok(listed) => Ok(Ok(listed)),
+            Err(FolderError::DamagedDocument { what, .. } | FolderError::Damaged { what, .. }) => {
+                Ok(Err(what))
+            }
+            Err(error @ FolderError::OtherVersion { .. }) => Err(RereadError::OtherVersion(error)),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+fn gone(path: &Path) -> FolderError {
+    FolderError::Damaged { path: path.into(), what: "it is missing".into() }
+}
+
+fn document(path: &Path, kind: resumable::Kind) -> Result<Listed, FolderError> {
+    let document = kind.read(path)?.ok_or_else(|| gone(path))?;
+    let files = files_of(&document);
+    let names = document["files"].as_object().into_iter().flatten().map(|(name, _)| name);
+    let impossible = names.filter(|name| !files.contains_key(*name)).map(|name| not_a_name(name));
+    let impossible = impossible.collect();
+    Ok(Listed { files, others: BTreeSet::new(), impossible, note: None })
+}
+
+fn manifest(path: &Path) -> Result<Listed, FolderError> {
+    let bytes = read_regular(path, MAX_DOCUMENT_BYTES)?.ok_or_else(|| gone(path))?;
+    let damaged = |what: String| Err(FolderError::DamagedDocument { path: path.into(), what });
+    let (document, note) = match unseal(&bytes) {
+        Ok(document) => (document, None),
+        Err(error @ SealError::Other) => return damaged(error.to_string()),
+        Err(SealError::None) => match serde_json::from_slice::<Value>(&bytes) {
+            // What has a seal, but not at its end, somebody wrote who is not fabkit.
+            Ok(document) if document["blake3"].is_null() => (document, Some(UNSEALED)),
+            _ => return damaged(SealError::None.to_string()),
+        },
+    };
+    let found = document["version"].as_u64();
+    let known = u64::from(Manifest::VERSION);
+    let Some(manifest) = Manifest::from_json(&bytes) else {
+        return match found {
+            Some(found) if found != known => {
+                let (what, path) = ("manifest", path.into());
+                Err(FolderError::OtherVersion { what, path, found, known })
+            }
+            _ => damaged("it is not a list of an export's files".into()),
+        };
+    };
+    let mut listed = Listed {
+        files: Files::new(),
+        others: manifest.others.iter().map(|other| other.name.clone()).collect(),
+        impossible: Vec::new(),
+        note,
+    };
+    for entry in &manifest.files {
+        match Piece::listed(entry.bytes, &entry.blake3) {
+            Some(piece) if is_plain(&entry.name) && entry.name != MANIFEST_NAME => {
+                listed.files.insert(entry.name.clone(), piece);
+            }
+            _ => listed.impossible.push(not_a_name(&entry.name)),
+        }
+    }
+    listed.add_stale(path.parent().unwrap_or(Path::new("")), &manifest.others);
+    Ok(listed)
+}
+
+impl Listed {
+    /// What an earlier export left is compared as well, where it still is.
+    fn add_stale(&mut self, folder: &Path, others: &[OtherFile]) {
+        for OtherFile { name, blake3, .. } in others.iter().filter(|other| is_plain(&other.name)) {
+            let Some(blake3) = blake3 else { continue };
+            // Its size is not listed, and it may have been removed.
+            let Ok(found) = fs::symlink_metadata(folder.join(name)) else { continue };
+            if let Some(piece) = Piece::listed(found.len(), blake3) {
+                self.files.insert(name.clone(), piece);
+            }
+        }
+    }
+}
+
+fn not_a_name(name: &str) -> (String, String) {
+    let why = "it is listed, and is no name of a file in the folder with a size and a hash";
+    (name.to_owned(), why.to_owned())
+}

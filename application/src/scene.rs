@@ -1,0 +1,228 @@
+//! A sensor's surface and the camera that looks at it: what `depth` and `dataset` share.
+
+mod contacts;
+mod error;
+mod files;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use fabkit_camera::Interface;
+use fabkit_depth::truth::{DepthMap, Presser, Surface};
+use fabkit_fixtures::{Press, Project};
+use fabkit_geometry::TouchSurface;
+
+use self::contacts::Meeting;
+pub use self::error::{SceneError, press_error, unknown_hint};
+pub use self::files::{ViewpointFiles, viewpoint_from_files};
+use crate::Error;
+use crate::ground_truth::{Coverage, Deepest, Viewpoint, coverage, deepest, pressers};
+use crate::memory::{self, Less};
+
+/// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
+/// carries.
+pub const MEMBRANE_LIMITS_MM: [f64; 2] = [0.0, 10.0];
+/// Standard deviation of printed and cast surfaces, smallest and largest, mm.
+pub const SIGMA_LIMITS_MM: [f64; 2] = [0.0, 1.0];
+/// What is left out on either side of a seam, smallest and largest, mm.
+pub const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
+/// Most rays along each side of a pixel.
+pub const MAX_SAMPLES: u32 = 8;
+/// Most rays of one cast: the same limit as for pictures.
+pub const MAX_RAYS: u64 = crate::pictures::MAX_PIXELS;
+
+/// Rays that are cast at once where they need not know each other.
+const BAND_RAYS: u32 = 1 << 18;
+/// What a ray takes while it is cast and looked at, bytes: measured on surfaces that are all contact.
+const BAND_BYTES: u64 = 450;
+/// The same with a transition around contacts.
+const MEMBRANE_BYTES: u64 = 550;
+
+/// A sensor whose surface a camera sees.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The sensor.
+    pub project: Arc<Project>,
+    /// The camera at its place.
+    pub viewpoint: Viewpoint,
+    /// What it sees of the surface: something.
+    pub coverage: Coverage,
+}
+
+/// What to cast.
+#[derive(Clone, Debug)]
+pub struct Cast<'a> {
+    /// What presses; nothing for the reference.
+    pub presses: &'a [Press],
+    /// Rays along each side of a pixel.
+    pub samples: u32,
+    /// Radius of the transition around contacts, mm.
+    pub membrane_mm: f64,
+    /// Standard deviation of printed and cast surfaces along their normals, mm.
+    pub print_sigma_mm: f64,
+    /// Whether a press may miss the surface, or touch it where the camera sees nothing of it.
+    pub allow_no_contact: bool,
+}
+
+/// What the camera sees of a press.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// Ground truth.
+    pub map: &'a DepthMap<'a>,
+    /// Standard deviation of its range, mm, row by row.
+    pub sigma_mm: &'a [f64],
+    /// The deepest contact; `None` without contact.
+    pub deepest: Option<Deepest>,
+    /// How many pixels see the surface.
+    pub surface_px: usize,
+}
+
+impl Scene {
+    /// Looks whether the camera sees the surface.
+    ///
+    /// # Errors
+    /// A sensor without a surface of known shape, a camera that sees none of it.
+    pub fn new(project: Arc<Project>, viewpoint: Viewpoint) -> Result<Self, Error> {
+        let coverage = coverage(touch(&project)?, &viewpoint).map_err(Error::bug)?;
+        if coverage.area == 0.0 {
+            return Err(SceneError::unseen(&coverage).into());
+        }
+        Ok(Self { project, viewpoint, coverage })
+    }
+
+    /// The surface.
+    ///
+    /// # Errors
+    /// None that [`Scene::new`] has not found.
+    pub fn touch(&self) -> Result<&TouchSurface, SceneError> {
+        touch(&self.project)
+    }
+
+    /// Casts a press, and shows what is seen of it.
+    ///
+    /// # Errors
+    /// Options beyond their limits, a press deeper than the surface is soft, one without contact
+    /// unless that is allowed, and what `look` says.
+    pub fn cast<R, E: From<Error>>(
+        &self,
+        cast: &Cast,
+        look: impl FnOnce(Seen) -> Result<R, E>,
+    ) -> Result<R, E> {
+        let (pressers, meetings) = self.pressers(cast)?;
+        self.cast_rows(cast, &pressers, 0..u32::MAX, |seen| {
+            if seen.deepest.is_none() && !cast.allow_no_contact {
+                self.check_seen(&meetings).map_err(Error::from)?;
+            }
+            look(seen)
+        })
+    }
+
+    /// The same in bands of rows, from the top down, if they do not depend on each other: what is
+    /// large need not be in memory at once. `kept` is how many bytes `look` keeps of each ray.
+    ///
+    /// # Errors
+    /// As for [`Scene::cast`]; more memory than allowed.
+    pub fn cast_in_bands<E: From<Error>>(
+        &self,
+        cast: &Cast,
+        kept: u64,
+        mut look: impl FnMut(Seen) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let [width, height] = self.check(cast).map_err(Error::from)?;
+        let rays = u64::from(width) * u64::from(height);
+        let origins = if *self.viewpoint.camera().interface() == Interface::None { 0 } else { 24 };
+        // A transition spreads as far as it likes.
+        let is_whole = cast.membrane_mm > 0.0;
+        let rows = if is_whole { height } else { (BAND_RAYS / width).clamp(1, height) };
+        let at_once = u64::from(width) * u64::from(rows);
+        let per_ray = origins + if is_whole { MEMBRANE_BYTES } else { BAND_BYTES };
+        memory::admit(
+            &format!("casting {width} x {height} rays for these files"),
+            kept * rays + per_ray * at_once,
+            Less::Rays,
+        )
+        .map_err(Error::from)?;
+        let (pressers, meetings) = self.pressers(cast)?;
+        let mut is_seen = false;
+        (0..height).step_by(rows as usize).try_for_each(|top| {
+            self.cast_rows(cast, &pressers, top..top.saturating_add(rows), |seen| {
+                is_seen |= seen.deepest.is_some();
+                look(seen)
+            })
+        })?;
+        if !is_seen && !cast.allow_no_contact {
+            self.check_seen(&meetings).map_err(Error::from)?;
+        }
+        Ok(())
+    }
+
+    fn pressers(&self, cast: &Cast) -> Result<(Vec<Presser>, Vec<Meeting>), Error> {
+        self.check(cast)?;
+        let presses = cast.presses.iter().map(|press| (press.id.as_str(), press));
+        let meetings = self.check_presses(presses, cast.allow_no_contact)?;
+        Ok((pressers(cast.presses).map_err(Error::bug)?, meetings))
+    }
+
+    fn cast_rows<R, E: From<Error>>(
+        &self,
+        cast: &Cast,
+        pressers: &[Presser],
+        rows: Range<u32>,
+        look: impl FnOnce(Seen) -> Result<R, E>,
+    ) -> Result<R, E> {
+        let touch = self.touch().map_err(Error::from)?;
+        let rays = self.viewpoint.rays_of_rows(cast.samples, rows);
+        let surface = Surface::cast(touch, &rays).map_err(Error::bug)?;
+        let rigid = surface.pressed(pressers);
+        let deepest = deepest(&rigid, touch);
+        let map = rigid.with_membrane(cast.membrane_mm);
+        let sigma_mm = map.sigma_mm(&self.viewpoint.uncertainty(cast.print_sigma_mm));
+        look(Seen { map: &map, sigma_mm: &sigma_mm, deepest, surface_px: surface.seen() })
+    }
+
+    /// Refuses presses, by the names they go by, that go deeper than the surface is soft, or do not
+    /// touch it, unless that is allowed.
+    ///
+    /// # Errors
+    /// Every one of them, with how deep or how far, and where.
+    pub fn check_contacts<'a>(
+        &self,
+        presses: impl Iterator<Item = (&'a str, &'a Press)>,
+        allow_no_contact: bool,
+    ) -> Result<(), Error> {
+        self.check_presses(presses, allow_no_contact).map(|_| ())
+    }
+
+    /// Columns and rows of rays.
+    fn check(&self, cast: &Cast) -> Result<[u32; 2], SceneError> {
+        let camera = self.viewpoint.camera();
+        let samples = cast.samples;
+        if !(1..=MAX_SAMPLES).contains(&samples) {
+            return Err(SceneError::Samples { samples });
+        }
+        within("membrane", cast.membrane_mm, MEMBRANE_LIMITS_MM)?;
+        within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
+        let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
+        if u64::from(width) * u64::from(height) <= MAX_RAYS {
+            return Ok([width, height]);
+        }
+        Err(SceneError::TooManyRays { width, height })
+    }
+}
+
+/// Checks a length.
+///
+/// # Errors
+/// A value outside its limits, or no number.
+pub fn within(name: &'static str, value_mm: f64, limits_mm: [f64; 2]) -> Result<(), SceneError> {
+    let [least, most] = limits_mm;
+    if (least..=most).contains(&value_mm) {
+        return Ok(());
+    }
+    Err(SceneError::Length { name, value_mm, limits_mm })
+}
+
+fn touch(project: &Project) -> Result<&TouchSurface, SceneError> {
+    let sensor = &project.design.sensor;
+    sensor.touch.as_ref().ok_or_else(|| SceneError::NoSurface { sensor: sensor.name.clone() })
+}

@@ -1,0 +1,303 @@
+//! `SENSOR[/FIXTURE][/PART]`: where a design's text comes from.
+
+use std::path::Path;
+
+use fabkit_checks::{self as checks, CheckReport, InvalidBody};
+use fabkit_designs::profile::ProcessProfile;
+use fabkit_designs::{self as designs, Design};
+use fabkit_fixtures::{self as fixtures, FixtureError, Project};
+use fabkit_text::InvalidDesign;
+
+use crate::bodies::UnknownName;
+use crate::diagnostics::{Diagnosed, SourceText};
+use crate::reading::{self, Expected};
+use crate::{Error, ErrorKind, Explained};
+
+/// Longest sensor file.
+pub const MAX_YAML_BYTES: u64 = 1 << 20;
+
+/// A sensor or a fixture that is not there.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub enum SourceError {
+    /// No built-in sensor of that name.
+    Sensor(UnknownName),
+    /// No built-in variant of that name.
+    #[error("{unknown}")]
+    Preset {
+        /// Of which sensor.
+        sensor: String,
+        /// What was asked for.
+        unknown: UnknownName,
+    },
+    /// No such fixture, or none for this sensor.
+    Fixture(FixtureError),
+}
+
+impl Explained for SourceError {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::Sensor(unknown) => {
+                format!("{}; a file of your own ends in .yaml", unknown.hint())
+            }
+            Self::Preset { sensor, unknown } if unknown.known.is_empty() => {
+                format!("{sensor} has no presets")
+            }
+            Self::Preset { unknown, .. } => unknown.hint(),
+            Self::Fixture(_) => "`fabkit list` shows every fixture".into(),
+        })
+    }
+}
+
+/// What a command is about: a sensor or one of its fixtures, and perhaps one part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target<'a> {
+    /// Name of a built-in sensor, or a path.
+    pub sensor: &'a str,
+    /// Name of a fixture.
+    pub fixture: Option<&'a str>,
+    /// Name of a part, layer or component.
+    pub part: Option<&'a str>,
+    /// A built-in variant of the sensor: the rest of its name after `SENSOR-`.
+    pub preset: Option<&'a str>,
+}
+
+/// Fixtures by name.
+pub type NamedDesigns = Vec<(&'static str, Design)>;
+
+impl<'a> Target<'a> {
+    /// Splits `SENSOR[/FIXTURE][/PART]`. Paths have slashes too: a name that is a file, or looks
+    /// like one, is a path as a whole.
+    pub fn new(text: &'a str) -> Self {
+        let plain = Self { sensor: text, fixture: None, part: None, preset: None };
+        let (rest, last) = split_last(text);
+        let is_fixture = |name: &str| fixtures::fixture_names().any(|fixture| fixture == name);
+        match last {
+            Some(last) if is_fixture(last) => Self { sensor: rest, fixture: Some(last), ..plain },
+            Some(last) => match split_last(rest) {
+                (sensor, Some(fixture)) if is_fixture(fixture) => {
+                    Self { sensor, fixture: Some(fixture), part: Some(last), ..plain }
+                }
+                _ => Self { sensor: rest, part: Some(last), ..plain },
+            },
+            None => plain,
+        }
+    }
+
+    /// The sensor's file, where it is not built in.
+    pub fn file(&self) -> Option<&'a Path> {
+        is_path(self.sensor).then(|| Path::new(self.sensor))
+    }
+
+    /// Whether a built-in sensor is meant.
+    pub fn is_builtin(&self) -> bool {
+        designs::builtin_yaml(self.sensor).is_some()
+    }
+
+    /// The same of a built-in variant of the sensor.
+    #[must_use]
+    pub fn with_preset(self, preset: Option<&'a str>) -> Self {
+        Self { preset, ..self }
+    }
+
+    fn source(&self) -> Result<Source, Error> {
+        match self.preset {
+            None => Source::find(self.sensor),
+            Some(preset) => Source::preset(self.sensor, preset),
+        }
+    }
+
+    /// Reads and builds what is meant, its part aside.
+    ///
+    /// # Errors
+    /// Unknown names, unreadable or oversized files, and all problems of the design.
+    pub fn design(&self, overrides: &[String]) -> Result<Design, Error> {
+        let source = self.source()?;
+        let project = source.load(overrides)?;
+        match self.fixture {
+            None => Ok(project.design),
+            Some(name) => project.fixture(name).map_err(|error| source.error(error)),
+        }
+    }
+
+    /// Reads and builds the sensor and all its fixtures, by name.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn design_with_fixtures(
+        &self,
+        overrides: &[String],
+    ) -> Result<(Design, NamedDesigns), Error> {
+        let source = self.source()?;
+        let project = source.load(overrides)?;
+        let fixture = |name| match project.fixture(name) {
+            Ok(design) => Ok((name, design)),
+            Err(error) => Err(source.error(error)),
+        };
+        let fixtures =
+            project.fixture_names().into_iter().map(fixture).collect::<Result<_, _>>()?;
+        Ok((project.design, fixtures))
+    }
+
+    /// Applies all rules to it. The inner error is a solid that is none.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn check(&self, overrides: &[String]) -> Result<Result<CheckReport, InvalidBody>, Error> {
+        let source = self.source()?;
+        let project = source.load(overrides)?;
+        match self.fixture {
+            None => Ok(checks::check(&project.design.sensor)),
+            Some(name) => project.check_fixture(name).map_err(|error| source.error(error)),
+        }
+    }
+}
+
+fn split_last(text: &str) -> (&str, Option<&str>) {
+    if is_path(text) {
+        return (text, None);
+    }
+    match text.rsplit_once('/') {
+        Some((rest, last)) if !rest.is_empty() => (rest, Some(last)),
+        _ => (text, None),
+    }
+}
+
+fn is_path(sensor: &str) -> bool {
+    let path = Path::new(sensor);
+    let yaml = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
+    yaml || (sensor.contains('/') && path.exists() && !path.is_dir())
+}
+
+/// A sensor's file as text, with the built-in files that it may refer to.
+pub struct Source {
+    main: SourceText,
+    /// It may extend a built-in sensor, and problems may lie there.
+    others: Vec<SourceText>,
+}
+
+impl Source {
+    /// Finds a built-in sensor by name, or reads a file.
+    ///
+    /// # Errors
+    /// Unknown names, unreadable or oversized files.
+    pub fn find(sensor: &str) -> Result<Self, Error> {
+        let main = if is_path(sensor) {
+            SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? }
+        } else if let Some(text) = builtin(sensor) {
+            text
+        } else {
+            let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
+            return Err(SourceError::Sensor(unknown).into());
+        };
+        Ok(Self::of_text(main))
+    }
+
+    /// A sensor whose text came from elsewhere; `main.file` names it in messages.
+    pub fn of_text(main: SourceText) -> Self {
+        let defaults = fixtures::default_files()
+            .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
+        let others = designs::builtin_names().into_iter().filter_map(builtin).chain(defaults);
+        let others = others.filter(|other| other.file != main.file).collect();
+        Self { main, others }
+    }
+
+    /// Finds a built-in variant of a built-in sensor: `rtac0` and `published-2025`.
+    ///
+    /// # Errors
+    /// A sensor or a preset that is not built in.
+    pub fn preset(sensor: &str, preset: &str) -> Result<Self, Error> {
+        let base = Self::find(sensor)?;
+        let Some(main) = builtin(&format!("{sensor}-{preset}")) else {
+            let of_sensor = |name: &'static str| name.strip_prefix(sensor)?.strip_prefix('-');
+            let known: Vec<&str> =
+                designs::builtin_names().into_iter().filter_map(of_sensor).collect();
+            let unknown = UnknownName::new("preset", preset, known.iter().copied());
+            return Err(SourceError::Preset { sensor: sensor.into(), unknown }.into());
+        };
+        let mut others: Vec<SourceText> = std::iter::once(base.main).chain(base.others).collect();
+        others.retain(|other| other.file != main.file);
+        Ok(Self { main, others })
+    }
+
+    /// The sensor's own file.
+    pub fn text(&self) -> &SourceText {
+        &self.main
+    }
+
+    /// Every file that problems may lie in: the sensor's own first.
+    pub fn texts(&self) -> impl Iterator<Item = &SourceText> {
+        std::iter::once(&self.main).chain(&self.others)
+    }
+
+    /// Builds the sensor and reads the parameters of its fixtures.
+    ///
+    /// # Errors
+    /// All problems of the design.
+    pub fn load(&self, overrides: &[String]) -> Result<Project, Error> {
+        fixtures::load(&self.main.file, &self.main.text, overrides)
+            .map_err(|invalid| self.invalid(invalid))
+    }
+
+    /// Why a fixture cannot be had, with the texts that are to blame.
+    pub fn error(&self, error: FixtureError) -> Error {
+        match error {
+            FixtureError::Invalid(invalid) => self.invalid(invalid),
+            other => SourceError::Fixture(other).into(),
+        }
+    }
+
+    fn invalid(&self, invalid: InvalidDesign) -> Error {
+        Diagnosed::new(invalid, self.texts().cloned()).into()
+    }
+}
+
+/// The text of a built-in sensor, named as the designs crate names it in messages.
+fn builtin(name: &str) -> Option<SourceText> {
+    let text = designs::builtin_yaml(name)?;
+    Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
+}
+
+fn read_yaml(path: &Path) -> Result<String, Error> {
+    let hint = "is it the right file? `fabkit show rtac0` shows what one holds";
+    let expected = Expected { what: "a sensor's file", max_bytes: MAX_YAML_BYTES, hint };
+    Ok(reading::read_text(path, expected)?)
+}
+
+/// Reads what a printer does to sizes.
+///
+/// # Errors
+/// A file that cannot be read, and all problems of the profile.
+pub fn read_profile(path: &Path) -> Result<ProcessProfile, Error> {
+    let hint = "is it the right file? `fabkit profile` writes one";
+    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (path.display().to_string(), reading::read_text(path, expected)?);
+    ProcessProfile::read(&file, &text)
+        .map_err(|invalid| Diagnosed::new(invalid, [SourceText { file, text }]).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fixture_and_a_part_follow_a_name_or_a_path() {
+        let split = |text| {
+            let Target { sensor, fixture, part, .. } = Target::new(text);
+            (sensor, fixture, part)
+        };
+        assert_eq!(split("rtac0"), ("rtac0", None, None));
+        assert_eq!(split("rtac0/shell"), ("rtac0", None, Some("shell")));
+        assert_eq!(split("rtac0/indenters"), ("rtac0", Some("indenters"), None));
+        let part = ("rtac0", Some("indenters"), Some("hemisphere"));
+        assert_eq!(split("rtac0/indenters/hemisphere"), part);
+        assert_eq!(split("a/b/my.yaml"), ("a/b/my.yaml", None, None));
+        assert_eq!(split("a/b/my.yaml/shell"), ("a/b/my.yaml", None, Some("shell")));
+        assert_eq!(split("./my.yml/indenters"), ("./my.yml", Some("indenters"), None));
+        assert_eq!(split("/shell"), ("/shell", None, None));
+    }
+}

@@ -1,0 +1,160 @@
+//! Sweeps as folders: rows as they are finished, then tables and a report.
+//!
+//! | path | holds |
+//! |---|---|
+//! | `sweep.csv`, `sweep.parquet` | one row for each variant, in order |
+//! | `report.html` | what became of them, the Pareto front, plots |
+//! | `sweep.json` | which plan it was, how many variants became what, and hashes of the above |
+//! | `sweep.partial/` | until the above are there: the plan, and rows in files that appear whole |
+//!
+//! One process writes at a time ([`resumable`](crate::resumable)). A variant that makes fabkit panic
+//! is a row that says where. Rows are pure functions of the plan, so that it does not matter which run, process or machine
+//! computed them: killed and resumed, a sweep ends with the same bytes as an undisturbed one.
+
+mod store;
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use fabkit_sweep::{Plan, PlanSource, Row, Status};
+use fabkit_text::InvalidDesign;
+use rayon::prelude::*;
+
+use crate::Error;
+use crate::diagnostics::{Diagnosed, SourceText};
+use crate::memory::{self, Less};
+use crate::reading::{self, Expected};
+use crate::resumable::FolderError;
+use crate::source::{MAX_YAML_BYTES, Source};
+use crate::staging::write_all;
+
+pub use store::{Finished, KIND, Store, SweepError};
+
+/// What a row takes in memory, in the tables and in the report, bytes.
+const ROW_BYTES: u64 = 6000;
+/// What a variant takes while it is computed, its meshes included, bytes.
+const VARIANT_BYTES: u64 = 40 * memory::MB;
+/// Most rows that a run that is killed loses, for each thread.
+const MOST_TOGETHER: usize = 16;
+
+/// Reads a plan and the sensor that it names; a sensor's path is relative to the plan's folder.
+/// `custom` are metrics that the caller computes.
+///
+/// # Errors
+/// Files that cannot be read; everything that is wrong with the plan, or with its sensor.
+pub fn read_plan(path: &Path, custom: &[String]) -> Result<Plan, Error> {
+    let hint = "is it the right file? It names a sensor and its axes";
+    let expected = Expected { what: "a plan of a sweep", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::read_text(path, expected)?;
+    plan(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")), custom)
+}
+
+/// The same from text; `file` names it in messages.
+///
+/// # Errors
+/// As [`read_plan`].
+pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<Plan, Error> {
+    let of_plan = || SourceText { file: file.into(), text: text.into() };
+    let invalid = |invalid: InvalidDesign| Diagnosed::new(invalid, [of_plan()]);
+    let sensor = Plan::sensor_of(file, text).map_err(invalid)?;
+    let beside = folder.join(&sensor);
+    let is_file = Path::new(&sensor).extension().is_some_and(|e| e == "yaml" || e == "yml");
+    let source = match is_file {
+        true => Source::find(&beside.display().to_string())?,
+        false => Source::find(&sensor)?,
+    };
+    let SourceText { file: sensor_file, text: sensor_yaml } = source.text().clone();
+    let plan = PlanSource {
+        file: file.into(),
+        text: text.into(),
+        sensor_file,
+        sensor_yaml,
+        custom_metrics: custom.to_vec(),
+    };
+    Plan::new(plan).map_err(|invalid| {
+        let texts = std::iter::once(of_plan()).chain(source.texts().cloned());
+        Diagnosed::new(invalid, texts).into()
+    })
+}
+
+/// How far a run is: rows done, how many of these were there before, rows in all.
+pub type OnProgress<'a> = &'a (dyn Fn(usize, usize, usize) + Sync);
+
+/// Computes what is missing on all threads, and writes the tables.
+///
+/// `cancelled` is asked before each row; rows that are finished by then stay for `resume`.
+///
+/// # Errors
+/// [`SweepError`]: no room; a folder that is not empty, or holds another sweep; no files; stopped.
+pub fn run(
+    folder: &Path,
+    plan: &Plan,
+    resume: bool,
+    progress: OnProgress,
+    cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<Finished, SweepError> {
+    let rows = ROW_BYTES * plan.len() as u64;
+    memory::on_workers("the sweep", rows, VARIANT_BYTES, Less::Variants, || {
+        fill(folder, plan, resume, progress, cancelled)
+    })
+}
+
+/// As [`run`], on the threads that there is room for.
+fn fill(
+    folder: &Path,
+    plan: &Plan,
+    resume: bool,
+    progress: OnProgress,
+    cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<Finished, SweepError> {
+    let store = Store::open(folder, plan, resume)?;
+    let found = store.found();
+    let done = Mutex::new(found);
+    let missing = store.missing();
+    // Small enough that all threads have work to the end.
+    let share = missing.len() / (4 * rayon::current_num_threads()).max(1);
+    let together = share.clamp(1, MOST_TOGETHER);
+    missing.par_chunks(together).try_for_each(|numbers| {
+        let mut rows: Vec<Row> = Vec::with_capacity(numbers.len());
+        for number in numbers {
+            if cancelled() {
+                break;
+            }
+            rows.push(plan.evaluate(*number));
+            if let Ok(mut done) = done.lock() {
+                *done += 1;
+                progress(*done, found, plan.len());
+            }
+        }
+        let is_whole = rows.len() == numbers.len();
+        store.put(plan, &rows)?;
+        if is_whole { Ok(()) } else { Err(SweepError::Cancelled) }
+    })?;
+    store.finish(plan, cancelled)
+}
+
+/// Writes the tables and the report of rows that somebody else chose, in a folder of their own.
+///
+/// # Errors
+/// A folder that is not empty; no files.
+pub fn save(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<Finished, SweepError> {
+    if folder.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(FolderError::NotEmpty { folder: folder.into() }.into());
+    }
+    let (finished, files) = store::whole(plan, rows)?;
+    write_all(folder, &files, &|| false)?;
+    Ok(finished)
+}
+
+/// Rows that somebody else computed, from their lines.
+///
+/// # Errors
+/// [`SweepError::NoRow`]: workers may send anything.
+pub fn rows_from(lines: &[String]) -> Result<Vec<Row>, SweepError> {
+    lines.iter().map(|line| Row::from_line(line).map_err(SweepError::NoRow)).collect()
+}
+
+/// How many variants became what, in the order of [`Status::ALL`].
+fn counts(rows: &[Row]) -> [usize; 4] {
+    Status::ALL.map(|status| rows.iter().filter(|row| row.status == status).count())
+}

@@ -1,0 +1,340 @@
+//! The folder of a sweep.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use fabkit_export::ExportError;
+use fabkit_sweep::{InvalidRow, PANIC, Plan, PlanSource, Row, Status, Table, report};
+use serde_json::{Map, Value, json};
+
+use super::counts;
+use crate::memory::MemoryError;
+use crate::resumable::{Files, Folder, FolderError, Kind, Piece, SAME_VERSION};
+use crate::staging::{OutputFile, StagingError};
+use crate::{ErrorKind, Explained};
+
+/// A sweep's folder. Version 1 had no checksums.
+pub const KIND: Kind = Kind { what: "sweep", name: "sweep", version: 2 };
+/// What the names of rows' files begin with.
+const ROWS: &str = "rows-";
+
+/// Why there is no sweep.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// There is no room for it.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
+    /// The folder is another's, in use, or cannot be written to.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A row that cannot be written down.
+    #[error(transparent)]
+    Row(#[from] InvalidRow),
+    /// Somebody else sent what is no row.
+    #[error(transparent)]
+    NoRow(InvalidRow),
+    /// Somebody else sent a row that is none of this plan's.
+    #[error("a worker sent a row of variant {variant}, {what}")]
+    Stranger {
+        /// As sent.
+        variant: usize,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A table that cannot be written down.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// The tables cannot be put in their places.
+    #[error(transparent)]
+    Staging(#[from] StagingError),
+    /// Rows are missing.
+    #[error("{missing} of {all} rows are missing")]
+    Unfinished {
+        /// How many.
+        missing: usize,
+        /// Of how many.
+        all: usize,
+    },
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Cancelled,
+}
+
+impl Explained for SweepError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Memory(error) => error.kind(),
+            Self::Folder(error) => error.kind(),
+            Self::Staging(error) => error.kind(),
+            Self::NoRow(_) | Self::Stranger { .. } => ErrorKind::Io,
+            Self::Cancelled => ErrorKind::Interrupted,
+            Self::Row(_) | Self::Export(_) | Self::Unfinished { .. } => ErrorKind::Bug,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Memory(error) => error.hint(),
+            Self::Folder(error) => error.hint(),
+            Self::Staging(error) => error.hint(),
+            Self::NoRow(_) | Self::Stranger { .. } => Some(SAME_VERSION.into()),
+            Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
+            Self::Row(_) | Self::Export(_) | Self::Unfinished { .. } => None,
+        }
+    }
+}
+
+/// What a finished sweep came to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finished {
+    /// How many variants there are.
+    pub variants: usize,
+    /// Rows that an earlier run had finished.
+    pub found: usize,
+    /// How many variants became what, in the order of [`Status::ALL`].
+    pub counts: [usize; 4],
+    /// How many of the failed ones made fabkit panic.
+    pub panicked: usize,
+    /// How many are on the Pareto front.
+    pub on_front: usize,
+    /// Why no variant is left, if none is.
+    pub none_left: Option<String>,
+    /// Metrics that no variant has.
+    pub empty_metrics: Vec<String>,
+}
+
+impl Finished {
+    /// What `sweep.json` says.
+    fn read(document: &Value) -> Option<Self> {
+        let count = |value: &Value| value.as_u64().map(|count| count as usize);
+        let mut counts = [0; 4];
+        for (place, status) in counts.iter_mut().zip(Status::ALL) {
+            *place = count(&document["status"][status.word()])?;
+        }
+        let names = document["empty_metrics"].as_array()?.iter();
+        Some(Self {
+            variants: count(&document["variants"])?,
+            found: 0,
+            counts,
+            panicked: count(&document["panicked"])?,
+            on_front: document["pareto"].as_array()?.len(),
+            none_left: document["none_left"].as_str().map(str::to_owned),
+            empty_metrics: names.filter_map(|name| name.as_str().map(str::to_owned)).collect(),
+        })
+    }
+}
+
+/// An open sweep: nobody else writes there until it is dropped.
+#[derive(Debug)]
+pub struct Store {
+    folder: Folder,
+    all: usize,
+    /// Variants whose rows an earlier run left.
+    found: BTreeSet<usize>,
+    /// What an earlier run came to, if it came to its end.
+    finished: Option<Finished>,
+}
+
+impl Store {
+    /// Makes the folder and leaves the plan in it, or finds the same plan there.
+    ///
+    /// # Errors
+    /// A folder that is not empty, is in use, or, to resume, holds another sweep.
+    pub fn open(folder: &Path, plan: &Plan, resume: bool) -> Result<Self, SweepError> {
+        let folder = Folder::open(KIND, folder, document(plan), resume)?;
+        let finished = folder.whole().and_then(Finished::read);
+        let mut store = Self { folder, all: plan.len(), found: BTreeSet::new(), finished };
+        if store.finished.is_none() {
+            store.found = store.read_rows(plan)?.into_keys().collect();
+        }
+        Ok(store)
+    }
+
+    /// How many rows an earlier run had finished.
+    pub fn found(&self) -> usize {
+        if self.finished.is_some() { self.all } else { self.found.len() }
+    }
+
+    /// The variants whose rows are missing, in order.
+    pub fn missing(&self) -> Vec<usize> {
+        match self.finished {
+            Some(_) => Vec::new(),
+            None => (0..self.all).filter(|number| !self.found.contains(number)).collect(),
+        }
+    }
+
+    /// Keeps rows. Each variant's row is kept by one call.
+    ///
+    /// # Errors
+    /// Rows that are none of the plan's; files that cannot be written.
+    pub fn put(&self, plan: &Plan, rows: &[Row]) -> Result<(), SweepError> {
+        let Some(first) = rows.first() else { return Ok(()) };
+        let mut text = String::new();
+        for row in rows {
+            let stranger = |what| SweepError::Stranger { variant: row.variant, what };
+            check(plan, row).map_err(stranger)?;
+            text += &row.to_line()?;
+            text.push('\n');
+        }
+        let name = KIND.partial(&format!("{ROWS}{:06}.jsonl", first.variant));
+        Ok(self.folder.put(&name, text.as_bytes())?)
+    }
+
+    /// Writes the tables and the report, and removes the rows' own files.
+    ///
+    /// # Errors
+    /// Rows that are missing; files that cannot be written.
+    pub fn finish(self, plan: &Plan, cancelled: &dyn Fn() -> bool) -> Result<Finished, SweepError> {
+        if let Some(finished) = self.finished {
+            // Killed after the tables were there, a run leaves the rows' own files.
+            self.folder.finish(Map::new())?;
+            return Ok(Finished { found: self.all, ..finished });
+        }
+        let rows = self.read_rows(plan)?;
+        if rows.len() < self.all {
+            let missing = self.all - rows.len();
+            return Err(SweepError::Unfinished { missing, all: self.all });
+        }
+        let Tables { finished, results, files } = tables(plan, rows.into_values().collect())?;
+        for file in &files {
+            if cancelled() {
+                return Err(SweepError::Cancelled);
+            }
+            self.folder.put(&file.name, &file.bytes)?;
+        }
+        // The list of contents comes last, and says that the others are there.
+        self.folder.finish(results)?;
+        Ok(Finished { found: self.found.len(), ..finished })
+    }
+
+    /// All rows that are there. A line that is no row of this plan is as good as none.
+    fn read_rows(&self, plan: &Plan) -> Result<BTreeMap<usize, Row>, SweepError> {
+        let mut rows = BTreeMap::new();
+        for name in self.folder.names(&KIND.partial(ROWS)) {
+            let text = String::from_utf8(self.folder.read(&name)?).unwrap_or_default();
+            let read = text.lines().filter_map(|line| Row::from_line(line).ok());
+            let of_plan = read.filter(|row| check(plan, row).is_ok());
+            rows.extend(of_plan.map(|row| (row.variant, row)));
+        }
+        Ok(rows)
+    }
+}
+
+/// What is wrong with a row that somebody else computed.
+fn check(plan: &Plan, row: &Row) -> Result<(), String> {
+    if row.variant >= plan.len() {
+        return Err(format!("but there are {}", plan.len()));
+    }
+    if row.parameters != plan.variant(row.variant).values {
+        return Err("with other values than the plan's".into());
+    }
+    match row.metrics.keys().find(|name| !plan.has_metric(name)) {
+        Some(name) => Err(format!("with `{name}`, which is no metric of the plan")),
+        None => Ok(()),
+    }
+}
+
+/// What a plan is, for those who want to resume it.
+fn document(plan: &Plan) -> Value {
+    let PlanSource { text, sensor_yaml, custom_metrics, .. } = plan.source();
+    json!({
+        "format": "fabkit-sweep",
+        "version": KIND.version,
+        "fabkit": fabkit_export::VERSION,
+        "sensor": plan.sensor(),
+        "sensor_hash": blake3::hash(sensor_yaml.as_bytes()).to_hex().as_str(),
+        "plan": text.lines().collect::<Vec<_>>(),
+        "plan_hash": plan.hash(),
+        "custom_metrics": custom_metrics,
+    })
+}
+
+/// A sweep's last files.
+struct Tables {
+    finished: Finished,
+    /// What `sweep.json` says besides the plan and its files.
+    results: Map<String, Value>,
+    files: [OutputFile; 3],
+}
+
+/// The tables and the report of rows, whichever variants they are of, and what they come to.
+fn tables(plan: &Plan, rows: Vec<Row>) -> Result<Tables, SweepError> {
+    let table = Table::new(plan, rows);
+    let rows = table.rows();
+    let counts = counts(rows);
+    let panicked = rows.iter().filter(|row| row.error_code.as_deref() == Some(PANIC)).count();
+    let on_front = |(i, row): (usize, &Row)| table.is_on_front(i).then_some(row.variant);
+    let front: Vec<usize> = rows.iter().enumerate().filter_map(on_front).collect();
+    let by_status: Map<String, Value> =
+        Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();
+    let empty_metrics: Vec<String> = table.empty_metrics().into_iter().map(str::to_owned).collect();
+    let results = [
+        ("variants", json!(rows.len())),
+        ("status", Value::Object(by_status)),
+        ("panicked", json!(panicked)),
+        ("pareto", json!(front)),
+        ("empty_metrics", json!(empty_metrics)),
+        ("none_left", json!(none_left(rows))),
+    ];
+    let file = |name: &str, bytes: Vec<u8>| OutputFile { name: name.into(), bytes };
+    let files = [
+        file("sweep.csv", table.to_csv().into_bytes()),
+        file("sweep.parquet", table.to_parquet()?),
+        file("report.html", report(plan, &table).into_bytes()),
+    ];
+    let finished = Finished {
+        variants: rows.len(),
+        found: 0,
+        counts,
+        panicked,
+        on_front: front.len(),
+        none_left: none_left(rows),
+        empty_metrics,
+    };
+    let results = results.map(|(key, value)| (key.to_owned(), value)).into_iter().collect();
+    Ok(Tables { finished, results, files })
+}
+
+/// All files of a sweep whose rows are known at once, the list of contents last.
+pub(super) fn whole(
+    plan: &Plan,
+    rows: Vec<Row>,
+) -> Result<(Finished, Vec<OutputFile>), SweepError> {
+    let Tables { finished, results, files } = tables(plan, rows)?;
+    let pieces = files.iter().map(|file| (file.name.clone(), Piece::of(&file.bytes)));
+    let bytes = KIND.whole(&document(plan), results, &pieces.collect::<Files>());
+    let mut files = Vec::from(files);
+    files.push(OutputFile { name: KIND.document(), bytes });
+    Ok((finished, files))
+}
+
+/// Why no variant is left, if none is: the constraints that exclude most, or an example of why others
+/// cannot be built.
+fn none_left(rows: &[Row]) -> Option<String> {
+    if rows.iter().any(|row| row.status == Status::Ok) {
+        return None;
+    }
+    let all = rows.len();
+    // The reasons begin with the constraint's own text.
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
+    for reason in excluded.flat_map(|row| row.reason.as_deref().unwrap_or_default().split("; ")) {
+        let ends = [" does not hold", " cannot hold"];
+        let text = ends.iter().find_map(|end| reason.split_once(end)).map_or(reason, |(t, _)| t);
+        *counts.entry(text).or_default() += 1;
+    }
+    let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+    let mut told: Vec<String> =
+        counts.iter().map(|(text, count)| format!("`{text}` excludes {count} of {all}")).collect();
+    let others: Vec<&Row> = rows.iter().filter(|row| row.status != Status::Excluded).collect();
+    if let [first, ..] = others[..] {
+        let why = first.reason.as_deref().unwrap_or_default();
+        told.push(format!(
+            "{} cannot be built, variant {} because {why}",
+            others.len(),
+            first.variant
+        ));
+    }
+    Some(told.join(", "))
+}

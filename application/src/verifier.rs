@@ -1,0 +1,265 @@
+//! The bridge to the Python package `fabkit_verify`, which asks kernels that fabkit did not write.
+//!
+//! It gets a folder of exported files and answers with one JSON document. Nothing of OpenCascade is
+//! linked here; without the package's environment everything else works.
+
+mod interpreter;
+
+use std::ffi::{OsStr, OsString};
+use std::io;
+use std::path::{self, Path, PathBuf};
+use std::process::Stdio;
+
+use fabkit_designs::Design;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use self::interpreter::Interpreter;
+pub use self::interpreter::PYTHON_VARIABLE;
+use crate::exporting::{
+    self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
+};
+use crate::reading::{self, Expected, ReadError};
+use crate::staging::OutputFile;
+use crate::{ErrorKind, Explained};
+
+/// What a kernel may leave.
+const STEP: Expected =
+    Expected { what: "a STEP file", max_bytes: 1 << 29, hint: "export fewer parts at once" };
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifierError {
+    /// No interpreter with the package.
+    #[error(
+        "the verifier's Python environment is not here: `cargo xtask verify-env` makes it as `.venv` \
+         of fabkit's checkout, where programs of its `target` folder find it; for all others set \
+         {PYTHON_VARIABLE} to the absolute path of its interpreter"
+    )]
+    NoEnvironment,
+    /// The interpreter that was named lacks the package.
+    #[error(
+        "{PYTHON_VARIABLE} names {}, which cannot import fabkit_verify; `cargo xtask verify-env` \
+         makes an environment that can",
+        .0.display()
+    )]
+    NoPackage(PathBuf),
+    /// A relative path would be another interpreter in every folder.
+    #[error(
+        "{PYTHON_VARIABLE} is {}, which is no absolute path; interpreters are not searched for in \
+         the current folder",
+        .0.display()
+    )]
+    RelativePython(PathBuf),
+    /// The design could not be exported.
+    #[error(transparent)]
+    Export(#[from] ExportFailure),
+    /// The files for the verifier could not be written, or would replace what is not fabkit's.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The system refused.
+    #[error("cannot {action}: {source}")]
+    Io {
+        /// For example `run python`.
+        action: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file that a kernel left cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The package did not answer as it should.
+    #[error("the verifier stopped without an answer ({0})")]
+    NoAnswer(String),
+    /// Parts that OpenCascade could not write.
+    #[error("no STEP file of {}", .0.join("; "))]
+    NoStep(Vec<String>),
+}
+
+impl Explained for VerifierError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::NoEnvironment | Self::NoPackage(_) | Self::RelativePython(_) => {
+                ErrorKind::BadInput
+            }
+            Self::Export(error) => error.kind(),
+            Self::Folder(error) => error.kind(),
+            Self::Read(error) => error.kind(),
+            Self::Io { .. } => ErrorKind::Io,
+            Self::NoAnswer(_) | Self::NoStep(_) => ErrorKind::Bug,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Export(error) => error.hint(),
+            Self::Folder(FolderError::Refused(_)) => Some("choose another folder".into()),
+            Self::Folder(error) => error.hint(),
+            Self::Read(error) => error.hint(),
+            _ => None,
+        }
+    }
+}
+
+/// A Python interpreter that has the package.
+#[derive(Clone, Debug)]
+pub struct Verifier {
+    python: Interpreter,
+}
+
+/// What to verify.
+#[derive(Clone, Debug, Default)]
+pub struct VerifyOptions {
+    /// Bodies by name; empty for all parts, layers and components.
+    pub parts: Vec<String>,
+    /// Kernels by name; empty for all.
+    pub kernels: Vec<String>,
+    /// Most that one kernel may take for one part, s.
+    pub limit_s: Option<f64>,
+    /// Keeps what was exported in this folder.
+    pub keep: Option<PathBuf>,
+    /// An HTML file to write.
+    pub report: Option<PathBuf>,
+}
+
+impl Verifier {
+    /// The interpreter that `FABKIT_PYTHON` names by an absolute path, or else that of `.venv` in
+    /// fabkit's checkout, for a program in its `target` folder. Nothing of the current folder is run.
+    ///
+    /// # Errors
+    /// [`VerifierError::NoEnvironment`], [`VerifierError::NoPackage`],
+    /// [`VerifierError::RelativePython`].
+    pub fn find() -> Result<Self, VerifierError> {
+        let folder = temporary_folder()?;
+        Ok(Self { python: Interpreter::find(folder.path())? })
+    }
+
+    /// Exports a design and has it rebuilt and compared; the package's document
+    /// (`fabkit-verification` version 1).
+    ///
+    /// # Errors
+    /// [`VerifierError`]. Disagreement is no error.
+    pub fn verify(&self, design: &Design, options: &VerifyOptions) -> Result<Value, VerifierError> {
+        let formats = vec![Format::Stl, Format::Tree, Format::Samples];
+        let temporary = temporary_folder()?;
+        let folder = options.keep.as_deref().unwrap_or(temporary.path());
+        write_exports(design, &options.parts, formats, folder)?;
+        let mut arguments = vec![OsStr::new("check").to_owned(), absolute(folder)?];
+        for kernel in &options.kernels {
+            arguments.extend(["--kernel".into(), kernel.into()]);
+        }
+        if let Some(seconds) = options.limit_s {
+            arguments.extend(["--limit".into(), seconds.to_string().into()]);
+        }
+        if let Some(report) = &options.report {
+            arguments.extend(["--report".into(), absolute(report)?]);
+        }
+        let threads = rayon::current_num_threads().min(2);
+        arguments.extend(["--processes".into(), threads.to_string().into()]);
+        self.answer(&arguments)
+    }
+
+    /// STEP files of the parts (of all, if none are named, and then of the whole sensor too) through
+    /// the OpenCascade rebuild.
+    ///
+    /// # Errors
+    /// [`VerifierError`].
+    pub fn step_files(
+        &self,
+        design: &Design,
+        parts: &[String],
+    ) -> Result<Vec<ForeignFile>, VerifierError> {
+        let sensor = &design.sensor;
+        let wanted: Vec<&str> = sensor
+            .bodies
+            .iter()
+            .filter(|body| match parts {
+                [] => body.is_made(),
+                named => named.contains(&body.name),
+            })
+            .map(|body| body.name.as_str())
+            .collect();
+        let folder = temporary_folder()?;
+        let output = temporary_folder()?;
+        write_exports(design, parts, vec![Format::Tree, Format::Samples], folder.path())?;
+        let mut arguments =
+            vec![OsStr::new("step").to_owned(), absolute(folder.path())?, absolute(output.path())?];
+        for name in &wanted {
+            arguments.extend(["--part".into(), (*name).into()]);
+        }
+        if parts.is_empty() {
+            arguments.extend(["--assembly".into(), sensor.name.clone().into()]);
+        }
+        let answer = self.answer(&arguments)?;
+        let files = answer["files"].as_array().cloned().unwrap_or_default();
+        let failed: Vec<String> = files
+            .iter()
+            .filter(|file| file["passed"] != true)
+            .map(|file| format!("{}: {}", text(&file["name"]), text(&file["reason"])))
+            .collect();
+        if !failed.is_empty() {
+            return Err(VerifierError::NoStep(failed));
+        }
+        let read = |file: &Value| {
+            let name = text(&file["name"]);
+            let path = output.path().join(&name);
+            let bytes = reading::read(&path, STEP)?;
+            let parts = file["parts"].as_array().cloned().unwrap_or_default();
+            let parts = parts.iter().map(text).collect();
+            Ok(ForeignFile { file: OutputFile { name, bytes }, format: "step", parts })
+        };
+        files.iter().map(read).collect()
+    }
+
+    /// Runs the package in an empty folder and reads the document it prints.
+    fn answer(&self, arguments: &[OsString]) -> Result<Value, VerifierError> {
+        let folder = temporary_folder()?;
+        let output = self
+            .python
+            .command(folder.path())
+            .args(["-m", "fabkit_verify"])
+            .args(arguments)
+            .stderr(Stdio::inherit())
+            .output()
+            .map_err(|source| VerifierError::Io {
+                action: format!("run {}", self.python.path().display()),
+                source,
+            })?;
+        serde_json::from_slice(&output.stdout)
+            .map_err(|_| VerifierError::NoAnswer(output.status.to_string()))
+    }
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// The package runs in another folder than this process.
+fn absolute(path: &Path) -> Result<OsString, VerifierError> {
+    let failed = |source| VerifierError::Io { action: format!("find {}", path.display()), source };
+    Ok(path::absolute(path).map_err(failed)?.into())
+}
+
+fn temporary_folder() -> Result<TempDir, VerifierError> {
+    let action = "make a temporary folder".to_owned();
+    TempDir::with_prefix("fabkit-").map_err(|source| VerifierError::Io { action, source })
+}
+
+/// Nominal files: what is compared is the design, not what is made of it.
+fn write_exports(
+    design: &Design,
+    parts: &[String],
+    formats: Vec<Format>,
+    folder: &Path,
+) -> Result<(), VerifierError> {
+    let all = || design.sensor.bodies.iter().map(|body| body.name.to_owned()).collect();
+    let options = ExportOptions {
+        parts: if parts.is_empty() { all() } else { parts.to_vec() },
+        formats,
+        nominal: true,
+        ..ExportOptions::default()
+    };
+    let exported = exporting::export(design, &options, &|_| {})?;
+    exporting::write(&[(folder.to_owned(), &exported)], Overwriting::default(), &|| false)?;
+    Ok(())
+}

@@ -1,0 +1,220 @@
+//! What to do about a failure at the command line: hints that name options. Whatever needs none is said by
+//! the error itself.
+
+use std::io;
+
+use fabkit_application::calibrating::CalibratingError;
+use fabkit_application::calibration::intrinsics::CalibrateError;
+use fabkit_application::dataset::{DatasetError, OrderError, SampleError};
+use fabkit_application::export::ExportError;
+use fabkit_application::exporting::{self, ExportFailure};
+use fabkit_application::memory::{Less, MemoryError};
+use fabkit_application::mesh::MeshError;
+use fabkit_application::reading::ReadError;
+use fabkit_application::rereading::RereadError;
+use fabkit_application::resumable::FolderError;
+use fabkit_application::scene::SceneError;
+use fabkit_application::staging::StagingError;
+use fabkit_application::sweeping::SweepError;
+use fabkit_application::verifier::VerifierError;
+use fabkit_application::{Error, ErrorKind, Explained};
+
+/// For what must not happen.
+pub(crate) const REPORT: &str = "this is a bug in fabkit; please report it with the command line and, if \
+                                 there is one, the sensor's file";
+const REPLACED: &str = "choose another file with -o, or let --force replace it";
+const GOES_ON: &str = "--resume goes on from here";
+
+/// What to do, where that is known.
+pub(crate) fn hint(error: &Error) -> Option<String> {
+    if error.kind() == ErrorKind::Bug {
+        return Some(REPORT.into());
+    }
+    let hint = match error {
+        Error::Several(errors) => return hint(errors.first()?),
+        Error::Memory(error) => return memory(error),
+        Error::Staging(error) => return staging(error),
+        Error::Folder(error) => return folder(error),
+        Error::Authored(_) => REPLACED,
+        Error::Export(error) => return export(error),
+        Error::ExportFolder(error) => return export_folder(error),
+        Error::Verifier(error) => return verifier(error),
+        Error::Scene(error) => return scene(error),
+        Error::Order(OrderError::NoPatterns(_)) => {
+            "list presses in a text file and name it with --presses"
+        }
+        Error::Dataset(DatasetError::Read(error)) | Error::Sample(error) => return sample(error),
+        Error::Dataset(DatasetError::Folder(error)) | Error::Sweep(SweepError::Folder(error)) => {
+            return folder(error);
+        }
+        Error::Dataset(DatasetError::Cancelled) | Error::Sweep(SweepError::Cancelled) => GOES_ON,
+        Error::Sweep(SweepError::Memory(error)) => return memory(error),
+        Error::Sweep(SweepError::Staging(error)) => return staging(error),
+        Error::Calibrating(error) => return calibrating(error),
+        Error::Reread(RereadError::NoList { is_begun: true, .. }) => {
+            "it is not finished: run the command that began it with --resume"
+        }
+        Error::Reread(RereadError::List(error)) => return folder(error),
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn memory(error: &MemoryError) -> Option<String> {
+    let less = match error {
+        MemoryError::TooMuch { less: Less::Rays, .. } => "ask for fewer --samples or files".into(),
+        MemoryError::TooMuch { less: Less::Pixels, .. } => "ask for a smaller --size".into(),
+        other => other.hint()?,
+    };
+    Some(format!("{less}, or allow it with --memory {}", error.enough()?))
+}
+
+fn staging(error: &StagingError) -> Option<String> {
+    let hint = error.hint()?;
+    Some(match error {
+        StagingError::Io { source, .. } => with_output(hint, source),
+        StagingError::Occupied { .. } | StagingError::Locked { .. } => format!("{hint} with -o"),
+        _ => hint,
+    })
+}
+
+/// Where to put things is what most of the system's refusals are about.
+fn with_output(hint: String, error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::FileTooLarge => hint,
+        _ => format!("{hint} with -o"),
+    }
+}
+
+fn folder(error: &FolderError) -> Option<String> {
+    let hint = match error {
+        FolderError::NotEmpty { .. } => {
+            "choose another folder with -o; --resume goes on with what the same command began"
+        }
+        FolderError::OtherPlan { .. } => {
+            "resume with the arguments it was begun with, or choose another folder with -o"
+        }
+        FolderError::OtherVersion { .. } => "make it again in another folder, with -o",
+        FolderError::Damaged { .. } => "delete that file, and --resume makes it again",
+        FolderError::Changed { .. } => {
+            "if nobody edited them, the disk did: delete them, and --resume makes them again"
+        }
+        FolderError::Staging(StagingError::Io { source, .. }) | FolderError::Io { source, .. } => {
+            let hint = with_output(fabkit_application::staging::io_hint(source)?.into(), source);
+            return Some(format!("{hint}; then {GOES_ON}"));
+        }
+        FolderError::Staging(error) => return staging(error),
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn export(error: &ExportFailure) -> Option<String> {
+    let hint = match error {
+        ExportFailure::TooManyTriangles { .. }
+        | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => {
+            "allow a larger --tolerance, or export fewer parts with --part"
+        }
+        ExportFailure::Plate(_) => {
+            "name your printer's bed with --bed, or leave plates out with --format stl"
+        }
+        ExportFailure::Stock(_) => {
+            "name your stock with --stock, or leave drawings out with --format stl,3mf"
+        }
+        ExportFailure::Outline { source: ExportError::KerfTooWide { .. }, .. } => {
+            "name your laser's width with --kerf, or leave it out with --nominal"
+        }
+        ExportFailure::HolesBreakOut { .. } => {
+            "export this part without --process, and let the slicer make up for the printer"
+        }
+        ExportFailure::ProfileWithoutFiles { .. } => {
+            "ask for --format stl or 3mf too, or leave --process out"
+        }
+        ExportFailure::ProfileUnused { has_process: true, .. } => {
+            "measure a coupon of that material (`--set fixtures.coupon.material=NAME`), or apply this \
+             profile all the same with --process-for-any-material"
+        }
+        ExportFailure::ProfileUnused { .. } => {
+            "leave --process out, or name the profile of the printer that makes these parts"
+        }
+        ExportFailure::NoOutlines { .. } => "printed parts have --format stl,3mf",
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn export_folder(error: &exporting::FolderError) -> Option<String> {
+    let hint = match error {
+        exporting::FolderError::Refused(_) if error.is_of_another_design() => {
+            "choose another folder with -o, or let --clean remove what that export wrote"
+        }
+        exporting::FolderError::Refused(_) => {
+            "choose another folder with -o, or let --force replace it"
+        }
+        exporting::FolderError::Export(error) => return export(error),
+        exporting::FolderError::Staging(error) => return staging(error),
+    };
+    Some(hint.into())
+}
+
+fn verifier(error: &VerifierError) -> Option<String> {
+    let hint = match error {
+        VerifierError::Export(error) => return export(error),
+        VerifierError::Folder(exporting::FolderError::Refused(_)) => {
+            "choose another folder with --keep"
+        }
+        VerifierError::Folder(error) => return export_folder(error),
+        VerifierError::Read(ReadError::TooLarge { .. }) => "export fewer parts at once with --part",
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn scene(error: &SceneError) -> Option<String> {
+    let hint = match error {
+        SceneError::TooManyRays { .. } => "ask for fewer --samples",
+        SceneError::NoContact { .. } | SceneError::NothingSeen(_) => {
+            return Some(format!("{} with --allow-no-contact", error.hint()?));
+        }
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn sample(error: &SampleError) -> Option<String> {
+    let hint = match error {
+        SampleError::Folder(error) => return folder(error),
+        SampleError::Absent { is_begun: true, .. } => {
+            "it is not finished: run the same `fabkit dataset` with --resume"
+        }
+        SampleError::Absent { .. } => "`fabkit dataset SENSOR -o DIR` writes one",
+        SampleError::Damaged { .. } => "delete that file and run `fabkit dataset --resume`",
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn calibrating(error: &CalibratingError) -> Option<String> {
+    let hint = match error {
+        CalibratingError::OtherSize { .. } => {
+            "take all pictures with the sensor's camera at its own size, or change the sensor's with \
+             --set camera.width_px=... --set camera.height_px=..."
+        }
+        CalibratingError::Charuco => "leave --detector out, or give what OpenCV found by --corners",
+        CalibratingError::NoOpencv => {
+            "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
+             --corners"
+        }
+        CalibratingError::NoReference { .. } => {
+            "save one there as ref.png, or name it with --reference"
+        }
+        CalibratingError::SeveralKinds { .. } => {
+            "say which was used with --pin, or in the column `kind` of captures.csv"
+        }
+        CalibratingError::Lens { source: CalibrateError::NoModel { .. }, .. } => {
+            "try all lens models, without --model"
+        }
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}

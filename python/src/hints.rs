@@ -1,0 +1,114 @@
+//! What to do about a failure in Python: hints that name arguments. Whatever needs none is said by the error
+//! itself.
+
+use fabkit_application::calibrating::CalibratingError;
+use fabkit_application::dataset::{DatasetError, OrderError, SampleError};
+use fabkit_application::export::ExportError;
+use fabkit_application::exporting::{self, ExportFailure};
+use fabkit_application::mesh::MeshError;
+use fabkit_application::resumable::FolderError;
+use fabkit_application::scene::SceneError;
+use fabkit_application::sweeping::SweepError;
+use fabkit_application::verifier::VerifierError;
+use fabkit_application::{Error, ErrorKind, Explained};
+
+/// What to do, where that is known.
+pub fn hint(error: &Error) -> Option<String> {
+    let hint = match error {
+        _ if error.kind() == ErrorKind::Bug => {
+            "this is a bug in fabkit; please report it with the call and, if there is one, the \
+             sensor's file"
+        }
+        Error::Several(errors) => return hint(errors.first()?),
+        Error::Folder(error)
+        | Error::Dataset(DatasetError::Folder(error))
+        | Error::Sweep(SweepError::Folder(error)) => return folder(error),
+        Error::Export(error) | Error::Verifier(VerifierError::Export(error)) => {
+            return export(error);
+        }
+        Error::ExportFolder(refused @ exporting::FolderError::Refused(_)) => {
+            match refused.is_of_another_design() {
+                true => "choose another folder; clean=True removes what that export wrote",
+                false => "choose another folder; force=True replaces it",
+            }
+        }
+        Error::Scene(SceneError::NoContact { .. } | SceneError::NothingSeen(_)) => {
+            return Some(format!("{} with allow_no_contact=True", error.hint()?));
+        }
+        Error::Order(OrderError::NoPatterns(_)) => {
+            "list presses in a text file and pass it as `presses`"
+        }
+        Error::Dataset(DatasetError::Read(error)) | Error::Sample(error) => match error {
+            SampleError::Folder(error) => return folder(error),
+            SampleError::Absent { is_begun: true, .. } => {
+                "it is not finished: call `fabkit.dataset.write` again with resume=True"
+            }
+            SampleError::Absent { .. } => "`fabkit.dataset.write` writes one",
+            SampleError::Damaged { .. } => {
+                "delete that file, and `fabkit.dataset.write` with resume=True makes it again"
+            }
+            other => return other.hint(),
+        },
+        Error::Dataset(DatasetError::Cancelled) | Error::Sweep(SweepError::Cancelled) => {
+            "resume=True goes on from here"
+        }
+        Error::Calibrating(CalibratingError::NoReference { .. }) => {
+            "save one there as ref.png, or pass it as `reference`"
+        }
+        Error::Calibrating(CalibratingError::SeveralKinds { .. }) => {
+            "say which was used with `pin`, or in the column `kind` of captures.csv"
+        }
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn folder(error: &FolderError) -> Option<String> {
+    let hint = match error {
+        FolderError::NotEmpty { .. } => {
+            "choose another folder; resume=True goes on with what the same call began"
+        }
+        FolderError::OtherPlan { .. } => {
+            "resume with the arguments it was begun with, or choose another folder"
+        }
+        FolderError::Damaged { .. } => "delete that file, and resume=True makes it again",
+        FolderError::Changed { .. } => {
+            "if nobody edited them, the disk did: delete them, and resume=True makes them again"
+        }
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn export(error: &ExportFailure) -> Option<String> {
+    let hint = match error {
+        ExportFailure::TooManyTriangles { .. }
+        | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => {
+            "allow a larger tolerance_mm, or export fewer parts"
+        }
+        ExportFailure::Plate(_) => {
+            "pass your printer's bed as bed_mm, or leave plates out with formats=[\"stl\"]"
+        }
+        ExportFailure::Stock(_) => {
+            "pass your stock as stock_mm, or leave drawings out with formats=[\"stl\", \"3mf\"]"
+        }
+        ExportFailure::Outline { source: ExportError::KerfTooWide { .. }, .. } => {
+            "pass your laser's width as kerf_mm, or leave it out with nominal=True"
+        }
+        ExportFailure::HolesBreakOut { .. } => {
+            "export this part without `process`, and let the slicer make up for the printer"
+        }
+        ExportFailure::ProfileWithoutFiles { .. } => {
+            "ask for \"stl\" or \"3mf\" in `formats` too, or leave `process` out"
+        }
+        ExportFailure::ProfileUnused { has_process: true, .. } => {
+            "measure a coupon of that material (`fixtures.coupon.material`), or apply this profile all \
+             the same with process_for_any_material=True"
+        }
+        ExportFailure::ProfileUnused { .. } => {
+            "leave `process` out, or pass the profile of the printer that makes these parts"
+        }
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}

@@ -2,6 +2,7 @@
 
 pub mod bayonet;
 mod board_camera;
+pub mod frame_mold;
 mod joint;
 pub mod mold;
 

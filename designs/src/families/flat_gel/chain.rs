@@ -2,11 +2,11 @@
 
 use fabkit_geometry::{Action, Cure, Opening, Pose, Pour, Pull, Spray, Step, Vector3};
 
-use super::joints::Joints;
 use super::layout::Layout;
-use super::parameters::{CoatBy, FlatGel, LightFrom};
+use super::parameters::{CoatBy, FlatGel};
 use super::{COAT_MOLD, GEL_MOLD, MARKING};
 use crate::assembling::{SENSOR, cure, mix, names, opening, rigid, step};
+use crate::blocks::chamber_light::LightFrom;
 use crate::materials::castable;
 
 /// What a primer and an adhesive for silicone need before the next step.
@@ -52,7 +52,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         direction: -up,
         strain_limit: castable(material).map(|m| m.breaking_strain),
     };
-    let has_markers = p.markers.columns * p.markers.rows > 0;
+    let has_markers = p.markers.exist();
     let mut steps = vec![
         step("make", "print and cut all parts", None, &[], Action::Make, "chosen"),
         step(
@@ -170,7 +170,6 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
             &["led", "led-board", "shell"],
         ),
     };
-    let joints = Joints::new(p, layout);
     steps.extend([
         step("fit-light", light.0, Some(SENSOR), light.1, Action::Assemble, "chosen"),
         step(
@@ -181,7 +180,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
             Action::Assemble,
             "chosen",
         )
-        .also(joints.camera.names()),
+        .also(layout.camera.joint().names()),
         step(
             "close",
             "lay cable and wires into the notch, put the shell on, drive the four screws from below; \
@@ -191,7 +190,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
             Action::Assemble,
             "chosen",
         )
-        .also(joints.casing.names()),
+        .also(layout.housing.joint().names()),
     ]);
     steps
 }

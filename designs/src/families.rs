@@ -2,6 +2,7 @@
 
 mod cap;
 mod dome;
+mod flat_gel;
 mod half_ellipsoid;
 mod pin_tip;
 mod sheet_mold;
@@ -12,6 +13,7 @@ use crate::FamilyEntry;
 pub(crate) const FAMILIES: &[FamilyEntry] = &[
     FamilyEntry::of::<cap::CapFamily>(),
     FamilyEntry::of::<dome::DomeFamily>(),
+    FamilyEntry::of::<flat_gel::FlatGelFamily>(),
     FamilyEntry::of::<half_ellipsoid::HalfEllipsoidFamily>(),
     FamilyEntry::of::<pin_tip::PinTipFamily>(),
     FamilyEntry::of::<sheet_mold::SheetMoldFamily>(),
@@ -19,7 +21,10 @@ pub(crate) const FAMILIES: &[FamilyEntry] = &[
 
 /// Every built-in sensor: its name, and its text in `sensors/`.
 pub(crate) const SENSORS: &[(&str, &str)] = &[
+    ("9dtact", include_str!("../sensors/9dtact.yaml")),
+    ("digit-like", include_str!("../sensors/digit-like.yaml")),
     ("fluidic", include_str!("../sensors/fluidic.yaml")),
+    ("gelsight-like", include_str!("../sensors/gelsight-like.yaml")),
     ("rtac0", include_str!("../sensors/rtac0.yaml")),
     ("rtac0-published-2025", include_str!("../sensors/rtac0-published-2025.yaml")),
     ("shadowtac", include_str!("../sensors/shadowtac.yaml")),

@@ -124,6 +124,8 @@ impl Screw {
     pub const M1_2X3: Self = Self { thread_mm: 1.2, length_mm: 3.0, head: Head::Countersunk };
     /// M1.6 x 5, pan head.
     pub const M1_6X5: Self = Self { thread_mm: 1.6, length_mm: 5.0, head: Head::Pan };
+    /// M1.6 x 6, pan head.
+    pub const M1_6X6: Self = Self { thread_mm: 1.6, length_mm: 6.0, head: Head::Pan };
     /// M2 x 4, countersunk.
     pub const M2X4: Self = Self { thread_mm: 2.0, length_mm: 4.0, head: Head::Countersunk };
     /// M3 x 4, pan head.

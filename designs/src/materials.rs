@@ -96,6 +96,16 @@ pub const CASTABLES: &[Castable] = &[
         cure: hours(6.0),
     },
     Castable {
+        name: "Smooth-On Psycho Paint, black",
+        // As the white one.
+        by_mass: &[("Psycho Paint A", 1.0), ("Psycho Paint B", 1.0), ("Silc Pig black", 0.1)],
+        density_g_per_cm3: 1.05,
+        shrinkage: 0.0,
+        breaking_strain: 6.0,
+        degas: false,
+        cure: hours(2.0),
+    },
+    Castable {
         name: "Smooth-On Psycho Paint, white",
         // The maker's ratio for the paint base; the pigment's share is a few percent.
         by_mass: &[("Psycho Paint A", 1.0), ("Psycho Paint B", 1.0), ("Silc Pig white", 0.1)],

@@ -56,6 +56,7 @@ fn radius(solid: &Solid, z: f64) -> f64 {
 fn screws_are_those_of_their_standards() {
     let screws = [
         Screw::M1_6X5,
+        Screw::M1_6X6,
         Screw::M3X4,
         Screw::M2X12,
         Screw::M2X16,

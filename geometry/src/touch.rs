@@ -114,6 +114,17 @@ impl TouchSurface {
         }
     }
 
+    /// Smallest radius of curvature, mm; infinite if it is flat.
+    pub fn least_curvature_radius_mm(&self) -> f64 {
+        match self {
+            Self::Dome(DomeSurface { dome, .. }) => {
+                let (a, b) = (dome.equatorial_mm, dome.polar_mm);
+                (a * a / b).min(b * b / a).min(a) + dome.offset_mm
+            }
+            Self::Plane(_) => f64::INFINITY,
+        }
+    }
+
     /// How deep a point lies below the surface, mm (negative outside), and the outward unit normal
     /// at the surface's nearest point: see [`DomeSurface::depth_mm`], [`PlaneSurface::depth_mm`].
     pub fn depth_mm(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {

@@ -2,8 +2,14 @@
 
 pub mod bayonet;
 mod board_camera;
+pub mod chamber_light;
+pub mod clamshell;
+pub mod frame_mold;
 mod joint;
+pub mod marker_grid;
 pub mod mold;
+pub mod posted_camera;
+mod rect;
 
 use std::f64::consts::TAU;
 
@@ -18,6 +24,7 @@ use crate::parameters::Report;
 
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
+pub use rect::Rect;
 
 /// Smallest gap between parts that must not touch, mm.
 pub const APART_MM: f64 = 0.1;
@@ -30,6 +37,9 @@ pub const INTO_MM: f64 = 0.2;
 
 /// Black plastic as pictures show it: light enough that its edges can be told apart.
 pub const BLACK: Color = [92, 96, 104];
+
+/// White plastic, darker than the paper it is printed on.
+pub const WHITE: Color = [236, 236, 232];
 
 /// Steel.
 pub const STEEL: Color = [176, 180, 186];

@@ -6,7 +6,7 @@ use fabkit_fixtures::{FixtureError, Project};
 use super::Computed;
 
 pub(super) fn compute(project: &Project, computed: &mut Computed) {
-    let forecast = match project.pin_dome_forecast() {
+    let forecast = match project.pin_forecast() {
         Ok(Ok(forecast)) => forecast,
         Ok(Err(why)) => return computed.notes.push(format!("pin dome: {why}")),
         // Flat sensors have none.

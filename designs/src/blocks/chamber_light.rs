@@ -1,0 +1,276 @@
+//! Light for a rectangular chamber: LEDs on strips at its walls, or on a board around the lens below.
+
+use fabkit_geometry::{Angle, Body, Length, Path, Pose, Process, Profile, Solid};
+
+use super::posted_camera::{self, Posted};
+use super::{
+    APART_MM, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, bought, marks, turn, upright,
+};
+use crate::assembling::AssemblyName;
+use crate::fits::{Fit, gap_mm};
+use crate::parameters::Report;
+use crate::{choices, parameters};
+
+choices! {
+    /// Where the light comes from.
+    pub enum LightFrom {
+        /// LEDs on strips at the chamber's walls, below the plate.
+        Sides = "sides",
+        /// LEDs on a board around the lens.
+        Below = "below",
+    }
+}
+
+parameters! {
+    /// The LEDs.
+    pub struct Leds {
+        /// Where they are.
+        from: LightFrom,
+        /// From the sides: at how many walls. From below: LEDs in each of the two rows.
+        count: u32 = 1..=12,
+        /// Length of strip that each LED takes; from below, of its package.
+        pitch: Length = 1.0..=40.0,
+        /// Width of the strip; from below, of the package.
+        width: Length = 0.5..=12.0,
+        /// Thickness of strip or board.
+        board_thickness: Length = 0.1..=3.2,
+        /// Height of the package above strip or board.
+        package_height: Length = 0.3..=4.0,
+        /// Distance of a strip's upper edge below the plate.
+        below_plate: Length = 0.0..=10.0,
+        /// Type.
+        model: String = 1..=80,
+    }
+}
+
+/// Step that the board is glued to from below, mm.
+const STEP_MM: f64 = 0.8;
+
+/// Least width of the board beside the lens's holder, mm.
+const WEB_MM: f64 = 1.0;
+
+/// Edge of a package as a part of its piece of strip.
+const PACKAGE_SHARE: f64 = 0.7;
+
+impl Leds {
+    /// How much wider than the chamber the room below must be, mm.
+    pub fn step_mm(&self) -> f64 {
+        if self.from == LightFrom::Below { STEP_MM } else { 0.0 }
+    }
+
+    /// How far a strip with its packages stands out from the wall, mm; nothing from below.
+    pub fn out_mm(&self) -> f64 {
+        match self.from {
+            LightFrom::Sides => self.board_thickness.mm() + self.package_height.mm(),
+            LightFrom::Below => 0.0,
+        }
+    }
+}
+
+/// The chamber and its LEDs; heights in the sensor frame, mm.
+#[derive(Clone, Debug)]
+pub struct Light<'a> {
+    /// The parameters.
+    pub leds: &'a Leds,
+    /// The chamber.
+    pub chamber: Rect,
+    /// The room below it.
+    pub room: Rect,
+    /// Ceiling of the chamber.
+    pub ceiling_z: f64,
+    /// What looks up from below.
+    pub camera: Posted<'a>,
+}
+
+impl Light<'_> {
+    /// Height at which the chamber becomes the room below it: the board's top.
+    pub fn step_z(&self) -> f64 {
+        match self.leds.from {
+            // The packages end where the camera begins to see.
+            LightFrom::Below => self.camera.pupil_z - self.leds.package_height.mm(),
+            LightFrom::Sides => self.heads_z(),
+        }
+    }
+
+    /// What the heads of the camera's screws stay below.
+    fn heads_z(&self) -> f64 {
+        self.camera.top_z + posted_camera::SCREW.head_height_mm() + APART_MM
+    }
+
+    /// Height of the upper edge of the strips.
+    pub fn strip_top_z(&self) -> f64 {
+        self.ceiling_z - self.leds.below_plate.mm()
+    }
+
+    /// How many LEDs the wall has (0: +x, 1: +y, 2: -x, 3: -y).
+    fn at_wall(&self, wall: usize) -> u32 {
+        (self.chamber.straight(wall % 2) / self.leds.pitch.mm()).floor().max(0.0) as u32
+    }
+
+    /// Distance of the rows of LEDs on the board from the axis.
+    fn row_out_mm(&self) -> f64 {
+        let half = self.chamber.half[self.chamber.longer()];
+        half - self.leds.width.mm() / 2.0 - PRINTED_WALL_MM
+    }
+
+    /// From LED to LED of a row on the board.
+    fn row_pitch_mm(&self) -> f64 {
+        self.chamber.straight(self.chamber.longer()) / f64::from(self.leds.count.max(2) - 1)
+    }
+
+    /// Where the LEDs are: the origin behind the strip or on the board, z axis along the light.
+    pub fn poses(&self) -> Vec<Pose> {
+        let quarters = |n: f64| Angle::from_deg(90.0 * n).expect("finite");
+        let spread = |count: u32, step: f64| {
+            let middle = f64::from(count.saturating_sub(1)) / 2.0;
+            (0..count).map(move |i| step * (f64::from(i) - middle))
+        };
+        let (leds, chamber) = (self.leds, self.chamber);
+        match leds.from {
+            LightFrom::Sides => {
+                let inwards =
+                    Pose::rotation_z(quarters(-1.0)).then_in(Pose::rotation_x(quarters(1.0)));
+                let z = self.strip_top_z() - leds.width.mm() / 2.0;
+                let wall = |wall: u32| {
+                    let (i, back) = (wall as usize, chamber.half[wall as usize % 2]);
+                    spread(self.at_wall(i), leds.pitch.mm()).map(move |along| {
+                        let at = Pose::translation(back, along, z).then_in(inwards);
+                        Pose::rotation_z(turn(wall, 4, 0.0)).then_in(at)
+                    })
+                };
+                (0..leds.count.min(4)).flat_map(wall).collect()
+            }
+            LightFrom::Below => {
+                // Rows at the ends of the longer axis, as long as the straight part of the walls.
+                let (long, out) = (chamber.longer(), self.row_out_mm());
+                let turned = Pose::rotation_z(quarters(1.0 - long as f64));
+                let row = |out: f64| {
+                    spread(leds.count, self.row_pitch_mm()).map(move |along| {
+                        let at = if long == 0 { [out, along] } else { [along, out] };
+                        upright(at, self.step_z()).then_in(turned)
+                    })
+                };
+                [-out, out].into_iter().flat_map(row).collect()
+            }
+        }
+    }
+
+    /// The LEDs, and the board if they are on one.
+    pub fn bodies(&self, assembly: AssemblyName) -> Vec<Body> {
+        let leds = self.leds;
+        let (length, width, height) = (leds.pitch.mm(), leds.width.mm(), leds.package_height.mm());
+        let led = match leds.from {
+            LightFrom::Below => Solid::cuboid(length, width, height),
+            LightFrom::Sides => {
+                let (thickness, size) =
+                    (leds.board_thickness.mm(), PACKAGE_SHARE * length.min(width));
+                let into = thickness / 2.0;
+                let package = Solid::cuboid(size, size, height + into).at_z(thickness - into);
+                Solid::union([Solid::cuboid(length, width, thickness), package])
+            }
+        };
+        let poses = self.poses();
+        let drawn = poses.iter().map(|pose| assembly.drawn_out(pose, 2.0).lifted(-22.0));
+        let led = bought("led", leds.model.clone(), led, drawn).colored(LED_YELLOW);
+        let board = (leds.from == LightFrom::Below).then(|| self.board(assembly));
+        [led].into_iter().chain(board).collect()
+    }
+
+    /// The board's edges, and the radius of its hole.
+    fn board_rect(&self) -> (Rect, f64) {
+        (self.room.shrunk(gap_mm(Process::Fdm, Fit::Slide)), self.camera.camera.bore_mm())
+    }
+
+    fn board(&self, assembly: AssemblyName) -> Body {
+        let (rect, bore) = self.board_rect();
+        let profile = Profile::new(rect.path()).with_hole(Path::circle([0.0; 2], bore));
+        let top = self.step_z();
+        let solid = Solid::prism(profile, [top - self.leds.board_thickness.mm(), top]);
+        Body::made("led-board", "circuit board around the lens with the LEDs", Process::Pcb, solid)
+            .from("FR4")
+            .placed([assembly.in_place().lifted(-22.0)])
+            .marked(marks("led", &self.poses()))
+            .colored(MASK_GREEN)
+            .note("push it up against the shell's step and fix it with four drops of glue")
+            .with_handles(1)
+    }
+
+    /// Reports LEDs that do not fit. The sections must be called `leds` and `camera`; `edges` are
+    /// the paths that the chamber's edges along x and y follow from, with their values.
+    pub fn check(&self, edges: [(&str, Length); 2], report: &mut Report) {
+        match self.leds.from {
+            LightFrom::Sides => self.check_strips(report),
+            LightFrom::Below => self.check_board(edges, report),
+        }
+    }
+
+    fn check_strips(&self, report: &mut Report) {
+        let (leds, chamber) = (self.leds, self.chamber);
+        report.require(
+            leds.count <= 4,
+            "leds.count",
+            || format!("leds.count is {}; a chamber has 4 walls", leds.count),
+            || "write at most 4".into(),
+        );
+        let straight = chamber.straight(0).min(chamber.straight(1));
+        let what = "a straight wall must take one piece of strip";
+        report.at_most("leds.pitch", leds.pitch, straight, what, &[]);
+        report.at_most(
+            "leds.package_height",
+            leds.package_height,
+            chamber.corner - leds.board_thickness.mm(),
+            "LEDs of neighbouring walls must not touch in the rounded corner",
+            &["leds.board_thickness"],
+        );
+        report.at_most(
+            "leds.below_plate",
+            leds.below_plate,
+            self.ceiling_z - self.step_z() - leds.width.mm(),
+            "the strips end above the heads of the camera's screws",
+            &["leds.width", "camera.pixel_pitch", "camera.lens_height"],
+        );
+        report.at_most(
+            "camera.barrel_diameter",
+            self.camera.camera.barrel_diameter,
+            2.0 * (chamber.narrow() - leds.out_mm() - APART_MM),
+            "the lens stands between the LEDs",
+            &["leds.package_height", "leds.board_thickness"],
+        );
+    }
+
+    fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
+        let (leds, (board, bore)) = (self.leds, self.board_rect());
+        let camera = self.camera.camera;
+        report.at_least(
+            "camera.lens_height",
+            camera.lens_height,
+            camera.lens_height.mm() + self.heads_z() + leds.board_thickness.mm() - self.step_z(),
+            "the LEDs' board lies above the heads of the camera's screws",
+            &["camera.pupil_behind_front", "leds.package_height", "leds.board_thickness"],
+        );
+        let long = self.chamber.longer();
+        let (short_path, short) = edges[1 - long];
+        report.at_least(
+            short_path,
+            short,
+            short.mm() + 2.0 * (bore + WEB_MM - board.narrow()),
+            "the LEDs' board needs a web beside the lens's holder",
+            &["camera.holder_size"],
+        );
+        let (long_path, long) = edges[long];
+        report.at_least(
+            long_path,
+            long,
+            long.mm() + 2.0 * (bore + leds.width.mm() / 2.0 + APART_MM - self.row_out_mm()),
+            "the rows of LEDs lie beside the lens's holder",
+            &["camera.holder_size", "leds.width"],
+        );
+        report.at_most(
+            "leds.pitch",
+            leds.pitch,
+            self.row_pitch_mm() - APART_MM,
+            "the LEDs of a row must not touch",
+            &["leds.count", short_path],
+        );
+    }
+}

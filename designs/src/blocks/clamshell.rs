@@ -1,0 +1,239 @@
+//! A rectangular shell that is put over a base: four screws from below, a lip that centres both, a
+//! notch for cable and wires, holes in the base for a gripper's screws.
+
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Color, Grip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
+};
+
+use super::{APART_MM, BLACK, INTO_MM, Joint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Screw;
+use crate::parameters;
+use crate::parameters::Report;
+
+parameters! {
+    /// The printed shell: carries what touches, closes over the camera.
+    pub struct Shell {
+        /// How far it stands out beyond what it carries, at least; a wide inside makes it wider.
+        rim: Length = 0.0..=20.0,
+        /// Thinnest wall.
+        wall: Length = 0.8..=10.0,
+        /// Radius of the upright edges.
+        corner: Length = 0.2..=20.0,
+        /// Width of the notch for cable and wires.
+        cable_width: Length = 1.0..=30.0,
+        /// Height of the notch.
+        cable_height: Length = 1.0..=20.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+parameters! {
+    /// The printed base: closes the shell, is screwed to a gripper.
+    pub struct Base {
+        /// Thickness of its floor.
+        thickness: Length = 1.0..=20.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+/// What joins base and shell.
+const SCREW: Screw = Screw::M1_6X6;
+
+/// What a user screws the base to a gripper with.
+const MOUNT_SCREW: Screw = Screw::M3X4;
+
+/// Base under the head of a screw, mm.
+const SHELF_MM: f64 = 1.2;
+
+/// Depth of a hole beyond its screw's tip, mm.
+const PILOT_SPARE_MM: f64 = 0.5;
+
+/// Width and height of the lip, mm.
+const LIP_MM: [f64; 2] = [1.0, 1.5];
+
+/// Edges of shell and base around a room; heights in the sensor frame, mm. The shell's upper rim is
+/// z = 0.
+#[derive(Clone, Debug)]
+pub struct Clamshell<'a> {
+    /// The shell's parameters.
+    pub shell: &'a Shell,
+    /// The base's parameters.
+    pub base: &'a Base,
+    /// Outside of both.
+    pub outside: Rect,
+    /// The room above the base; its corners leave the screws their walls.
+    pub room: Rect,
+    /// Bottom of the shell, top of the base's floor.
+    pub joint_z: f64,
+    /// Bottom of everything.
+    pub bottom_z: f64,
+    /// Where the screws are, from the axes.
+    screw: [f64; 2],
+}
+
+impl<'a> Clamshell<'a> {
+    /// Around what it carries and around a room (half their edges), its seam at `joint_z`.
+    pub fn around(
+        (shell, base): (&'a Shell, &'a Base),
+        carried: [f64; 2],
+        room: [f64; 2],
+        joint_z: f64,
+    ) -> Self {
+        let half = [0, 1].map(|i| (carried[i] + shell.rim.mm()).max(room[i] + shell.wall.mm()));
+        let screw = half.map(|half| half - head_mm() - PRINTED_WALL_MM);
+        let room = Rect { half: room, corner: 0.0 };
+        Self {
+            shell,
+            base,
+            outside: Rect { half, corner: shell.corner.mm() },
+            room: room.rounded_off(screw, SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM),
+            joint_z,
+            bottom_z: joint_z - base.thickness.mm(),
+            screw,
+        }
+    }
+
+    /// From below through the base's corners into the shell.
+    pub fn joint(&self) -> Joint {
+        let poses = corners(self.screw).map(|at| hanging(at, self.joint_z - SHELF_MM)).to_vec();
+        Joint::self_tapping("screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
+    }
+
+    /// In the base's floor, just inside the lip; a user's screws.
+    fn mounting(&self) -> Joint {
+        let axis = self.room.longer();
+        let inside = self.room.half[axis] - gap_mm(Process::Fdm, Fit::Slide) - LIP_MM[0];
+        let out = inside - APART_MM - MOUNT_SCREW.pilot_hole_mm() / 2.0;
+        let poses = [-out, out].map(|out| {
+            let mut at = [0.0; 2];
+            at[axis] = out;
+            hanging(at, self.bottom_z)
+        });
+        let depth = self.base.thickness.mm() + CUT_OVERLAP_MM;
+        Joint::self_tapping("mounting hole", MOUNT_SCREW, poses.to_vec(), depth)
+    }
+
+    /// The notch at -y that cable and wires leave through, between two heights.
+    fn notch(&self, [bottom, top]: [f64; 2]) -> Solid {
+        let (half, out) = (self.shell.cable_width.mm() / 2.0, self.outside.half[1] + 1.0);
+        Solid::cuboid_between([-half, -out, bottom], [half, 0.0, top]).named("cable notch")
+    }
+
+    /// The shell with what is cut out of it from above down to the room's ceiling at `room_z`.
+    pub fn shell(&self, summary: &str, cut: impl IntoIterator<Item = Solid>, room_z: f64) -> Body {
+        let below = self.joint_z - CUT_OVERLAP_MM;
+        let room = self.room.prism([below, room_z]).named("room");
+        let notch = self.notch([below, self.joint_z + self.shell.cable_height.mm()]);
+        let solid = self.outside.prism([self.joint_z, 0.0]).minus_all(cut).minus(room).minus(notch);
+        Body::made("shell", summary, Process::Fdm, solid)
+            .from(&self.shell.material)
+            .colored(color(&self.shell.material))
+            .note("standing as in use, no supports: what overhangs inside is at most 2 mm wide")
+            .with_handles(1)
+            .cut(self.joint().held().unmarked())
+    }
+
+    /// The base with what stands on it.
+    pub fn base(&self, summary: &str, on_it: impl IntoIterator<Item = Solid>) -> Body {
+        let (bottom, joint, [width, height]) = (self.bottom_z, self.joint_z, LIP_MM);
+        let around = self.room.shrunk(gap_mm(Process::Fdm, Fit::Slide));
+        let lip = Profile::new(around.path()).with_hole(around.shrunk(width).path());
+        let lip = Solid::prism(lip, [joint - INTO_MM, joint + height])
+            .minus(self.notch([joint, joint + height + CUT_OVERLAP_MM]));
+        let floor = self.outside.prism([bottom, joint]);
+        let solid = Solid::union([floor, lip.named("lip")].into_iter().chain(on_it));
+        let sunk = self.base.thickness.mm() - SHELF_MM;
+        Body::made("base", summary, Process::Fdm, solid)
+            .from(&self.base.material)
+            .colored(color(&self.base.material))
+            .note("floor down, no supports: the screws' seats are short bridges")
+            .note("the gripper's M3 screws cut their threads into the floor")
+            .cut(self.joint().sunk(SHELF_MM, sunk, gap_mm(Process::Fdm, Fit::Snug)).unmarked())
+            .cut(self.mounting().held_through())
+    }
+
+    /// What fixtures hold on to: all of it; the notch exists once.
+    pub fn grip(&self) -> Grip {
+        let notch_z = self.joint_z + self.shell.cable_height.mm() / 2.0;
+        let notch = Point3::new(0.0, -self.outside.half[1], notch_z);
+        Grip {
+            outline: self.outside.path(),
+            top_z_mm: 0.0,
+            bottom_z_mm: self.bottom_z,
+            clear_radius_mm: 0.0,
+            key: Some(Pose::z_to(-Vector3::y(), notch)),
+            threads: self.mounting().held().landmarks,
+        }
+    }
+
+    /// Reports what keeps both from being made and joined. The sections must be called `shell` and
+    /// `base`; nothing may be cut out above `ceiling_z`, which follows from the paths `height`, as
+    /// the edges follow from the paths `edges`. The camera's board lies `under_mm` above the base.
+    pub fn check(
+        &self,
+        (ceiling_z, height): (f64, &[&str]),
+        edges: [&str; 2],
+        under: Length,
+        report: &mut Report,
+    ) {
+        let shell = self.shell;
+        report.at_most(
+            "shell.corner",
+            shell.corner,
+            head_mm() + PRINTED_WALL_MM,
+            "the screws' heads need a wall at the rounded corner",
+            &[],
+        );
+        report.at_least(
+            "base.thickness",
+            self.base.thickness,
+            SHELF_MM + SCREW.head_height_mm() + APART_MM,
+            "the screws' heads are sunk into the base",
+            &[],
+        );
+        report.at_least(
+            "camera.back_clearance",
+            under,
+            LIP_MM[1] + APART_MM,
+            "the camera's board lies above the base's lip",
+            &[],
+        );
+        let ceiling = ceiling_z - self.joint_z;
+        report.at_most(
+            "shell.cable_height",
+            shell.cable_height,
+            ceiling - PRINTED_WALL_MM,
+            "the notch needs a wall above it",
+            height,
+        );
+        let tip = SCREW.length_mm - SHELF_MM + PILOT_SPARE_MM;
+        report.at_least(
+            "camera.back_clearance",
+            under,
+            under.mm() + tip + PRINTED_WALL_MM - ceiling,
+            "the shell's screws need a wall above their tips",
+            height,
+        );
+        let pilot = SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM;
+        report.at_most(
+            "shell.cable_width",
+            shell.cable_width,
+            (2.0 * (self.screw[0] - pilot)).min(self.room.straight(1)),
+            "the notch lies in the straight wall between two screws",
+            &edges[..1],
+        );
+    }
+}
+
+/// Radius of a head's counterbore, mm.
+fn head_mm() -> f64 {
+    SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug)
+}
+
+/// How a plastic of that name looks.
+fn color(material: &str) -> Color {
+    if material.contains("white") { WHITE } else { BLACK }
+}

@@ -1,0 +1,202 @@
+//! Open molds for flat layers: frames on a floor, filled to the brim and scraped level.
+//!
+//! The floor's face is z = 0, around the z axis. Steel dowels stand in it; each frame slides onto
+//! them, is as high as what is cast in it, and lifts off first. Slots at the seam take a screwdriver.
+
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Length, Path, Pose, PressFit, Process, Profile, Solid,
+};
+
+use super::{MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, bought, copies, holes, press_fit, upright};
+use crate::assembling::AssemblyName;
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Dowel;
+use crate::parameters;
+use crate::parameters::Report;
+
+parameters! {
+    /// The open molds: frames that slide onto dowels in a floor.
+    pub struct FrameMold {
+        /// Thinnest wall around cavity and dowels.
+        wall: Length = 1.2..=20.0,
+        /// Thickness of the floor.
+        floor: Length = 2.0..=40.0,
+        /// Diameter of the two steel dowel pins.
+        dowel_diameter: Length = 1.0..=8.0,
+        /// Length of the dowel pins.
+        dowel_length: Length = 4.0..=40.0,
+        /// Width of a pry slot.
+        pry_width: Length = 3.0..=20.0,
+        /// How far a pry slot reaches in.
+        pry_depth: Length = 0.8..=6.0,
+        /// Height of a pry slot.
+        pry_gap: Length = 0.5..=4.0,
+        /// Material.
+        material: String = 1..=80,
+    }
+}
+
+/// How far a dowel's end stays below the brim of the lowest frame, mm: a scraper passes above it.
+const BELOW_BRIM_MM: f64 = 0.5;
+
+/// How far a dowel must reach into a frame, mm.
+const LEAST_HOLD_MM: f64 = 1.0;
+
+/// Radius of the upright edges, mm.
+const CORNER_MM: f64 = 4.0;
+
+/// A floor with its dowels, and what its frames have in common.
+#[derive(Clone, Debug)]
+pub struct Frames<'a> {
+    /// The parameters.
+    pub mold: &'a FrameMold,
+    /// Half the edges of the widest cavity, mm.
+    pub cavity: [f64; 2],
+    /// Height of the lowest frame, mm.
+    pub lowest_mm: f64,
+    /// How much what is cast shrinks.
+    pub shrinkage: f64,
+}
+
+impl Frames<'_> {
+    /// From the widest cavity to the outside, mm.
+    fn rim_mm(&self) -> f64 {
+        let dowel = self.mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Slide);
+        2.0 * (self.mold.wall.mm() + dowel)
+    }
+
+    fn outline(&self) -> Path {
+        let edges = self.cavity.map(|half| 2.0 * (half + self.rim_mm()));
+        Path::rectangle([0.0; 2], edges, CORNER_MM)
+    }
+
+    /// Depth of a dowel's socket in the floor, mm.
+    fn socket_mm(&self) -> f64 {
+        self.mold.dowel_length.mm() - (self.lowest_mm - BELOW_BRIM_MM)
+    }
+
+    /// Where the dowels leave the floor.
+    fn dowel_poses(&self) -> [Pose; 2] {
+        let x = self.cavity[0] + self.rim_mm() / 2.0;
+        [-x, x].map(|x| upright([x, 0.0], 0.0))
+    }
+
+    /// A hole for a dowel between two heights.
+    fn hole(&self, fit: Fit, heights: [f64; 2]) -> Solid {
+        Solid::rod(self.mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Sla, fit), heights)
+    }
+
+    fn tool(&self, name: &str, summary: &str, solid: Solid) -> Body {
+        Body::made(name, summary, Process::Sla, solid)
+            .from(&self.mold.material)
+            .colored(TOOL_GREY)
+            .for_shrinkage(self.shrinkage)
+            .note("wash, cure and bake: uncured resin keeps platinum silicone from curing")
+    }
+
+    /// The floor, in one assembly after the other.
+    pub fn floor(&self, assemblies: &[AssemblyName]) -> Body {
+        let (mold, over) = (self.mold, CUT_OVERLAP_MM);
+        let plate = Solid::prism(self.outline(), [-mold.floor.mm(), 0.0]);
+        let socket = self.hole(Fit::Press, [-self.socket_mm(), over]);
+        let y = self.cavity[1] + self.rim_mm();
+        let slot =
+            Solid::cuboid(mold.pry_width.mm(), 2.0 * mold.pry_depth.mm(), mold.pry_gap.mm() + over);
+        let slots = [-y, y].map(|y| upright([0.0, y], -mold.pry_gap.mm()));
+        self.tool("mold-floor", "what is cast stands on it; holds the dowels", plate)
+            .placed(assemblies.iter().map(|name| name.in_place().lifted(-12.0)))
+            .note("face up; polish it, the foot of the gel is seen through")
+            .cut(holes(copies("socket", &self.dowel_poses(), &socket)))
+            .cut(holes(copies("pry slot", &slots, &slot)))
+    }
+
+    /// A frame around a cavity, from the floor to `height_mm`.
+    pub fn frame(
+        &self,
+        name: &str,
+        cavity: impl Into<Path>,
+        height_mm: f64,
+        assembly: AssemblyName,
+    ) -> Body {
+        let profile = Profile::new(self.outline()).with_hole(cavity.into());
+        let over = CUT_OVERLAP_MM;
+        let hole = self.hole(Fit::Slide, [-over, height_mm + over]);
+        self.tool(name, "frame: fill to the brim", Solid::prism(profile, [0.0, height_mm]))
+            .placed([assembly.in_place().lifted(14.0)])
+            .colored(MOLD_BLUE)
+            .with_handles(3)
+            .cut(holes(copies("dowel hole", &self.dowel_poses(), &hole)))
+    }
+
+    /// The dowels, in one assembly after the other; a lab needs one pair.
+    pub fn dowels(&self, assemblies: &[AssemblyName]) -> Body {
+        let mold = self.mold;
+        let dowel =
+            Dowel { diameter_mm: mold.dowel_diameter.mm(), length_mm: mold.dowel_length.mm() };
+        let poses = self.dowel_poses();
+        let middle = Pose::translation(0.0, 0.0, dowel.length_mm / 2.0 - self.socket_mm());
+        let places = assemblies.iter().flat_map(|name| {
+            poses.iter().map(move |pose| name.at(pose.then_in(middle)).lifted(30.0))
+        });
+        bought("dowel", dowel.specification(), dowel.solid(), places).times(poses.len() as u32)
+    }
+
+    /// How the dowels are held.
+    pub fn press_fit(&self) -> PressFit {
+        let overlap_mm = -gap_mm(Process::Sla, Fit::Press);
+        press_fit("dowel", "mold-floor", overlap_mm, "the dowels stay in the floor")
+    }
+
+    /// Reports what keeps floor, dowels and slots from fitting each other. The section must be
+    /// called `mold`; `from` are the paths that the lowest frame's height follows from.
+    pub fn check(&self, from: &[&str], report: &mut Report) {
+        let mold = self.mold;
+        report.at_least(
+            "mold.floor",
+            mold.floor,
+            self.socket_mm() + PRINTED_WALL_MM,
+            "the dowels end below the lowest frame's brim, and need a socket with a bottom",
+            &[from, &["mold.dowel_length"]].concat(),
+        );
+        let held = self.lowest_mm - BELOW_BRIM_MM;
+        report.require(
+            held >= LEAST_HOLD_MM,
+            from[0],
+            || {
+                format!(
+                    "{} leaves a frame of {:.2} mm, which dowels cannot hold",
+                    from[0], self.lowest_mm
+                )
+            },
+            || format!("make it at least {} mm", LEAST_HOLD_MM + BELOW_BRIM_MM),
+        );
+        report.at_least(
+            "mold.dowel_length",
+            mold.dowel_length,
+            held + LEAST_HOLD_MM,
+            "a dowel needs a socket in the floor",
+            from,
+        );
+        report.at_most(
+            "mold.pry_depth",
+            mold.pry_depth,
+            self.rim_mm() - mold.wall.mm(),
+            "the pry slots must end in front of the cavity",
+            &["mold.wall", "mold.dowel_diameter"],
+        );
+        report.at_most(
+            "mold.pry_gap",
+            mold.pry_gap,
+            mold.floor.mm() - PRINTED_WALL_MM,
+            "the pry slots are cut into the floor",
+            &["mold.floor"],
+        );
+        report.at_most(
+            "mold.pry_width",
+            mold.pry_width,
+            2.0 * self.cavity[0],
+            "the pry slots lie between the dowels",
+            &["pad.length"],
+        );
+    }
+}

@@ -1,0 +1,117 @@
+//! Dots printed on a flat face through a stencil: a grid around the middle.
+
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Length, Path, Pose, Process, Profile, Shells, Solid};
+
+use super::{Rect, STEEL, copies, upright};
+use crate::parameters;
+use crate::parameters::Report;
+
+parameters! {
+    /// Dots printed on the gel, under the coat: a grid around the middle.
+    pub struct Markers {
+        /// Dots along x; 0 for none.
+        columns: u32 = 0..=60,
+        /// Dots along y; 0 for none.
+        rows: u32 = 0..=60,
+        /// Distance between neighbours.
+        spacing: Length = 0.2..=20.0,
+        /// Diameter of a dot.
+        diameter: Length = 0.1..=5.0,
+        /// Thickness of the ink.
+        thickness: Length = 0.005..=0.5,
+        /// Trade name of the ink.
+        material: String = 1..=80,
+    }
+}
+
+/// Thickness of the film that ink is dabbed through, mm.
+const STENCIL_MM: f64 = 0.1;
+
+/// Film between two holes, mm.
+const WEB_MM: f64 = 0.2;
+
+impl Markers {
+    /// Whether there are any.
+    pub fn exist(&self) -> bool {
+        self.columns > 0 && self.rows > 0
+    }
+
+    /// Where they are on a face at height `z`, z axis up: row by row from below.
+    pub fn poses(&self, z: f64) -> Vec<Pose> {
+        let at = |i: u32, of: u32| self.spacing.mm() * (f64::from(i) - f64::from(of - 1) / 2.0);
+        let row = |row| (0..self.columns).map(move |c| [at(c, self.columns), at(row, self.rows)]);
+        (0..self.rows).flat_map(row).map(|place| upright(place, z)).collect()
+    }
+
+    /// Discs on the face.
+    fn dots(&self, z: f64, bottom: f64) -> Vec<Solid> {
+        let dot = Solid::rod(self.diameter.mm() / 2.0, [bottom, self.thickness.mm()]);
+        copies("marker", &self.poses(z), &dot)
+    }
+
+    /// What they take from what covers the face: they go on below it.
+    pub fn tools(&self, z: f64) -> Vec<Solid> {
+        self.dots(z, -CUT_OVERLAP_MM)
+    }
+
+    /// The ink; nothing without dots.
+    pub fn ink(&self, z: f64) -> Option<Body> {
+        let dots = self.dots(z, 0.0);
+        let pieces = Shells::pieces(dots.len());
+        self.exist().then(|| {
+            Body::cast("markers", "dots on the gel", Solid::union(dots))
+                .from(&self.material)
+                .colored([40, 40, 44])
+                .in_shells(pieces)
+        })
+    }
+
+    /// The film that lies on the face edge on edge; nothing without dots.
+    pub fn stencil(&self, face: Rect, z: f64) -> Option<Body> {
+        let poses = self.poses(z);
+        let profile = poses.iter().fold(Profile::new(face.path()), |profile, pose| {
+            let at = pose.translation_mm();
+            profile.with_hole(Path::circle([at.x, at.y], self.diameter.mm() / 2.0))
+        });
+        let film = Solid::prism(profile, [z, z + STENCIL_MM]);
+        self.exist().then(|| {
+            Body::made("marker-stencil", "film that ink is dabbed through", Process::Laser, film)
+                .from("PET film")
+                .colored(STEEL)
+                .with_handles(poses.len() as i32)
+        })
+    }
+
+    /// Reports dots that run into each other, or lie where nobody sees them: `seen` from the middle
+    /// along x and y, on a face that is flat within `face`. The section must be called `markers`.
+    pub fn check(&self, face: Rect, seen: [f64; 2], report: &mut Report) {
+        if !self.exist() {
+            return;
+        }
+        report.at_most(
+            "markers.diameter",
+            self.diameter,
+            self.spacing.mm() - WEB_MM,
+            "the stencil needs 0.2 mm between neighbours",
+            &["markers.spacing"],
+        );
+        let counts = [("markers.columns", self.columns), ("markers.rows", self.rows)];
+        for (i, (path, count)) in counts.into_iter().enumerate() {
+            let room = 2.0 * seen[i].min(face.half[i] - WEB_MM);
+            let steps = (room - self.diameter.mm()) / self.spacing.mm();
+            let most = (steps + 1e-9).floor().max(0.0) as u32 + 1;
+            report.require(
+                count <= most,
+                path,
+                || {
+                    format!(
+                        "{path} is {count}; at {} from dot to dot, {most} lie whole on the {room:.2} mm \
+                         that the camera sees",
+                        self.spacing
+                    )
+                },
+                || format!("write at most {most}, or a smaller `markers.spacing`"),
+            );
+        }
+    }
+}

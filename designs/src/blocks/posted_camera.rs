@@ -1,0 +1,212 @@
+//! A small camera on posts: its board is screwed to a base, and looks along +z at a plane.
+
+use fabkit_geometry::{Angle, Body, Length, Process, Solid};
+
+use super::{
+    APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, bought, copies,
+    corners, upright,
+};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Screw;
+use crate::parameters;
+use crate::parameters::Report;
+
+parameters! {
+    /// The camera and the board it comes on. Its distance follows from the pitch of its pixels.
+    pub struct PostedCamera {
+        /// Type.
+        model: String = 1..=80,
+        /// Image width in pixels.
+        width_px: u32 = 16..=20000,
+        /// Image height in pixels.
+        height_px: u32 = 16..=20000,
+        /// Frames per second.
+        frame_rate: u32 = 1..=10000,
+        /// Full angle of view of the lens, over the image's diagonal.
+        field_of_view: Angle = 10.0..=220.0,
+        /// Distance of neighbouring pixels on what is seen, in the middle, by straight rays.
+        pixel_pitch: Length = 0.001..=1.0,
+        /// Distance of the optical centre behind the lens's front.
+        pupil_behind_front: Length = 0.0..=20.0,
+        /// Edge of the square board.
+        board_size: Length = 4.0..=60.0,
+        /// Thickness of the board.
+        board_thickness: Length = 0.4..=3.2,
+        /// Distance of the screw holes' centres along an edge.
+        screw_spacing: Length = 2.0..=58.0,
+        /// Edge of the square lens holder.
+        holder_size: Length = 2.0..=40.0,
+        /// Height of the lens holder above the board.
+        holder_height: Length = 0.5..=30.0,
+        /// Diameter of the lens barrel.
+        barrel_diameter: Length = 1.0..=40.0,
+        /// Height of the lens's front above the board.
+        lens_height: Length = 1.0..=60.0,
+        /// Room behind the board for connector and cable: the height of the posts.
+        back_clearance: Length = 1.0..=20.0,
+    }
+}
+
+/// What holds the board.
+pub const SCREW: Screw = Screw::M1_6X5;
+
+/// Depth of a hole beyond its screw's tip, mm.
+const PILOT_SPARE_MM: f64 = 0.5;
+
+/// Room between connector and base, mm.
+const CONNECTOR_ABOVE_MM: f64 = 0.5;
+
+/// Smallest connector for a flat cable, mm.
+const LEAST_CONNECTOR_MM: f64 = 2.0;
+
+/// Base below the tip of a screw's hole, mm.
+const FLOOR_MM: f64 = 0.4;
+
+/// A camera above its base; heights in the sensor frame, mm.
+#[derive(Clone, Debug)]
+pub struct Posted<'a> {
+    /// The parameters.
+    pub camera: &'a PostedCamera,
+    /// The optical centre.
+    pub pupil_z: f64,
+    /// Front of the lens.
+    pub front_z: f64,
+    /// Top of the board.
+    pub top_z: f64,
+    /// Bottom of the board, top of the posts.
+    pub bottom_z: f64,
+    /// Foot of the posts: top of the base.
+    pub foot_z: f64,
+}
+
+impl PostedCamera {
+    /// An equidistant lens: the angle that a pixel in the middle stands for, rad.
+    pub fn rad_per_px(&self) -> f64 {
+        self.field_of_view.rad() / f64::from(self.width_px).hypot(f64::from(self.height_px))
+    }
+
+    /// In front of a plane at `seen_z`.
+    pub fn before(&self, seen_z: f64) -> Posted<'_> {
+        let pupil_z = seen_z - self.pixel_pitch.mm() / self.rad_per_px();
+        let front_z = pupil_z + self.pupil_behind_front.mm();
+        let top_z = front_z - self.lens_height.mm();
+        let bottom_z = top_z - self.board_thickness.mm();
+        let foot_z = bottom_z - self.back_clearance.mm();
+        Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z }
+    }
+
+    /// Radius of a hole that the lens's holder passes, mm.
+    pub fn bore_mm(&self) -> f64 {
+        let holder = self.holder_size.mm() / 2f64.sqrt();
+        holder.max(self.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
+    }
+
+    /// Edge of the connector behind the board, mm: it lies between the posts.
+    fn connector_mm(&self) -> f64 {
+        self.screw_spacing.mm() - 2.0 * (post_mm() + gap_mm(Process::Fdm, Fit::Slide))
+    }
+}
+
+/// Radius of a post, mm.
+fn post_mm() -> f64 {
+    SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM
+}
+
+impl Posted<'_> {
+    /// The screws through the board's corners.
+    pub fn joint(&self) -> Joint {
+        let half = self.camera.screw_spacing.mm() / 2.0;
+        let poses = corners([half, half]).map(|at| upright(at, self.top_z)).to_vec();
+        Joint::self_tapping("camera screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
+    }
+
+    /// What the base gets added.
+    pub fn posts(&self) -> Vec<Solid> {
+        let half = self.camera.screw_spacing.mm() / 2.0;
+        let post = Solid::rod(post_mm(), [self.foot_z - INTO_MM, self.bottom_z]);
+        copies("post", &corners([half, half]).map(|at| upright(at, 0.0)), &post)
+    }
+
+    /// The camera; where it stands, its family says.
+    pub fn body(&self) -> Body {
+        let c = self.camera;
+        let edge = c.board_size.mm();
+        let ordered = format!(
+            "{}, {} x {} px at {} fps, {} lens, board {edge} x {edge} mm",
+            c.model, c.width_px, c.height_px, c.frame_rate, c.field_of_view
+        );
+        let thickness = c.board_thickness.mm();
+        let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
+        let (edge, bottom) = (c.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
+        let connector = Solid::cuboid(edge, edge / 2.0, self.bottom_z + INTO_MM - bottom)
+            .at_z(bottom)
+            .named("connector");
+        let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
+        bought("camera", ordered, solid, []).times(1).colored(CAMERA_GREEN)
+    }
+
+    /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.
+    /// The section must be called `camera`; `from` are the paths that the room's edges follow from.
+    pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut Report) {
+        let c = self.camera;
+        report.at_most(
+            "camera.holder_height",
+            c.holder_height,
+            c.lens_height.mm(),
+            "the lens stands out of its holder",
+            &["camera.lens_height"],
+        );
+        report.at_most(
+            "camera.barrel_diameter",
+            c.barrel_diameter,
+            c.holder_size.mm(),
+            "the lens stands on its holder",
+            &["camera.holder_size"],
+        );
+        let head = SCREW.head_diameter_mm() / 2.0;
+        report.at_least(
+            "camera.screw_spacing",
+            c.screw_spacing,
+            c.holder_size.mm() + 2.0 * (head + APART_MM),
+            "the screws' heads lie beside the lens's holder",
+            &["camera.holder_size"],
+        );
+        report.at_least(
+            "camera.screw_spacing",
+            c.screw_spacing,
+            c.screw_spacing.mm() + LEAST_CONNECTOR_MM - c.connector_mm(),
+            "the connector lies between the posts",
+            &[],
+        );
+        report.at_most(
+            "camera.screw_spacing",
+            c.screw_spacing,
+            c.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
+            "the screws' holes need half a millimetre of board around them",
+            &["camera.board_size"],
+        );
+        let bite = SCREW.length_mm + PILOT_SPARE_MM - c.board_thickness.mm();
+        report.at_least(
+            "camera.back_clearance",
+            c.back_clearance,
+            bite + FLOOR_MM - base_mm,
+            "the camera's M1.6x5 screws end inside posts and base",
+            &["camera.board_thickness", "base.thickness"],
+        );
+        report.require(
+            room.holds([c.board_size.mm() / 2.0; 2], APART_MM),
+            "camera.board_size",
+            || {
+                format!(
+                    "camera.board_size is {}; its corners meet the walls of its room, {:.2} x {:.2} mm \
+                     with round corners of {:.2} mm",
+                    c.board_size,
+                    2.0 * room.half[0],
+                    2.0 * room.half[1],
+                    room.corner
+                )
+            },
+            || format!("take a smaller board, or change `{}`", from.join("` or `")),
+        );
+    }
+}

@@ -1,0 +1,91 @@
+//! Upright prisms with round edges around the axis: what housings and pads of flat sensors are.
+
+use fabkit_geometry::{Path, Solid};
+
+/// An upright prism around the axis: half its edges and the radius of its upright edges, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rect {
+    /// Half the edges along x and y.
+    pub half: [f64; 2],
+    /// Radius of the upright edges.
+    pub corner: f64,
+}
+
+/// Least radius of an edge inside of a part, mm: a nozzle's.
+const LEAST_CORNER_MM: f64 = 0.5;
+
+impl Rect {
+    /// Seen along z.
+    pub fn path(self) -> Path {
+        Path::rectangle([0.0; 2], self.half.map(|half| 2.0 * half), self.corner)
+    }
+
+    /// Between two heights.
+    pub fn prism(self, heights: [f64; 2]) -> Solid {
+        Solid::prism(self.path(), heights)
+    }
+
+    /// Smaller on all sides; edges stay parallel while they can.
+    #[must_use]
+    pub fn shrunk(self, by_mm: f64) -> Self {
+        let corner = (self.corner - by_mm).max(LEAST_CORNER_MM);
+        Self { half: self.half.map(|half| half - by_mm), corner }
+    }
+
+    /// Half the shorter edge.
+    pub fn narrow(self) -> f64 {
+        self.half[0].min(self.half[1])
+    }
+
+    /// The axis that it is longer along: 0 for x, 1 for y.
+    pub fn longer(self) -> usize {
+        usize::from(self.half[1] > self.half[0])
+    }
+
+    /// Length of the straight part of the walls that look along an axis.
+    pub fn straight(self, axis: usize) -> f64 {
+        2.0 * (self.half[1 - axis] - self.corner)
+    }
+
+    /// Whether a point lies inside and `apart_mm` from the boundary.
+    pub fn holds(self, at: [f64; 2], apart_mm: f64) -> bool {
+        let corner = self.corner.max(apart_mm);
+        let beyond = [0, 1].map(|i| (at[i].abs() - (self.half[i] - corner)).max(0.0));
+        beyond[0].hypot(beyond[1]) <= corner - apart_mm + 1e-9
+    }
+
+    /// The same edges, their radius the smallest that leaves `wall_mm` to a point that stands out
+    /// beyond both: (r + x)^2 + (r + y)^2 = (r + wall)^2.
+    #[must_use]
+    pub fn rounded_off(self, at: [f64; 2], wall_mm: f64) -> Self {
+        let [x, y] = [0, 1].map(|i| at[i] - self.half[i]);
+        let half_b = x + y - wall_mm;
+        let c = x * x + y * y - wall_mm * wall_mm;
+        let corner = -half_b + (half_b * half_b - c).max(0.0).sqrt();
+        Self { corner: corner.max(1.0), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_round_edge_leaves_the_wall_that_was_asked_for() {
+        for at in [[10.2, 8.1], [10.0, 8.5], [9.9, 8.4]] {
+            let rect = Rect { half: [10.0, 8.0], corner: 0.0 }.rounded_off(at, 1.45);
+            let centre = rect.half.map(|half| half - rect.corner);
+            let wall = (at[0] - centre[0]).hypot(at[1] - centre[1]) - rect.corner;
+            assert!((wall - 1.45).abs() < 1e-12, "{at:?}: {wall}");
+        }
+    }
+
+    #[test]
+    fn a_point_is_held_up_to_the_round_corner() {
+        let rect = Rect { half: [10.0, 8.0], corner: 3.0 };
+        let diagonal = 2.0 / 2f64.sqrt();
+        assert!(rect.holds([9.0, 0.0], 1.0) && !rect.holds([9.01, 0.0], 1.0));
+        assert!(rect.holds([7.0 + diagonal, -5.0 - diagonal], 1.0));
+        assert!(!rect.holds([7.01 + diagonal, 5.01 + diagonal], 1.0));
+    }
+}

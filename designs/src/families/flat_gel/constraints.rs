@@ -1,0 +1,149 @@
+//! What the parameters must fulfil together so that things fit, hold and can be made. What the
+//! blocks require of themselves, they say.
+
+use fabkit_geometry::Process;
+
+use super::layout::Layout;
+use super::pad::frames;
+use super::parameters::FlatGel;
+use crate::blocks::{PRINTED_WALL_MM, require_castable};
+use crate::fits::{Fit, gap_mm};
+use crate::parameters::Report;
+
+/// Thinnest bed that flows over a plate, mm.
+const LEAST_BED_MM: f64 = 1.0;
+
+/// Widest overhang inside the shell that prints without support, mm.
+const OVERHANG_MM: f64 = 2.0;
+
+/// Least width of the chamber, mm: what a camera sees through.
+const LEAST_CHAMBER_MM: f64 = 4.0;
+
+/// Least distance of lens and plate, mm.
+const LENS_APART_MM: f64 = 0.5;
+
+/// What the housing's edges along x and y follow from.
+const EDGES: [&str; 2] = ["pad.length", "pad.width"];
+
+/// What the camera's distance from the plate follows from.
+const DISTANCE: [&str; 5] = [
+    "camera.pixel_pitch",
+    "camera.field_of_view",
+    "pad.thickness",
+    "bed.thickness",
+    "plate.thickness",
+];
+
+/// Reports every combination that cannot be built.
+pub(super) fn check(p: &FlatGel, report: &mut Report) {
+    let layout = Layout::new(p);
+    let materials = [
+        ("pad.material", &p.pad.material),
+        ("coat.material", &p.coat.material),
+        ("bed.material", &p.bed.material),
+        ("markers.material", &p.markers.material),
+    ];
+    require_castable(&materials, report);
+    pad(p, &layout, report);
+    plate(p, &layout, report);
+    if !report.is_clean() {
+        return; // The rest would follow from it.
+    }
+    let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
+    let heights = (layout.plate_bottom_z, &DISTANCE[..]);
+    housing.check(heights, EDGES, p.camera.back_clearance, report);
+    layout.camera.check(base_mm, housing.room, &EDGES, report);
+    layout.light.check([(EDGES[0], p.pad.length), (EDGES[1], p.pad.width)], report);
+    p.markers.check(layout.gel, layout.seen_mm(), report);
+    frames(p, &layout).check(&["pad.thickness", "coat.thickness"], report);
+}
+
+fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
+    report.at_most(
+        "coat.thickness",
+        p.coat.thickness,
+        p.pad.thickness.mm() / 2.0,
+        "most of the pad is gel",
+        &["pad.thickness"],
+    );
+    report.at_least(
+        "pad.corner",
+        p.pad.corner,
+        p.coat.side.mm() + 0.1,
+        "the gel under the coat has round edges, too",
+        &["coat.side"],
+    );
+    report.at_most(
+        "pad.corner",
+        p.pad.corner,
+        layout.pad.narrow() / 2.0,
+        "straight sides must remain between the edges",
+        &EDGES,
+    );
+    let bed = p.bed.thickness.mm();
+    report.require(
+        bed == 0.0 || bed >= LEAST_BED_MM,
+        "bed.thickness",
+        || format!("bed.thickness is {bed} mm; a bed below {LEAST_BED_MM} mm does not flow level"),
+        || format!("write 0 mm for none, or at least {LEAST_BED_MM} mm"),
+    );
+    if p.markers.exist() {
+        report.at_most(
+            "markers.thickness",
+            p.markers.thickness,
+            p.coat.thickness.mm() / 2.0,
+            "the coat covers the ink",
+            &["coat.thickness"],
+        );
+    }
+}
+
+/// The opening that the plate lies in, and the chamber below it.
+fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
+    let (plate, chamber) = (&p.plate, layout.light.chamber);
+    report.at_most(
+        "plate.overlap",
+        plate.overlap,
+        plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
+        "the camera must see something past the ledge",
+        &["pad.length", "pad.width", "plate.ledge"],
+    );
+    report.at_least(
+        "plate.overlap",
+        plate.overlap,
+        p.coat.side.mm() + gap_mm(Process::Fdm, Fit::Slide),
+        "the pad's gel, not its coat alone, covers the joint around the plate",
+        &["coat.side"],
+    );
+    let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
+    report.at_least(
+        "shell.rim",
+        p.shell.rim,
+        p.shell.rim.mm() + PRINTED_WALL_MM - x.min(y),
+        "the plate's opening needs a wall around it",
+        &["plate.overlap"],
+    );
+    report.at_most(
+        "camera.board_size",
+        p.camera.board_size,
+        2.0 * (chamber.narrow() + OVERHANG_MM - gap_mm(Process::Fdm, Fit::Slide)),
+        "the shell would overhang a wider board by more than 2 mm",
+        &["pad.length", "pad.width", "plate.overlap", "plate.ledge"],
+    );
+    let front_mm = layout.plate_bottom_z - layout.camera.front_z;
+    let distance_mm = layout.seen_z - layout.camera.pupil_z;
+    report.at_least(
+        "camera.pixel_pitch",
+        p.camera.pixel_pitch,
+        p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),
+        "the lens must not touch the plate",
+        &[&DISTANCE[1..], &["camera.pupil_behind_front"]].concat(),
+    );
+    report.at_most(
+        "shell.wall",
+        p.shell.wall,
+        p.shell.wall.mm() + chamber.narrow() - 1.0 - chamber.corner,
+        "screws in the corners would round the chamber off",
+        &EDGES,
+    );
+}

@@ -1,0 +1,144 @@
+//! Flat-gel sensors: a coated pad of gel on a clear plate above a camera (9DTact, DIGIT, GelSight).
+
+mod chain;
+mod constraints;
+mod layout;
+mod pad;
+mod parameters;
+
+use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
+
+use crate::assembling::{AssemblyName, SENSOR, in_sensor};
+use crate::blocks::{self, camera_at, merged, mm};
+use crate::parameters::Report;
+use crate::{Built, Family, Header};
+use layout::Layout;
+use parameters::FlatGel;
+
+/// Casting the gel.
+const GEL_MOLD: AssemblyName = AssemblyName("gel-mold");
+
+/// Casting the coat around it.
+const COAT_MOLD: AssemblyName = AssemblyName("coat-mold");
+
+/// Printing the markers.
+const MARKING: AssemblyName = AssemblyName("marking");
+
+/// The family of 9DTact, DIGIT and GelSight.
+pub(crate) struct FlatGelFamily;
+
+impl Family for FlatGelFamily {
+    type Parameters = FlatGel;
+    const NAME: &'static str = "flat-gel";
+    const SUMMARY: &'static str = "a coated pad of gel on a clear plate above a camera";
+    const EXAMPLE: &'static str = "9dtact";
+
+    fn check(parameters: &FlatGel, report: &mut Report) {
+        constraints::check(parameters, report);
+    }
+
+    fn build(parameters: &FlatGel, header: &Header, _: &mut Report) -> Option<Built> {
+        let layout = Layout::new(parameters);
+        let sensor = sensor(parameters, header, &layout);
+        Some(Built { derived: derived(&sensor, &layout), sensor })
+    }
+}
+
+/// Everything a flat-gel sensor consists of.
+fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
+    let (housing, board) = (&layout.housing, &layout.camera);
+    let fits = [housing.joint().press_fit("shell"), board.joint().press_fit("base")];
+    let bodies = [pad::plate(p, layout)]
+        .into_iter()
+        .chain(housing_parts(layout))
+        .chain(layout.light.bodies(SENSOR))
+        .chain(pad::tools(p, layout))
+        .chain(pad::layers(p, layout))
+        .chain(camera_and_screws(layout));
+    Sensor {
+        chain: chain::chain(p, layout),
+        press_fits: fits
+            .into_iter()
+            .flatten()
+            .chain([pad::frames(p, layout).press_fit()])
+            .collect(),
+        touch: Some(touch(layout).into()),
+        ..blocks::sensor(header, nominal(layout), bodies)
+    }
+}
+
+/// The camera, the long side of its picture along that of the pad.
+fn nominal(layout: &Layout) -> NominalCamera {
+    let c = layout.camera.camera;
+    let camera = camera_at(layout.camera.pupil_z, [c.width_px, c.height_px], c.field_of_view);
+    let turned = layout.pad.longer() == usize::from(c.width_px >= c.height_px);
+    let quarter = Angle::from_deg(if turned { 90.0 } else { 0.0 }).expect("finite");
+    let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(quarter));
+    NominalCamera { sensor_from_camera, ..camera }
+}
+
+/// Shell and base.
+fn housing_parts(layout: &Layout) -> [Body; 2] {
+    let (housing, light, over) = (&layout.housing, &layout.light, fabkit_geometry::CUT_OVERLAP_MM);
+    let opening = layout.opening.prism([layout.plate_bottom_z, over]).named("plate opening");
+    let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z + over]);
+    let cut = [opening, chamber.named("chamber")];
+    [
+        housing
+            .shell("holds plate and light, closes over the camera", cut, light.step_z())
+            .placed([in_sensor()]),
+        housing
+            .base("carries the camera, closes the shell", layout.camera.posts())
+            .cut(layout.camera.joint().held().unmarked())
+            .placed([in_sensor().lifted(-46.0)]),
+    ]
+}
+
+/// What is bought for the housing.
+fn camera_and_screws(layout: &Layout) -> Vec<Body> {
+    let lifted = |z_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(z_mm);
+    let camera = layout.camera.body().placed([in_sensor().lifted(-34.0)]);
+    let screws = [
+        layout.camera.joint().bought(lifted(-27.0), lifted(0.0)),
+        layout.housing.joint().bought(lifted(-60.0), lifted(0.0)),
+    ];
+    merged([camera].into_iter().chain(screws.into_iter().flatten()))
+}
+
+/// What is touched, and what fixtures hold on to.
+fn touch(layout: &Layout) -> PlaneSurface {
+    PlaneSurface {
+        outline: layout.pad.path(),
+        top_z_mm: layout.top_z,
+        foot_z_mm: 0.0,
+        soft_mm: layout.seen_z,
+        grip: layout.housing.grip(),
+    }
+}
+
+/// What follows from the parameters, for `fabkit show`.
+fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
+    let by = |name: &str, [x, y]: [f64; 2]| {
+        (name.to_owned(), format!("{:.3} x {:.3} mm", 2.0 * x, 2.0 * y))
+    };
+    let count = |name: &str, label: &str| {
+        let body = sensor.body(name).map_or(0, |body| match label {
+            "leds" => body.placements.len(),
+            _ => body.shells.map_or(0, |shells| shells.pieces),
+        });
+        (label.to_owned(), body.to_string())
+    };
+    let (camera, housing) = (&layout.camera, &layout.housing);
+    vec![
+        by("housing", housing.outside.half),
+        mm("height of the shell", -housing.joint_z),
+        mm("total height", layout.top_z - housing.bottom_z),
+        by("plate", layout.plate.half),
+        by("gel under the coat", layout.gel.half),
+        mm("optical centre below the gel's outside", layout.seen_z - camera.pupil_z),
+        mm("lens front below the plate", layout.plate_bottom_z - camera.front_z),
+        by("seen on the gel", layout.seen_mm()),
+        count("markers", "markers"),
+        count("led", "leds"),
+    ]
+}

@@ -1,0 +1,98 @@
+//! The plate, what is cast on it, and the tools for that.
+
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
+
+use super::layout::Layout;
+use super::parameters::{CoatBy, FlatGel};
+use super::{COAT_MOLD, GEL_MOLD, MARKING};
+use crate::assembling::{AssemblyName, in_sensor};
+use crate::blocks::GLASS;
+use crate::blocks::frame_mold::Frames;
+use crate::materials::castable;
+
+/// The assemblies in which the molds' floor lies under the gel.
+fn molds(p: &FlatGel) -> &'static [AssemblyName] {
+    match p.coat.by {
+        CoatBy::Pour => &[GEL_MOLD, COAT_MOLD],
+        CoatBy::Spray => &[GEL_MOLD],
+    }
+}
+
+/// The open molds.
+pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
+    Frames {
+        mold: &p.mold,
+        cavity: layout.pad.half,
+        lowest_mm: layout.seen_z,
+        shrinkage: castable(&p.pad.material).map_or(0.0, |m| m.shrinkage),
+    }
+}
+
+/// The plate.
+pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
+    let solid = layout.plate.prism([layout.plate_bottom_z, layout.plate_top_z]);
+    Body::made("plate", "clear plate that carries the gel", Process::Laser, solid)
+        .from(&p.plate.material)
+        .placed([in_sensor().lifted(14.0)])
+        .colored(GLASS)
+        .opaque(0.5)
+        .note("leave the protective film on until it is glued")
+}
+
+/// Floor, frames and dowels, and the stencil if there are markers.
+pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
+    let frames = frames(p, layout);
+    let gel = frames.frame("mold-gel", layout.gel.path(), layout.seen_z, GEL_MOLD);
+    let coat = (p.coat.by == CoatBy::Pour)
+        .then(|| frames.frame("mold-coat", layout.pad.path(), layout.top_z, COAT_MOLD));
+    let stencil = p.markers.stencil(layout.gel, layout.seen_z);
+    let stencil = stencil.map(|body| body.placed([MARKING.in_place().lifted(8.0)]));
+    [frames.floor(molds(p)), gel, frames.dowels(molds(p))]
+        .into_iter()
+        .chain(coat)
+        .chain(stencil)
+        .collect()
+}
+
+/// How a coat of that name looks.
+fn coat_color(material: &str) -> Color {
+    if material.contains("black") { [60, 60, 66] } else { [205, 207, 212] }
+}
+
+/// From the plate outwards.
+pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
+    let over = CUT_OVERLAP_MM;
+    let marking = p.markers.exist().then(|| MARKING.in_place());
+    let coating = (p.coat.by == CoatBy::Pour).then(|| COAT_MOLD.in_place());
+
+    let plate = layout.plate.prism([layout.plate_bottom_z - over, layout.plate_top_z]);
+    let bed = layout.opening.prism([layout.plate_bottom_z, 0.0]).minus(plate);
+    let bed = Body::cast("bed", "clear gel on and around the plate, up to the shell's rim", bed)
+        .from(&p.bed.material)
+        .placed([in_sensor().lifted(26.0)])
+        .colored([190, 215, 235])
+        .opaque(0.8);
+    let gel = Body::cast("gel", "soft gel under the coat", layout.gel.prism([0.0, layout.seen_z]))
+        .from(&p.pad.material)
+        .placed([in_sensor().lifted(36.0)])
+        .placed(molds(p).iter().map(|name| name.in_place()))
+        .placed(marking.clone())
+        .colored([225, 228, 232])
+        .opaque(0.85);
+    let ink = p
+        .markers
+        .ink(layout.seen_z)
+        .map(|ink| ink.placed([in_sensor().lifted(42.0)]).placed(marking).placed(coating.clone()));
+    let coat = layout
+        .pad
+        .prism([0.0, layout.top_z])
+        .minus(layout.gel.prism([-over, layout.seen_z]))
+        .minus_all(p.markers.tools(layout.seen_z));
+    let coat = Body::cast("coat", "opaque coat that touches", coat)
+        .from(&p.coat.material)
+        .placed([in_sensor().lifted(48.0)])
+        .placed(coating)
+        .colored(coat_color(&p.coat.material));
+    let bed = (p.bed.thickness.mm() > 0.0).then_some(bed);
+    bed.into_iter().chain([gel]).chain(ink).chain([coat]).collect()
+}

@@ -1,4 +1,4 @@
-"""Errors are the command's: codes and messages; hints name arguments; and they name what is wrong."""
+"""Errors are the command's: codes and messages; and they name what is wrong."""
 
 import json
 import pickle

@@ -48,9 +48,9 @@ impl Family for FlatGelFamily {
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
     let fits = [housing.joint().press_fit("shell"), board.joint().press_fit("base")];
-    let bodies = [pad::plate(p, layout)]
+    let bodies = housing_parts(layout)
         .into_iter()
-        .chain(housing_parts(layout))
+        .chain([pad::plate(p, layout)])
         .chain(layout.light.bodies(SENSOR))
         .chain(pad::tools(p, layout))
         .chain(pad::layers(p, layout))

@@ -15,8 +15,8 @@ fn a_pad_of_another_size_is_checked_and_exported() {
     let report = fabkit(root.path(), &["check", "mine.yaml", "--json"]).ok().json();
     assert_eq!(report["findings"].as_array().map(Vec::len), Some(0), "{report:#}");
     // Gel, coat and bed are poured: three cavities that end where the layers do.
-    let examined = report["examined"].as_array().unwrap();
-    let of = |rule: &str| examined.iter().find(|e| e["rule"] == rule).unwrap()["count"].as_u64();
+    let rules = report["rules"].as_array().unwrap();
+    let of = |rule: &str| rules.iter().find(|r| r["rule"] == rule).unwrap()["examined"].as_u64();
     assert_eq!([of("casting"), of("trapped-air"), of("demolding")], [Some(3); 3], "{report:#}");
 
     fabkit(root.path(), &["export", "mine.yaml", "-o", "out", "--format=stl,3mf,dxf,svg"]).ok();

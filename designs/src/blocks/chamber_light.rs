@@ -250,10 +250,13 @@ impl Light<'_> {
         );
         let long = self.chamber.longer();
         let (short_path, short) = edges[1 - long];
+        // Where the camera's board makes the room wider than the chamber, that much more is needed.
+        let step = STEP_MM - gap_mm(Process::Fdm, Fit::Slide);
+        let wider = bore + WEB_MM - (self.chamber.half[1 - long] + step);
         report.at_least(
             short_path,
             short,
-            short.mm() + 2.0 * (bore + WEB_MM - board.narrow()),
+            if board.narrow() < bore + WEB_MM { short.mm() + 2.0 * wider } else { short.mm() },
             "the LEDs' board needs a web beside the lens's holder",
             &["camera.holder_size"],
         );

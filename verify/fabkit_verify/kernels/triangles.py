@@ -6,6 +6,10 @@ import numpy
 
 from ..measured import Mass
 
+# Three directions at odd angles to each other and to whatever people draw, of length 1.
+ASKEW = numpy.array([[0.362, 0.481, 0.797], [-0.738, 0.269, 0.619], [0.213, -0.851, 0.479]])
+ASKEW /= numpy.linalg.norm(ASKEW, axis=1)[:, None]
+
 
 def mass(corners: numpy.ndarray) -> Mass:
     """Of n x 3 x 3 corners, counter-clockwise from outside: tetrahedra to a point on the mesh."""
@@ -24,6 +28,19 @@ def mass(corners: numpy.ndarray) -> Mass:
         centroid_mm=centroid + origin,
         inertia_mm5=numpy.eye(3) * numpy.trace(spread) - spread,
     )
+
+
+def contains(points: numpy.ndarray, crossings) -> list[bool]:
+    """Whether points lie inside, by the parity of what lines from them cross.
+
+    A line through an edge may meet one face or both, whether it goes in there or not: of three
+    lines, two decide.
+    """
+    inside = numpy.zeros(len(points), int)
+    for direction in ASKEW:
+        lines = crossings(points, numpy.tile(direction, (len(points), 1)))
+        inside += [int((numpy.asarray(hits) > 0).sum()) % 2 for hits in lines]
+    return [bool(votes > len(ASKEW) // 2) for votes in inside]
 
 
 class Distances:

@@ -139,10 +139,6 @@ def rebuild(tree: dict, samples: dict, folder: object) -> Rebuilt:
     def crossings(origins, directions):
         return [crossing(*line) for line in zip(origins, directions)]
 
-    def contains(points):
-        askew = numpy.array([0.36, 0.48, 0.8])
-        return [int((crossing(p, askew) > 0).sum()) % 2 == 1 for p in points]
-
     parts = manifold.decompose()
     return Rebuilt(
         kernel=NAME,
@@ -152,6 +148,6 @@ def rebuild(tree: dict, samples: dict, folder: object) -> Rebuilt:
         shells=len(parts),
         chord_mm=CHORD_MM,
         crossings=crossings,
-        contains=contains,
+        contains=lambda points: triangles.contains(points, crossings),
         distance_mm=triangles.Distances(corners),
     )

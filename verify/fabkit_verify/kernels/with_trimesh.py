@@ -106,5 +106,4 @@ def _crossings_of_batch(mesh, origins, directions) -> list[numpy.ndarray]:
 
 
 def _contains(mesh, points) -> list[bool]:
-    askew = numpy.tile([0.36, 0.48, 0.8], (len(points), 1))
-    return [int((hits > 0).sum()) % 2 == 1 for hits in _crossings(mesh, points, askew)]
+    return triangles.contains(points, lambda *lines: _crossings(mesh, *lines))

@@ -48,9 +48,9 @@ impl Family for FlatGelFamily {
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
     let fits = [housing.joint().press_fit("shell"), board.joint().press_fit("base")];
-    let bodies = [pad::plate(p, layout)]
+    let bodies = housing_parts(layout)
         .into_iter()
-        .chain(housing_parts(layout))
+        .chain([pad::plate(p, layout)])
         .chain(layout.light.bodies(SENSOR))
         .chain(pad::tools(p, layout))
         .chain(pad::layers(p, layout))
@@ -62,7 +62,7 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
             .flatten()
             .chain([pad::frames(p, layout).press_fit()])
             .collect(),
-        touch: Some(touch(layout).into()),
+        touch: Some(touch(p, layout).into()),
         ..blocks::sensor(header, nominal(layout), bodies)
     }
 }
@@ -105,13 +105,16 @@ fn camera_and_screws(layout: &Layout) -> Vec<Body> {
     merged([camera].into_iter().chain(screws.into_iter().flatten()))
 }
 
+/// How much of a gel gives way that lies on the plate itself: it stiffens beyond.
+const SOFT_SHARE: f64 = 0.5;
+
 /// What is touched, and what fixtures hold on to.
-fn touch(layout: &Layout) -> PlaneSurface {
+fn touch(p: &FlatGel, layout: &Layout) -> PlaneSurface {
     PlaneSurface {
         outline: layout.pad.path(),
         top_z_mm: layout.top_z,
         foot_z_mm: 0.0,
-        soft_mm: layout.seen_z,
+        soft_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.seen_z,
         grip: layout.housing.grip(),
     }
 }

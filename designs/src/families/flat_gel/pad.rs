@@ -82,7 +82,7 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let ink = p
         .markers
         .ink(layout.seen_z)
-        .map(|ink| ink.placed([in_sensor().lifted(42.0)]).placed(marking).placed(coating.clone()));
+        .map(|ink| ink.placed([in_sensor().lifted(40.0)]).placed(marking).placed(coating.clone()));
     let coat = layout
         .pad
         .prism([0.0, layout.top_z])
@@ -90,7 +90,7 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
         .minus_all(p.markers.tools(layout.seen_z));
     let coat = Body::cast("coat", "opaque coat that touches", coat)
         .from(&p.coat.material)
-        .placed([in_sensor().lifted(48.0)])
+        .placed([in_sensor().lifted(64.0)])
         .placed(coating)
         .colored(coat_color(&p.coat.material));
     let bed = (p.bed.thickness.mm() > 0.0).then_some(bed);

@@ -342,7 +342,7 @@ def extrinsics(
         ``captures.csv``; or pins that were found already.
     landmarks
         Where pins touch: a dome, a file, or (x, y, z) in the sensor frame, mm, by hole; without
-        them, those of the sensor's own ``pin-dome``.
+        them, those of the sensor's own ``pin-dome`` or ``pin-plate``.
     reference
         With a folder: the picture without contact, if it is not called ``ref.png``.
     pin
@@ -394,7 +394,8 @@ def _landmarks(
         return json.dumps({hole: at.tolist() for hole, at in points.items()})
     if isinstance(given, str | os.PathLike):
         return _read(given)
-    dome = sensor.fixtures["pin-dome"] if given is None else given
+    own = "pin-plate" if "pin-plate" in sensor.fixtures else "pin-dome"
+    dome = sensor.fixtures[own] if given is None else given
     texts = [text for name, text in dome.files.items() if name.endswith(".landmarks.json")]
     if not texts:
         raise invalid(f"{dome.name} has no pins, and so no landmarks")

@@ -23,8 +23,6 @@ use crate::reading::{self, Expected};
 use crate::roles::Roles;
 use crate::source::Target;
 
-/// The fixture whose pins these are, unless a file says otherwise.
-pub const PIN_DOME: &str = "pin-dome";
 /// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
 const MAX_DOUBTFUL: f64 = 0.2;
 
@@ -160,10 +158,11 @@ fn read_landmarks(path: &Path) -> Result<PinLandmarks, Failure> {
         .map_err(|error| Failure::plain(Exit::BadInput, format!("{}: {error}", path.display())))
 }
 
-/// Those of the dome that `fabkit export SENSOR/pin-dome` writes, with the same overrides.
+/// Those of the dome or plate that `fabkit export SENSOR/pin-dome` (or `pin-plate`) writes, with the
+/// same overrides.
 fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
-    let target = Target { sensor: &args.sensor, fixture: Some(PIN_DOME), part: None, preset: None };
-    landmarks_of(&target.design(&args.set)?)
+    let target = Target { sensor: &args.sensor, fixture: None, part: None, preset: None };
+    landmarks_of(&target.pins(&args.set)?)
 }
 
 /// Those that a dome comes with.
@@ -184,7 +183,9 @@ fn cannot_calibrate(error: CalibrationError) -> Failure {
     let hint = match &error {
         // What was computed from the file's is no covariance, because the file's hardly is one.
         CalibrationError::Covariance(_) => "look at the covariance in the camera's file",
-        CalibrationError::OnePlane { .. } => "press pins in holes of at least two rings",
+        CalibrationError::OnePlane { .. } => {
+            "press pins in holes of at least two rings, or pins of two lengths"
+        }
         CalibrationError::NoExplanation { .. } => {
             "is the camera's file the one of this camera, and are the landmarks this dome's?"
         }

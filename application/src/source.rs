@@ -124,6 +124,17 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Reads the sensor and builds the fixture whose pins tell the camera's pose: its pin dome, or pin
+    /// plate.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn pins(&self, overrides: &[String]) -> Result<Design, Error> {
+        let source = self.source()?;
+        let project = source.load(overrides)?;
+        project.fixture(project.pin_fixture_name()).map_err(|error| source.error(error))
+    }
+
     /// Reads and builds the sensor and all its fixtures, by name.
     ///
     /// # Errors

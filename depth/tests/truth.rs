@@ -303,10 +303,19 @@ fn a_membrane_fades_from_the_edge_of_a_punch_and_leaves_the_contact_alone() {
 
 #[test]
 fn halves_are_stitched_along_the_seam() {
+    stitched_along_the_seam(&bullet(), 19.0);
+    let flat = pad(Path::rectangle([0.0; 2], [20.0, 16.0], 2.0));
+    let TouchSurface::Plane(plane) = &flat else { panic!("it is flat") };
+    // 1 mm deep.
+    stitched_along_the_seam(&flat, plane.top_z_mm + 1.0);
+}
+
+/// Balls of 2 mm on both sides, their middles at a height.
+fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
     let rays = PixelRays::new(&camera(), &sensor_from_camera());
-    let surface = Surface::cast(&bullet(), &rays).unwrap();
+    let surface = Surface::cast(touch, &rays).unwrap();
     let ball = |x: f64| {
-        let pose = Pose::translation(x, 2.0, 19.0);
+        let pose = Pose::translation(x, 2.0, middle_z_mm);
         Presser::new("ball", &Solid::sphere(2.0), pose).unwrap()
     };
     let (left, right) = (surface.pressed(&[ball(-5.0)]), surface.pressed(&[ball(5.0)]));
@@ -321,4 +330,13 @@ fn halves_are_stitched_along_the_seam() {
     }
     let neither = seam.sides().iter().filter(|side| **side == Side::Neither).count();
     assert!((300..4000).contains(&neither), "{neither}");
+    // Both balls are seen, each on its own side.
+    for (map, sign) in [(&left, -1.0), (&right, 1.0)] {
+        let contact: Vec<usize> = map.contact().enumerate().filter(|c| c.1).map(|c| c.0).collect();
+        assert!(contact.len() > 50, "{}", contact.len());
+        for pixel in contact {
+            let place = rays.ray(pixel).unwrap().at(map.range_mm()[pixel]);
+            assert!(place.x * sign > 1.0, "{place}");
+        }
+    }
 }

@@ -341,7 +341,7 @@ def extrinsics(
         ``captures.csv``; or pins that were found already.
     landmarks
         Where pins touch: a dome, a file, or (x, y, z) in the sensor frame, mm, by hole; without
-        them, those of the sensor's own ``pin-dome``.
+        them, those of the sensor's own ``pin-dome`` or ``pin-plate``.
     reference
         With a folder: the picture without contact, if it is not called ``ref.png``.
     pin
@@ -393,7 +393,8 @@ def _landmarks(
         return json.dumps({hole: at.tolist() for hole, at in points.items()})
     if isinstance(given, str | os.PathLike):
         return _read(given)
-    dome = sensor.fixtures["pin-dome"] if given is None else given
+    own = "pin-plate" if "pin-plate" in sensor.fixtures else "pin-dome"
+    dome = sensor.fixtures[own] if given is None else given
     text = dome._native.pin_landmarks()  # pyright: ignore[reportPrivateUsage]
     if text is None:
         raise invalid(f"{dome.name} has no pins, and so no landmarks")

@@ -294,3 +294,45 @@ fn bad_files_are_refused_with_the_place() {
     );
     assert!(empty.stderr.contains("cannot read"), "{}", empty.stderr);
 }
+
+/// A sensor with a flat pad takes the landmarks of its own pin plate.
+#[test]
+fn marks_of_a_flat_sensor_s_own_plate_become_its_pose() {
+    let root = tempfile::tempdir().unwrap();
+    let yaml = fabkit_designs::builtin_yaml("9dtact").unwrap();
+    let project = fabkit_fixtures::load("9dtact", yaml, &[]).unwrap();
+    let plate = project.fixture(project.pin_fixture_name()).unwrap();
+    let file = plate.companions.iter().find(|c| c.name == "pin-plate.landmarks.json").unwrap();
+    let landmarks = PinLandmarks::from_json(std::str::from_utf8(&file.bytes).unwrap()).unwrap();
+    let nominal = &project.design.sensor.camera;
+    let size = [nominal.width_px, nominal.height_px];
+    let camera = Camera::equidistant(size[0], size[1], nominal.field_of_view.rad()).unwrap();
+    let turn = |deg: f64| Angle::from_deg(deg).unwrap();
+    let off = Pose::translation(0.2, -0.1, 0.15).then_in(Pose::rotation_x(turn(1.0)));
+    let truth = off.then_in(nominal.sensor_from_camera.inverse());
+    let estimate = CameraEstimate::new(camera, None).unwrap();
+    let text = files::write(&estimate, Format::Fabkit).unwrap();
+    fs::write(root.path().join("camera.yaml"), text).unwrap();
+    let mut list = String::from("file,hole,kind,x_px,y_px\n");
+    for (i, pin) in landmarks.pins.iter().enumerate() {
+        let at = camera.project(&truth.point(pin.contact_in_sensor_mm)).unwrap();
+        list += &format!("{}.png,{},{},{},{}\n", i % 8, pin.hole, pin.kind, at.x, at.y);
+    }
+    fs::create_dir(root.path().join("captures")).unwrap();
+    fs::write(root.path().join("captures/captures.csv"), list).unwrap();
+    let run = fabkit(
+        root.path(),
+        &[
+            &["calibrate", "extrinsics", "9dtact", "--camera", "camera.yaml", "--json"][..],
+            &["--captures", "captures", "-o", "pose.yaml"],
+        ]
+        .concat(),
+    );
+    let report = run.ok().json();
+    for r in 0..3 {
+        let shift_mm = report["camera_from_sensor"][r][3].as_f64().unwrap();
+        let error_mm = shift_mm - truth.translation_mm()[r];
+        // Exact marks: what is left is the solver's last step.
+        assert!(error_mm.abs() < 1e-3, "{r}: {error_mm} mm");
+    }
+}

@@ -20,7 +20,9 @@ const LIST: &str = "xtask/bytes.txt";
 const FORMATS: &str = "stl,3mf,dxf,svg,tree";
 
 /// The pattern of the data sets: two halves, so that camera, presses and stitching take part.
-const PATTERN: &str = "pair = semi-dome-001 + semi-dome-044\n";
+const PATTERN: &str = "pair = HALF-001 + HALF-044\n";
+/// Fixtures that have halves, and what a half is called.
+const HALVES: [(&str, &str); 2] = [("semi-domes", "semi-dome"), ("half-plates", "half-plate")];
 
 /// Compares with the list, or writes it anew.
 pub fn run(arguments: &[String]) -> Result<(), String> {
@@ -88,7 +90,7 @@ fn sensors(fabkit: &Path) -> Result<Vec<String>, String> {
     Ok(sensors.iter().filter_map(|s| s["name"].as_str()).map(str::to_owned).collect())
 }
 
-/// A sensor and all its fixtures; and a data set, where it is pressed by half a dome.
+/// A sensor and all its fixtures; and a data set, where it is pressed by halves.
 fn hash_exports(
     fabkit: &Path,
     sensor: &str,
@@ -102,9 +104,10 @@ fn hash_exports(
             .args(["--quiet", "export", sensor, "--fixtures", "--format", FORMATS, "--output"])
             .arg(&export),
     )?;
-    if fs::exists(export.join("semi-domes")).is_ok_and(|exists| exists) {
+    let has = |fixture: &str| fs::exists(export.join(fixture)).is_ok_and(|exists| exists);
+    for (_, half) in HALVES.into_iter().filter(|(fixture, _)| has(fixture)) {
         let pattern = folder.join("pattern.txt");
-        fs::write(&pattern, PATTERN).map_err(|e| e.to_string())?;
+        fs::write(&pattern, PATTERN.replace("HALF", half)).map_err(|e| e.to_string())?;
         check(
             Command::new(fabkit)
                 .args(["--quiet", "dataset", sensor, "--materialise", "--presses"])

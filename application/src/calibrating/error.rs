@@ -281,7 +281,9 @@ impl Explained for CalibratingError {
             Self::Pose(error) => match error {
                 // What was computed from the file's is no covariance, because the file's hardly is one.
                 CalibrationError::Covariance(_) => "look at the covariance in the camera's file",
-                CalibrationError::OnePlane { .. } => "press pins in holes of at least two rings",
+                CalibrationError::OnePlane { .. } => {
+                    "press pins in holes of at least two rings, or pins of two lengths"
+                }
                 CalibrationError::NoExplanation { .. } => OTHER_CAMERA,
             },
             Self::Lens { source, .. } => match source {

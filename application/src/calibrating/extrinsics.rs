@@ -16,8 +16,6 @@ use super::captures::Captures;
 use crate::Error;
 use crate::reading::{self, Expected};
 
-/// The fixture whose pins are meant, unless a file says otherwise.
-pub const PIN_DOME: &str = "pin-dome";
 /// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
 const MAX_DOUBTFUL: f64 = 0.2;
 

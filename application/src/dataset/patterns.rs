@@ -24,7 +24,7 @@ pub enum NoPatterns {
     #[error(transparent)]
     Press(#[from] PressError),
     /// The sensor has none.
-    #[error("{sensor} has no semi-domes")]
+    #[error("{sensor} has neither semi-domes nor half-plates")]
     NoSemiDomes {
         /// Its name.
         sensor: String,

@@ -102,7 +102,7 @@ pub struct CalibrateExtrinsics {
     #[arg(long, value_name = "FILE.png")]
     pub reference: Option<PathBuf>,
     /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
-    /// [default: those of the sensor's own pin-dome]
+    /// [default: those of the sensor's own pin-dome or pin-plate]
     #[arg(long, value_name = "FILE.json")]
     pub landmarks: Option<PathBuf>,
     /// Which kind of pin was used, where the dome has several

@@ -118,7 +118,7 @@ pub struct Dataset {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`
-    /// [default: all semi-domes of the sensor]
+    /// [default: all semi-domes or half-plates of the sensor]
     #[arg(long, value_name = "FILE")]
     pub presses: Option<PathBuf>,
     /// Go on where a press does not touch the surface, or where the camera sees no probe's tip

@@ -1,4 +1,4 @@
-//! What pictures of the pin dome's pins will tell of the camera.
+//! What pictures of pins in the pin dome, or in the pin plate, will tell of the camera.
 
 use fabkit_calibration::model::Parameter;
 use fabkit_fixtures::{FixtureError, Project};
@@ -6,16 +6,18 @@ use fabkit_fixtures::{FixtureError, Project};
 use super::Computed;
 
 pub(super) fn compute(project: &Project, computed: &mut Computed) {
+    // `pin dome` or `pin plate`.
+    let what = project.pin_fixture_name().replace('-', " ");
     let forecast = match project.pin_forecast() {
         Ok(Ok(forecast)) => forecast,
-        Ok(Err(why)) => return computed.notes.push(format!("pin dome: {why}")),
-        // Flat sensors have none.
+        Ok(Err(why)) => return computed.notes.push(format!("{what}: {why}")),
+        // A sensor that states no surface has neither.
         Err(FixtureError::Unsuitable { .. }) => return,
         Err(FixtureError::Invalid(invalid)) => {
             let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
-            return computed.notes.push(format!("pin dome: {}", messages.join("; ")));
+            return computed.notes.push(format!("{what}: {}", messages.join("; ")));
         }
-        Err(error) => return computed.notes.push(format!("pin dome: {error}")),
+        Err(error) => return computed.notes.push(format!("{what}: {error}")),
     };
     computed.put("dome_position_sigma_mm", forecast.pose.position_sigma_mm);
     computed.put("dome_rotation_sigma_deg", forecast.pose.rotation_sigma_deg);
@@ -23,6 +25,6 @@ pub(super) fn compute(project: &Project, computed: &mut Computed) {
     match forecast.with_offset.sigma(offset).filter(|_| forecast.with_offset.is_observable(offset))
     {
         Some(sigma_mm) => computed.put("dome_seating_sigma_mm", sigma_mm),
-        None => computed.notes.push("pin dome: the seating offset is not observable".into()),
+        None => computed.notes.push(format!("{what}: the seating offset is not observable")),
     }
 }

@@ -145,10 +145,10 @@ pub const METRICS: &[Metric] = &[
     metric(
         Group::Calibration,
         "dome_position_sigma_mm",
-        "standard deviation of the camera's place after calibration in the pin dome",
+        "standard deviation of the camera's place after calibration in the pin dome or pin plate",
     ),
     metric(Group::Calibration, "dome_rotation_sigma_deg", "the same of its direction"),
-    metric(Group::Calibration, "dome_seating_sigma_mm", "the same of the dome's seating offset"),
+    metric(Group::Calibration, "dome_seating_sigma_mm", "the same of the pins' seating offset"),
     metric(Group::Checks, "check_errors", "findings that keep the sensor from being built"),
     metric(Group::Checks, "check_warnings", "findings that may"),
     metric(Group::Checks, "check_notes", "findings worth knowing"),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use fabkit_application::authored::may_replace;
 use fabkit_application::calibrating::extrinsics::{
-    Inputs, PIN_DOME, landmarks_of, read_camera, read_landmarks, solve,
+    Inputs, landmarks_of, read_camera, read_landmarks, solve,
 };
 use fabkit_application::calibrating::{captures, pose_file};
 use fabkit_application::calibration::landmarks::PinLandmarks;
@@ -66,10 +66,11 @@ fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
         .writes("-o (the camera of the pose)", [pose_file::camera_of(&args.output)?]))
 }
 
-/// Those of the dome that `fabkit export SENSOR/pin-dome` writes, with the same overrides.
+/// Those of the dome or plate that `fabkit export SENSOR/pin-dome` (or `pin-plate`) writes, with the
+/// same overrides.
 fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
-    let target = Target { sensor: &args.sensor, fixture: Some(PIN_DOME), part: None, preset: None };
-    Ok(landmarks_of(&target.design(&args.set)?)?.clone())
+    let target = Target { sensor: &args.sensor, fixture: None, part: None, preset: None };
+    Ok(landmarks_of(&target.pins(&args.set)?)?.clone())
 }
 
 fn summary(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> String {

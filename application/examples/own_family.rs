@@ -5,9 +5,7 @@
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use fabkit_application::designs::assembling::{
-    AssemblyName, SENSOR, cure, free_surface, in_sensor, mix, names, rigid, step,
-};
+use fabkit_application::designs::assembling::*;
 use fabkit_application::designs::blocks::{self, Joint};
 use fabkit_application::designs::parameters::{Report, parameters};
 use fabkit_application::designs::{
@@ -91,9 +89,9 @@ impl Family for PuckFamily {
     // A limit is one expression; its message finds the parameters that it follows from.
     fn check(p: &Puck, report: &mut Report) {
         let l = Layout::new(p);
-        report.least("diameter", p.diameter, 2.0 * (l.window + 6.0), "M3 screws need a wall");
+        report.at_least("diameter", p.diameter, 2.0 * (l.window + 6.0), "M3 screws need a wall");
         let limit = l.pad / (p.field_of_view.rad() / 2.0).tan();
-        report.least("camera_depth", p.camera_depth, limit, "it must see all of the gel");
+        report.at_least("camera_depth", p.camera_depth, limit, "it must see all of the gel");
     }
 
     fn build(p: &Puck, header: &Header, _: &mut Report) -> Option<Built> {

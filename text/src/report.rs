@@ -86,7 +86,7 @@ impl Report {
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn most(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
+    pub fn at_most(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
         let holds = value.mm() <= limit_mm + SAME_MM;
         // Rounded down to a value that does work.
         let works_mm = ((limit_mm + SAME_MM) * 1e3).floor() / 1e3;
@@ -95,12 +95,12 @@ impl Report {
         self.limit(holds, path, value, limit_mm, limit, because);
     }
 
-    /// Requires `value`, written at `path`, to be at least `limit_mm`; else as [`Report::most`].
+    /// Requires `value`, written at `path`, to be at least `limit_mm`; else as [`Report::at_most`].
     ///
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn least(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
+    pub fn at_least(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
         let holds = value.mm() >= limit_mm - SAME_MM;
         // Rounded up to a value that does work.
         let works_mm = ((limit_mm - SAME_MM) * 1e3).ceil() / 1e3;
@@ -203,84 +203,6 @@ impl Report {
         (problem.message, problem.hint) = (message, hint);
     }
 
-    /// Requires `value`, written at `path`, to be at most `limit_mm`.
-    ///
-    /// `because` completes the sentence "it must be at most 3 mm, because ..."; `from` are the
-    /// paths that the limit follows from, which the message names with their values.
-    ///
-    /// # Panics
-    /// As [`Report::require`].
-    pub fn at_most(
-        &mut self,
-        path: &str,
-        value: Length,
-        limit_mm: f64,
-        because: impl Display,
-        from: &[&str],
-    ) {
-        let holds = value.mm() <= limit_mm + SAME_MM;
-        // Rounded down to a value that does work.
-        let works_mm = ((limit_mm + SAME_MM) * 1e3).floor() / 1e3;
-        // Below zero there is no length to recommend: others have left no room.
-        let limit = (works_mm > 0.0).then(|| format!("at most {}", mm(works_mm)));
-        self.listed(holds, path, value, limit, because, from);
-    }
-
-    /// Requires `value`, written at `path`, to be at least `limit_mm`; else as
-    /// [`Report::at_most`].
-    ///
-    /// # Panics
-    /// As [`Report::require`].
-    pub fn at_least(
-        &mut self,
-        path: &str,
-        value: Length,
-        limit_mm: f64,
-        because: impl Display,
-        from: &[&str],
-    ) {
-        let holds = value.mm() >= limit_mm - SAME_MM;
-        // Rounded up to a value that does work.
-        let works_mm = ((limit_mm - SAME_MM) * 1e3).ceil() / 1e3;
-        self.listed(holds, path, value, Some(format!("at least {}", mm(works_mm))), because, from);
-    }
-
-    fn listed(
-        &mut self,
-        holds: bool,
-        path: &str,
-        value: Length,
-        limit: Option<String>,
-        because: impl Display,
-        from: &[&str],
-    ) {
-        let related: Vec<String> = from.iter().map(|path| self.related(path)).collect();
-        self.require(
-            holds,
-            path,
-            || {
-                let follows = match related.is_empty() {
-                    true => String::new(),
-                    false => format!(" ({})", related.join(", ")),
-                };
-                let must = match &limit {
-                    Some(limit) => format!("it must be {limit}"),
-                    None => "no value works".into(),
-                };
-                format!("{path} is {value}; {must}, because {because}{follows}")
-            },
-            || {
-                let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
-                let change = either(&paths, "or");
-                match (&limit, paths.is_empty()) {
-                    (Some(limit), true) => format!("write {limit}"),
-                    (Some(limit), false) => format!("write {limit}, or change {change}"),
-                    (None, _) => format!("change {change}"),
-                }
-            },
-        );
-    }
-
     /// `surface.radius is 15.0 mm in rtac0.yaml:9`.
     fn related(&self, path: &str) -> String {
         let written = self.written(path);
@@ -321,22 +243,22 @@ mod tests {
     fn the_limit_that_is_offered_is_itself_accepted() {
         for limit_mm in [1.0 / 3.0, 0.1 + 0.2, 2.0, 1e-4, 0.0] {
             let mut report = report();
-            report.least("wall", length(-1.0), limit_mm, "it must hold");
+            report.at_least("wall", length(-1.0), limit_mm, "it must hold");
             let hint = report.found[0].problem.hint.clone().unwrap();
             let offered: Length = hint.trim_start_matches("write at least ").parse().unwrap();
             assert!(offered.mm() - limit_mm < 1e-3, "{hint}");
             let mut report = self::report();
-            report.least("wall", offered, limit_mm, "it must hold");
+            report.at_least("wall", offered, limit_mm, "it must hold");
             assert!(report.is_clean(), "{hint}");
         }
         // 0.1 + 0.2 is a little more than 0.3, which still counts as 0.3.
         let mut report = report();
-        report.least("wall", length(0.3), 0.1 + 0.2, "it must hold");
-        report.most("wall", length(0.1 + 0.2), 0.3, "it must fit");
+        report.at_least("wall", length(0.3), 0.1 + 0.2, "it must hold");
+        report.at_most("wall", length(0.1 + 0.2), 0.3, "it must fit");
         assert!(report.is_clean());
         // A limit that came out as NaN is never met.
-        report.most("wall", length(0.3), f64::NAN, "it must fit");
-        report.least("wall", length(0.3), f64::NAN, "it must fit");
+        report.at_most("wall", length(0.3), f64::NAN, "it must fit");
+        report.at_least("wall", length(0.3), f64::NAN, "it must fit");
         assert_eq!(report.found.len(), 2);
     }
 
@@ -374,7 +296,12 @@ mod tests {
         let gaps_mm: f64 = p.gaps.iter().map(|gap| gap.mm()).sum();
         // The wall itself cancels out; the weight would matter if it were larger.
         let room_mm = p.wall.mm() + p.width.mm() - gaps_mm - lid_mm - p.wall.mm();
-        report.most("wall", p.wall, (room_mm / f64::from(p.ribs)).max(0.01 * p.weight), "it fits");
+        report.at_most(
+            "wall",
+            p.wall,
+            (room_mm / f64::from(p.ribs)).max(0.01 * p.weight),
+            "it fits",
+        );
     }
 
     #[test]
@@ -408,7 +335,7 @@ mod tests {
         // Driven to its end, a limit is moved by nothing near; what drove it there is still named.
         let drained = |p: &Crate, report: &mut Report| {
             let room_mm = (p.width.mm() - 10.0).max(0.0);
-            report.most("wall", p.wall, room_mm, "it fits");
+            report.at_most("wall", p.wall, room_mm, "it fits");
         };
         let mut report = Report::new(report.written, Vec::new());
         drained(&p, &mut report);

@@ -214,27 +214,24 @@ impl Light<'_> {
         );
         let straight = chamber.straight(0).min(chamber.straight(1));
         let what = "a straight wall must take one piece of strip";
-        report.at_most("leds.pitch", leds.pitch, straight, what, &[]);
+        report.at_most("leds.pitch", leds.pitch, straight, what);
         report.at_most(
             "leds.package_height",
             leds.package_height,
             chamber.corner - leds.board_thickness.mm(),
             "LEDs of neighbouring walls must not touch in the rounded corner",
-            &["leds.board_thickness"],
         );
         report.at_most(
             "leds.below_plate",
             leds.below_plate,
             self.ceiling_z - self.step_z() - leds.width.mm(),
             "the strips end above the heads of the camera's screws",
-            &["leds.width", "camera.pixel_pitch", "camera.lens_height"],
         );
         report.at_most(
             "camera.barrel_diameter",
             self.camera.camera.barrel_diameter,
             2.0 * (chamber.narrow() - leds.out_mm() - APART_MM),
             "the lens stands between the LEDs",
-            &["leds.package_height", "leds.board_thickness"],
         );
     }
 
@@ -246,7 +243,6 @@ impl Light<'_> {
             camera.lens_height,
             camera.lens_height.mm() + self.heads_z() + leds.board_thickness.mm() - self.step_z(),
             "the LEDs' board lies above the heads of the camera's screws",
-            &["camera.pupil_behind_front", "leds.package_height", "leds.board_thickness"],
         );
         let long = self.chamber.longer();
         let (short_path, short) = edges[1 - long];
@@ -258,7 +254,6 @@ impl Light<'_> {
             short,
             if board.narrow() < bore + WEB_MM { short.mm() + 2.0 * wider } else { short.mm() },
             "the LEDs' board needs a web beside the lens's holder",
-            &["camera.holder_size"],
         );
         let (long_path, long) = edges[long];
         report.at_least(
@@ -266,14 +261,12 @@ impl Light<'_> {
             long,
             long.mm() + 2.0 * (bore + leds.width.mm() / 2.0 + APART_MM - self.row_out_mm()),
             "the rows of LEDs lie beside the lens's holder",
-            &["camera.holder_size", "leds.width"],
         );
         report.at_most(
             "leds.pitch",
             leds.pitch,
             self.row_pitch_mm() - APART_MM,
             "the LEDs of a row must not touch",
-            &["leds.count", short_path],
         );
     }
 }

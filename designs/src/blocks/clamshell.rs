@@ -170,36 +170,26 @@ impl<'a> Clamshell<'a> {
     }
 
     /// Reports what keeps both from being made and joined. The sections must be called `shell` and
-    /// `base`; nothing may be cut out above `ceiling_z`, which follows from the paths `height`, as
-    /// the edges follow from the paths `edges`. The camera's board lies `under_mm` above the base.
-    pub fn check(
-        &self,
-        (ceiling_z, height): (f64, &[&str]),
-        edges: [&str; 2],
-        under: Length,
-        report: &mut Report,
-    ) {
+    /// `base`; nothing may be cut out above `ceiling_z`. The camera's board lies `under` above the base.
+    pub fn check(&self, ceiling_z: f64, under: Length, report: &mut Report) {
         let shell = self.shell;
         report.at_most(
             "shell.corner",
             shell.corner,
             head_mm() + PRINTED_WALL_MM,
             "the screws' heads need a wall at the rounded corner",
-            &[],
         );
         report.at_least(
             "base.thickness",
             self.base.thickness,
             SHELF_MM + SCREW.head_height_mm() + APART_MM,
             "the screws' heads are sunk into the base",
-            &[],
         );
         report.at_least(
             "camera.back_clearance",
             under,
             LIP_MM[1] + APART_MM,
             "the camera's board lies above the base's lip",
-            &[],
         );
         let ceiling = ceiling_z - self.joint_z;
         report.at_most(
@@ -207,7 +197,6 @@ impl<'a> Clamshell<'a> {
             shell.cable_height,
             ceiling - PRINTED_WALL_MM,
             "the notch needs a wall above it",
-            height,
         );
         let tip = SCREW.length_mm - SHELF_MM + PILOT_SPARE_MM;
         report.at_least(
@@ -215,7 +204,6 @@ impl<'a> Clamshell<'a> {
             under,
             under.mm() + tip + PRINTED_WALL_MM - ceiling,
             "the shell's screws need a wall above their tips",
-            height,
         );
         let pilot = SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM;
         report.at_most(
@@ -223,7 +211,6 @@ impl<'a> Clamshell<'a> {
             shell.cable_width,
             (2.0 * (self.screw[0] - pilot)).min(self.room.straight(1)),
             "the notch lies in the straight wall between two screws",
-            &edges[..1],
         );
     }
 }

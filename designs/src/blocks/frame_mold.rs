@@ -148,24 +148,23 @@ impl Frames<'_> {
     }
 
     /// Reports what keeps floor, dowels and slots from fitting each other. The section must be
-    /// called `mold`; `from` are the paths that the lowest frame's height follows from.
-    pub fn check(&self, from: &[&str], report: &mut Report) {
+    /// called `mold`; `thickness` is the path that the lowest frame's height follows from.
+    pub fn check(&self, thickness: &str, report: &mut Report) {
         let mold = self.mold;
         report.at_least(
             "mold.floor",
             mold.floor,
             self.socket_mm() + PRINTED_WALL_MM,
             "the dowels end below the lowest frame's brim, and need a socket with a bottom",
-            &[from, &["mold.dowel_length"]].concat(),
         );
         let held = self.lowest_mm - BELOW_BRIM_MM;
         report.require(
             held >= LEAST_HOLD_MM,
-            from[0],
+            thickness,
             || {
                 format!(
-                    "{} leaves a frame of {:.2} mm, which dowels cannot hold",
-                    from[0], self.lowest_mm
+                    "{thickness} leaves a frame of {:.2} mm, which dowels cannot hold",
+                    self.lowest_mm
                 )
             },
             || format!("make it at least {} mm", LEAST_HOLD_MM + BELOW_BRIM_MM),
@@ -175,28 +174,24 @@ impl Frames<'_> {
             mold.dowel_length,
             held + LEAST_HOLD_MM,
             "a dowel needs a socket in the floor",
-            from,
         );
         report.at_most(
             "mold.pry_depth",
             mold.pry_depth,
             self.rim_mm() - mold.wall.mm(),
             "the pry slots must end in front of the cavity",
-            &["mold.wall", "mold.dowel_diameter"],
         );
         report.at_most(
             "mold.pry_gap",
             mold.pry_gap,
             mold.floor.mm() - PRINTED_WALL_MM,
             "the pry slots are cut into the floor",
-            &["mold.floor"],
         );
         report.at_most(
             "mold.pry_width",
             mold.pry_width,
             2.0 * self.cavity[0],
             "the pry slots lie between the dowels",
-            &["pad.length"],
         );
     }
 }

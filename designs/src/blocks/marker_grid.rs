@@ -93,7 +93,6 @@ impl Markers {
             self.diameter,
             self.spacing.mm() - WEB_MM,
             "the stencil needs 0.2 mm between neighbours",
-            &["markers.spacing"],
         );
         let counts = [("markers.columns", self.columns), ("markers.rows", self.rows)];
         for (i, (path, count)) in counts.into_iter().enumerate() {

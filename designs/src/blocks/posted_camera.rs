@@ -154,14 +154,12 @@ impl Posted<'_> {
             c.holder_height,
             c.lens_height.mm(),
             "the lens stands out of its holder",
-            &["camera.lens_height"],
         );
         report.at_most(
             "camera.barrel_diameter",
             c.barrel_diameter,
             c.holder_size.mm(),
             "the lens stands on its holder",
-            &["camera.holder_size"],
         );
         let head = SCREW.head_diameter_mm() / 2.0;
         report.at_least(
@@ -169,21 +167,18 @@ impl Posted<'_> {
             c.screw_spacing,
             c.holder_size.mm() + 2.0 * (head + APART_MM),
             "the screws' heads lie beside the lens's holder",
-            &["camera.holder_size"],
         );
         report.at_least(
             "camera.screw_spacing",
             c.screw_spacing,
             c.screw_spacing.mm() + LEAST_CONNECTOR_MM - c.connector_mm(),
             "the connector lies between the posts",
-            &[],
         );
         report.at_most(
             "camera.screw_spacing",
             c.screw_spacing,
             c.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
             "the screws' holes need half a millimetre of board around them",
-            &["camera.board_size"],
         );
         let bite = SCREW.length_mm + PILOT_SPARE_MM - c.board_thickness.mm();
         report.at_least(
@@ -191,7 +186,6 @@ impl Posted<'_> {
             c.back_clearance,
             bite + FLOOR_MM - base_mm,
             "the camera's M1.6x5 screws end inside posts and base",
-            &["camera.board_thickness", "base.thickness"],
         );
         report.require(
             room.holds([c.board_size.mm() / 2.0; 2], APART_MM),

@@ -83,7 +83,7 @@ impl Family for Bulb {
     const EXAMPLE: &'static str = "glow";
 
     fn check(p: &BulbParameters, report: &mut Report) {
-        report.most(
+        report.at_most(
             "layers.gel.thickness",
             p.layers.gel.thickness,
             p.surface.radius.mm() / 3.0,

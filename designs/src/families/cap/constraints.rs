@@ -33,7 +33,7 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     let layout = Layout::new(p);
     let materials = [("skin.material", &p.skin.material), ("paint.material", &p.paint.material)];
     require_castable(&materials, report);
-    report.most(
+    report.at_most(
         "skin.height",
         p.skin.height,
         layout.foot_radius,
@@ -80,25 +80,25 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
             Direction::OutOfGel => 1.0,
         },
     );
-    report.most(
+    report.at_most(
         "dimples.width",
         dimples.width,
         nearest * shrinks - WEB_MM,
         "a dimple must be smaller than its spacing, with 0.2 mm between neighbours",
     );
-    report.least(
+    report.at_least(
         "dimples.width",
         dimples.width,
         THINNEST_PIN_MM,
         "thinner pins do not survive resin printing",
     );
-    report.least(
+    report.at_least(
         "dimples.height",
         dimples.height,
         dimples.width.mm() / 2.0,
         "the hemispherical tip alone is half as high as the dimple is wide",
     );
-    report.most(
+    report.at_most(
         "dimples.height",
         dimples.height,
         (p.skin.height.mm() - RIM_MM).min(4.0 * dimples.width.mm()),
@@ -120,7 +120,7 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
         },
         || format!("write at most {most}, or change `dimples.spacing` or `skin.height`"),
     );
-    report.most(
+    report.at_most(
         "paint.thickness",
         p.paint.thickness,
         dimples.height.mm() / 2.0,
@@ -147,26 +147,26 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
         },
         || format!("write {most}, or change `leds.strip_length` or `holder.aperture_diameter`"),
     );
-    report.most(
+    report.at_most(
         "leds.package_size",
         leds.package_size,
         (leds.strip_width.mm()).min(2.0 * layout.led_front * (PI / count).tan() - 2.0 * APART_MM),
         "packages must stay on their strips and apart from each other",
     );
-    report.least(
+    report.at_least(
         "leds.strip_length",
         leds.strip_length,
         leds.package_size.mm(),
         "the package sits on its strip",
     );
-    report.most(
+    report.at_most(
         "leds.strip_length",
         leds.strip_length,
         2.0 * ((layout.recess_radius.powi(2) - layout.strip_back.powi(2)).max(0.0).sqrt()
             - gap_mm(Process::Fdm, Fit::Slide)),
         "the strip is pushed in from the plate's recess",
     );
-    report.most(
+    report.at_most(
         "leds.below_plate",
         leds.below_plate,
         layout.plate_bottom_z - layout.housing_front_z - leds.strip_width.mm() - PRINTED_WALL_MM,
@@ -180,13 +180,13 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let depth = p.camera.depth.mm();
     let share = |z: f64| (z + depth) / (ring_z + depth);
     let led_top = layout.led_z + leds.package_size.mm() / 2.0;
-    report.most(
+    report.at_most(
         "leds.package_height",
         leds.package_height,
         layout.chamber_radius - ring * share(led_top) - APART_MM,
         "the LEDs must not hide the outermost dimples from the camera",
     );
-    report.least(
+    report.at_least(
         "holder.aperture_diameter",
         p.holder.aperture_diameter,
         2.0 * (ring * share(layout.plate_bottom_z) + APART_MM),
@@ -196,7 +196,7 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
 
 fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
     let half_width = p.holder.width.mm() / 2.0;
-    report.most(
+    report.at_most(
         "plate.diameter",
         p.plate.diameter,
         (2.0 * layout.foot_radius)
@@ -205,32 +205,32 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
     );
     let painted =
         ((layout.sphere_radius + p.paint.thickness.mm()).powi(2) - layout.sphere_z.powi(2)).sqrt();
-    report.least(
+    report.at_least(
         "holder.width",
         p.holder.width,
         2.0 * (painted + APART_MM),
         "the painted skin must not stand over the casing",
     );
-    report.most(
+    report.at_most(
         "holder.aperture_diameter",
         p.holder.aperture_diameter,
         2.0 * (layout.plate_radius - PRINTED_WALL_MM),
         "the plate is glued to a ledge at least 0.8 mm wide",
     );
-    report.most(
+    report.at_most(
         "leds.strip_thickness",
         p.leds.strip_thickness,
         half_width - layout.chamber_radius - PRINTED_WALL_MM,
         "the LEDs' pockets need a wall behind them",
     );
-    report.least(
+    report.at_least(
         "holder.width",
         p.holder.width,
         2.0 * (layout.pocket_half + WIRE_GROOVE_MM[0] + PRINTED_WALL_MM),
         "the wires' groove beside the camera needs a wall",
     );
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
-    report.most(
+    report.at_most(
         "holder.screw_spacing",
         p.holder.screw_spacing,
         2.0 * (half_width - head - PRINTED_WALL_MM),
@@ -238,14 +238,14 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
     );
     let passage = CASING_SCREW.clearance_hole_mm() / 2.0;
     let centre = layout.pocket_half - layout.pocket_corner;
-    report.least(
+    report.at_least(
         "holder.screw_spacing",
         p.holder.screw_spacing,
         2.0 * centre + SQRT_2 * (layout.pocket_corner + passage + PRINTED_WALL_MM),
         "the screws need a wall beside the camera",
     );
     let inset = half_width - p.holder.screw_spacing.mm() / 2.0;
-    report.most(
+    report.at_most(
         "holder.corner",
         p.holder.corner,
         // A corner rounder than that around the screw's own centre comes nearer to its head.
@@ -256,20 +256,20 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
 
 fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
     let camera = &p.camera;
-    report.least(
+    report.at_least(
         "camera.depth",
         camera.depth,
         p.plate.thickness.mm() + camera.pupil_behind_front.mm() + 0.5,
         "the lens must not touch the plate",
     );
     let wide = 2.0 * (layout.led_front - APART_MM);
-    report.most(
+    report.at_most(
         "camera.lens_diameter",
         camera.lens_diameter,
         wide.min(camera.mount_diameter.mm()),
         "the lens passes its mount and the LEDs",
     );
-    report.most(
+    report.at_most(
         "camera.mount_diameter",
         camera.mount_diameter,
         (2.0 * layout.chamber_radius - 1.0).min(camera.housing_size.mm()),
@@ -278,20 +278,20 @@ fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
     // Corners of the housing, beyond the chamber, are what clamps the camera.
     let reach = (camera.housing_size.mm() / 2.0 - camera.housing_corner.mm()) * SQRT_2
         + camera.housing_corner.mm();
-    report.most(
+    report.at_most(
         "holder.aperture_diameter",
         p.holder.aperture_diameter,
         2.0 * (reach - 1.5),
         "the housing's corners must rest 1.5 mm deep on holder and base",
     );
     let engaged = 1.0;
-    report.least(
+    report.at_least(
         "holder.height",
         p.holder.height,
         engaged - layout.housing_front_z,
         "the holder must centre the camera's housing over 1 mm",
     );
-    report.most(
+    report.at_most(
         "holder.height",
         p.holder.height,
         -layout.housing_back_z - engaged,
@@ -301,13 +301,13 @@ fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
 
 fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     let grip = CASING_SCREW.length_mm - BITE_MM;
-    report.least(
+    report.at_least(
         "base.height",
         p.base.height,
         grip + 2.0,
         "the joint's M2x16 screws are sunk into the base",
     );
-    report.least(
+    report.at_least(
         "base.height",
         p.base.height,
         p.base.height.mm() + PLUG_MM - plug_room_mm(p, layout),
@@ -315,26 +315,26 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     );
     let room = (layout.chamber_radius.powi(2) - (layout.chamber_radius / 2.0).powi(2)).sqrt();
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
-    report.most(
+    report.at_most(
         "base.window_width",
         p.base.window_width,
         2.0 * room.min(p.holder.screw_spacing.mm() / 2.0 - head - PRINTED_WALL_MM),
         "the window opens into the round room behind the camera, between two screws",
     );
-    report.least(
+    report.at_least(
         "base.window_width",
         p.base.window_width,
         CONNECTOR_MM[0] + 1.0,
         "the camera's plug must pass the window",
     );
     let pilot = Joints::new(p, layout).mounting.holes().radius_mm;
-    report.most(
+    report.at_most(
         "base.mount_radius",
         p.base.mount_radius,
         layout.chamber_radius - pilot,
         "a mounting hole ends in the room behind the camera",
     );
-    report.least(
+    report.at_least(
         "base.mount_radius",
         p.base.mount_radius,
         (pilot + PRINTED_WALL_MM) / (PI / f64::from(p.base.mount_holes)).sin(),
@@ -344,59 +344,59 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
 
 fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
     let (mold, (bolt, nut)) = (&p.mold, MOLD_BOLT);
-    report.least(
+    report.at_least(
         "mold.height",
         mold.height,
         p.skin.height.mm() + mold.wall.mm(),
         "the block needs a floor below the cavity",
     );
-    report.least(
+    report.at_least(
         "mold.height",
         mold.height,
         layout.nut_z + nut.height_mm,
         "the nuts must lie inside the block, which stands on that side",
     );
-    report.most(
+    report.at_most(
         "mold.lid_thickness",
         mold.lid_thickness,
         bolt.length_mm - nut.height_mm - mold.spacer.mm() - 2.0,
         "an M3x16 must reach through lid, spacer and 2 mm of block into its nut",
     );
     let hole = mold.lid_hole.mm().max(mold.block_hole.mm()) / 2.0;
-    report.least(
+    report.at_least(
         "mold.bolt_circle",
         mold.bolt_circle,
         2.0 * (layout.spacer_bore + hole + 1.0),
         "bolts need a wall beside the trough",
     );
     let pocket = Joints::new(p, layout).mold.holes().radius_mm;
-    report.least(
+    report.at_least(
         "mold.diameter",
         mold.diameter,
         mold.bolt_circle.mm() + 2.0 * (pocket + 1.0),
         "the nuts' pockets need a wall outside",
     );
-    report.most(
+    report.at_most(
         "mold.pry_width",
         mold.pry_width,
         2.0 * (mold.bolt_circle.mm() / 2.0 * (PI / f64::from(mold.bolts)).sin() - pocket - 1.0),
         "pry slots lie between bolts",
     );
-    report.most(
+    report.at_most(
         "mold.pry_depth",
         mold.pry_depth,
         layout.mold_radius - layout.spacer_bore - 1.0,
         "the block's pry slots must end outside the trough",
     );
     let seen = layout.foot_radius - layout.chamber_radius;
-    report.most(
+    report.at_most(
         "mold.vent_diameter",
         mold.vent_diameter,
         seen - 0.2,
         "vents open between what the camera sees and the gel's edge",
     );
     let apart = 2.0 * vent_circle_mm(layout) * (PI / f64::from(mold.vents)).sin();
-    report.most(
+    report.at_most(
         "mold.vent_diameter",
         mold.vent_diameter,
         apart - PRINTED_WALL_MM,

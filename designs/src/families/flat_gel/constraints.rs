@@ -25,15 +25,6 @@ const LENS_APART_MM: f64 = 0.5;
 /// What the housing's edges along x and y follow from.
 const EDGES: [&str; 2] = ["pad.length", "pad.width"];
 
-/// What the camera's distance from the plate follows from.
-const DISTANCE: [&str; 5] = [
-    "camera.pixel_pitch",
-    "camera.field_of_view",
-    "pad.thickness",
-    "bed.thickness",
-    "plate.thickness",
-];
-
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &FlatGel, report: &mut Report) {
     let layout = Layout::new(p);
@@ -50,12 +41,11 @@ pub(super) fn check(p: &FlatGel, report: &mut Report) {
         return; // The rest would follow from it.
     }
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
-    let heights = (layout.plate_bottom_z, &DISTANCE[..]);
-    housing.check(heights, EDGES, p.camera.back_clearance, report);
+    housing.check(layout.plate_bottom_z, p.camera.back_clearance, report);
     layout.camera.check(base_mm, housing.room, &EDGES, report);
     layout.light.check([(EDGES[0], p.pad.length), (EDGES[1], p.pad.width)], report);
     p.markers.check(layout.gel, layout.seen_mm(), report);
-    frames(p, &layout).check(&["pad.thickness", "coat.thickness"], report);
+    frames(p, &layout).check("pad.thickness", report);
 }
 
 fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
@@ -64,21 +54,18 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
         p.coat.thickness,
         p.pad.thickness.mm() / 2.0,
         "most of the pad is gel",
-        &["pad.thickness"],
     );
     report.at_least(
         "pad.corner",
         p.pad.corner,
         p.coat.side.mm() + 0.1,
         "the gel under the coat has round edges, too",
-        &["coat.side"],
     );
     report.at_most(
         "pad.corner",
         p.pad.corner,
         layout.pad.narrow() / 2.0,
         "straight sides must remain between the edges",
-        &EDGES,
     );
     let bed = p.bed.thickness.mm();
     report.require(
@@ -93,7 +80,6 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
             p.markers.thickness,
             p.coat.thickness.mm() / 2.0,
             "the coat covers the ink",
-            &["coat.thickness"],
         );
     }
 }
@@ -106,14 +92,12 @@ fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
         plate.overlap,
         plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
         "the camera must see something past the ledge",
-        &["pad.length", "pad.width", "plate.ledge"],
     );
     report.at_least(
         "plate.overlap",
         plate.overlap,
         p.coat.side.mm() + gap_mm(Process::Fdm, Fit::Slide),
         "the pad's gel, not its coat alone, covers the joint around the plate",
-        &["coat.side"],
     );
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
     report.at_least(
@@ -121,14 +105,12 @@ fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
         p.shell.rim,
         p.shell.rim.mm() + PRINTED_WALL_MM - x.min(y),
         "the plate's opening needs a wall around it",
-        &["plate.overlap"],
     );
     report.at_most(
         "camera.board_size",
         p.camera.board_size,
         2.0 * (chamber.narrow() + OVERHANG_MM - gap_mm(Process::Fdm, Fit::Slide)),
         "the shell would overhang a wider board by more than 2 mm",
-        &["pad.length", "pad.width", "plate.overlap", "plate.ledge"],
     );
     let front_mm = layout.plate_bottom_z - layout.camera.front_z;
     let distance_mm = layout.seen_z - layout.camera.pupil_z;
@@ -137,13 +119,11 @@ fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
         p.camera.pixel_pitch,
         p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),
         "the lens must not touch the plate",
-        &[&DISTANCE[1..], &["camera.pupil_behind_front"]].concat(),
     );
     report.at_most(
         "shell.wall",
         p.shell.wall,
         p.shell.wall.mm() + chamber.narrow() - 1.0 - chamber.corner,
         "screws in the corners would round the chamber off",
-        &EDGES,
     );
 }

@@ -43,7 +43,7 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
 }
 
 fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.least(
+    report.at_least(
         "surface.height",
         p.surface.height,
         0.6 * p.surface.diameter.mm(),
@@ -53,13 +53,13 @@ fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     // deeper, because a ball mill rounds it.
     let reach = layout.ellipsoid.tip_curvature_radius() - TIP_RADIUS_MM;
     let inner = p.inner_elastomer.thickness.mm();
-    report.most(
+    report.at_most(
         "inner_elastomer.thickness",
         p.inner_elastomer.thickness,
         reach + layout.shell_offset + inner,
         "below the tip's radius of curvature a parallel surface has an edge",
     );
-    report.most(
+    report.at_most(
         "shell.thickness",
         p.shell.thickness,
         layout.foot_of(layout.shell_offset) - p.camera.diameter.mm(),
@@ -69,7 +69,7 @@ fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 
 fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let markers = &p.markers;
-    report.most(
+    report.at_most(
         "markers.straight_depth",
         markers.straight_depth,
         p.inner_elastomer.thickness.mm() - markers.wall.mm() - markers.radius.mm(),
@@ -82,7 +82,7 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
     if nearest(markers.count) >= needed {
         // Slots also keep off the base circle, which matters for few and large ones.
-        report.most(
+        report.at_most(
             "markers.radius",
             markers.radius,
             lowest_mm(p, layout) - markers.wall.mm(),
@@ -136,25 +136,25 @@ fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
 }
 
 fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.most(
+    report.at_most(
         "shell.shoulder",
         p.shell.shoulder,
         p.shell.thickness.mm() - 1.0,
         "the foot below the shoulder needs 1 mm of wall",
     );
-    report.most(
+    report.at_most(
         "shell.ball_mill_diameter",
         p.shell.ball_mill_diameter,
         1.8 * layout.bore_radius(),
         "the ball mill must move inside the shell's bore",
     );
-    report.least(
+    report.at_least(
         "holder.outer_diameter",
         p.holder.outer_diameter,
         2.0 * (layout.foot_of(layout.shell_offset) + RESIN_WALL_MM),
         "the shell's shoulder and the elastomers' feet stand on the holder",
     );
-    report.least(
+    report.at_least(
         "holder.skirt",
         p.holder.skirt,
         layout.holder_radius - Joints::new(p, layout).holder.poses[0].translation_mm().x
@@ -162,7 +162,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             + RESIN_WALL_MM,
         "a countersunk M1.2 head must find material below its cone",
     );
-    report.most(
+    report.at_most(
         "holder.skirt",
         p.holder.skirt,
         layout.holder_radius - layout.collar_radius - RESIN_WALL_MM,
@@ -174,7 +174,7 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let radius = p.leds.diameter.mm() / 2.0;
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();
-    report.most(
+    report.at_most(
         "leds.circle_radius",
         p.leds.circle_radius,
         layout.diffuser_wall_radius - APART_MM - radius,
@@ -182,7 +182,7 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
     // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
     let room = (circle * (PI / count).sin()).min(circle - layout.post_radius - 0.3);
-    report.most(
+    report.at_most(
         "leds.diameter",
         p.leds.diameter,
         2.0 * (room - APART_MM / 2.0),
@@ -206,31 +206,31 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 }
 
 fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.most(
+    report.at_most(
         "camera.front_depth",
         p.camera.front_depth,
         -layout.diffuser_top_z,
         "the diffusion ring must not stand in the camera's view",
     );
-    report.most(
+    report.at_most(
         "camera.length",
         p.camera.length,
         layout.camera_front_z - layout.post_end_z - 1.0,
         "the camera rests in its post, above the passage for the cable",
     );
-    report.most(
+    report.at_most(
         "camera.cable_diameter",
         p.camera.cable_diameter,
         2.0 * (layout.post_bore_radius - layout.cable_radius) + p.camera.cable_diameter.mm() - 0.2,
         "the camera rests on the step around its cable",
     );
-    report.most(
+    report.at_most(
         "camera.diameter",
         p.camera.diameter,
         2.0 * (layout.bore_radius() - layout.post_radius) + p.camera.diameter.mm() - 1.0,
         "light passes between the post and the shell's bore",
     );
-    report.most(
+    report.at_most(
         "camera_holder.socket_depth",
         p.camera_holder.socket_depth,
         layout.base_top_z - layout.bottom_z - 1.0,
@@ -244,13 +244,13 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
     let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;
     let width = p.base.wire_slot_width.mm();
-    report.most(
+    report.at_most(
         "base.wire_slot_width",
         p.base.wire_slot_width,
         (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
         "the wires' slot opens into the pocket, inside the bolts",
     );
-    report.least(
+    report.at_least(
         "base.wire_slot_length",
         p.base.wire_slot_length,
         width + p.led_board.wire_hole_diameter.mm() + 0.6,
@@ -258,14 +258,14 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
     let (slot, half) =
         (wire_slot_radius_mm(p, layout) + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
-    report.most(
+    report.at_most(
         "base.wire_slot_length",
         p.base.wire_slot_length,
         2.0 * (pocket_outer.powi(2) - slot.powi(2)).max(0.0).sqrt(),
         "the wires' slot opens into the pocket",
     );
     let mount = mounts.radius_mm;
-    report.most(
+    report.at_most(
         "base.mount_radius",
         p.base.mount_radius,
         layout.holder_radius - 1.0 - mount - RESIN_WALL_MM,
@@ -324,13 +324,13 @@ fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let tooling = &p.tooling;
     let key = tooling.key_diameter.mm() / 2.0;
     let surface = layout.foot_of(layout.black_offset);
-    report.least(
+    report.at_least(
         "tooling.silicone_diameter",
         tooling.silicone_diameter,
         2.0 * (surface + 2.0 * key + 3.0),
         "keys stand between the surface and the side, 1.5 mm from both",
     );
-    report.most(
+    report.at_most(
         "tooling.key_height",
         tooling.key_height,
         0.8 * key / 20f64.to_radians().tan(),
@@ -345,7 +345,7 @@ fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
     let thinnest =
         (layout.inner_offset - layout.shell_offset).min(layout.black_offset - layout.inner_offset);
-    report.most(
+    report.at_most(
         "tooling.vent_diameter",
         tooling.vent_diameter,
         thinnest - 0.1,

@@ -32,7 +32,7 @@ pub(super) fn check(p: &PinTip, report: &mut Report) {
 
 fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     let half = layout.pin_diameter / 2.0;
-    report.most(
+    report.at_most(
         "pins.reach",
         p.pins.reach,
         layout.skin_radius * FRAC_PI_2 - half,
@@ -40,7 +40,7 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     );
     // The root's rim is the point of a pin that comes nearest to the outside.
     let room = layout.outer_radius.hypot(half) - (half * half + layout.skin_radius.powi(2)).sqrt();
-    report.least(
+    report.at_least(
         "skin.thickness",
         p.skin.thickness,
         p.skin.thickness.mm() + pin_root_mm(p) - room + APART_MM,
@@ -50,7 +50,7 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     let radius = layout.skin_radius;
     // Pins lean towards each other: distances shrink with the distance from the centre.
     let depth = radius * (1.0 - (layout.pin_diameter + DOTS_APART_MM) / closest);
-    report.most(
+    report.at_most(
         "pins.length",
         p.pins.length,
         depth - p.pins.dot_thickness.mm(),
@@ -76,38 +76,38 @@ fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
 }
 
 fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
-    report.most(
+    report.at_most(
         "skin.upstand",
         p.skin.upstand,
         p.skin.thickness.mm() - 0.3,
         "the skin's skirt around it needs 0.3 mm",
     );
     let groove_ceiling = layout.ring_bottom_z + layout.tip_joint.groove_top;
-    report.most(
+    report.at_most(
         "skin.skirt_height",
         p.skin.skirt_height,
         -groove_ceiling - 0.5,
         "the skirt must end above the bayonet's grooves",
     );
-    report.most(
+    report.at_most(
         "lens.hole_radius",
         p.lens.hole_radius,
         layout.ledge_radius - p.lens.hole_diameter.mm() / 2.0 - APART_MM,
         "the holes must open into the gel, not onto the ledge",
     );
-    report.least(
+    report.at_least(
         "lens.hole_radius",
         p.lens.hole_radius,
         layout.sight_radius(p, layout.lens_bottom_z) + p.lens.hole_diameter.mm() / 2.0,
         "the holes must stay out of the camera's sight of the dots",
     );
-    report.least(
+    report.at_least(
         "lens.ledge",
         p.lens.ledge,
         gap_mm(Process::Laser, Fit::Slide) + 0.4,
         "the glue needs 0.4 mm of the lens's rim",
     );
-    report.least(
+    report.at_least(
         "tip.diameter",
         p.tip.diameter,
         2.0 * (layout.sight_radius(p, layout.lens_top_z) - layout.ledge_radius
@@ -117,7 +117,7 @@ fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
 }
 
 fn bayonets(p: &PinTip, layout: &Layout, report: &mut Report) {
-    report.least(
+    report.at_least(
         "bayonet.key_width",
         p.bayonet.key_width,
         p.bayonet.lug_width.mm() + 2.0 * gap_mm(Process::Fdm, Fit::Slide) + 0.5,
@@ -167,7 +167,7 @@ fn bayonets(p: &PinTip, layout: &Layout, report: &mut Report) {
             )
         },
     );
-    report.least(
+    report.at_least(
         "mount.spigot_height",
         p.mount.spigot_height,
         layout.mount_joint.lug_top + 0.5,
@@ -179,13 +179,13 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (length, width) = (p.leds.length.mm(), p.leds.width.mm());
     let circle = p.leds.circle_radius.mm();
     let reach = layout.board_seat_radius - APART_MM;
-    report.most(
+    report.at_most(
         "leds.circle_radius",
         p.leds.circle_radius,
         (reach.powi(2) - (length / 2.0).powi(2)).max(0.0).sqrt() - width / 2.0,
         "the LEDs' outer corners must stay inside the body",
     );
-    report.least(
+    report.at_least(
         "leds.circle_radius",
         p.leds.circle_radius,
         p.led_board.bore_radius.mm() + width / 2.0 + 0.2,
@@ -205,13 +205,13 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         },
         || format!("write {most}, or change `leds.circle_radius` or `leds.length`"),
     );
-    report.least(
+    report.at_least(
         "leds.gap",
         p.leds.gap,
         p.leds.gap.mm() + layout.board_top_z - layout.neck_top_z,
         "the board must be pressed in up to its upper side",
     );
-    report.least(
+    report.at_least(
         "body.shaft_wall",
         p.body.shaft_wall,
         layout.shaft_radius - layout.board_seat_radius + 0.5,
@@ -229,8 +229,13 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         },
         || format!("cords of {} mm are stocked; or change `tip.diameter`", stocked_cords()),
     );
-    report.least("body.neck_wall", p.body.neck_wall, PRINTED_WALL_MM, "the neck must be printable");
-    report.most(
+    report.at_least(
+        "body.neck_wall",
+        p.body.neck_wall,
+        PRINTED_WALL_MM,
+        "the neck must be printable",
+    );
+    report.at_most(
         "led_board.bore_radius",
         p.led_board.bore_radius,
         layout.shaft_bore_radius - 0.5,
@@ -242,7 +247,7 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
 fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
     let tangent = Layout::half_view_tangent(p);
     let [rim, rim_z] = layout.outermost_dot(p);
-    report.least(
+    report.at_least(
         "camera.depth",
         p.camera.depth,
         // A millimetre farther back, the same ray lies farther out by its slope.
@@ -264,7 +269,7 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
         },
         || "take a lens that covers more, or change `camera.focal_length`".into(),
     );
-    report.least(
+    report.at_least(
         "led_board.bore_radius",
         p.led_board.bore_radius,
         layout.sight_radius(p, layout.board_top_z + p.leds.height.mm()) + APART_MM,
@@ -276,19 +281,19 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (camera, slide) = (&p.camera, gap_mm(Process::Fdm, Fit::Slide));
     let screws = Joints::new(p, layout).camera;
     let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
-    report.most(
+    report.at_most(
         "body.shaft_diameter",
         p.body.shaft_diameter,
         2.0 * layout.outer_radius,
         "the tip must be the widest thing near the surface",
     );
-    report.least(
+    report.at_least(
         "body.shaft_diameter",
         p.body.shaft_diameter,
         2.0 * (layout.tip_joint.bore_radius + APART_MM),
         "the shaft must reach under the tip's ring",
     );
-    report.most(
+    report.at_most(
         "camera.barrel_diameter",
         camera.barrel_diameter,
         2.0 * (layout.shaft_bore_radius - slide),
@@ -298,25 +303,25 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let corner = camera.holder_size.mm() / SQRT_2 + slide;
     let opened_z = layout.bore_bottom_z - (corner - layout.shaft_bore_radius).max(0.0);
     let holder_top = layout.camera_board_top_z + camera.holder_height.mm();
-    report.most(
+    report.at_most(
         "camera.holder_height",
         camera.holder_height,
         camera.holder_height.mm() + opened_z - holder_top,
         "the lens holder must stay inside the cone",
     );
-    report.most(
+    report.at_most(
         "camera.holder_height",
         camera.holder_height,
         camera.lens_height.mm() - 0.5,
         "the barrel must stand out of its holder",
     );
-    report.most(
+    report.at_most(
         "body.shaft_length",
         p.body.shaft_length,
         p.body.shaft_length.mm() + layout.cavity_top_z - layout.camera_board_top_z - APART_MM,
         "the housing must be as wide as the camera board where that stands",
     );
-    report.least(
+    report.at_least(
         "body.shaft_length",
         p.body.shaft_length,
         layout.neck_top_z - layout.shoulder_z + 2.0,
@@ -325,32 +330,32 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     // Each post ends in the cone above it, with room for the screw's tip.
     let post = p.body.post_diameter.mm() / 2.0;
     let centre = camera.screw_spacing.mm() / SQRT_2;
-    report.least(
+    report.at_least(
         "body.post_diameter",
         p.body.post_diameter,
         2.0 * pilot.radius_mm + 2.0 * PRINTED_WALL_MM,
         "a post needs a wall around its screw",
     );
-    report.most(
+    report.at_most(
         "camera.screw_spacing",
         camera.screw_spacing,
         (layout.mount_joint.bore_radius - post - APART_MM) * SQRT_2,
         "the posts must stand inside the housing",
     );
-    report.most(
+    report.at_most(
         "camera.screw_spacing",
         camera.screw_spacing,
         camera.board_size.mm() - head_mm,
         "the screws' heads must stay on the board",
     );
-    report.least(
+    report.at_least(
         "camera.screw_spacing",
         camera.screw_spacing,
         camera.holder_size.mm() + p.body.post_diameter.mm() + 2.0 * slide,
         "the posts must clear the lens holder",
     );
     let outside_z = layout.shaft_bottom_z - (centre + pilot.radius_mm - layout.shaft_radius);
-    report.least(
+    report.at_least(
         "camera.lens_height",
         camera.lens_height,
         camera.lens_height.mm()
@@ -360,7 +365,7 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
             - outside_z,
         "the camera's screws must end inside the cone",
     );
-    report.most(
+    report.at_most(
         "body.cable_slot_width",
         p.body.cable_slot_width,
         layout.mount_joint.bore_radius,
@@ -371,7 +376,7 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
 fn mount(p: &PinTip, layout: &Layout, report: &mut Report) {
     let inside = layout.mount_joint.spigot_radius - p.mount.spigot_wall.mm();
     let head = Joints::new(p, layout).robot.bolt.head_diameter_mm / 2.0;
-    report.most(
+    report.at_most(
         "mount.bolt_circle",
         p.mount.bolt_circle,
         2.0 * (inside - head - 0.5),

@@ -67,21 +67,21 @@ fn channels(p: &SheetMold, report: &mut Report) {
     let wall = p.channels.wall.mm();
     let is_grid = p.channels.arrangement == Arrangement::Grid;
     if is_grid {
-        report.least(
+        report.at_least(
             "channels.chamber_diameter",
             p.channels.chamber_diameter,
             p.channels.width.mm(),
             "a chamber is at least as wide as its channel",
         );
         // Past each chamber runs the channel of its neighbour.
-        report.most(
+        report.at_most(
             "channels.chamber_diameter",
             p.channels.chamber_diameter,
             2.0 * (p.channels.pitch.mm() - wall) - p.channels.width.mm(),
             "a chamber must leave a wall to the channel beside it",
         );
     }
-    report.most(
+    report.at_most(
         "channels.width",
         p.channels.width,
         p.channels.pitch.mm() - wall,
@@ -89,7 +89,7 @@ fn channels(p: &SheetMold, report: &mut Report) {
     );
     let across = f64::from(p.channels.per_side - 1) * p.channels.pitch.mm();
     let widest = if is_grid { p.channels.chamber_diameter } else { p.channels.width }.mm();
-    report.least(
+    report.at_least(
         "channel_layer.side",
         p.channel_layer.side,
         across + widest + 2.0 * wall,
@@ -107,7 +107,7 @@ fn channels(p: &SheetMold, report: &mut Report) {
                 .map(|k| spoke_radii_mm(p, k))
                 .into_iter()
                 .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-            report.least(
+            report.at_least(
                 "channels.pitch",
                 p.channels.pitch,
                 p.channels.pitch.mm() * (end + p.channels.width.mm() / 2.0) / start,
@@ -116,7 +116,7 @@ fn channels(p: &SheetMold, report: &mut Report) {
             start + p.channels.width.mm() / 2.0
         }
     };
-    report.least(
+    report.at_least(
         "channel_layer.side",
         p.channel_layer.side,
         2.0 * (stub + behind),
@@ -161,20 +161,20 @@ fn channels(p: &SheetMold, report: &mut Report) {
 }
 
 fn markers(p: &SheetMold, report: &mut Report) {
-    report.most(
+    report.at_most(
         "markers.diameter",
         p.markers.diameter,
         p.markers.pitch.mm() - CUT_WEB_MM,
         "the mold keeps 1 mm of wood between two holes",
     );
-    report.most(
+    report.at_most(
         "markers.height",
         p.markers.height,
         2.5 * p.markers.diameter.mm(),
         "slender markers tear off in their mold",
     );
     let field = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() + p.markers.diameter.mm();
-    report.least(
+    report.at_least(
         "housing.window",
         p.housing.window,
         field + 2.0 * CUT_WEB_MM,

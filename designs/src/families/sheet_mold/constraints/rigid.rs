@@ -16,38 +16,38 @@ use crate::parameters::Report;
 
 pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let hole = bolt_hole_mm();
-    report.least(
+    report.at_least(
         "marker_layer.side",
         p.marker_layer.side,
         2.0 * (clamp_inner_mm(p) + GRIP_MM),
         "the bars beside the channel layer must hold 4 mm of the marker layer",
     );
-    report.least(
+    report.at_least(
         "marker_layer.side",
         p.marker_layer.side,
         p.housing.window.mm() + 2.0 * GRIP_MM,
         "the marker layer rests on the rim of the window",
     );
     // Across the corner from the cavity's corner to the hole.
-    report.least(
+    report.at_least(
         "plate.bolt_spacing",
         p.plate.bolt_spacing,
         p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
         "bolts stand outside of the cavity's corners",
     );
-    report.least(
+    report.at_least(
         "plate.side",
         p.plate.side,
         2.0 * (layout.wall_outer + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
         "plates reach beyond the walls' slots, which lie outside of the bolts",
     );
-    report.most(
+    report.at_most(
         "plate.pry_depth",
         p.plate.pry_depth,
         (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
         "the notches must not open the cavity",
     );
-    report.most(
+    report.at_most(
         "plate.pry_width",
         p.plate.pry_width,
         p.plate.bolt_spacing.mm() - 4.0 * hole,
@@ -57,50 +57,50 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
 
 pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let spacer = HexSpacer::M3.corner_radius_mm();
-    report.most(
+    report.at_most(
         "housing.window",
         p.housing.window,
         2.0 * (layout.bolt - spacer),
         "the spacers in the corners bear on the ceiling outside of the window",
     );
-    report.most(
+    report.at_most(
         "housing.tab",
         p.housing.tab,
         layout.wall_inner - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
         "the cable leaves between a wall's two tabs",
     );
-    report.most(
+    report.at_most(
         "housing.cable_height",
         p.housing.cable_height,
         led_top_mm(p) - p.housing.led_strip_width.mm() - APART_MM,
         "the LED strips lie above the cable",
     );
-    report.most(
+    report.at_most(
         "housing.led_strip_length",
         p.housing.led_strip_length,
         2.0 * (layout.bolt - spacer),
         "the strips fit between the corner spacers",
     );
-    report.most(
+    report.at_most(
         "housing.led_strip_width",
         p.housing.led_strip_width,
         p.housing.height.mm() / 2.0,
         "the strips stay in the lower half of the box, out of the camera's sight",
     );
-    report.most(
+    report.at_most(
         "housing.clamp_gap",
         p.housing.clamp_gap,
         layout.bolt - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
         "a bar reaches inwards from its bolts",
     );
-    report.least(
+    report.at_least(
         "housing.height",
         p.housing.height,
         2.0 * HexSpacer::M3.thread_depth_mm,
         "the spacers have a thread at either end",
     );
     let fingers = f64::from(p.housing.fingers);
-    report.least(
+    report.at_least(
         "housing.height",
         p.housing.height,
         fingers * p.housing.sheet.mm(),
@@ -115,37 +115,37 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
     let thread = HexSpacer::M3.thread_depth_mm;
     let grip = 2.0;
     let above_floor = length - p.molds.floor.mm() - nut.height_mm;
-    report.most(
+    report.at_most(
         "molds.floor",
         p.molds.floor,
         length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
         "an M3x12 screw must reach through the stack and its nut",
     );
-    report.most(
+    report.at_most(
         "markers.height",
         p.markers.height,
         above_floor - p.marker_layer.thickness.mm(),
         "an M3x12 screw must reach through the stack and its nut",
     );
-    report.most(
+    report.at_most(
         "housing.clamp",
         p.housing.clamp,
         length - grip - p.housing.sheet.mm() - p.marker_layer.thickness.mm(),
         "an M3x12 screw must reach 2 mm into its spacer",
     );
-    report.least(
+    report.at_least(
         "housing.sheet",
         p.housing.sheet,
         length - thread,
         "an M3x12 screw must not hit the end of its spacer's thread",
     );
-    report.most(
+    report.at_most(
         "display.sheet",
         p.display.sheet,
         (length - grip) / 3.0,
         "an M3x12 screw must reach 2 mm into its spacer",
     );
-    report.least(
+    report.at_least(
         "display.sheet",
         p.display.sheet,
         (length - thread) / 3.0,
@@ -155,7 +155,7 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
         - p.housing.sheet.mm()
         - p.camera.board_thickness.mm()
         - CAMERA.1.height_mm;
-    report.most(
+    report.at_most(
         "camera.spacer",
         p.camera.spacer,
         m2,
@@ -180,7 +180,7 @@ pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
     for (side, (path, stock)) in by_size.into_iter().enumerate() {
         let largest = sizes.iter().max_by(|a, b| a.1[side].total_cmp(&b.1[side]));
         if let Some((name, size)) = largest {
-            report.least(
+            report.at_least(
                 path,
                 stock,
                 size[side] + 2.0 * p.stock.margin.mm(),

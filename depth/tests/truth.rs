@@ -329,7 +329,8 @@ fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
         }
     }
     let neither = seam.sides().iter().filter(|side| **side == Side::Neither).count();
-    assert!((300..4000).contains(&neither), "{neither}");
+    // A strip of 1 mm, and pixels that see no surface: there are more beside a pad.
+    assert!((300..8000).contains(&neither), "{neither}");
     // Both balls are seen, each on its own side.
     for (map, sign) in [(&left, -1.0), (&right, 1.0)] {
         let contact: Vec<usize> = map.contact().enumerate().filter(|c| c.1).map(|c| c.0).collect();

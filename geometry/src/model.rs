@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, DomeSurface, Pose, Solid, Step, TouchSurface};
+use crate::{Angle, Pose, Solid, Step, TouchSurface};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -462,11 +462,6 @@ pub fn in_order(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
 }
 
 impl Sensor {
-    /// The surface that touches things, if it is a dome.
-    pub fn touched_dome(&self) -> Option<&DomeSurface> {
-        self.touch.as_ref().and_then(TouchSurface::dome)
-    }
-
     /// Bodies and a camera, without a chain, press fits, a surface to touch with.
     pub fn new(
         name: impl Into<String>,

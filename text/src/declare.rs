@@ -236,7 +236,11 @@ macro_rules! parameters {
                             share,
                         )
                         .into_iter()
-                        .map(|(path, $field)| (path, Self { $field, ..self.clone() })),
+                        .map(|(path, other)| {
+                            let mut neighbour = self.clone();
+                            neighbour.$field = other;
+                            (path, neighbour)
+                        }),
                     );
                 )+
                 all

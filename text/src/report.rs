@@ -173,8 +173,9 @@ impl Report {
     fn is_moved(&self, other: &Self, constraint: &Constraint) -> bool {
         let limits_mm = (self.limits.get(constraint), other.limits.get(constraint));
         let (Some(was_mm), Some(is_mm)) = limits_mm else { return false };
+        let moved_mm = (was_mm - is_mm).abs();
         // What is no number has no difference to itself either.
-        was_mm.to_bits() != is_mm.to_bits() && !((was_mm - is_mm).abs() <= SAME_MM)
+        was_mm.to_bits() != is_mm.to_bits() && (moved_mm > SAME_MM || moved_mm.is_nan())
     }
 
     /// Message and hint of a limit that is not kept.

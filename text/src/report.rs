@@ -14,8 +14,8 @@ use crate::{InvalidDesign, Parameter};
 const SAME_MM: f64 = 1e-9;
 
 /// How far parameters are moved to see what a limit follows from, as a share: first hardly, which is
-/// far above rounding; then far, for limits that something has driven to their end.
-const SHARES: [f64; 2] = [1e-5, 0.25];
+/// far above rounding; then far, then twofold, for limits that something has driven to their end.
+const SHARES: [f64; 3] = [1e-5, 0.25, 1.0];
 
 /// Collects impossible combinations, each at the place where a value was written.
 #[derive(Clone, Debug)]
@@ -23,6 +23,8 @@ pub struct Report {
     written: BTreeMap<String, Written>,
     found: Vec<Found>,
     limits: BTreeMap<Constraint, f64>,
+    /// The limit that was asked for last.
+    last: Option<Constraint>,
     broken: Vec<Broken>,
 }
 
@@ -39,11 +41,13 @@ struct Broken {
     because: String,
     /// Which of what was found it is.
     found: usize,
+    /// What it follows from, where somebody has said so.
+    named: Vec<String>,
 }
 
 impl Report {
     pub(crate) fn new(written: BTreeMap<String, Written>, found: Vec<Found>) -> Self {
-        Self { written, found, limits: BTreeMap::new(), broken: Vec::new() }
+        Self { written, found, limits: BTreeMap::new(), last: None, broken: Vec::new() }
     }
 
     /// Whether nothing is wrong so far.
@@ -123,12 +127,25 @@ impl Report {
             constraint.2 += 1;
         }
         self.limits.insert(constraint.clone(), limit_mm);
+        self.last = Some(constraint.clone());
         let found = self.found.len();
         self.require(holds, path, String::new, String::new);
         if !holds {
             let because = because.to_string();
-            self.broken.push(Broken { constraint, value, limit, because, found });
+            let named = Vec::new();
+            self.broken.push(Broken { constraint, value, limit, because, found, named });
             self.say(self.broken.len() - 1, &[]);
+        }
+    }
+
+    /// Names what a limit follows from that was just asked for and is not kept: where
+    /// [`Report::trace`] would take too long to find it out. Nothing where it is kept.
+    pub fn follows_from(&mut self, paths: &[&str]) {
+        let is_last = |broken: &Broken| self.last.as_ref() == Some(&broken.constraint);
+        if let Some(i) = self.broken.iter().position(is_last) {
+            let named: Vec<String> = paths.iter().map(|path| (*path).to_owned()).collect();
+            self.broken[i].named.clone_from(&named);
+            self.say(i, &named);
         }
     }
 
@@ -146,7 +163,7 @@ impl Report {
         if self.broken.is_empty() {
             return;
         }
-        let mut from = vec![Vec::<String>::new(); self.broken.len()];
+        let mut from: Vec<_> = self.broken.iter().map(|broken| broken.named.clone()).collect();
         for share in SHARES {
             let unknown: Vec<usize> = (0..from.len()).filter(|i| from[*i].is_empty()).collect();
             if unknown.is_empty() {
@@ -180,7 +197,7 @@ impl Report {
 
     /// Message and hint of a limit that is not kept.
     fn say(&mut self, broken: usize, from: &[String]) {
-        let Broken { constraint: (_, path, _), value, limit, because, found } =
+        let Broken { constraint: (_, path, _), value, limit, because, found, .. } =
             &self.broken[broken];
         let related: Vec<String> = from.iter().map(|path| self.related(path)).collect();
         let follows = match related.is_empty() {

@@ -8,7 +8,7 @@ use fabkit_geometry::Length;
 
 use crate::place::{Found, Written};
 use crate::suggest::either;
-use crate::{InvalidDesign, Parameter};
+use crate::{InvalidDesign, Parameter, SourceKind};
 
 /// Lengths that differ by less are the same: rounding in what a limit is computed from.
 const SAME_MM: f64 = 1e-9;
@@ -181,7 +181,9 @@ impl Report {
                 }
             }
         }
-        for (i, from) in from.iter().enumerate() {
+        for (i, from) in from.iter_mut().enumerate() {
+            // What the user has just written is what they will look at first.
+            from.sort_by_key(|path| self.written(path).source.kind != SourceKind::User);
             self.say(i, from);
         }
     }
@@ -243,7 +245,7 @@ fn mm(mm: f64) -> String {
 mod tests {
     use super::*;
     use crate::place::{Layer, Place, WrittenText};
-    use crate::{Dialect, Source, SourceKind};
+    use crate::{Dialect, Source};
 
     fn report() -> Report {
         let place = Place::new(Layer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });

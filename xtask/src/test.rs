@@ -10,7 +10,8 @@ const ALWAYS_VERIFIED: &str = "rtac0";
 
 /// What is verified besides in continuous integration: one sensor of each family, and the fixture with
 /// the most kinds of parts. Built-in variants differ from these in numbers alone.
-const VERIFIED_IN_CI: [&str; 5] = ["rtac0/pin-dome", "fluidic", "shadowtac", "tactip", "uvdtact"];
+const VERIFIED_IN_CI: [&str; 6] =
+    ["rtac0/pin-dome", "9dtact", "fluidic", "shadowtac", "tactip", "uvdtact"];
 
 /// Of a hundred halves, which differ in their protrusions alone.
 const SEMI_DOMES_IN_CI: (&str, [&str; 3]) =

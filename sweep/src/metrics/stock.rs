@@ -24,6 +24,7 @@ const fn stock(word: &'static str, density_g_per_cm3: f64, usd_per_kg: f64) -> S
 /// a chain states it.
 const STOCKS: &[Stock] = &[
     stock("petg", 1.27, 25.0),
+    stock("pet film", 1.39, 15.0),
     stock("pla", 1.24, 25.0),
     stock("asa", 1.07, 30.0),
     stock("abs", 1.04, 25.0),

@@ -3,7 +3,7 @@
 //! A solid and its negative are cut from one and the same tree, so that the chain from print to
 //! silicone to elastomer closes.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, DomeSurface, Placement, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Placement, Solid};
 
 use super::layout::Layout;
 use super::markers;
@@ -23,16 +23,15 @@ fn layer(name: &str, summary: &str, solid: Solid, material: &str) -> Body {
     // Bowls with blind slots or pegs have no handles.
 }
 
-/// The elastomers, the innermost first, then the silicone molds; the black gel ends in the surface
-/// that is touched.
-pub fn layers(p: &HalfEllipsoid, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
-    let mut layers = elastomers(p, layout, touch).to_vec();
+/// The elastomers, the innermost first, then the silicone molds.
+pub fn layers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+    let mut layers = elastomers(p, layout).to_vec();
     layers.push(core(p, layout));
     layers.extend(Boundary::ALL.map(|boundary| cup(p, layout, boundary)));
     layers
 }
 
-fn elastomers(p: &HalfEllipsoid, layout: &Layout, touch: &DomeSurface) -> [Body; 3] {
+fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
     let slotted = markers::slotted(p, layout);
     let whole = |offset| layout.ellipsoid.whole(offset);
     let above_base = |solid: Solid| solid.minus(Solid::below(0.0));
@@ -62,7 +61,9 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout, touch: &DomeSurface) -> [Body;
         layer(
             "black-gel",
             "keeps light in, ambient light out, and takes the wear",
-            touch.solid(0.0, touch.foot_z_mm).minus(whole(layout.outer_offset)),
+            // Not the touched surface's own solid: OpenCascade cuts an ellipsoid from an ellipsoid, but
+            // not from the same shape as a revolved profile. A test holds both against each other.
+            above_base(whole(layout.black_offset)).minus(whole(layout.outer_offset)),
             &p.black_gel.material,
         )
         .colored(BLACK_GEL)

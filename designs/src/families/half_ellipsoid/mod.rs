@@ -68,15 +68,14 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     parts.extend(tooling::parts(p, &layout));
     let pupil_z = layout.camera_front_z - p.camera.pupil_behind_front.mm();
     let size = [p.camera.width_px, p.camera.height_px];
-    let touch = touch(p, &layout);
     let bodies = parts
         .into_iter()
-        .chain(layers::layers(p, &layout, &touch))
+        .chain(layers::layers(p, &layout))
         .chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
         press_fits: Joints::new(p, &layout).holder.press_fit("base").into_iter().collect(),
-        touch: Some(touch.into()),
+        touch: Some(touch(p, &layout).into()),
         ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
     }
 }

@@ -1,6 +1,7 @@
 //! Finding and running the real binary.
 
 use std::collections::BTreeMap;
+use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -44,16 +45,14 @@ impl Run {
     }
 }
 
-/// The binary in the profile of the tests, built if it is out of date.
+/// The command: what `FABKIT` names, or the binary in the profile of the tests, built if it is out of
+/// date.
 pub fn binary() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| build(!cfg!(debug_assertions)))
-}
-
-/// The binary in the other profile, built if it is out of date.
-pub fn other_profile_binary() -> &'static Path {
-    static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| build(cfg!(debug_assertions)))
+    BINARY.get_or_init(|| match env::var_os("FABKIT") {
+        Some(fabkit) => fabkit.into(),
+        None => build(!cfg!(debug_assertions)),
+    })
 }
 
 /// Asks cargo, because only cargo knows where the binary is and whether it is up to date.

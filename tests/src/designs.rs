@@ -1,7 +1,9 @@
 //! The built-in sensors as the library builds them.
 
+use std::env;
+
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
-use fabkit_geometry::Solid;
+use fabkit_geometry::{Body, Solid};
 
 /// Every built-in sensor with its own values.
 ///
@@ -33,6 +35,14 @@ pub fn builtin_fixtures() -> Vec<Design> {
         }
     }
     fixtures
+}
+
+/// The bodies that tests look at: all of them, but of the hundred halves of a fixture, which differ in their
+/// protrusions alone, every tenth. All of these too where `FABKIT_ALL_HALVES` is set.
+pub fn sampled(design: &Design) -> impl Iterator<Item = &Body> {
+    let all = env::var_os("FABKIT_ALL_HALVES").is_some();
+    let number = |body: &Body| body.name.rsplit_once('-').and_then(|(_, n)| n.parse::<u32>().ok());
+    design.sensor.bodies.iter().filter(move |body| all || number(body).is_none_or(|n| n % 10 == 0))
 }
 
 fn solids(design: &Design) -> impl Iterator<Item = &Solid> {

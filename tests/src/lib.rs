@@ -3,5 +3,5 @@
 mod command;
 mod designs;
 
-pub use command::{Run, binary, command, contents, fabkit, other_profile_binary};
-pub use designs::{builtin_designs, builtin_fixtures};
+pub use command::{Run, binary, command, contents, fabkit};
+pub use designs::{builtin_designs, builtin_fixtures, sampled};

@@ -3,16 +3,13 @@
 
 use fabkit_designs::Design;
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{CompiledSolid, Solid};
+use fabkit_geometry::CompiledSolid;
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};
+use fabkit_tests::sampled;
+use rayon::prelude::*;
 
 /// Lines through each body; enough for about 1e-5 of its volume.
 const LINES: u32 = 100_000;
-
-/// Name, solid, and the genus its author counted.
-fn bodies(design: &Design) -> Vec<(String, &Solid, Option<i32>)> {
-    design.sensor.bodies.iter().map(|b| (b.name.clone(), &b.solid, b.genus)).collect()
-}
 
 #[test]
 fn meshes_are_closed_and_have_the_exact_volume() {
@@ -25,24 +22,24 @@ fn so_are_those_of_fixtures() {
 }
 
 fn meshes_have_the_exact_volume(designs: &[Design]) {
-    for design in designs {
-        println!("{:24} {:>12} {:>12} {:>10}", design.sensor.name, "exact mm3", "mesh mm3", "off");
-        for (name, solid, genus) in bodies(design) {
-            let mesh = mesh(solid, DEFAULT_TOLERANCE_MM).unwrap_or_else(|e| panic!("{name}: {e}"));
-            // Closed and oriented after rounding and welding, or an error.
-            let print = mesh.to_print().unwrap_or_else(|e| panic!("{name}: {e}"));
-            if let Some(genus) = genus {
-                assert_eq!(print.genus(), genus, "{name}: genus");
-            }
-            let exact = ray_volume(&CompiledSolid::new(solid).unwrap(), LINES).unwrap();
-            let off = print.volume_mm3() - exact.value_mm3;
-            println!("  {name:22} {:12.4} {:12.4} {off:10.5}", exact.value_mm3, print.volume_mm3());
-            // No facet is farther than the tolerance from the surface, so that the volumes differ
-            // by less than the area times the tolerance.
-            let bound = print.area_mm2() * DEFAULT_TOLERANCE_MM + exact.error_mm3;
-            assert!(off.abs() <= bound, "{name}: {off} mm3 off, bound {bound}");
+    let bodies: Vec<_> = designs.iter().flat_map(|d| sampled(d).map(move |b| (d, b))).collect();
+    println!("{:40} {:>12} {:>12} {:>10}", "body", "exact mm3", "mesh mm3", "off");
+    bodies.par_iter().for_each(|(design, body)| {
+        let name = format!("{}/{}", design.sensor.name, body.name);
+        let mesh = mesh(&body.solid, DEFAULT_TOLERANCE_MM).unwrap_or_else(|e| panic!("{name}: {e}"));
+        // Closed and oriented after rounding and welding, or an error.
+        let print = mesh.to_print().unwrap_or_else(|e| panic!("{name}: {e}"));
+        if let Some(genus) = body.genus {
+            assert_eq!(print.genus(), genus, "{name}: genus");
         }
-    }
+        let exact = ray_volume(&CompiledSolid::new(&body.solid).unwrap(), LINES).unwrap();
+        let off = print.volume_mm3() - exact.value_mm3;
+        println!("{name:40} {:12.4} {:12.4} {off:10.5}", exact.value_mm3, print.volume_mm3());
+        // No facet is farther than the tolerance from the surface, so that the volumes differ by less
+        // than the area times the tolerance.
+        let bound = print.area_mm2() * DEFAULT_TOLERANCE_MM + exact.error_mm3;
+        assert!(off.abs() <= bound, "{name}: {off} mm3 off, bound {bound}");
+    });
 }
 
 #[test]

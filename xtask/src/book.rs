@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use crate::run::{built, cargo, check, exists, in_ci, root, skip, tool};
+use crate::run::{built, check, exists, in_ci, root, skip, tool};
 use pages::Runner;
 
 /// What generated pages say of themselves.
@@ -34,8 +34,7 @@ pub struct Output {
 /// # Errors
 /// Everything that is not as the book says.
 pub fn run(only: Option<&str>) -> Result<(), String> {
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
-    let fabkit = built("release", "fabkit");
+    let fabkit = crate::run::fabkit()?;
     let chosen = env::var_os("FABKIT_PYTHON").map(|python| Ok(python.into()));
     let python = match chosen.unwrap_or_else(crate::python::environment) {
         Ok(python) => Some(python),

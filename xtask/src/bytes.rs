@@ -5,9 +5,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{built, cargo, check, root};
+use crate::run::{built, cargo, check, fabkit, root};
 
-const USAGE: &str = "usage: cargo xtask bytes [--accept]";
+const USAGE: &str = "usage: cargo xtask bytes [--accept | --debug]";
 
 /// One line for each file: its hash, then design and name.
 ///
@@ -24,19 +24,20 @@ const PATTERN: &str = "pair = HALF-001 + HALF-044\n";
 /// Fixtures that have halves, and what a half is called.
 const HALVES: [(&str, &str); 2] = [("semi-domes", "semi-dome"), ("half-plates", "half-plate")];
 
-/// Compares with the list, or writes it anew.
+/// Compares with the list or, where debug builds could differ, with a debug build; or writes the list
+/// anew.
 pub fn run(arguments: &[String]) -> Result<(), String> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let accept = match *words {
-        [] => false,
-        ["--accept"] => true,
+    let (accept, debug) = match *words {
+        [] => (false, false),
+        ["--accept"] => (true, false),
+        ["--debug"] => (false, true),
         _ => return Err(USAGE.into()),
     };
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
-    let fabkit = built("release", "fabkit");
-    let mut now = BTreeMap::new();
-    for sensor in sensors(&fabkit)? {
-        hash_exports(&fabkit, &sensor, &mut now)?;
+    let now = hashes(&fabkit()?)?;
+    if debug {
+        check(cargo().args(["build", "--package", "fabkit"]))?;
+        return compared("the release build", &now, &hashes(&built("debug", "fabkit"))?);
     }
     let list = root().join(LIST);
     if accept {
@@ -49,10 +50,20 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         .filter_map(|line| line.split_once(' '))
         .map(|(hash, file)| (file.to_owned(), hash.to_owned()))
         .collect();
-    compared(&before, &now)
+    compared(LIST, &before, &now)
+}
+
+/// The hashes of everything that a command exports.
+fn hashes(fabkit: &Path) -> Result<BTreeMap<String, String>, String> {
+    let mut hashes = BTreeMap::new();
+    for sensor in sensors(fabkit)? {
+        hash_exports(fabkit, &sensor, &mut hashes)?;
+    }
+    Ok(hashes)
 }
 
 fn compared(
+    what: &str,
     before: &BTreeMap<String, String>,
     now: &BTreeMap<String, String>,
 ) -> Result<(), String> {
@@ -72,12 +83,12 @@ fn compared(
     }
     if different > 0 {
         return Err(format!(
-            "{different} of {} files differ from {LIST}; where that is meant, write it anew with \
+            "{different} of {} files differ from {what}; where that is meant, write {LIST} anew with \
              `cargo xtask bytes --accept` and say why",
             now.len()
         ));
     }
-    println!("{} files, byte for byte as listed in {LIST}", now.len());
+    println!("{} files, byte for byte as in {what}", now.len());
     Ok(())
 }
 

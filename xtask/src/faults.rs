@@ -1,4 +1,4 @@
-//! `cargo xtask faults [--rounds N] [--seed N] [--no-build]`: what is on disk after anything that can go wrong.
+//! `cargo xtask faults [--rounds N] [--seed N]`: what is on disk after anything that can go wrong.
 //!
 //! A small library that is loaded before the C library ([`shim`]) fails or kills the command at each
 //! of its calls of open, write, rename, link and fsync; others are killed at random moments, run at
@@ -19,7 +19,7 @@ use std::thread;
 
 use self::random::Random;
 use self::scenarios::Scenario;
-use crate::run::{built, cargo, check, root, skip};
+use crate::run::{built, root, skip};
 
 /// Of one round. The gate does one; a thorough search some twenty.
 const FAULTS: usize = 220;
@@ -49,15 +49,12 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         value.map_or(Ok(usual), |v| v.parse().map_err(|_| format!("{name} needs a number")))
     };
     let (rounds, seed) = (option("--rounds", 1)?, option("--seed", 1)?);
-    if !arguments.iter().any(|argument| argument == "--no-build") {
-        check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
-    }
     let scratch = Scratch::new(seed)?;
     let shim = match shim::build(&scratch.0) {
         Ok(shim) => shim,
         Err(why) => return skip("injected faults", &why),
     };
-    let fabkit = built("release", "fabkit");
+    let fabkit = crate::run::fabkit()?;
     let mut scenarios = scenarios::all(&fabkit, &scratch.0)?;
     for scenario in &mut scenarios {
         scenario.prepare(&shim)?;

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::run::{built, cargo, check, root};
+use crate::run::{check, fabkit, program, root};
 
 /// In the gate; together with starting all processes, well below two minutes.
 const SECONDS: &str = "75";
@@ -32,10 +32,7 @@ pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), String> {
     if !cfg!(target_os = "linux") {
         return crate::run::skip("fuzzing", "memory is limited by what Linux has for it");
     }
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
-    check(cargo().args(["build", "--release", "--package", "fabkit-fuzz-targets"]))?;
-    let kept = root().join("target/fuzz");
-    let mut fuzz = Command::new(built("release", "fabkit-fuzz"));
-    fuzz.arg(root().join("fuzz/corpus")).arg(kept).arg(built("release", "fabkit"));
+    let mut fuzz = Command::new(program("fabkit-fuzz-targets", "fabkit-fuzz")?);
+    fuzz.arg(root().join("fuzz/corpus")).arg(root().join("target/fuzz")).arg(fabkit()?);
     check(fuzz.args([runs, seconds, seed]).args(names))
 }

@@ -29,7 +29,9 @@ Tasks:
                      Feed everything that reads files, and the command, with files that are nearly right
   python             Build the Python package's wheel, install it, run its tests; types and style
   book [PAGE]        Write the book's reference, run every command and program in it, make its HTML
-  bytes [--accept]   Compare the bytes of all exports with the list in xtask/bytes.txt, or write it anew
+  bytes [--accept | --debug]
+                     Compare the bytes of all exports with the list in xtask/bytes.txt, or write it anew;
+                     or compare those of a release and of a debug build
   faults [--rounds N] [--seed N]
                      Fail each system call, kill, crowd and starve commands; look at what is on disk
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md

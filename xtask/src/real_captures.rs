@@ -8,7 +8,6 @@ use crate::run::{cargo, check};
 pub fn run(folder: Option<PathBuf>) -> Result<(), String> {
     let folder = folder.ok_or("name the folder: pictures, ref.png and holes.json")?;
     let folder = folder.canonicalize().map_err(|e| format!("{}: {e}", folder.display()))?;
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
     check(
         cargo()
             .args(["test", "--release", "--package", "fabkit-tests", "--test", "real_captures"])

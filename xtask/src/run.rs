@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The workspace's root.
 pub fn root() -> &'static Path {
@@ -59,6 +60,36 @@ pub fn exists(program: &Path) -> bool {
 /// Where `cargo install --root .tools` puts a program.
 pub fn tool(name: &str) -> PathBuf {
     root().join(".tools/bin").join(format!("{name}{}", env::consts::EXE_SUFFIX))
+}
+
+/// Everything was built by [`build_workspace`].
+static ALL_BUILT: AtomicBool = AtomicBool::new(false);
+
+/// Builds all that the tests need in one go.
+///
+/// Cargo joins the features that the packages of one call ask of their dependencies: with one call for
+/// the command, one for the fuzz targets and one for the tests, every crate would be compiled three times.
+pub fn build_workspace() -> Result<(), String> {
+    check(cargo().args(["build", "--release", "--workspace", "--all-targets"]))?;
+    ALL_BUILT.store(true, Ordering::Relaxed);
+    Ok(())
+}
+
+/// A program of one of the workspace's packages, built first: in release, or where `FABKIT` says that
+/// the command is.
+pub fn program(package: &str, name: &str) -> Result<PathBuf, String> {
+    if let Some(fabkit) = env::var_os("FABKIT") {
+        return Ok(Path::new(&fabkit).with_file_name(format!("{name}{}", env::consts::EXE_SUFFIX)));
+    }
+    if !ALL_BUILT.load(Ordering::Relaxed) {
+        check(cargo().args(["build", "--release", "--package", package]))?;
+    }
+    Ok(built("release", name))
+}
+
+/// The command.
+pub fn fabkit() -> Result<PathBuf, String> {
+    program("fabkit", "fabkit")
 }
 
 /// Where cargo puts what it builds in a profile, `debug` or `release`.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{built, cargo, check, in_ci, root, skip, skipped};
+use crate::run::{build_workspace, cargo, check, fabkit, in_ci, root, skip, skipped};
 
 /// The sensor that is verified everywhere.
 const ALWAYS_VERIFIED: &str = "rtac0";
@@ -25,9 +25,7 @@ const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 
 /// Builds, lets the outside oracles read what the command writes, and runs all tests.
 pub fn run() -> Result<(), String> {
-    // Both profiles: a test compares their bytes.
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
-    check(cargo().args(["build", "--package", "fabkit"]))?;
+    build_workspace()?;
     match crate::python::environment() {
         Ok(python) => oracles(&python)?,
         Err(why) => skip("the outside oracles and other kernels", &why)?,
@@ -41,7 +39,8 @@ pub fn run() -> Result<(), String> {
     #[cfg(unix)]
     crate::faults::run(&[])?;
     // Last, so that its summary ends the output. Doc tests are part of it.
-    let tests = check(cargo().args(["test", "--workspace", "--release", "--no-fail-fast"]));
+    let tests = ["test", "--workspace", "--release", "--no-fail-fast"];
+    let tests = check(cargo().args(tests).env("FABKIT", fabkit()?));
     for step in skipped() {
         println!("xtask: SKIPPED {step}");
     }
@@ -49,7 +48,7 @@ pub fn run() -> Result<(), String> {
 }
 
 fn oracles(python: &Path) -> Result<(), String> {
-    let fabkit = built("release", "fabkit");
+    let fabkit = fabkit()?;
     let script = |path: &str| {
         let mut command = Command::new(python);
         command.arg(root().join(path)).env("FABKIT_PYTHON", python);
@@ -96,7 +95,9 @@ fn opencv_detector() -> Result<(), String> {
     }
     let package = ["--package", "fabkit-calibration", "--features", "opencv"];
     let tests = ["--test", "boards", "opencv", "--", "--nocapture"];
-    check(cargo().args(["clippy"]).args(package).args(["--all-targets", "--", "-D", "warnings"]))?;
+    // In release as well: the bindings are made once.
+    let clippy = ["--release", "--all-targets", "--", "-D", "warnings"];
+    check(cargo().args(["clippy"]).args(package).args(clippy))?;
     check(cargo().args(["test", "--release"]).args(package).args(tests))
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{built, cargo, check, root};
+use crate::run::{check, fabkit, root};
 
 const USAGE: &str = "usage: cargo xtask variants N [--seed S], with N at least 1";
 
@@ -18,8 +18,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     let count: u32 = count.parse().ok().filter(|count| *count > 0).ok_or(USAGE)?;
     let seed: u64 = seed.parse().map_err(|_| USAGE)?;
     let python = crate::python::environment()?;
-    check(cargo().args(["build", "--release", "--package", "fabkit"]))?;
-    judge(&python, &built("release", "fabkit"), count, seed)
+    judge(&python, &fabkit()?, count, seed)
 }
 
 /// The same with an environment and a binary that are there.

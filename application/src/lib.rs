@@ -34,6 +34,7 @@ pub use fabkit_export as export;
 pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_mesh as mesh;
+pub use fabkit_picture as picture;
 pub use fabkit_sweep as sweep;
 pub use fabkit_text as text;
 

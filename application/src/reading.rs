@@ -3,6 +3,7 @@
 //! Everything that fabkit reads comes through here: a pipe that nobody writes to must not stop it, a
 //! device must not feed it for ever, and nothing is read that is larger than its kind can be.
 
+use std::cmp::Ordering;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -138,6 +139,35 @@ pub fn read_text(path: &Path, expected: Expected) -> Result<String, ReadError> {
         let line = 1 + error.as_bytes()[..valid].iter().filter(|b| **b == b'\n').count();
         ReadError::NotText { path: path.into(), line, byte: valid + 1 }
     })
+}
+
+/// The order in which people look for names: runs of digits count as numbers.
+///
+/// ```
+/// use fabkit_application::reading::natural_order;
+/// let mut names = ["7_12.png", "7_2.png", "10.png", "9.png", "07_2.png"];
+/// names.sort_by(|a, b| natural_order(a, b));
+/// assert_eq!(names, ["07_2.png", "7_2.png", "7_12.png", "9.png", "10.png"]);
+/// ```
+pub fn natural_order(a: &str, b: &str) -> Ordering {
+    // Texts and numbers by turns, a text first; as many digits as there are.
+    let pieces = |name: &str| {
+        let mut pieces: Vec<(String, String)> = vec![Default::default()];
+        for c in name.chars() {
+            match pieces.last_mut() {
+                Some((_, number)) if c.is_ascii_digit() => number.push(c),
+                Some((text, number)) if number.is_empty() => text.push(c),
+                _ => pieces.push((c.into(), String::new())),
+            }
+        }
+        let valued = |(text, number): (String, String)| {
+            let value = number.trim_start_matches('0').to_owned();
+            (text, value.len(), value)
+        };
+        pieces.into_iter().map(valued).collect::<Vec<_>>()
+    };
+    // `07` and `7` are the same number, not the same name.
+    pieces(a).cmp(&pieces(b)).then_with(|| a.cmp(b))
 }
 
 /// Whether a name ends as files of a kind do: `has_ending(path, "png")`.

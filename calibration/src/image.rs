@@ -1,6 +1,6 @@
 //! Grey pictures and how they are read.
 
-use std::io::Cursor;
+use fabkit_picture::{Picture, PictureError, Values};
 
 /// Most pixels in a picture.
 pub const MAX_PIXELS: u64 = 64 << 20;
@@ -8,8 +8,6 @@ pub const MAX_PIXELS: u64 = 64 << 20;
 pub const MAX_SIDE_PX: u32 = 16_384;
 /// Shortest side, px: below, a pin or a board's corner has no pixels to be found by.
 pub const MIN_SIDE_PX: u32 = 64;
-/// Memory the decoder may use besides the picture itself, bytes: rows, palettes, texts.
-const DECODER_BYTES: usize = 32 << 20;
 
 /// A picture of brightness, 0 for black to 1 for the largest value its file can hold.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,12 +21,12 @@ pub struct GreyImage {
 /// Why a picture cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
-    /// Not a PNG, or a damaged one.
-    #[error("not a readable PNG: {reason}")]
-    Unreadable {
-        /// What the decoder says.
-        reason: String,
-    },
+    /// Not a picture, or a damaged one.
+    #[error(transparent)]
+    Unreadable(#[from] PictureError),
+    /// Values that are not one finite brightness for each pixel.
+    #[error("needs one finite brightness per pixel")]
+    Values,
     /// Too large or too small.
     #[error(
         "{width_px} x {height_px} px; sides are {MIN_SIDE_PX} px to {MAX_SIDE_PX} px, {MAX_PIXELS} pixels in all"
@@ -45,49 +43,39 @@ impl GreyImage {
     /// A picture from brightness row by row from the top.
     ///
     /// # Errors
-    /// [`ImageError::Size`] outside the limits; [`ImageError::Unreadable`] where the number of
-    /// values is not width times height or one is not finite.
+    /// [`ImageError::Size`] outside the limits; [`ImageError::Values`] where the number of values is not
+    /// width times height or one is not finite.
     pub fn new(width_px: u32, height_px: u32, values: Vec<f32>) -> Result<Self, ImageError> {
         check_size(width_px, height_px)?;
         let (width_px, height_px) = (width_px as usize, height_px as usize);
         if values.len() != width_px * height_px || values.iter().any(|v| !v.is_finite()) {
-            let reason = "needs one finite brightness per pixel".into();
-            return Err(ImageError::Unreadable { reason });
+            return Err(ImageError::Values);
         }
         Ok(Self { width_px, height_px, values })
     }
 
-    /// Width and height of a PNG, px, from its header: to refuse it before anything is decoded.
+    /// Width and height of a file's picture, px, from its header: to refuse it before anything is decoded.
     ///
     /// # Errors
     /// [`ImageError`].
-    pub fn png_size(bytes: &[u8]) -> Result<[u32; 2], ImageError> {
-        decoder(bytes).map(|(_, size_px)| size_px)
+    pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], ImageError> {
+        let [width_px, height_px] = fabkit_picture::size_px(bytes)?;
+        check_size(width_px, height_px)?;
+        Ok([width_px, height_px])
     }
 
-    /// Reads a PNG: grey of 1 to 16 bits, palettes, and colours, which are weighted as in ITU-R
-    /// BT.709. Transparency is ignored.
-    ///
-    /// Rows are decoded one by one, so that memory is that of the result; only interlaced pictures
-    /// are decoded as a whole.
+    /// Reads a PNG, JPEG, TIFF or BMP. Colours are weighted as in ITU-R BT.709; transparency is ignored.
     ///
     /// # Errors
     /// [`ImageError`]; sizes are checked before anything is decoded.
-    pub fn from_png(bytes: &[u8]) -> Result<Self, ImageError> {
-        let (decoder, [width_px, height_px]) = decoder(bytes)?;
-        let mut reader = decoder.read_info().map_err(unreadable)?;
-        let (color, depth) = reader.output_color_type();
-        let mut values = Vec::with_capacity(width_px as usize * height_px as usize);
-        if reader.info().interlaced {
-            let size = reader.output_buffer_size();
-            let mut buffer = vec![0; size.ok_or(ImageError::Size { width_px, height_px })?];
-            let frame = reader.next_frame(&mut buffer).map_err(unreadable)?;
-            add_grey(&buffer[..frame.buffer_size()], color, depth, &mut values);
-        } else {
-            while let Some(row) = reader.next_row().map_err(unreadable)? {
-                add_grey(row.data(), color, depth, &mut values);
-            }
-        }
+    pub fn read(bytes: &[u8]) -> Result<Self, ImageError> {
+        Self::size_px(bytes)?;
+        let Picture { width_px, height_px, channels, values } =
+            fabkit_picture::read(bytes, MAX_PIXELS)?;
+        let values = match values {
+            Values::U8(values) => grey(&values, channels, f32::from(u8::MAX)),
+            Values::U16(values) => grey(&values, channels, f32::from(u16::MAX)),
+        };
         Self::new(width_px, height_px, values)
     }
 
@@ -159,38 +147,19 @@ impl GreyImage {
     }
 }
 
-type Decoder<'a> = png::Decoder<Cursor<&'a [u8]>>;
-
-/// A decoder, and the picture's size, which is within the limits.
-fn decoder(bytes: &[u8]) -> Result<(Decoder<'_>, [u32; 2]), ImageError> {
-    let limits = png::Limits { bytes: DECODER_BYTES };
-    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let header = decoder.read_header_info().map_err(unreadable)?;
-    let (width_px, height_px) = (header.width, header.height);
-    check_size(width_px, height_px)?;
-    Ok((decoder, [width_px, height_px]))
-}
-
-fn unreadable(error: png::DecodingError) -> ImageError {
-    ImageError::Unreadable { reason: error.to_string() }
-}
-
-/// Adds the brightness of decoded pixels.
-fn add_grey(bytes: &[u8], color: png::ColorType, depth: png::BitDepth, values: &mut Vec<f32>) {
-    let sample = |bytes: &[u8]| match bytes {
-        [high, low] => f32::from(u16::from_be_bytes([*high, *low])) / 65535.0,
-        _ => f32::from(bytes[0]) / 255.0,
-    };
-    let size = if depth == png::BitDepth::Sixteen { 2 } else { 1 };
-    let pixels = bytes.chunks_exact(size * color.samples());
-    match color {
-        png::ColorType::Rgb | png::ColorType::Rgba => values.extend(pixels.map(|pixel| {
-            let [red, green, blue] = [0, 1, 2].map(|i| sample(&pixel[size * i..size * (i + 1)]));
-            0.2126 * red + 0.7152 * green + 0.0722 * blue
-        })),
-        _ => values.extend(pixels.map(|pixel| sample(&pixel[..size]))),
+/// The brightness of pixels whose values go up to `white`.
+fn grey<T: Copy + Into<f32>>(values: &[T], channels: u32, white: f32) -> Vec<f32> {
+    let sample = |value: T| value.into() / white;
+    if channels == 1 {
+        return values.iter().map(|value| sample(*value)).collect();
     }
+    let (pixels, _) = values.as_chunks::<3>();
+    pixels
+        .iter()
+        .map(|[red, green, blue]| {
+            0.2126 * sample(*red) + 0.7152 * sample(*green) + 0.0722 * sample(*blue)
+        })
+        .collect()
 }
 
 fn check_size(width_px: u32, height_px: u32) -> Result<(), ImageError> {

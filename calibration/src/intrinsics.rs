@@ -23,7 +23,7 @@ use nalgebra::DMatrix;
 pub use advice::{Advice, COVERAGE, Coverage, Worth};
 use bundle::{Fit, Scaled, State};
 pub use models::LensModel;
-pub use rays::{RaySigma, RaySigmas, Rays};
+pub use rays::{GRID, RaySigma, RaySigmas, Rays};
 
 /// Fewer views cannot tell the camera from the poses.
 pub const MIN_VIEWS: usize = 3;

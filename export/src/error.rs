@@ -80,12 +80,6 @@ pub enum ExportError {
     /// The PNG encoder refused.
     #[error("PNG: {0}")]
     Png(#[from] png::EncodingError),
-    /// Bytes that are no picture.
-    #[error("not a readable PNG: {0}")]
-    NotPng(#[from] png::DecodingError),
-    /// A picture of more than 8 bits, which training sets are not made of.
-    #[error("a picture of 16 bits a sample; 8 bits are read")]
-    TooDeep,
     /// The deflate encoder refused.
     #[error("deflate: {0}")]
     Deflate(#[from] std::io::Error),

@@ -54,73 +54,6 @@ pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-/// What a PNG holds.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pixels {
-    /// Columns.
-    pub width_px: u32,
-    /// Rows.
-    pub height_px: u32,
-    /// Values of a pixel: 1 for grey, 3 for colours.
-    pub channels: u32,
-    /// Row by row from the top.
-    pub values: Vec<u8>,
-}
-
-/// Width and height of a PNG, px, from its header: to refuse it before anything is decoded.
-///
-/// # Errors
-/// As [`read_png`].
-pub fn png_size(bytes: &[u8]) -> Result<[u32; 2], ExportError> {
-    let mut decoder = decoder(bytes)?;
-    let header = decoder.read_header_info()?;
-    Ok([header.width, header.height])
-}
-
-/// Most pixels that are read.
-const MAX_READ: u64 = 64_000_000;
-
-/// A decoder of a picture within the limits.
-fn decoder(bytes: &[u8]) -> Result<png::Decoder<std::io::Cursor<&[u8]>>, ExportError> {
-    // Besides the picture itself: rows, palettes, texts.
-    let limits = png::Limits { bytes: 32 << 20 };
-    let mut decoder = png::Decoder::new_with_limits(std::io::Cursor::new(bytes), limits);
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let header = decoder.read_header_info()?;
-    let needed = u64::from(header.width) * u64::from(header.height);
-    if needed > MAX_READ {
-        return Err(ExportError::TooLarge { what: "a picture", needed, limit: MAX_READ });
-    }
-    if header.bit_depth == png::BitDepth::Sixteen {
-        return Err(ExportError::TooDeep);
-    }
-    Ok(decoder)
-}
-
-/// Reads a PNG of 8 bits or less a sample; palettes become colours, transparency is dropped.
-///
-/// # Errors
-/// [`ExportError::NotPng`], [`ExportError::TooDeep`], or [`ExportError::TooLarge`] above 64
-/// million pixels, before anything is decoded.
-pub fn read_png(bytes: &[u8]) -> Result<Pixels, ExportError> {
-    let mut decoder = decoder(bytes)?;
-    let header = decoder.read_header_info()?;
-    let (width_px, height_px) = (header.width, header.height);
-    let needed = u64::from(width_px) * u64::from(height_px);
-    let mut reader = decoder.read_info()?;
-    let too_large = ExportError::TooLarge { what: "a picture", needed, limit: MAX_READ };
-    let mut values = vec![0; reader.output_buffer_size().ok_or(too_large)?];
-    let frame = reader.next_frame(&mut values)?;
-    values.truncate(frame.buffer_size());
-    let samples = frame.color_type.samples();
-    let channels = if samples < 3 { 1 } else { 3 };
-    if samples != channels {
-        values =
-            values.chunks_exact(samples).flat_map(|pixel| &pixel[..channels]).copied().collect();
-    }
-    Ok(Pixels { width_px, height_px, channels: channels as u32, values })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,10 +69,6 @@ mod tests {
         let info = reader.next_frame(&mut read).unwrap();
         assert_eq!((info.width, info.height), (width_px, height_px));
         assert_eq!(read, rgb);
-        let again = png(width_px, height_px, &rgb).unwrap();
-        let pixels = read_png(&again).unwrap();
-        assert_eq!(pixels, Pixels { width_px, height_px, channels: 3, values: rgb });
-        assert!(matches!(read_png(&again[..60]), Err(ExportError::NotPng(_))));
     }
 
     #[test]
@@ -151,7 +80,6 @@ mod tests {
         reader.next_frame(&mut read).unwrap();
         let pairs = read.chunks_exact(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]]));
         assert!(pairs.eq(grey));
-        assert!(matches!(read_png(&bytes), Err(ExportError::TooDeep)));
         assert!(grey16_png(7, 6, &[0; 35]).is_err());
     }
 

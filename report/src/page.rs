@@ -2,22 +2,40 @@
 
 use crate::escape;
 
+/// Light and dark as the reader's machine has it, from 400 px to a wide screen, and on paper. What is
+/// drawn says how it looks in attributes (see `svg.rs`), which these rules change in the dark.
 const STYLE: &str = "
-body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; border-bottom: 1px solid #ccc; }
-table { border-collapse: collapse; margin: .6rem 0; } th, td { padding: .15rem .7rem; text-align: right; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; } tr.chosen { font-weight: 600; background: #eef4fb; }
-.warnings li { margin: .3rem 0; } .warnings { background: #fff6e0; border-left: 4px solid #d89b00; padding: .4rem 1rem; }
-figure { margin: 1rem 0; } figcaption { color: #555; font-size: .9rem; } .pair { display: flex; gap: 1rem; } .pair > * { flex: 0 1 50%; }
-svg { width: 100%; height: auto; }
-@media print { body { margin: 0; max-width: none; } h2, figure, table { break-inside: avoid; } }
+:root { color-scheme: light dark; --ink: #222; --paper: #fff; --quiet: #555; --line: #ccc; --chosen: #eef4fb; --warn: #fff6e0; }
+body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: var(--ink); background: var(--paper); overflow-wrap: break-word; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; border-bottom: 1px solid var(--line); }
+.table { overflow-x: auto; margin: .6rem 0; } table { border-collapse: collapse; } th, td { padding: .15rem .7rem; text-align: right; border-bottom: 1px solid var(--line); }
+th:first-child, td:first-child { text-align: left; padding-left: 0; } tr.chosen { font-weight: 600; background: var(--chosen); }
+.warnings li { margin: .3rem 0; } .warnings { background: var(--warn); border-left: 4px solid #d89b00; padding: .4rem 1rem; }
+figure { margin: 1rem 0; } figcaption { color: var(--quiet); font-size: .9rem; } .pair { display: flex; flex-wrap: wrap; gap: 1rem; } .pair > * { flex: 1 1 18rem; margin: 0; }
+svg { width: 100%; height: auto; } circle:hover { stroke: currentColor; }
+@media (max-width: 30rem) { body { margin: 1rem auto; padding: 0 .6rem; } th, td { padding: .15rem .4rem; } svg text { font-size: 20px; } }
+@media screen and (prefers-color-scheme: dark) {
+:root { --ink: #ddd; --paper: #16181b; --quiet: #aaa; --line: #444; --chosen: #22303f; --warn: #33290f; }
+svg text { fill: #bbb; } svg [fill='#fafafa'] { fill: #1f2226; } svg [fill='#fbe9d0'] { fill: #4a3413; } svg [fill='#1f4e79'] { fill: #7db4e6; }
+svg [stroke='#e3e3e3'] { stroke: #3a3d41; } svg [stroke='#c0392b'] { stroke: #ff7b6b; } }
+@media print { body { margin: 0; max-width: none; } h2, figure, tr { break-inside: avoid; } h2 { break-after: avoid; } .table { overflow: visible; } }
 ";
 
-/// A whole page; `title` is plain text, `body` is HTML.
+/// A whole page; `title` is plain text, `body` is HTML. Tables that are wider than the screen scroll.
+///
+/// ```
+/// let page = fabkit_report::page("Pins", "<table><tr><td>1</td></tr></table>");
+/// assert!(page.contains("width=device-width") && page.contains("<div class=\"table\""));
+/// ```
 pub fn page(title: &str, body: &str) -> String {
     let title = escape(title);
+    // A box that scrolls can be reached with the keyboard.
+    let body = body
+        .replace("<table>", "<div class=\"table\" tabindex=\"0\"><table>")
+        .replace("</table>", "</table></div>");
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
          <title>{title}</title><style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n{body}\
          </body></html>\n"
     )

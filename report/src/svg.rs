@@ -57,6 +57,19 @@ impl Svg {
         );
     }
 
+    /// A filled rectangle from its upper left corner, with what it says when pointed at.
+    pub fn cell(&mut self, corner: [f64; 2], size: [f64; 2], fill: &str, title: &str) {
+        let _ = write!(
+            self.body,
+            r#"<rect fill="{fill}" x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}"><title>{}</title></rect>"#,
+            corner[0],
+            corner[1],
+            size[0],
+            size[1],
+            escape(title)
+        );
+    }
+
     /// Anchored at `start`, `middle` or `end`.
     pub fn text(&mut self, at: [f64; 2], anchor: &str, text: &str) {
         let _ = write!(

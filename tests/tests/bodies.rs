@@ -2,8 +2,8 @@
 //! author counted, and of the volume that exact lines measure.
 
 use fabkit_designs::Design;
-use fabkit_geometry::measure::ray_volume;
 use fabkit_geometry::CompiledSolid;
+use fabkit_geometry::measure::ray_volume;
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};
 use fabkit_tests::sampled;
 use rayon::prelude::*;
@@ -26,7 +26,8 @@ fn meshes_have_the_exact_volume(designs: &[Design]) {
     println!("{:40} {:>12} {:>12} {:>10}", "body", "exact mm3", "mesh mm3", "off");
     bodies.par_iter().for_each(|(design, body)| {
         let name = format!("{}/{}", design.sensor.name, body.name);
-        let mesh = mesh(&body.solid, DEFAULT_TOLERANCE_MM).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let mesh =
+            mesh(&body.solid, DEFAULT_TOLERANCE_MM).unwrap_or_else(|e| panic!("{name}: {e}"));
         // Closed and oriented after rounding and welding, or an error.
         let print = mesh.to_print().unwrap_or_else(|e| panic!("{name}: {e}"));
         if let Some(genus) = body.genus {

@@ -9,15 +9,16 @@ use fabkit_calibration::captures::{self, ListedPin};
 use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::pins::DetectionOptions;
 use fabkit_calibration::report::CaptureRecord;
+use fabkit_picture::{ENDINGS, is_named_as_one};
 
 use super::{CalibratingError, pictures};
 use crate::Error;
-use crate::reading::{self, Expected};
+use crate::reading::{self, Expected, natural_order};
 
 /// Most pictures in a folder.
 pub(super) const MAX_PICTURES: usize = 10_000;
 /// Names under which the picture without contact is looked for.
-const REFERENCES: [&str; 2] = ["ref.png", "reference.png"];
+const REFERENCES: [&str; 2] = ["ref", "reference"];
 /// Name of the list of captures.
 pub(super) const LIST: &str = "captures.csv";
 
@@ -57,7 +58,10 @@ pub fn read<'a>(
     let list = list_in(folder)?;
     let reference = match reference {
         Some(path) => Some(path.to_owned()),
-        None => REFERENCES.iter().map(|name| folder.join(name)).find(|path| path.is_file()),
+        None => REFERENCES
+            .iter()
+            .flat_map(|name| ENDINGS.map(|end| folder.join(format!("{name}.{end}"))))
+            .find(|path| path.is_file()),
     };
     let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
     if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 {
@@ -227,14 +231,14 @@ fn pictures_in(folder: &Path) -> Result<Vec<String>, CalibratingError> {
         let name = entry.map_err(unreadable)?.file_name();
         // Names that are not UTF-8 hold no label either.
         let Some(name) = name.to_str() else { continue };
-        if name.to_ascii_lowercase().ends_with(".png") {
+        if is_named_as_one(name) {
             files.push(name.to_owned());
         }
         if files.len() > MAX_PICTURES {
             return Err(CalibratingError::TooManyPictures { folder: folder.into() });
         }
     }
-    files.sort();
+    files.sort_by(|a, b| natural_order(a, b));
     Ok(files)
 }
 

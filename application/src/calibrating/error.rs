@@ -269,7 +269,7 @@ impl Explained for CalibratingError {
                 }
             },
             Self::NoCaptures { .. } => {
-                "captures are PNG files, named after their holes as in 01_05_08.png"
+                "captures are PNG, JPEG, TIFF or BMP files, named after their holes as in 01_05_08.png"
             }
             Self::NoReference { .. } => "save one there as ref.png, or name it",
             Self::SeveralKinds { .. } => {

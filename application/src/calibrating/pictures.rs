@@ -15,16 +15,16 @@ use crate::reading::{self, Expected};
 const PICTURE: Expected = Expected {
     what: "a picture",
     max_bytes: 256 << 20,
-    hint: "pictures of tactile sensors are PNG files of a few megabytes at most",
+    hint: "pictures of tactile sensors are files of a few megabytes at most",
 };
 
 /// What decoding takes for each pixel besides the picture, bytes: the file, and all of the widest
-/// pixels at once where rows are interlaced.
+/// pixels.
 const DECODING_BYTES: u64 = 16;
 /// What looking for pins takes for each pixel, the picture itself included, bytes.
 const PINS_BYTES: u64 = 32;
 
-/// Reads a PNG whose size passes a test, made before anything is decoded.
+/// Reads a picture whose size passes a test, made before anything is decoded.
 pub(super) fn read(
     path: &Path,
     fits: impl Fn([u32; 2]) -> Result<(), Error>,
@@ -33,8 +33,8 @@ pub(super) fn read(
     let wrong = |source: ImageError| {
         Error::from(CalibratingError::Picture { file: path.display().to_string(), source })
     };
-    fits(GreyImage::png_size(&bytes).map_err(wrong)?)?;
-    GreyImage::from_png(&bytes).map_err(wrong)
+    fits(GreyImage::size_px(&bytes).map_err(wrong)?)?;
+    GreyImage::read(&bytes).map_err(wrong)
 }
 
 /// Does something with pictures of this size, as many at once as there is memory for; `each` is what

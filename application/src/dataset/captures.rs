@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{Element, Pixels, ZarrArray, png_size, read_png, zarr_pack};
+use fabkit_export::{Element, ZarrArray, zarr_pack};
+use fabkit_picture::{ENDINGS, Picture, Values};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -26,7 +27,7 @@ const LIST: Expected = Expected {
 const PICTURE: Expected = Expected {
     what: "a capture",
     max_bytes: 256 << 20,
-    hint: "captures are PNG files of a few megabytes at most",
+    hint: "captures are files of a few megabytes at most",
 };
 
 /// One picture for each half: left halves, then right ones.
@@ -80,7 +81,7 @@ impl Captures {
                 }
             }
         }
-        let read: Vec<Result<Pixels, String>> =
+        let read: Vec<Result<(u32, Vec<u8>), String>> =
             files.par_iter().map(|file| read_one(file, size_px)).collect();
         let mut pictures = Vec::new();
         let mut channels = None;
@@ -88,12 +89,12 @@ impl Captures {
             let shown = file.display();
             match pixels {
                 Err(message) => faults.push(message),
-                Ok(p) if channels.is_some_and(|count| count != p.channels) => {
-                    faults.push(format!("{shown} has {} channels; the first has not", p.channels));
+                Ok((of_this, _)) if channels.is_some_and(|count| count != of_this) => {
+                    faults.push(format!("{shown} has {of_this} channels; the first has not"));
                 }
-                Ok(p) => {
-                    channels = Some(p.channels);
-                    pictures.push(p.values);
+                Ok((of_this, values)) => {
+                    channels = Some(of_this);
+                    pictures.push(values);
                 }
             }
         }
@@ -192,8 +193,10 @@ fn in_folder(folder: &Path, patterns: &[String]) -> Found {
     let mut found = Found::new();
     for side in SIDES {
         for pattern in patterns {
-            let files = ["png", "PNG"].map(|end| folder.join(format!("{pattern}-{side}.{end}")));
-            let files = files.into_iter().filter(|file| file.is_file()).collect();
+            let endings =
+                ENDINGS.into_iter().flat_map(|end| [end.into(), end.to_ascii_uppercase()]);
+            let files = endings.map(|end: String| folder.join(format!("{pattern}-{side}.{end}")));
+            let files = files.filter(|file| file.is_file()).collect();
             found.insert((pattern.clone(), side), files);
         }
     }
@@ -237,16 +240,24 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
     found
 }
 
-/// Sizes are compared before anything is decoded.
-fn read_one(file: &Path, size_px: [u32; 2]) -> Result<Pixels, String> {
+/// Channels and values of 8 bits, which training sets are made of. Sizes are compared before anything is
+/// decoded.
+fn read_one(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
     let shown = file.display();
     let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
-    let found = png_size(&bytes).map_err(|error| format!("{shown}: {error}"))?;
+    let unreadable = |error| format!("{shown}: {error}");
+    let found = fabkit_picture::size_px(&bytes).map_err(unreadable)?;
     if found != size_px {
         let ([found_width, found_height], [width, height]) = (found, size_px);
         return Err(format!(
             "{shown} has {found_width} x {found_height} px; the camera has {width} x {height}"
         ));
     }
-    read_png(&bytes).map_err(|error| format!("{shown}: {error}"))
+    // As large as the camera's picture, whose size has its own limit.
+    let Picture { channels, values, .. } =
+        fabkit_picture::read(&bytes, u64::MAX).map_err(unreadable)?;
+    match values {
+        Values::U8(values) => Ok((channels, values)),
+        Values::U16(_) => Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read")),
+    }
 }

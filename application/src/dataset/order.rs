@@ -58,8 +58,8 @@ impl Explained for OrderError {
         let hint = match self {
             Self::NoPatterns(_) => "list presses in a text file and name it",
             Self::Captures(_) => {
-                "a folder holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern; a CSV \
-                 file has the columns pattern, side, file"
+                "a folder holds `PATTERN-left.png` and `PATTERN-right.png` (or .jpg, .tif, .bmp) for \
+                 each pattern; a CSV file has the columns pattern, side, file"
             }
         };
         Some(hint.into())

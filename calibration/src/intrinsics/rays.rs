@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX};
 use super::bundle::{Scaled, State};
 use super::{View, points};
 
-/// Columns and rows of the pixels that are looked at beyond the corners.
-const GRID: [u32; 2] = [32, 24];
+/// Columns and rows of cells into which the image is divided, to see how well rays are known everywhere.
+pub const GRID: [u32; 2] = [32, 24];
 /// Farther from every corner than this part of the image's longer side nothing was seen.
 const NEAR: f64 = 1.0 / 16.0;
 /// Most corners that are looked at: enough for a median and a worst.
@@ -41,12 +41,15 @@ pub struct RaySigmas {
 }
 
 /// How well a camera's rays are known, as far as its lens model holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rays {
     /// Where corners were seen.
     pub seen: RaySigmas,
     /// In the rest of the image, where the model extrapolates; `None` where there is no rest.
     pub beyond: Option<RaySigmas>,
+    /// In the middle of each cell of [`GRID`], row by row from the top; `None` where the lens shows
+    /// nothing.
+    pub cells: Vec<Option<RaySigma>>,
 }
 
 /// A place in the image with the effect of each parameter on its ray.
@@ -116,13 +119,15 @@ pub(super) fn rays(
     let pixels = (0..rows).flat_map(|r| (0..columns).map(move |c| (c, r))).map(|(c, r)| {
         Point2::new(at(c, columns, camera.width_px()), at(r, rows, camera.height_px()))
     });
-    let far = pixels.filter(|p| corners.iter().all(|corner| (corner - p).norm() > near_px));
-    let beyond: Vec<Place> = far.filter_map(|pixel| Place::new(camera, &pixel)).collect();
-    let sigmas = |places: Vec<Place>| {
-        let each = places.into_iter().map(|place| place.without_turn(&turns));
-        over(each.map(|place| place.sigma(information, scale)).collect())
-    };
-    Some(Rays { seen: sigmas(seen)?, beyond: sigmas(beyond) })
+    let sigma = |place: Place| place.without_turn(&turns).sigma(information, scale);
+    let (mut beyond, mut cells) = (Vec::new(), Vec::new());
+    for pixel in pixels {
+        let known = Place::new(camera, &pixel).map(sigma);
+        cells.push(known);
+        let is_far = corners.iter().all(|corner| (corner - pixel).norm() > near_px);
+        beyond.extend(known.filter(|_| is_far));
+    }
+    Some(Rays { seen: over(seen.into_iter().map(sigma).collect())?, beyond: over(beyond), cells })
 }
 
 /// For each parameter, the turn that does most nearly what the parameter does.

@@ -22,7 +22,7 @@ pub enum Calibrate {
 pub struct CalibrateIntrinsics {
     /// Name of a built-in sensor, or path to a YAML file
     pub sensor: String,
-    /// Pictures of the board, PNG
+    /// Pictures of the board: PNG, JPEG, TIFF or BMP
     #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// Change a parameter, for example `camera.field_of_view=150deg`
@@ -72,11 +72,11 @@ impl From<Detector> for boards::Detector {
 /// `fabkit calibrate pins`.
 #[derive(Debug, Args)]
 pub struct CalibratePins {
-    /// Pictures with contact, PNG
+    /// Pictures with contact: PNG, JPEG, TIFF or BMP
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// The picture without contact, from the same camera
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "IMAGE")]
     pub reference: PathBuf,
     /// Contacts are brighter than the surface around them, not darker
     #[arg(long)]
@@ -98,8 +98,8 @@ pub struct CalibrateExtrinsics {
     /// captures.csv: file,hole[,kind][,x_px,y_px[,sigma_px]]
     #[arg(long, value_name = "DIR")]
     pub captures: PathBuf,
-    /// The picture without contact [default: ref.png or reference.png in the folder]
-    #[arg(long, value_name = "FILE.png")]
+    /// The picture without contact [default: ref.png or reference.png in the folder, or .jpg, ...]
+    #[arg(long, value_name = "IMAGE")]
     pub reference: Option<PathBuf>,
     /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
     /// [default: those of the sensor's own pin-dome or pin-plate]

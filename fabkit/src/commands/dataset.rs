@@ -8,6 +8,7 @@ use std::time::Instant;
 use fabkit_application::dataset::{self, Job, Order, Plan, Written};
 use fabkit_application::documents;
 use fabkit_application::export::png;
+use fabkit_application::picture::is_named_as_one as is_picture;
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::Scene;
 use fabkit_application::staging::write_each;
@@ -61,13 +62,15 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
 }
 
 fn roles(args: &Dataset) -> Roles {
-    let is_capture = |name: &str| name.to_ascii_lowercase().ends_with(".png");
-    let is_half = |name: &str| name.ends_with("-left.png") || name.ends_with("-right.png");
+    let is_half = |name: &str| {
+        let stem = name.rsplit_once('.').map_or("", |(stem, _)| stem);
+        is_picture(name) && (stem.ends_with("-left") || stem.ends_with("-right"))
+    };
     let captures = args.captures.as_deref();
     let is_folder = captures.is_some_and(Path::is_dir);
     view::roles(&args.design, &args.view)
         .reads("--presses", &args.presses)
-        .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_capture(n) })
+        .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_picture(n) })
         .writes("-o", args.probes.then_some(&args.output))
         .writes("--contact-sheet", &args.contact_sheet)
 }

@@ -67,9 +67,14 @@ const CASES: [Case; 17] = [
     case("press", "in.txt", &["dataset", "rtac0", "--presses", "in.txt", "-o", "ds"], &SMALL),
     case("landmarks", "in.json", POSE, &["--captures", "captures", "--landmarks", "in.json"]),
     case("marks", "captures/captures.csv", POSE, &["--captures", "captures"]),
-    case("png", "in.png", &["calibrate", "pins", "--reference", "picture.png", "in.png"], &[]),
-    case("png", "in.png", &["calibrate", "pins", "--reference", "in.png", "picture.png"], &LITTLE),
-    case("png", "in.png", BOARD, &["in.png"]),
+    case("picture", "in.png", &["calibrate", "pins", "--reference", "picture.png", "in.png"], &[]),
+    case(
+        "picture",
+        "in.png",
+        &["calibrate", "pins", "--reference", "in.png", "picture.png"],
+        &LITTLE,
+    ),
+    case("picture", "in.png", BOARD, &["in.png"]),
     case("board", "board.json", BOARD, &["--corners", "corners.csv"]),
     case("corners", "corners.csv", BOARD, &["--corners", "corners.csv"]),
     // The folder is not empty: the plan is read, and nothing is begun.
@@ -85,7 +90,7 @@ const BESIDE: [(&str, &str); 5] = [
     ("board.json", "board/charuco.json"),
     ("corners.csv", "corners/corners.csv"),
     ("captures/captures.csv", "marks/measured.csv"),
-    ("picture.png", "png/grey.png"),
+    ("picture.png", "picture/grey.png"),
 ];
 
 /// What went wrong with an input.

@@ -36,7 +36,7 @@ pub const TARGETS: [Target; 14] = [
     Target { name: "pose", run: pose },
     Target { name: "landmarks", run: landmarks },
     Target { name: "press", run: press },
-    Target { name: "png", run: png },
+    Target { name: "picture", run: picture },
     Target { name: "marks", run: marks },
     Target { name: "board", run: board },
     Target { name: "corners", run: corners },
@@ -111,10 +111,9 @@ pub fn press(data: &[u8]) {
 }
 
 /// A picture: of pins, of a board, or a capture.
-pub fn png(data: &[u8]) {
-    let _ = fabkit_application::export::read_png(data);
-    let _ = GreyImage::png_size(data).ok().filter(|px| px.iter().all(|px| *px <= 256)).map(|_| {
-        let Ok(image) = GreyImage::from_png(data) else { return };
+pub fn picture(data: &[u8]) {
+    let _ = GreyImage::size_px(data).ok().filter(|px| px.iter().all(|px| *px <= 256)).map(|_| {
+        let Ok(image) = GreyImage::read(data) else { return };
         let _ = find_corners(&image, a_board());
         let _ = detect(&image, &image.blurred(1.0), &DetectionOptions::default());
     });

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use fabkit_report::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, page, step};
+use fabkit_report::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, page, shade, step};
 use nalgebra::Vector2;
 
 use super::super::magnification;
 use super::IntrinsicsReport;
-use crate::intrinsics::{COVERAGE, Observation};
+use crate::intrinsics::{COVERAGE, GRID, Observation};
 
 /// More dots make a plot slow and say no more.
 const MAX_DOTS: usize = 4000;
@@ -34,6 +34,14 @@ impl IntrinsicsReport<'_> {
             self.image_map(),
             self.residual_against_angle()
         );
+        if let Some(map) = self.uncertainty_map() {
+            let _ = write!(
+                body,
+                "<h2>How well rays are known</h2>\n<figure>{map}</figure>\n<p>One standard \
+                 deviation of where the camera sees a thing, from the corners' noise alone, as the \
+                 chosen lens model extrapolates it; white where that lens shows nothing.</p>\n"
+            );
+        }
         body += &self.views_table();
         page(&format!("Camera of {}", self.sensor), &body)
     }
@@ -152,6 +160,33 @@ impl IntrinsicsReport<'_> {
         let caption = format!("residuals, {magnified} times their length");
         svg.text([8.0, height - 8.0], "start", &caption);
         svg.finish("corners and residual vectors on the image")
+    }
+
+    /// Projection uncertainty over the picture, as mrcal draws it. Colours are logarithmic: at the rim it
+    /// is often a hundred times what it is in the middle.
+    fn uncertainty_map(&self) -> Option<String> {
+        let camera = self.calibration.estimate.camera();
+        let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
+        let cells = &self.calibration.rays.cells;
+        let known = || cells.iter().flatten().map(|sigma| sigma.px);
+        let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(0.0, f64::max));
+        if !(least > 0.0 && most.is_finite()) {
+            return None;
+        }
+        let mut svg = Svg::new(width, height);
+        svg.rect([0.0, 0.0], [width, height], FRAME);
+        let [columns, rows] = GRID.map(|count| count as usize);
+        let size = [width / columns as f64, height / rows as f64];
+        for (i, sigma) in cells.iter().enumerate() {
+            let Some(sigma) = sigma else { continue };
+            let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
+            let part = (sigma.px / least).ln() / (most / least).ln().max(1e-9);
+            let title = format!("{:.3} px, {:.3} mrad", sigma.px, 1e3 * sigma.angle_rad);
+            svg.cell(corner, size, &shade(part), &title);
+        }
+        let caption = format!("{least:.3} px (pale) to {most:.3} px (dark), in logarithmic steps");
+        let map = svg.finish("projection uncertainty over the image");
+        Some(format!("{map}<figcaption>{caption}</figcaption>"))
     }
 
     fn residual_against_angle(&self) -> String {

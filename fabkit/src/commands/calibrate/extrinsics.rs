@@ -9,6 +9,7 @@ use fabkit_application::calibrating::extrinsics::{
 use fabkit_application::calibrating::{captures, pose_file};
 use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::calibration::report::ExtrinsicsReport;
+use fabkit_application::picture::is_named_as_one as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
@@ -53,7 +54,7 @@ fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<()
 }
 
 fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
-    let is_read = |name: &str| [".png", ".csv"].iter().any(|ending| name.ends_with(ending));
+    let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
     let captures = Some(args.captures.as_path());
     Ok(Roles::default()
         .reads("SENSOR", Target::new(&args.sensor).file())

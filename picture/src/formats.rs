@@ -1,0 +1,173 @@
+//! One decoder each.
+
+use std::io::Cursor;
+
+use tiff::decoder::DecodingResult;
+use tiff::tags::{PlanarConfiguration, Tag};
+use zune_bmp::BmpDecoder;
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+
+use crate::{PictureError, Values};
+
+/// Memory that a decoder may use besides the picture itself, bytes: rows, palettes, texts.
+const BESIDES: usize = 32 << 20;
+/// The widest pixels that are decoded: four values of 16 bits, in bytes.
+const WIDEST: usize = 8;
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Png,
+    Jpeg,
+    Tiff,
+    Bmp,
+}
+
+/// Samples of a pixel, and all values.
+type Decoded = (usize, Values);
+
+impl Format {
+    /// By the first bytes.
+    pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
+            [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
+            [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => Some(Self::Tiff),
+            [b'B', b'M', ..] => Some(Self::Bmp),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn unreadable(self, reason: impl ToString) -> PictureError {
+        let format = match self {
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::Tiff => "TIFF",
+            Self::Bmp => "BMP",
+        };
+        PictureError::Unreadable { format, reason: reason.to_string() }
+    }
+
+    pub(crate) fn size_px(self, bytes: &[u8]) -> Result<[u32; 2], PictureError> {
+        let wrong = |reason: String| self.unreadable(reason);
+        let small = |(width, height): (usize, usize)| {
+            let sides = [u32::try_from(width).ok(), u32::try_from(height).ok()];
+            sides[0].zip(sides[1]).map(|(w, h)| [w, h]).ok_or_else(|| wrong("its sides".into()))
+        };
+        match self {
+            Self::Png => {
+                let mut decoder = png(bytes);
+                let header = decoder.read_header_info().map_err(|e| wrong(e.to_string()))?;
+                Ok([header.width, header.height])
+            }
+            Self::Jpeg => {
+                let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options());
+                decoder.decode_headers().map_err(|e| wrong(e.to_string()))?;
+                let info = decoder.info().ok_or_else(|| wrong("it has no size".into()))?;
+                Ok([info.width.into(), info.height.into()])
+            }
+            Self::Tiff => {
+                let size = tiff::decoder::Decoder::new(Cursor::new(bytes))
+                    .and_then(|mut decoder| decoder.dimensions());
+                size.map(|(width, height)| [width, height]).map_err(|e| wrong(e.to_string()))
+            }
+            Self::Bmp => {
+                let mut decoder = BmpDecoder::new_with_options(ZCursor::new(bytes), options());
+                decoder.decode_headers().map_err(|e| wrong(format!("{e:?}")))?;
+                small(decoder.dimensions().ok_or_else(|| wrong("it has no size".into()))?)
+            }
+        }
+    }
+
+    /// All values; the size has been checked.
+    pub(crate) fn values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+        match self {
+            Self::Png => png_values(bytes).map_err(|e| self.unreadable(e)),
+            Self::Jpeg => self.jpeg_values(bytes),
+            Self::Tiff => self.tiff_values(bytes),
+            Self::Bmp => self.bmp_values(bytes),
+        }
+    }
+
+    fn jpeg_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+        let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options());
+        decoder.decode_headers().map_err(|e| self.unreadable(e))?;
+        // Colours of any kind become red, green, blue.
+        let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
+        let space = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
+        decoder.set_options(options().jpeg_set_out_colorspace(space));
+        let values = decoder.decode().map_err(|e| self.unreadable(e))?;
+        Ok((if grey { 1 } else { 3 }, Values::U8(values)))
+    }
+
+    fn bmp_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+        let mut decoder = BmpDecoder::new_with_options(ZCursor::new(bytes), options());
+        let values = decoder.decode().map_err(|e| self.unreadable(format!("{e:?}")))?;
+        let space = decoder.colorspace().ok_or_else(|| self.unreadable("it has no colours"))?;
+        Ok((space.num_components(), Values::U8(values)))
+    }
+
+    fn tiff_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+        use tiff::ColorType::{Gray, GrayA, RGB, RGBA};
+        let wrong = |e: tiff::TiffError| self.unreadable(e);
+        let mut decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
+        let (width, height) = decoder.dimensions().map_err(wrong)?;
+        let mut limits = tiff::decoder::Limits::default();
+        limits.decoding_buffer_size = WIDEST * width as usize * height as usize;
+        limits.intermediate_buffer_size = limits.decoding_buffer_size + BESIDES;
+        decoder = decoder.with_limits(limits);
+        let samples = match decoder.colortype().map_err(wrong)? {
+            Gray(8 | 16) => 1,
+            GrayA(8 | 16) => 2,
+            RGB(8 | 16) => 3,
+            RGBA(8 | 16) => 4,
+            other => {
+                let reason = format!("{other:?}; write grey or RGB of 8 or 16 bits");
+                return Err(self.unreadable(reason));
+            }
+        };
+        // Of such a file the decoder gives the first plane alone.
+        let planes: Option<u16> =
+            decoder.find_tag_unsigned(Tag::PlanarConfiguration).map_err(wrong)?;
+        if samples > 1 && planes == Some(PlanarConfiguration::Planar.to_u16()) {
+            return Err(self.unreadable("colours in separate planes; write them pixel by pixel"));
+        }
+        match decoder.read_image().map_err(wrong)? {
+            DecodingResult::U8(values) => Ok((samples, Values::U8(values))),
+            DecodingResult::U16(values) => Ok((samples, Values::U16(values))),
+            _ => Err(self.unreadable("values that are no whole numbers of 8 or 16 bits")),
+        }
+    }
+}
+
+/// What JPEG and BMP have in common: sides are checked by whoever knows how many pixels are too many.
+fn options() -> DecoderOptions {
+    DecoderOptions::default().set_max_width(1 << 16).set_max_height(1 << 16).set_strict_mode(true)
+}
+
+fn png(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
+    let limits = png::Limits { bytes: BESIDES };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+    // Palettes and fewer bits than 8 become values of 8 bits.
+    decoder.set_transformations(png::Transformations::EXPAND);
+    decoder
+}
+
+fn png_values(bytes: &[u8]) -> Result<Decoded, png::DecodingError> {
+    let mut reader = png(bytes).read_info()?;
+    let size = reader.output_buffer_size().ok_or(png::DecodingError::LimitsExceeded)?;
+    let mut values = vec![0; size];
+    let frame = reader.next_frame(&mut values)?;
+    values.truncate(frame.buffer_size());
+    let values = match frame.bit_depth {
+        png::BitDepth::Sixteen => {
+            let (pairs, _) = values.as_chunks::<2>();
+            Values::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
+        }
+        _ => Values::U8(values),
+    };
+    Ok((frame.color_type.samples(), values))
+}

@@ -8,6 +8,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use fabkit_text::{did_you_mean, similar};
+
 use crate::{ErrorKind, Explained};
 
 /// What a file is expected to be.
@@ -65,19 +67,35 @@ pub enum ReadError {
 impl Explained for ReadError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::Io { source, .. } if source.kind() != io::ErrorKind::NotFound => ErrorKind::Io,
+            Self::Io { .. } => ErrorKind::Io,
             Self::TooLarge { .. } => ErrorKind::Limit,
-            Self::Io { .. } | Self::NotAFile { .. } | Self::NotText { .. } => ErrorKind::BadInput,
+            Self::NotAFile { .. } | Self::NotText { .. } => ErrorKind::BadInput,
         }
     }
 
     fn hint(&self) -> Option<String> {
         match self {
+            Self::Io { path, source } if source.kind() == io::ErrorKind::NotFound => {
+                neighbour_named_like(path)
+            }
             Self::Io { .. } | Self::NotAFile { .. } => None,
             Self::TooLarge { expected, .. } => Some(expected.hint.into()),
             Self::NotText { .. } => Some("save the file as UTF-8".into()),
         }
     }
+}
+
+/// What is there under a similar name, where nothing is under this one.
+fn neighbour_named_like(path: &Path) -> Option<String> {
+    /// More names in a folder take longer to read than a slip is worth.
+    const MOST: usize = 2000;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let names = entries.take(MOST).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    let similar = similar(path.file_name()?.to_str()?, names.iter().map(String::as_str));
+    (!similar.is_empty()).then(|| did_you_mean(&similar))
 }
 
 /// Opens a regular file, and says how long it is. Nothing else is opened: not even for a moment, as

@@ -1,7 +1,10 @@
 //! What the command line may say. Values that have a unit or a limit are checked here, as they are
 //! read; what needs the sensor to be checked is checked by the command.
 
+mod beds;
 mod calibrate;
+mod completing;
+mod examples;
 mod ground_truth;
 mod new;
 mod sweep;
@@ -72,22 +75,29 @@ pub enum Command {
     #[command(after_help = new::after_help())]
     New(New),
     /// Show a sensor's parameters with their sources, its parts and derived figures
+    #[command(after_help = examples::SHOW)]
     Show(Show),
     /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
+    #[command(after_help = examples::CHECK)]
     Check(Design),
     /// Rebuild a sensor in kernels that fabkit did not write, and compare; or read a folder again that
     /// fabkit wrote, and name what is damaged
     #[command(after_help = VERIFY)]
     Verify(Verify),
     /// Write a sensor's parts as files for printers, or one part of it
+    #[command(after_help = examples::EXPORT)]
     Export(Export),
     /// Turn a measured coupon into a profile of the printer, for `export --process`
+    #[command(after_help = examples::PROFILE)]
     Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
+    #[command(after_help = examples::RENDER)]
     Render(Render),
     /// Compute exactly what the camera sees of the surface, pressed or not
+    #[command(after_help = examples::DEPTH)]
     Depth(Depth),
     /// Compute training targets for all combinations of two half presses, or a probe set
+    #[command(after_help = examples::DATASET)]
     Dataset(Dataset),
     /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
     Calibrate {
@@ -96,6 +106,7 @@ pub enum Command {
         what: Calibrate,
     },
     /// Build many variants of a sensor, and compute what each of them is worth
+    #[command(after_help = examples::SWEEP)]
     Sweep(Sweep),
     /// Print the JSON Schema of sensor files, for editors
     Schema {
@@ -120,9 +131,10 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct Design {
     /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE
+    #[arg(add = completing::designs())]
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
     /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
     #[arg(long, value_name = "NAME")]
@@ -156,9 +168,10 @@ pub struct Show {
 pub struct Export {
     /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
     /// that part alone
+    #[arg(add = completing::parts())]
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
     /// Its fixtures too, each into a folder of its own
     #[arg(long, conflicts_with = "parts")]
@@ -184,7 +197,7 @@ pub struct Export {
     /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm
     #[arg(long, value_parser = tolerance, default_value = "0.01mm", value_name = "LENGTH")]
     pub tolerance: f64,
-    /// Printer bed on which plates are laid out, width x depth
+    /// Printer bed on which plates are laid out: width x depth, or a printer, such as `prusa-mk4`
     #[arg(long, value_parser = bed, default_value = "250x210mm", value_name = "WxD")]
     pub bed: [f64; 2],
     /// Stock sheets on which laser-cut parts are laid out, width x depth
@@ -232,10 +245,10 @@ pub struct Profile {
 pub struct Verify {
     /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone. Or a
     /// folder that `export`, `dataset` or `sweep` wrote
-    #[arg(value_name = "SENSOR|DIR")]
+    #[arg(value_name = "SENSOR|DIR", add = completing::parts())]
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
     /// Only this part, layer or component; may be repeated
     #[arg(long = "part", value_name = "NAME")]
@@ -284,9 +297,10 @@ impl KernelArg {
 pub struct Render {
     /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
     /// that part alone
+    #[arg(add = completing::parts())]
     pub sensor: String,
     /// Change a parameter, for example `surface.radius=14mm`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
     /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
     #[arg(long, value_name = "NAME")]
@@ -363,8 +377,14 @@ fn length_within(text: &str, [min, max]: [f64; 2]) -> Result<f64, String> {
     }
 }
 
-/// `250x210mm`, or with a unit on both.
+/// A printer, `250x210mm`, or with a unit on both.
 fn bed(text: &str) -> Result<[f64; 2], String> {
+    if let Some(size_mm) = beds::of(text) {
+        return Ok(size_mm);
+    }
+    if !text.starts_with(|c: char| c.is_ascii_digit()) {
+        return Err(beds::unknown(text));
+    }
     let (width, depth) = split_size(text)?;
     let unit = depth.trim_start_matches(|c: char| !c.is_alphabetic());
     let bare = width.trim().chars().all(|c| c.is_ascii_digit() || c == '.');
@@ -410,6 +430,8 @@ mod tests {
     fn sizes_are_two_numbers() {
         assert_eq!(bed("250x210mm"), Ok([250.0, 210.0]));
         assert_eq!(bed("10in x 20 cm"), Ok([254.0, 200.0]));
+        assert_eq!(bed("Prusa-MK4"), Ok([250.0, 210.0]));
+        assert!(bed("prusa-mk3").unwrap_err().contains("did you mean `prusa-mk4`"));
         assert!(bed("250x210").is_err());
         assert!(bed("1x1mm").is_err());
         assert_eq!(picture_size("800x600"), Ok([800, 600]));

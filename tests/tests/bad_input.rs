@@ -98,13 +98,14 @@ fn places_that_hold_no_sensor_are_refused() {
     let root = tempfile::tempdir().unwrap();
     fs::create_dir(root.path().join("folder.yaml")).unwrap();
     let run = |sensor| fabkit(root.path(), &["show", sensor]);
-    for (sensor, texts) in [
-        ("nowhere.yaml", ["cannot read nowhere.yaml", "No such file"]),
-        ("folder.yaml", ["folder.yaml is a folder", "not a file"]),
-        ("rtac1", ["there is no sensor `rtac1`", "did you mean `rtac0`?"]),
+    for (sensor, code, texts) in [
+        ("nowhere.yaml", 4, ["cannot read nowhere.yaml", "No such file"]),
+        ("floder.yaml", 4, ["cannot read floder.yaml", "did you mean `folder.yaml`?"]),
+        ("folder.yaml", 2, ["folder.yaml is a folder", "not a file"]),
+        ("rtac1", 2, ["there is no sensor `rtac1`", "did you mean `rtac0`?"]),
     ] {
         let run = run(sensor);
-        assert_eq!(run.code, Some(2));
+        assert_eq!(run.code, Some(code));
         assert_says(&run, &texts);
     }
     if Path::new("/dev/zero").exists() {
@@ -170,4 +171,26 @@ fn scripts_get_all_problems_as_one_document() {
     assert_eq!(problems[1]["path"], "surface.wall_height");
     assert_eq!(problems[1]["value"], "6");
     assert_eq!(problems[1]["hint"], "write `6 mm`");
+}
+
+#[test]
+fn scripts_get_slips_on_the_command_line_as_a_document_too() {
+    let root = tempfile::tempdir().unwrap();
+    for (words, message, hint) in [
+        (&["exprot", "rtac0", "--json"][..], "unrecognized subcommand 'exprot'", "export"),
+        (&["--json", "export", "--tolerence=1um"], "'--tolerence'", "--tolerance"),
+        (&["export", "--json"], "required arguments were not provided", "<SENSOR>"),
+    ] {
+        let run = fabkit(root.path(), words);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(2), ""), "{words:?}");
+        let document = run.json();
+        assert_eq!(
+            (&document["format"], &document["exit_code"]),
+            (&"fabkit-error".into(), &2.into())
+        );
+        let problem = &document["problems"][0];
+        let text = |key: &str| problem[key].as_str().unwrap_or_default().to_owned();
+        assert!((text("message") + &text("hint")).contains(message), "{problem}");
+        assert!(text("hint").contains(hint), "{problem}");
+    }
 }

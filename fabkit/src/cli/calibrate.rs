@@ -6,14 +6,19 @@ use clap::{Args, Subcommand, ValueEnum};
 use fabkit_application::calibrating::boards;
 use fabkit_application::calibration::intrinsics::LensModel;
 
+use super::{completing, examples};
+
 /// `fabkit calibrate`.
 #[derive(Debug, Subcommand)]
 pub enum Calibrate {
     /// Solve for the lens of the camera from pictures of a board, in air
+    #[command(after_help = examples::INTRINSICS)]
     Intrinsics(CalibrateIntrinsics),
     /// Find the marks of pins in pictures, each with its standard deviation
+    #[command(after_help = examples::PINS)]
     Pins(CalibratePins),
     /// Solve for the pose of the camera from pictures of pins in a calibration dome
+    #[command(after_help = examples::EXTRINSICS)]
     Extrinsics(CalibrateExtrinsics),
 }
 
@@ -21,12 +26,13 @@ pub enum Calibrate {
 #[derive(Debug, Args)]
 pub struct CalibrateIntrinsics {
     /// Name of a built-in sensor, or path to a YAML file
+    #[arg(add = completing::sensors())]
     pub sensor: String,
     /// Pictures of the board: PNG, JPEG, TIFF or BMP
     #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// Change a parameter, for example `camera.field_of_view=150deg`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
     /// The board's file, as exported with it
     #[arg(long, value_name = "FILE.json")]
@@ -87,9 +93,10 @@ pub struct CalibratePins {
 #[derive(Debug, Args)]
 pub struct CalibrateExtrinsics {
     /// Name of a built-in sensor, or path to a YAML file
+    #[arg(add = completing::sensors())]
     pub sensor: String,
     /// Change a parameter, for example `camera.depth=8mm`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
     /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
     #[arg(long, value_name = "FILE.yaml")]

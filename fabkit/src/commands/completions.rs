@@ -1,20 +1,26 @@
 //! `fabkit completions SHELL`
 
-use clap::CommandFactory;
+use clap_complete::env::Shells;
 use serde_json::json;
 
 use super::Report;
-use crate::cli::Cli;
 use crate::failure::Failure;
 
 pub(super) fn run(shell: clap_complete::Shell) -> Result<Report, Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "fabkit", &mut script);
+    // The script asks the command itself, so that it knows the files, sensors and parts of the moment.
+    let name = shell.to_string();
+    let shells = Shells::builtins();
+    let completer =
+        shells.completer(&name).ok_or_else(|| Failure::bug("a shell without script"))?;
+    let written =
+        completer.write_registration("COMPLETE", "fabkit", "fabkit", "fabkit", &mut script);
+    written.map_err(Failure::bug)?;
     let text = String::from_utf8(script).map_err(Failure::bug)?;
     let json = json!({
         "format": "fabkit-completions",
         "version": 1,
-        "shell": shell.to_string(),
+        "shell": name,
         "script": text,
     });
     Ok(Report { text, json, failed: false })

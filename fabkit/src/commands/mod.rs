@@ -24,7 +24,8 @@ mod view;
 use std::ffi::OsString;
 use std::io::{self, Write};
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use clap_complete::CompleteEnv;
 use fabkit_application::memory;
 use serde_json::Value;
 
@@ -48,7 +49,28 @@ struct Report {
 /// See [`run`](crate::run).
 pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    failure::guard(|| answer(&Cli::parse_from(arguments)))
+    if completed(&arguments) {
+        return 0;
+    }
+    failure::guard(|| match Cli::try_parse_from(&arguments) {
+        Ok(cli) => answer(&cli),
+        // Help and version are no failures, and people get clap's own texts.
+        Err(error) if error.use_stderr() && arguments.iter().any(|word| word == "--json") => {
+            let text = error.render().to_string();
+            let (message, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
+            let message = message.trim_start_matches("error: ");
+            let failure = Failure::new(ErrorKind::BadInput, message, rest.trim());
+            said(&line(&failure.to_json()), failure.exit() as u8)
+        }
+        Err(error) => error.exit(),
+    })
+}
+
+/// Whether a shell asked what may stand behind a word, by the variable that `fabkit completions` sets.
+fn completed(arguments: &[OsString]) -> bool {
+    let folder = std::env::current_dir().ok();
+    let shell = CompleteEnv::with_factory(Cli::command);
+    shell.try_complete(arguments.iter().cloned(), folder.as_deref()).unwrap_or_else(|e| e.exit())
 }
 
 fn answer(cli: &Cli) -> u8 {
@@ -71,6 +93,11 @@ fn answer(cli: &Cli) -> u8 {
             (if json { line(&failure.to_json()) } else { String::new() }, code)
         }
     };
+    said(&text, code)
+}
+
+/// Writes to standard output; the code, unless that fails.
+fn said(text: &str, code: u8) -> u8 {
     match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
         // The reader has seen enough, as in `fabkit show rtac0 | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => code,

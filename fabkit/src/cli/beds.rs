@@ -1,0 +1,30 @@
+//! Printable areas of common printers, from their makers' data sheets.
+
+use fabkit_application::text::suggestion;
+
+/// Name, width and depth in mm.
+const BEDS: [(&str, [f64; 2]); 12] = [
+    ("bambu-a1", [256.0, 256.0]),
+    ("bambu-a1-mini", [180.0, 180.0]),
+    ("bambu-p1", [256.0, 256.0]),
+    ("bambu-x1", [256.0, 256.0]),
+    ("ender-3", [220.0, 220.0]),
+    ("form-3", [145.0, 145.0]),
+    ("form-4", [200.0, 125.0]),
+    ("prusa-core-one", [250.0, 220.0]),
+    ("prusa-mini", [180.0, 180.0]),
+    ("prusa-mk4", [250.0, 210.0]),
+    ("prusa-xl", [360.0, 360.0]),
+    ("ultimaker-s5", [330.0, 240.0]),
+];
+
+/// A printer's bed, mm.
+pub(super) fn of(name: &str) -> Option<[f64; 2]> {
+    BEDS.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, size_mm)| *size_mm)
+}
+
+/// What to say of a name that stands for none.
+pub(super) fn unknown(name: &str) -> String {
+    let names = BEDS.map(|(known, _)| known);
+    format!("no printer of that name is known; {}", suggestion(name, names, "known are"))
+}

@@ -1,0 +1,89 @@
+//! Command lines at the end of each `--help`. A test reads them as the command does.
+
+pub(crate) const SHOW: &str = "\
+Examples:
+  fabkit show rtac0
+  fabkit show rtac0 --chain
+  fabkit show rtac0/pin-dome --set surface.radius=14mm";
+
+pub(crate) const CHECK: &str = "\
+Examples:
+  fabkit check uvdtact
+  fabkit check my-finger.yaml --json
+  fabkit check rtac0/pin-dome --preset published-2025";
+
+pub(crate) const EXPORT: &str = "\
+Examples:
+  fabkit export rtac0
+  fabkit export rtac0/shell --format stl --tolerance 2um
+  fabkit export rtac0 --fixtures --bed bambu-a1 -o out/all
+  fabkit export rtac0 --set coat.thickness=0.1mm -o out/thin";
+
+pub(crate) const PROFILE: &str = "\
+Examples:
+  fabkit export rtac0/coupon
+  fabkit profile coupon.yaml -o printer.yaml
+  fabkit export rtac0 --process printer.yaml";
+
+pub(crate) const RENDER: &str = "\
+Examples:
+  fabkit render rtac0 --exploded -o exploded.png
+  fabkit render rtac0/base -o base.png
+  fabkit render rtac0 --section --assembly translucent-mold -o mold.png";
+
+pub(crate) const DEPTH: &str = "\
+Examples:
+  fabkit depth rtac0 --press semi-dome-017 -o truth.npz --png truth.png
+  fabkit depth rtac0 --press hemisphere@30deg,120deg,0.75mm -o truth.npz
+  fabkit depth 9dtact --press ball@2mm,-3mm,0.8mm --png truth.png";
+
+pub(crate) const DATASET: &str = "\
+Examples:
+  fabkit dataset rtac0 -o data
+  fabkit dataset rtac0 --captures pictures -o data --resume
+  fabkit dataset rtac0 --probes --count 500 -o probes.csv";
+
+pub(crate) const INTRINSICS: &str = "\
+Examples:
+  fabkit calibrate intrinsics rtac0 --board charuco.board.json *.jpg -o camera.yaml --report lens.html";
+
+pub(crate) const PINS: &str = "\
+Examples:
+  fabkit calibrate pins 01_05_08.png --reference ref.png --json";
+
+pub(crate) const EXTRINSICS: &str = "\
+Examples:
+  fabkit calibrate extrinsics rtac0 --camera camera.yaml --captures pictures -o pose.yaml
+  fabkit calibrate extrinsics 9dtact --camera camera.yaml --captures pictures --pin long -o pose.yaml \
+--report pose.html";
+
+pub(crate) const SWEEP: &str = "\
+Examples:
+  fabkit sweep sweep.yaml -o out/sweep
+  fabkit sweep sweep.yaml -o out/sweep --resume";
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use crate::cli::Cli;
+
+    /// Of a command and those below it.
+    fn examples(command: &clap::Command, found: &mut Vec<String>) {
+        let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let lines = text.lines().skip_while(|line| !line.starts_with("Examples:")).skip(1);
+        found.extend(lines.map(|line| line.trim().to_owned()));
+        command.get_subcommands().for_each(|below| examples(below, found));
+    }
+
+    #[test]
+    fn every_example_is_understood() {
+        let mut found = Vec::new();
+        examples(&Cli::command(), &mut found);
+        assert!(found.len() > 20, "{found:?}");
+        for line in found {
+            let words = line.split_whitespace();
+            Cli::try_parse_from(words).unwrap_or_else(|e| panic!("{line}: {e}"));
+        }
+    }
+}

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::Stdio;
 
-use fabkit_tests::{command, contents, fabkit};
+use fabkit_tests::{Run, command, contents, fabkit};
 use serde_json::Value;
 
 fn strings(value: &Value) -> Vec<&str> {
@@ -181,8 +181,23 @@ fn schema_completions_and_manual_are_there() {
     assert!(schema["$schema"].as_str().unwrap().contains("draft-07"));
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = fabkit(root.path(), &["completions", shell]).ok().stdout;
-        assert!(script.contains("tolerance"), "{shell}: {script}");
+        assert!(script.contains("COMPLETE"), "{shell}: {script}");
     }
+    // As the script for fish asks: the words of the line, the last one begun.
+    let offered = |words: &[&str]| {
+        let mut command = command(root.path());
+        let output = command.env("COMPLETE", "fish").args(["--", "fabkit"]).args(words).output();
+        Run::from(output.unwrap()).ok().stdout
+    };
+    fs::write(root.path().join("rt.yaml"), "").unwrap();
+    assert_eq!(offered(&["show", "rt"]), "rtac0\nrtac0-published-2025\nrt.yaml");
+    assert_eq!(offered(&["check", "rtac0/p"]), "rtac0/pin-dome");
+    assert_eq!(offered(&["export", "tactip/bo"]), "tactip/boards\ntactip/body");
+    assert_eq!(
+        offered(&["export", "x", "--set", "translucent_gel.thi"]),
+        "translucent_gel.thickness="
+    );
+    assert!(offered(&["export", "x", "--tol"]).starts_with("--tolerance\t"));
     assert!(fabkit(root.path(), &["man"]).ok().stdout.starts_with(".ie"));
     fabkit(root.path(), &["man", "-o", "pages"]).ok();
     let pages = contents(&root.path().join("pages"));

@@ -5,7 +5,8 @@ mod support;
 use fabkit_calibration::assignment::{Assignment, Doubt, Mark, MarkedCapture, assign};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Model, Observation};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::synthetic::Bench;
+use fabkit_geometry::sequences::Random;
 use nalgebra::Point2;
 use proptest::prelude::*;
 use support::{assembled, camera, captures, nominal, pins};
@@ -17,7 +18,7 @@ struct Case<'a> {
 
 /// Captures with marks of play 0.15 mm and in an order that says nothing.
 fn case<'a>(pins: &'a [PinLandmark], turn_deg: f64, seed: u64, labelled: bool) -> Case<'a> {
-    let mut noise = Noise::new(seed);
+    let mut noise = Random::new(seed);
     let chosen = captures(pins, 8, 5, &mut noise);
     let mut bench = Bench::new(Model::new(camera(), assembled(turn_deg)), seed + 1000);
     bench.play_mm = 0.15;

@@ -5,7 +5,7 @@ mod trials;
 
 use fabkit_calibration::extrinsics::{Loss, solve_pose};
 use fabkit_calibration::model::Parameter;
-use fabkit_calibration::synthetic::Noise;
+use fabkit_geometry::sequences::Random;
 use nalgebra::Vector6;
 use trials::{RANGES, camera, position, trial};
 
@@ -19,7 +19,7 @@ struct Outcome {
 /// 1,000 trials.
 fn outcome(depth_mm: f64) -> Outcome {
     let camera = camera();
-    let mut noise = Noise::new(7);
+    let mut noise = Random::new(7);
     let mut errors_mm = Vec::new();
     let (mut nees, mut covered, mut total) = (0.0, 0, 0);
     let mut elapsed = std::time::Duration::ZERO;

@@ -4,9 +4,10 @@ mod support;
 
 use fabkit_calibration::extrinsics::{Loss, refine};
 use fabkit_calibration::model::{Model, Parameter};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::synthetic::Bench;
 use fabkit_calibration::uncertainty::surface_sigma;
 use fabkit_camera::{Flat, Interface};
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Point3, Vector3};
 use support::{assembled, camera, captures, pins, with_interface};
 
@@ -15,7 +16,7 @@ use support::{assembled, camera, captures, pins, with_interface};
 fn depth_scatters_as_predicted() {
     let pins = pins(&[("a", 0.0)]);
     let truth = Model::new(camera(), assembled(20.0));
-    let captures = captures(&pins, 6, 5, &mut Noise::new(1));
+    let captures = captures(&pins, 6, 5, &mut Random::new(1));
     let parameters = [&Parameter::POSE[..], &[Parameter::FocalScale]].concat();
     let mut bench = Bench::new(truth.clone(), 2);
     let fits: Vec<_> = (0..400)

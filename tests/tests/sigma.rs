@@ -5,11 +5,12 @@ use fabkit_calibration::extrinsics::{Fit, Joint, Loss, joint_estimate, refine};
 use fabkit_calibration::intrinsics::{self, LensModel, View};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Model, Parameter};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::{
     Camera, CameraEstimate, DMatrix, Flat, Interface, Intrinsics, JointEstimate, KannalaBrandt,
     Lens, Point2, Vector2,
 };
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::builtin_designs;
 
@@ -83,7 +84,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         let captures: Vec<Vec<&PinLandmark>> =
             (0..6).map(|capture| (0..5).map(|k| &pins[(capture + 6 * k) % 29]).collect()).collect();
         let mut bench = Bench::new(truth.clone(), 3);
-        let mut noise = Noise::new(4);
+        let mut noise = Random::new(4);
         let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
 
         let mut maps = Vec::new();
@@ -131,7 +132,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
 }
 
 /// Views of a board of 8 x 6 corners, seen from all sides, with normal noise.
-fn views(camera: &Camera, noise: &mut Noise) -> Vec<View> {
+fn views(camera: &Camera, noise: &mut Random) -> Vec<View> {
     let tilts = [[35.0, 0.0], [-35.0, 10.0], [5.0, 40.0], [-10.0, -35.0], [25.0, 25.0], [0.0, 5.0]];
     let view = |[a, b]: [f64; 2]| {
         let turn = |deg: f64| Angle::from_deg(deg).unwrap();
@@ -166,7 +167,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
     let rtac0 = designs.iter().find(|design| design.sensor.name == "rtac0").unwrap();
     let touch = rtac0.sensor.touch.as_ref().unwrap();
     let in_air = camera(Interface::None);
-    let mut noise = Noise::new(5);
+    let mut noise = Random::new(5);
     let lenses: Vec<CameraEstimate> = (0..TRIALS)
         .map(|_| {
             let views = views(&in_air, &mut noise);

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use fabkit_geometry::sequences::Random;
 use serde_json::{Value, json};
 
 use super::store::KIND;
@@ -130,22 +131,10 @@ impl Plan {
     }
 }
 
-/// The numbers below `count` in an order given by the seed (Fisher and Yates; the generator is
-/// SplitMix64, Steele et al., OOPSLA 2014).
+/// The numbers below `count` in an order given by the seed.
 pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    };
     let mut order: Vec<usize> = (0..count).collect();
-    for last in (1..count).rev() {
-        // The bias of the remainder is below count / 2^64.
-        order.swap(last, (next() % (last as u64 + 1)) as usize);
-    }
+    Random::new(seed).shuffle(&mut order);
     order
 }
 

@@ -4,7 +4,7 @@ use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::{InvalidSolid, TouchSurface};
 
 use super::Viewpoint;
-use super::probes::LowDiscrepancy;
+use super::probes::places_of_seed;
 
 /// Places that are looked at; the share is good to about a 1e-4th.
 const PLACES: u32 = 20_000;
@@ -32,7 +32,8 @@ pub fn coverage(touch: &TouchSurface, viewpoint: &Viewpoint) -> Result<Coverage,
     let camera = viewpoint.camera();
     let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
     let (mut seen, mut angles_rad) = (0u32, [f64::INFINITY, 0.0f64]);
-    for [along, around, _] in LowDiscrepancy::new(0).take(PLACES as usize) {
+    let places = places_of_seed(0);
+    for [along, around, _] in (0..PLACES as usize).map(|number| places.at(number)) {
         let Some((point, _)) = points.by_area([along, around]) else { continue };
         let point = camera_from_sensor.point(point);
         let angle = point.coords.xy().norm().atan2(point.z);

@@ -20,8 +20,9 @@ use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, Point2, Point3, V
 use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
+use crate::information::ScaledCholesky;
 pub use advice::{Advice, COVERAGE, Coverage, Worth};
-use bundle::{Fit, Scaled, State};
+use bundle::{Fit, State};
 pub use models::LensModel;
 pub use rays::{RaySigma, RaySigmas, Rays};
 
@@ -310,7 +311,7 @@ fn choose(candidates: &[Candidate], fits: &[(LensModel, Option<Fit>)]) -> Option
     let fits = candidates.iter().zip(fits).enumerate();
     let fitted = fits.filter_map(|(i, (c, (_, fit)))| Some((i, c, c.fit?, fit.as_ref()?)));
     let (determined, others): (Vec<_>, Vec<_>) =
-        fitted.partition(|(.., fit)| Scaled::new(&fit.informations.iter().sum()).is_some());
+        fitted.partition(|(.., fit)| ScaledCholesky::new(&fit.informations.iter().sum()).is_some());
     let mut fitted = if determined.is_empty() { others } else { determined };
     // Stable: of those as simple, the first is asked first.
     fitted.sort_by_key(|(_, candidate, ..)| candidate.parameters);
@@ -350,7 +351,7 @@ fn finish(
     let total: DMatrix<f64> = fit.informations.iter().sum();
     let not_observable =
         || CalibrateError::NotObservable { reason: advice::why_not_observable(&fit.state) };
-    let factor = Scaled::new(&total).ok_or_else(not_observable)?;
+    let factor = ScaledCholesky::new(&total).ok_or_else(not_observable)?;
     let covariance = factor.inverse() * fit.scale.powi(2);
     let focal_px = rays::focal(&fit.state.camera, &factor, fit.scale);
     let rays = rays::rays(views, &fit.state, &factor, fit.scale).ok_or_else(not_observable)?;

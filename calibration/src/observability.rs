@@ -19,6 +19,7 @@ use fabkit_camera::Camera;
 use fabkit_geometry::Pose;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
 
+use crate::information::ScaledCholesky;
 use crate::landmarks::PinLandmark;
 use crate::model::{Contact, Model, Observation, Parameter};
 
@@ -217,14 +218,15 @@ pub(crate) fn unobservable(
 
 /// `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
 fn with_prior(information: &DMatrix<f64>, parameters: &[Parameter]) -> DMatrix<f64> {
-    let n = parameters.len();
-    let prior = |i: usize| parameters[i].prior_sigma();
-    // In units of the prior, so that the matrix inverted is never smaller than the identity.
-    let scaled = DMatrix::from_fn(n, n, |i, j| {
-        information[(i, j)] * prior(i) * prior(j) + if i == j { 1.0 } else { 0.0 }
-    });
-    let inverse = scaled.cholesky().map(|c| c.inverse()).unwrap_or_else(|| DMatrix::identity(n, n));
-    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * prior(i) * prior(j))
+    let sigmas = DVector::from_iterator(
+        parameters.len(),
+        parameters.iter().map(|parameter| parameter.prior_sigma()),
+    );
+    // Numbers that are none leave the prior.
+    ScaledCholesky::with_prior(information, &sigmas).map_or_else(
+        || DMatrix::from_diagonal(&sigmas.map(|sigma| sigma.powi(2))),
+        |factor| factor.inverse(),
+    )
 }
 
 /// Covariance of the camera's position in the sensor frame, mm^2, from that of a pose.

@@ -3,8 +3,9 @@
 use fabkit_camera::{Camera, Point2, Vector3};
 use nalgebra::DMatrix;
 
-use super::bundle::{Fit, Scaled, State};
+use super::bundle::{Fit, State};
 use super::{RaySigma, Rays, View, largest_angle};
+use crate::information::ScaledCholesky;
 
 /// Columns and rows of the coverage map.
 pub const COVERAGE: [usize; 2] = [8, 6];
@@ -136,11 +137,11 @@ fn are_frontal(state: &State) -> bool {
 fn worth(fit: &Fit) -> Vec<Worth> {
     let count = fit.informations.len();
     let total: DMatrix<f64> = fit.informations.iter().sum();
-    let with = Scaled::new(&total).map(|factor| factor.inverse());
+    let with = ScaledCholesky::new(&total).map(|factor| factor.inverse());
     // If all views said the same, each would sharpen everything by this.
     let fair = (count as f64 / (count as f64 - 1.0)).sqrt() - 1.0;
     let one = |(without, pose): (&DMatrix<f64>, &fabkit_geometry::Pose)| {
-        let others = Scaled::new(&(&total - without)).map(|factor| factor.inverse());
+        let others = ScaledCholesky::new(&(&total - without)).map(|factor| factor.inverse());
         let growth = match (&with, others) {
             (Some(with), Some(others)) => {
                 let ratios =

@@ -6,9 +6,10 @@
 mod interpreter;
 
 use std::ffi::{OsStr, OsString};
-use std::io;
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::Stdio;
+use std::thread;
 
 use fabkit_designs::Design;
 use serde_json::Value;
@@ -19,6 +20,7 @@ pub use self::interpreter::PYTHON_VARIABLE;
 use crate::exporting::{
     self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
 };
+use crate::progress::{OnProgress, Step};
 use crate::reading::{self, Expected, ReadError};
 use crate::staging::OutputFile;
 use crate::{ErrorKind, Explained};
@@ -139,7 +141,12 @@ impl Verifier {
     ///
     /// # Errors
     /// [`VerifierError`]. Disagreement is no error.
-    pub fn verify(&self, design: &Design, options: &VerifyOptions) -> Result<Value, VerifierError> {
+    pub fn verify(
+        &self,
+        design: &Design,
+        options: &VerifyOptions,
+        progress: OnProgress,
+    ) -> Result<Value, VerifierError> {
         let formats = vec![Format::Stl, Format::Tree, Format::Samples];
         let temporary = temporary_folder()?;
         let folder = options.keep.as_deref().unwrap_or(temporary.path());
@@ -156,7 +163,7 @@ impl Verifier {
         }
         let threads = rayon::current_num_threads().min(2);
         arguments.extend(["--processes".into(), threads.to_string().into()]);
-        self.answer(&arguments)
+        self.answer(&arguments, progress)
     }
 
     /// STEP files of the parts (of all, if none are named, and then of the whole sensor too) through
@@ -168,6 +175,7 @@ impl Verifier {
         &self,
         design: &Design,
         parts: &[String],
+        progress: OnProgress,
     ) -> Result<Vec<ForeignFile>, VerifierError> {
         let sensor = &design.sensor;
         let wanted: Vec<&str> = sensor
@@ -190,7 +198,7 @@ impl Verifier {
         if parts.is_empty() {
             arguments.extend(["--assembly".into(), sensor.name.clone().into()]);
         }
-        let answer = self.answer(&arguments)?;
+        let answer = self.answer(&arguments, progress)?;
         let files = answer["files"].as_array().cloned().unwrap_or_default();
         let failed: Vec<String> = files
             .iter()
@@ -212,21 +220,71 @@ impl Verifier {
     }
 
     /// Runs the package in an empty folder and reads the document it prints.
-    fn answer(&self, arguments: &[OsString]) -> Result<Value, VerifierError> {
+    fn answer(&self, arguments: &[OsString], progress: OnProgress) -> Result<Value, VerifierError> {
         let folder = temporary_folder()?;
-        let output = self
+        let failed = |source| VerifierError::Io {
+            action: format!("run {}", self.python.path().display()),
+            source,
+        };
+        let mut child = self
             .python
             .command(folder.path())
             .args(["-m", "fabkit_verify"])
             .args(arguments)
-            .stderr(Stdio::inherit())
-            .output()
-            .map_err(|source| VerifierError::Io {
-                action: format!("run {}", self.python.path().display()),
-                source,
-            })?;
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(failed)?;
+        let said = child.stderr.take();
+        let output = thread::scope(|scope| {
+            scope.spawn(|| said.map(|said| follow(said, progress)));
+            child.wait_with_output()
+        });
+        let output = output.map_err(failed)?;
         serde_json::from_slice(&output.stdout)
             .map_err(|_| VerifierError::NoAnswer(output.status.to_string()))
+    }
+}
+
+/// How the package begins a line that says how far it is: `DONE ALL NAME` follows.
+const PROGRESS: &[u8] = b"fabkit-progress ";
+
+/// Tells how far the package is, and passes on what else it and its kernels say.
+fn follow(said: impl Read, progress: OnProgress) {
+    let mut said = BufReader::new(said);
+    let mut line = Vec::new();
+    // What cannot be read or passed on is no reason to stop.
+    while said.read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
+        match step_of(&line) {
+            Some((done, all, last)) => progress(Step { done, found: 0, all, last }),
+            None => drop(io::stderr().write_all(&line)),
+        }
+        line.clear();
+    }
+}
+
+fn step_of(line: &[u8]) -> Option<(usize, usize, &str)> {
+    let text = str::from_utf8(line.strip_prefix(PROGRESS)?).ok()?.trim_end();
+    let (done, rest) = text.split_once(' ')?;
+    let (all, last) = rest.split_once(' ')?;
+    Some((done.parse().ok()?, all.parse().ok()?, last))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_progress_are_told_apart_from_what_kernels_say() {
+        assert_eq!(
+            step_of(b"fabkit-progress 3 12 shell in cadquery\n"),
+            Some((3, 12, "shell in cadquery"))
+        );
+        for other in
+            ["fabkit-progress 3", "fabkit-progress x 12 y", "Warning: fabkit-progress 1 2 a"]
+        {
+            assert_eq!(step_of(other.as_bytes()), None, "{other}");
+        }
     }
 }
 

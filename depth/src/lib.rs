@@ -32,4 +32,5 @@ pub mod truth;
 pub use cast::{Hit, Scene, Scratch};
 pub use picture::{
     Actor, Cut, MAX_PIXELS, Picture, Projection, RenderError, View, contact_sheet, render,
+    render_watched,
 };

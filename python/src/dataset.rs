@@ -7,6 +7,7 @@ use fabkit_application::dataset::{
     self, Begun, DatasetError, Job, Order, Reader, SampleArray, Written,
 };
 use fabkit_application::export::Element;
+use fabkit_application::progress::Step;
 use fabkit_application::scene;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -72,7 +73,7 @@ impl DatasetOrder {
         let order = slf.clone().unbind();
         let written: Written = run(slf.py(), Interrupted::Wait, progress, move |link| {
             order.get().prepare(resume, |job| {
-                let show = |done, _, all| link.show(done, all);
+                let show = |step: Step| link.show(step.done, step.all);
                 dataset::write(&folder, job, &show, &|| link.is_cancelled())
             })
         })?;
@@ -167,7 +168,7 @@ impl BegunDataset {
         let order = self.order.clone_ref(py);
         let written: Written = run(py, Interrupted::Wait, progress, move |link| {
             order.get().prepare(true, |job| {
-                let show = |done, _, all| link.show(done, all);
+                let show = |step: Step| link.show(step.done, step.all);
                 begun.write(job, &show, &|| link.is_cancelled())
             })
         })?;

@@ -53,6 +53,7 @@ pub use room::Room;
 pub use sheet::sheet;
 pub use store::{DatasetError, KIND};
 
+use crate::progress::OnProgress;
 use crate::resumable::{Folder, FolderError};
 use tiling::Tiling;
 
@@ -101,9 +102,6 @@ impl Job<'_> {
         format!("{} {}", pattern.name, if side == Side::Left { "left" } else { "right" })
     }
 }
-
-/// How far a run is: files done, how many of these were there before, files in all.
-pub type OnProgress<'a> = &'a (dyn Fn(usize, usize, usize) + Sync);
 
 /// What a run did.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fabkit_export::ExportError;
 use serde_json::Map;
 
-use super::OnProgress;
 use super::read::SampleError;
+use crate::progress::{OnProgress, Step};
 use crate::resumable::{Folder, FolderError, Kind, SAME_VERSION};
 use crate::{ErrorKind, Explained};
 
@@ -107,7 +107,8 @@ impl<'a> Store<'a> {
             self.made.fetch_add(1, Ordering::Relaxed);
         }
         let found = self.found.load(Ordering::Relaxed);
-        (self.progress)(found + self.made.load(Ordering::Relaxed), found, self.files);
+        let done = found + self.made.load(Ordering::Relaxed);
+        (self.progress)(Step { done, found, all: self.files, last: name });
         Ok(())
     }
 
@@ -117,7 +118,7 @@ impl<'a> Store<'a> {
         self.folder.finish(Map::new())?;
         of_document.fetch_add(1, Ordering::Relaxed);
         let found = self.found.load(Ordering::Relaxed);
-        (self.progress)(self.files, found, self.files);
+        (self.progress)(Step { done: self.files, found, all: self.files, last: "" });
         Ok((found, self.made.load(Ordering::Relaxed)))
     }
 }

@@ -167,6 +167,18 @@ pub enum RenderError {
 /// # Errors
 /// See [`RenderError`].
 pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
+    render_watched(actors, view, &|_, _| {})
+}
+
+/// The same; `progress` is told how many rows of pixels are drawn, of how many.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_watched(
+    actors: &[Actor],
+    view: &View,
+    progress: &dyn Fn(usize, usize),
+) -> Result<Picture, RenderError> {
     let setup = prepare(actors, view)?;
     let mut picture = Picture::blank(view.width_px, view.height_px, [255; 3])?;
     let columns = view.width_px.div_ceil(TILE_PX);
@@ -184,6 +196,8 @@ pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
         for (tile, rgb) in tiles {
             picture.paste(&rgb, tile.width_px, tile.x_px, tile.y_px);
         }
+        let drawn_px = ((row + 1) * TILE_PX).min(view.height_px);
+        progress(drawn_px as usize, view.height_px as usize);
     }
     Ok(picture)
 }

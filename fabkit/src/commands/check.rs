@@ -7,11 +7,12 @@ use fabkit_application::fixtures;
 use fabkit_application::source::Target;
 
 use super::Report;
+use super::progress::Progress;
 use crate::cli;
 use crate::failure::{ErrorKind, Failure};
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
+pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Report, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
@@ -20,7 +21,9 @@ pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
     }
     let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.
-    let report = target.check(&args.set)?.map_err(Failure::bug)?;
+    let progress = Progress::new(global, format!("checking {}", args.sensor));
+    let report = target.check(&args.set, &|step| progress.show(step))?.map_err(Failure::bug)?;
+    drop(progress);
     let text = text(&design.sensor.name, &report);
     Ok(Report { text, json: documents::check(&design, &report), failed: report.errors() > 0 })
 }

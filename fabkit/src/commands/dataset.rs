@@ -8,6 +8,7 @@ use std::time::Instant;
 use fabkit_application::dataset::{self, Job, Order, Plan, Written};
 use fabkit_application::documents;
 use fabkit_application::export::png;
+use fabkit_application::progress::Step;
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::Scene;
 use fabkit_application::staging::write_each;
@@ -43,14 +44,14 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         let sheet = sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.seed)?)));
         let sheet = sheet.transpose()?;
         interrupt::begin_writing()?;
-        let progress = Progress::new(global, "files");
-        let show = |done, found, all| progress.show(done, found, all);
+        let progress = Progress::new(global, "writing files");
+        let show = |step: Step| progress.show(step);
         let room = if args.contact_sheet.is_some() { room.with_sheet() } else { room };
         let written = room.work(|| {
             let written = dataset::write(&args.output, job, &show, &interrupt::requested);
             written.map_err(Failure::from)
         });
-        progress.clear();
+        drop(progress);
         let written = written?;
         // Nothing is replaced for a data set that does not come about.
         if let Some((path, bytes)) = sheet {

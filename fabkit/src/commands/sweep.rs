@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::documents;
+use fabkit_application::progress::Step;
 use fabkit_application::sweep::Status;
 use fabkit_application::sweeping::{self, Finished};
 
@@ -18,10 +19,10 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
     let start = Instant::now();
     let plan = sweeping::read_plan(&args.plan, &[])?;
     interrupt::begin_writing()?;
-    let progress = Progress::new(global, "variants");
-    let show = |done, found, all| progress.show(done, found, all);
+    let progress = Progress::new(global, "computing variants");
+    let show = |step: Step| progress.show(step);
     let finished = sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested);
-    progress.clear();
+    drop(progress);
     Ok(report(&args.output, &finished?, start))
 }
 

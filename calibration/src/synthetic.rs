@@ -3,7 +3,7 @@
 //! Pictures come from the model itself: each pixel's ray is compared with the contacts, so that a
 //! mark is as large and as oblique as the camera and its interface make it.
 
-use fabkit_camera::{OutsideDomain, Ray};
+use fabkit_camera::{OutsideDomain, ViewRay};
 use fabkit_geometry::sequences::Random;
 use nalgebra::{Point2, Vector2, Vector3};
 
@@ -144,7 +144,7 @@ impl Bench {
     }
 
     /// How much of the light a tip takes away along a ray.
-    fn mark(&self, ray: &Ray, tip: &nalgebra::Point3<f64>) -> f64 {
+    fn mark(&self, ray: &ViewRay, tip: &nalgebra::Point3<f64>) -> f64 {
         let to_tip = tip - ray.origin_in_camera;
         let miss_mm = ray.direction.cross(&to_tip).norm();
         if ray.direction.dot(&to_tip) < 0.0 || miss_mm > 4.0 * self.mark_radius_mm {

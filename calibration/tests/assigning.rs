@@ -2,7 +2,7 @@
 
 mod support;
 
-use fabkit_calibration::assignment::{Assignment, Doubt, Mark, MarkedCapture, assign};
+use fabkit_calibration::assignment::{Assignment, Discrepancy, Mark, MarkedCapture, assign};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Model, Observation};
 use fabkit_calibration::synthetic::Bench;
@@ -55,7 +55,7 @@ proptest! {
         let case = case(&pins, turn_deg, seed, true);
         let assignment = assigned(&case, &pins);
         prop_assert_eq!(holes(&assignment.observations), holes(&case.truth));
-        prop_assert!(assignment.doubts.is_empty(), "{:?}", assignment.doubts);
+        prop_assert!(assignment.discrepancies.is_empty(), "{:?}", assignment.discrepancies);
     }
 
     /// Without labels only near the design's turn: the rings have no start of their own.
@@ -65,7 +65,7 @@ proptest! {
         let case = case(&pins, turn_deg, seed, false);
         let assignment = assigned(&case, &pins);
         prop_assert_eq!(holes(&assignment.observations), holes(&case.truth));
-        prop_assert!(assignment.doubts.is_empty(), "{:?}", assignment.doubts);
+        prop_assert!(assignment.discrepancies.is_empty(), "{:?}", assignment.discrepancies);
     }
 }
 
@@ -84,11 +84,11 @@ fn a_missing_pin_a_speck_and_a_wrong_label_are_named() {
     case.captures[2].pins[3] = pins.iter().find(|pin| pin.hole == labelled).unwrap();
     let assignment = assigned(&case, &pins);
     assert_eq!(
-        assignment.doubts,
+        assignment.discrepancies,
         [
-            Doubt::Missing { capture: 0, hole: gone.contact.hole },
-            Doubt::Spurious { capture: 1, pixel: speck },
-            Doubt::Mislabelled { capture: 2, labelled, found },
+            Discrepancy::Missing { capture: 0, hole: gone.contact.hole },
+            Discrepancy::Spurious { capture: 1, pixel: speck },
+            Discrepancy::Mislabelled { capture: 2, labelled, found },
         ]
     );
     let right: Vec<_> = holes(&case.truth)

@@ -5,7 +5,7 @@ mod support;
 use fabkit_calibration::extrinsics::{
     CalibrationError, CalibrationOptions, SolveError, calibrate, refine,
 };
-use fabkit_calibration::model::{Model, Observation, Parameter};
+use fabkit_calibration::model::{FitParameter, Model, Observation};
 use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::{Camera, Flat, Interface, Intrinsics, Lens, OpenCv};
 use fabkit_geometry::Pose;
@@ -50,7 +50,7 @@ fn a_seating_offset_shows_with_two_lengths_of_pins() {
             calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
         assert!(result.chosen().candidate.seating, "{}", result.chosen().candidate);
         let fit = &result.chosen().fit;
-        let at = fit.parameters.iter().position(|p| *p == Parameter::SeatingOffset).unwrap();
+        let at = fit.parameters.iter().position(|p| *p == FitParameter::SeatingOffset).unwrap();
         let sigma_mm = result.covariance[(at, at)].sqrt();
         let error_mm = fit.model.seating_offset_mm - 1.1;
         assert!(error_mm.abs() < 3.0 * sigma_mm, "{error_mm} {sigma_mm}");
@@ -159,9 +159,9 @@ fn a_bad_explanation_is_fitted_all_the_same() {
     let mut start = Model::new(camera(), assembled(0.0));
     start.expected_translation_mm = Some(*nominal().translation_mm());
     let loss = CalibrationOptions::default().loss;
-    let fit = refine(&start, &Parameter::POSE, &observations, loss).unwrap();
+    let fit = refine(&start, &FitParameter::POSE, &observations, loss).unwrap();
     // At rest: from there nothing is left to do.
-    let again = refine(&fit.model, &Parameter::POSE, &observations, loss).unwrap();
+    let again = refine(&fit.model, &FitParameter::POSE, &observations, loss).unwrap();
     assert!((again.cost - fit.cost).abs() < 1e-3, "{} {}", again.cost, fit.cost);
 }
 
@@ -175,7 +175,7 @@ fn a_step_too_far_is_shortened() {
     let observations = Bench::new(truth, 128).observe(&captures, 0.3).unwrap();
     let mut start = Model::new(camera(), assembled(0.0));
     start.expected_translation_mm = Some(*nominal().translation_mm());
-    let parameters = [&Parameter::POSE[..], &[Parameter::FocalScale]].concat();
+    let parameters = [&FitParameter::POSE[..], &[FitParameter::FocalScale]].concat();
     let loss = CalibrationOptions::default().loss;
     let fit = refine(&start, &parameters, &observations, loss).unwrap();
     let again = refine(&fit.model, &parameters, &observations, loss).unwrap();

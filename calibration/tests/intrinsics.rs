@@ -4,7 +4,9 @@ mod common;
 
 use common::scene::{Studio, USUAL, fisheye, somewhere};
 use fabkit_calibration::board::{Board, find_corners};
-use fabkit_calibration::intrinsics::{CalibrateError, LensModel, Observation, View, calibrate};
+use fabkit_calibration::intrinsics::{
+    BoardView, CalibrateError, CornerObservation, LensModel, calibrate,
+};
 use fabkit_camera::{
     Camera, Interface, Intrinsics, Lens, OpenCv, Point2, Point3, Vector2, Vector3,
 };
@@ -29,13 +31,13 @@ fn observe(
     poses: &[Pose],
     noise_px: f64,
     random: &mut Random,
-) -> Vec<View> {
+) -> Vec<BoardView> {
     let view = |(index, pose): (usize, &Pose)| {
         let truth = studio.truth(board, pose).unwrap();
         let mut corner = |(c, pixel): (&fabkit_calibration::board::BoardCorner, &Point2<f64>)| {
             let noise = Vector2::new(random.normal(), random.normal()) * noise_px;
             let [x, y] = c.in_board_mm;
-            Observation {
+            CornerObservation {
                 id: c.id,
                 in_board_mm: Point2::new(x, y),
                 pixel: pixel + noise,
@@ -43,7 +45,7 @@ fn observe(
             }
         };
         let corners = board.corners.iter().zip(&truth).map(&mut corner).collect();
-        View { name: format!("view {index}"), corners }
+        BoardView { name: format!("view {index}"), corners }
     };
     poses.iter().enumerate().map(view).collect()
 }
@@ -219,7 +221,7 @@ fn views_that_add_nothing_and_views_that_do_not_belong_are_named() {
     let found = calibrate(&views, &nominal(), KB).unwrap();
     let all = found.advice.warnings.join("\n");
     println!("{all}");
-    assert!(found.advice.worth[10].adds_nothing);
+    assert!(found.advice.influence[10].adds_nothing);
     assert!(all.contains("nothing would be lost without view 10"), "{all}");
     assert!(all.contains("view 4: residuals are"), "{all}");
 }
@@ -242,13 +244,13 @@ fn too_little_is_refused() {
     let same = observe(&studio, &board, &[pose; 3], 0.0, &mut random);
     match calibrate(&same, &nominal(), KB) {
         Err(CalibrateError::NotObservable { .. }) => {}
-        Ok(found) => assert!(found.advice.worth.iter().all(|w| w.growth < 0.3)),
+        Ok(found) => assert!(found.advice.influence.iter().all(|w| w.growth < 0.3)),
         Err(other) => panic!("{other}"),
     }
 }
 
 /// Boards far away in the middle of the picture: some 17 degrees to all sides of 80.
-fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<View> {
+fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<BoardView> {
     let mut poses = Vec::new();
     while poses.len() < 12 {
         let pose = somewhere(board, random, [50.0, 80.0], 4.0, 45.0);
@@ -261,7 +263,7 @@ fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<Vie
 
 /// Root mean square angle between the rays of two cameras at the corners of some views, the best
 /// common turn taken out.
-fn rays_apart_rad(views: &[View], a: &Camera, b: &Camera) -> f64 {
+fn rays_apart_rad(views: &[BoardView], a: &Camera, b: &Camera) -> f64 {
     let pixels = views.iter().flat_map(|view| &view.corners).map(|corner| corner.pixel);
     let pairs: Vec<_> = pixels
         .map(|pixel| {
@@ -349,14 +351,14 @@ fn rendered_boards_give_the_true_camera() {
         let Ok(found) = find_corners(&picture, &board) else { continue };
         let corners = found.iter().map(|corner| {
             let [x, y] = board.corners[corner.id as usize].in_board_mm;
-            Observation {
+            CornerObservation {
                 id: corner.id,
                 in_board_mm: Point2::new(x, y),
                 pixel: corner.pixel,
                 sigma_px: corner.sigma_px,
             }
         });
-        views.push(View { name: format!("picture {index}"), corners: corners.collect() });
+        views.push(BoardView { name: format!("picture {index}"), corners: corners.collect() });
     }
     assert!(views.len() >= 14);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::finding::{Finding, Rule};
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
 use crate::memo::{Key, Memo};
-use crate::scene::{Placed, Scene};
+use crate::scene::{Assemblies, Placed};
 
 /// Lines through the box that two bodies share.
 pub(crate) const LINES: u32 = 20_000;
@@ -49,7 +49,7 @@ struct Verdict {
 }
 
 /// All pairs that have to be looked at.
-pub(crate) fn pairs<'a>(sensor: &'a Sensor, scene: &'a Scene) -> Vec<Pair<'a>> {
+pub(crate) fn pairs<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Vec<Pair<'a>> {
     let assemblies = scene.assemblies.iter();
     assemblies.flat_map(|(assembly, bodies)| pairs_of(sensor, assembly, bodies)).collect()
 }

@@ -47,7 +47,7 @@ pub use memo::Memo;
 pub use printability::{PrintLimits, print_limits, printability, thinnest_wall};
 pub use scene::InvalidBody;
 
-use scene::Scene;
+use scene::Assemblies;
 
 /// How finely the rules look, for people.
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
@@ -128,7 +128,7 @@ pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, Invali
 }
 
 fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport, InvalidBody> {
-    let scene = Scene::new(sensor)?;
+    let scene = Assemblies::new(sensor)?;
     let mut findings = chain::examine(sensor, &scene);
     let pairs = interference::pairs(sensor, &scene);
     let pours: Vec<_> = chain::pours(sensor).collect();
@@ -178,7 +178,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn interference(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    let scene = Scene::new(sensor)?;
+    let scene = Assemblies::new(sensor)?;
     let pairs = interference::pairs(sensor, &scene);
     Ok(interference::examine(sensor, &pairs, &Memo::default(), &|| {}))
 }

@@ -6,7 +6,7 @@ use fabkit_geometry::sequences::Random;
 use serde_json::{Value, json};
 
 use super::store::KIND;
-use super::{Captures, Job, Pattern, size_px};
+use super::{HalfCaptures, Job, PressPattern, size_px};
 
 /// What a pattern, and a sample, is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,7 @@ const TEST_OF_TEN: usize = 1;
 
 /// Names, splits and everything the folder says about itself.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct DatasetPlan {
     /// Names of the patterns, in order.
     pub patterns: Vec<String>,
     /// Names of the bodies of each pattern: the first has the label 2.
@@ -50,13 +50,14 @@ pub struct Plan {
     pub about: Value,
 }
 
-impl Plan {
+impl DatasetPlan {
     /// Assigns patterns to splits by a shuffle that depends on the seed alone.
     ///
     /// With fewer than ten patterns there is one for the test and, from three on, one for
     /// validation.
-    pub fn new(patterns: &[Pattern], seed: u64, about: Value) -> Self {
-        let names = |pattern: &Pattern| pattern.left.iter().map(|body| body.name.clone()).collect();
+    pub fn new(patterns: &[PressPattern], seed: u64, about: Value) -> Self {
+        let names =
+            |pattern: &PressPattern| pattern.left.iter().map(|body| body.name.clone()).collect();
         let bodies = patterns.iter().map(names).collect();
         let patterns: Vec<String> = patterns.iter().map(|pattern| pattern.name.clone()).collect();
         let count = patterns.len();
@@ -117,7 +118,7 @@ impl Plan {
             "version": KIND.version,
             "materialised": job.materialise,
             "size_px": [height_px, width_px],
-            "image_channels": job.captures.map(Captures::channels),
+            "image_channels": job.captures.map(HalfCaptures::channels),
             "halves": 2 * self.patterns.len(),
             "samples": self.patterns.len().pow(2),
             "patterns": patterns.collect::<Vec<_>>(),
@@ -142,9 +143,9 @@ pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    fn plan(count: usize, seed: u64) -> Plan {
-        let named = |i| Pattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
-        Plan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
+    fn plan(count: usize, seed: u64) -> DatasetPlan {
+        let named = |i| PressPattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
+        DatasetPlan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
     }
 
     #[test]

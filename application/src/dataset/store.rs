@@ -7,11 +7,11 @@ use serde_json::Map;
 
 use super::read::SampleError;
 use crate::progress::{OnProgress, Step};
-use crate::resumable::{Folder, FolderError, Kind, SAME_VERSION};
+use crate::resumable::{Folder, FolderError, FolderKind, SAME_VERSION};
 use crate::{ErrorKind, Explained};
 
 /// A data set's folder. Version 1 had no checksums.
-pub const KIND: Kind = Kind { what: "data set", name: "dataset", version: 2 };
+pub const KIND: FolderKind = FolderKind { what: "data set", name: "dataset", version: 2 };
 
 /// Why there is no data set.
 #[derive(Debug, thiserror::Error)]

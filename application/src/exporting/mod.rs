@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
-pub use self::folder::{FolderError, Overwriting, Refusal, Written, write};
+pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;

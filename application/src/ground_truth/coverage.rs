@@ -11,7 +11,7 @@ const PLACES: u32 = 20_000;
 
 /// What a camera sees of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coverage {
+pub struct SurfaceCoverage {
     /// Share of the surface's area.
     pub area: f64,
     /// Area of the whole surface, mm2.
@@ -27,7 +27,10 @@ pub struct Coverage {
 ///
 /// # Errors
 /// Dimensions that make no solid.
-pub fn coverage(touch: &TouchSurface, viewpoint: &Viewpoint) -> Result<Coverage, InvalidSolid> {
+pub fn coverage(
+    touch: &TouchSurface,
+    viewpoint: &Viewpoint,
+) -> Result<SurfaceCoverage, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let camera = viewpoint.camera();
     let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
@@ -40,7 +43,7 @@ pub fn coverage(touch: &TouchSurface, viewpoint: &Viewpoint) -> Result<Coverage,
         angles_rad = [angles_rad[0].min(angle), angles_rad[1].max(angle)];
         seen += u32::from(camera.project(&point).is_ok_and(|pixel| camera.sees(&pixel)));
     }
-    Ok(Coverage {
+    Ok(SurfaceCoverage {
         area: f64::from(seen) / f64::from(PLACES),
         area_mm2: points.area_mm2(),
         angles_rad,

@@ -8,7 +8,7 @@ use fabkit_camera::OutsideDomain;
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use crate::information::ScaledCholesky;
-use crate::model::{Model, Observation, Parameter};
+use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable};
 
 const MAX_ITERATIONS: usize = 200;
@@ -99,11 +99,11 @@ pub(crate) fn names(combinations: &[Unobservable]) -> String {
 
 /// A model that fits.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct PoseSolution {
     /// What fits best.
     pub model: Model,
     /// What was solved for.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<FitParameter>,
     /// Covariance of the parameters, in their order and units, if the observations' standard
     /// deviations are right.
     pub covariance: DMatrix<f64>,
@@ -113,7 +113,7 @@ pub struct Fit {
     pub iterations: usize,
 }
 
-impl Fit {
+impl PoseSolution {
     /// Observed minus projected, px, in the order of `observations`; `None` where a contact cannot
     /// be seen.
     pub fn residuals_px(&self, observations: &[Observation]) -> Vec<Option<Vector2<f64>>> {
@@ -129,10 +129,10 @@ impl Fit {
 /// pixels do not determine, no convergence.
 pub fn refine(
     start: &Model,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
     observations: &[Observation],
     loss: Loss,
-) -> Result<Fit, SolveError> {
+) -> Result<PoseSolution, SolveError> {
     let count = parameters.len();
     let held = parameters.iter().filter(|p| start.prior(**p).is_some()).count();
     if 2 * observations.len() < count - held {
@@ -205,7 +205,7 @@ pub fn refine(
         return Err(SolveError::NotObservable { combinations });
     };
     let (parameters, covariance) = (parameters.to_vec(), factor.inverse());
-    Ok(Fit { model, parameters, covariance, cost, iterations })
+    Ok(PoseSolution { model, parameters, covariance, cost, iterations })
 }
 
 fn sees_all(model: &Model, observations: &[Observation]) -> bool {
@@ -231,7 +231,7 @@ impl Normal {
     fn build(
         &mut self,
         model: &Model,
-        parameters: &[Parameter],
+        parameters: &[FitParameter],
         observations: &[Observation],
         loss: Loss,
     ) -> Result<f64, SolveError> {

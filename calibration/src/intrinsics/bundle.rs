@@ -10,7 +10,7 @@ use nalgebra::{
     Cholesky, DMatrix, DVector, Matrix2x3, Matrix6, Rotation3, SMatrix, Vector2, Vector3, Vector6,
 };
 
-use super::View;
+use super::BoardView;
 use crate::information::ScaledCholesky;
 
 const MAX_ITERATIONS: usize = 200;
@@ -38,7 +38,7 @@ pub(super) struct State {
 
 /// What fits best.
 #[derive(Clone, Debug)]
-pub(super) struct Fit {
+pub(super) struct BundleSolution {
     pub state: State,
     /// Standard deviation of the residuals, in those that the views state.
     pub scale: f64,
@@ -64,7 +64,7 @@ pub(super) fn residual(
 
 /// Fits the camera's parameters marked as `free`, and all poses. `None` if the start is not within
 /// the lens's domain, or nothing more can be done before it is good.
-pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
+pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<BundleSolution> {
     let mut state = start;
     let mut scale = typical(views, &state)?;
     for _ in 0..MAX_ROUNDS {
@@ -83,7 +83,7 @@ pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
     let informations: Vec<_> = normal.views.iter().map(|view| view.about_camera()).collect();
     let held_out = held_out(&normal.views, &informations);
     let scale = (normal.cost / freedom).sqrt();
-    Some(Fit { state, scale, cost: normal.cost, informations, held_out })
+    Some(BundleSolution { state, scale, cost: normal.cost, informations, held_out })
 }
 
 /// Without a view, whose gradient is what the others' sum to at the minimum, the camera goes a step
@@ -102,7 +102,7 @@ fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
 }
 
 /// Standard deviation of most residuals, those of outliers aside, in the stated ones.
-fn typical(views: &[View], state: &State) -> Option<f64> {
+fn typical(views: &[BoardView], state: &State) -> Option<f64> {
     let mut lengths = Vec::new();
     for (view, pose) in views.iter().zip(&state.cameras_from_board) {
         for corner in &view.corners {
@@ -116,7 +116,7 @@ fn typical(views: &[View], state: &State) -> Option<f64> {
     Some((*median / MEDIAN_LENGTH).max(1e-9))
 }
 
-fn descend(views: &[View], start: State, free: &[bool], scale: f64) -> Option<State> {
+fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Option<State> {
     let mut state = start;
     let mut normal = Normal::build(views, &state, free, scale)?;
     let mut damping = START_DAMPING;
@@ -184,7 +184,7 @@ struct Step {
 }
 
 impl Normal {
-    fn build(views: &[View], state: &State, free: &[bool], scale: f64) -> Option<Self> {
+    fn build(views: &[BoardView], state: &State, free: &[bool], scale: f64) -> Option<Self> {
         let columns: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
         let count = columns.len();
         let mut cost = 0.0;

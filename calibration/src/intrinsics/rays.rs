@@ -10,7 +10,7 @@ use fabkit_camera::{Camera, Point2, Point3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX};
 
 use super::bundle::State;
-use super::{View, points};
+use super::{BoardView, points};
 use crate::information::ScaledCholesky;
 
 /// Columns and rows of the pixels that are looked at beyond the corners.
@@ -97,7 +97,7 @@ impl Place {
 
 /// Of a camera whose parameters have this information for residuals of a scale of 1.
 pub(super) fn rays(
-    views: &[View],
+    views: &[BoardView],
     state: &State,
     information: &ScaledCholesky,
     scale: f64,

@@ -24,7 +24,7 @@ use sample::{Setup, Tracer};
 use shade::Shader;
 pub use sheet::contact_sheet;
 use tile::{Pen, TILE_PX, Tile};
-pub use view::{Cut, Projection, View};
+pub use view::{SectionCut, View, ViewProjection};
 
 /// Largest picture, px.
 pub const MAX_PIXELS: u64 = 64_000_000;
@@ -146,7 +146,7 @@ pub enum RenderError {
     /// The cut's plane is not finite, or its normal is zero.
     #[error("the cut needs a finite point and a finite direction that is not zero")]
     BadCut,
-    /// Out of the range that [`Projection::Perspective`] allows.
+    /// Out of the range that [`ViewProjection::Perspective`] allows.
     #[error("a field of view of {field_of_view_deg} degrees is not between 1 and 120")]
     FieldOfView {
         /// As asked for, degrees.
@@ -257,7 +257,10 @@ fn closer_framing(setup: &Setup<'_>, view: &View) -> Option<Framing> {
 }
 
 /// Points whose hull holds all that is drawn: the corners of the actors' boxes after the cut.
-fn framed_points(scene: &Scene<'_>, cut: Option<&Cut>) -> Result<Vec<Point3<f64>>, RenderError> {
+fn framed_points(
+    scene: &Scene<'_>,
+    cut: Option<&SectionCut>,
+) -> Result<Vec<Point3<f64>>, RenderError> {
     let mut points = Vec::new();
     for index in 0..scene.len() {
         let bounds = scene.bounds(index);

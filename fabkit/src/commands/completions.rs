@@ -3,11 +3,11 @@
 use clap::CommandFactory;
 use serde_json::json;
 
-use super::Report;
+use super::Outcome;
 use crate::cli::Cli;
 use crate::failure::Failure;
 
-pub(super) fn run(shell: clap_complete::Shell) -> Result<Report, Failure> {
+pub(super) fn run(shell: clap_complete::Shell) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "fabkit", &mut script);
     let text = String::from_utf8(script).map_err(Failure::bug)?;
@@ -17,5 +17,5 @@ pub(super) fn run(shell: clap_complete::Shell) -> Result<Report, Failure> {
         "shell": shell.to_string(),
         "script": text,
     });
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }

@@ -5,31 +5,31 @@ mod probes;
 use std::path::Path;
 use std::time::Instant;
 
-use fabkit_application::dataset::{self, Job, Order, Plan, Written};
+use fabkit_application::dataset::{self, DatasetPlan, DatasetRequest, Job, WrittenDataset};
 use fabkit_application::documents;
 use fabkit_application::export::png;
 use fabkit_application::progress::Step;
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::Scene;
+use fabkit_application::scene::SensorView;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
 use super::progress::Progress;
-use super::{Report, view};
+use super::{Outcome, view};
 use crate::cli::{Dataset, Global};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::grouped;
 
-pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
     let scene = view::scene(&args.design, &args.view)?;
     if args.probes {
         return probes::run(args, &scene);
     }
-    let order = Order {
+    let order = DatasetRequest {
         presses: args.presses.as_deref(),
         captures: args.captures.as_deref(),
         membrane_mm: args.view.membrane,
@@ -83,9 +83,15 @@ fn sheet_of(path: &Path, job: &Job, seed: u64) -> Result<Vec<u8>, Failure> {
     png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)
 }
 
-fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: Instant) -> Report {
+fn report(
+    args: &Dataset,
+    scene: &SensorView,
+    plan: &DatasetPlan,
+    written: &WrittenDataset,
+    start: Instant,
+) -> Outcome {
     let folder = args.output.display().to_string();
-    let Written { halves, samples, found, made, damaged, untouched } = written;
+    let WrittenDataset { halves, samples, found, made, damaged, untouched } = written;
     let kind = if args.materialise { "written" } else { "listed" };
     let mut text = format!(
         "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",
@@ -123,5 +129,5 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
         "halves_without_contact": untouched,
         "surface_seen": documents::coverage(&scene.coverage),
     });
-    Report { text, json, failed: false }
+    Outcome { text, json, failed: false }
 }

@@ -7,14 +7,14 @@ use std::time::Instant;
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
 use fabkit_application::exporting::{
-    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written,
+    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, WrittenExport,
 };
 use fabkit_application::source::{self, Target};
 use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Report, profiled};
+use super::{Outcome, profiled};
 use crate::cli::{Export, Global};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
@@ -24,7 +24,7 @@ use crate::table::{Align::Left, Align::Right, grouped, size, table};
 /// Files that are named in one line.
 const MOST_NAMED: usize = 8;
 
-pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if args.fixtures && (target.fixture.is_some() || target.part.is_some()) {
@@ -121,7 +121,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     if args.fixtures {
         json["fixtures"] = json!(manifests);
     }
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }
 
 /// `out/rtac0`, `out/rtac0/pin-dome`.
@@ -137,7 +137,7 @@ fn default_folder(target: &Target, design: &Design) -> PathBuf {
 }
 
 /// What lies in the folder besides what was written now, and what no longer does.
-fn remains(exported: &Exported, written: &Written) -> String {
+fn remains(exported: &Exported, written: &WrittenExport) -> String {
     let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
     let mut text = String::new();
     if kept > 0 {
@@ -211,7 +211,7 @@ fn compensations(manifest: &Manifest) -> String {
     parts_by_note.into_iter().map(line).collect()
 }
 
-fn json(written: &Written, folder: &Path) -> Value {
+fn json(written: &WrittenExport, folder: &Path) -> Value {
     json!({
         "format": "fabkit-export",
         "version": 1,

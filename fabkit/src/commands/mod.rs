@@ -36,7 +36,7 @@ use crate::interrupt;
 const CHECK_FAILED: u8 = 1;
 
 /// What a command has to say.
-struct Report {
+struct Outcome {
     /// For people; empty for nothing.
     text: String,
     /// For scripts.
@@ -82,11 +82,11 @@ fn answer(cli: &Cli) -> u8 {
     }
 }
 
-fn exit_code(report: &Report) -> u8 {
+fn exit_code(report: &Outcome) -> u8 {
     if report.failed { CHECK_FAILED } else { 0 }
 }
 
-fn run(cli: &Cli) -> Result<Report, Failure> {
+fn run(cli: &Cli) -> Result<Outcome, Failure> {
     if let Some(threads) = cli.global.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())

@@ -9,7 +9,7 @@ use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
-use super::Report;
+use super::Outcome;
 use super::progress::Progress;
 use crate::cli::{Global, Render};
 use crate::failure::{ErrorKind, Failure};
@@ -22,7 +22,7 @@ const PIXEL_BYTES: u64 = 9;
 /// Tiles that threads are drawing.
 const TILES_BYTES: u64 = 200 * memory::MB;
 
-pub(super) fn run(args: &Render, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     let part = target.part;
     let [width_px, height_px] = args.size;
@@ -73,5 +73,5 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Report, Failure> {
         "bytes": count,
     });
     let text = format!("{shown}: {width_px} x {height_px} px, {}\n", size(count));
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }

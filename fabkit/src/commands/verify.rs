@@ -8,7 +8,7 @@ use fabkit_application::verifier::{Verifier, VerifyOptions};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Report, reread};
+use super::{Outcome, reread};
 use crate::cli::{Global, Verify};
 use crate::failure::Failure;
 use crate::roles::Roles;
@@ -17,7 +17,7 @@ use crate::table::{Align::Left, table};
 /// Unless a kernel is told otherwise, seconds.
 const USUAL_LIMIT_S: u32 = 600;
 
-pub(super) fn run(args: &Verify, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
     if let Some(folder) = folder(&args.sensor) {
         return reread::run(args, folder);
     }
@@ -45,7 +45,7 @@ pub(super) fn run(args: &Verify, global: &Global) -> Result<Report, Failure> {
         "passed": passed,
         "verification": answer,
     });
-    Ok(Report { text, json, failed: !passed })
+    Ok(Outcome { text, json, failed: !passed })
 }
 
 /// The folder that is meant. A built-in sensor's name means the sensor; nobody writes a separator behind

@@ -13,7 +13,7 @@ use fabkit_geometry::sequences;
 use fabkit_text::{InvalidDesign, Kind};
 use serde::{Deserialize, Serialize};
 
-pub use axis::Axis;
+pub use axis::PlanAxis;
 pub use constraint::Constraint;
 pub(crate) use constraint::Numbers;
 pub use schema::json_schema;
@@ -169,7 +169,7 @@ pub struct Plan {
     pub(crate) sensor: String,
     pub(crate) seed: u64,
     pub(crate) sampling: Sampling,
-    pub(crate) axes: Vec<Axis>,
+    pub(crate) axes: Vec<PlanAxis>,
     pub(crate) fixed: Vec<String>,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) objectives: Vec<Objective>,
@@ -211,7 +211,7 @@ impl Plan {
     }
 
     /// What is varied.
-    pub fn axes(&self) -> &[Axis] {
+    pub fn axes(&self) -> &[PlanAxis] {
         &self.axes
     }
 

@@ -60,7 +60,7 @@ proptest! {
 
     /// Without labels only near the design's turn: the rings have no start of their own.
     #[test]
-    fn unlabelled_marks_do_too(turn_deg in -10.0..10.0f64, seed in 0u64..1000) {
+    fn unlabelled_marks_find_their_holes_too(turn_deg in -10.0..10.0f64, seed in 0u64..1000) {
         let pins = pins(&[("a", 0.5)]);
         let case = case(&pins, turn_deg, seed, false);
         let assignment = assigned(&case, &pins);

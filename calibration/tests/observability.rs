@@ -68,7 +68,7 @@ fn one_length_of_pins_does_not_show_its_offset() {
 }
 
 #[test]
-fn two_lengths_do() {
+fn pins_of_two_lengths_tell_the_seating_offset() {
     let prediction =
         predict(&camera(), &pose(), &pins(&[("a", 0.5), ("b", 2.5)]), EFFORT, &with_seating());
     assert!(prediction.unobservable.is_empty(), "{prediction:?}");

@@ -15,7 +15,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::shaped;
 use crate::errors::{Failure, OrRaise};
 use crate::running::{Interrupted, run, short};
-use crate::scene::SensorView;
+use crate::scene::Scene;
 
 /// A file: its path below the folder, and its content.
 type NamedBytes<'py> = (String, Bound<'py, PyBytes>);

@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_decides() {
+    fn the_seed_decides_the_order_of_patterns() {
         assert_eq!(plan(100, 1), plan(100, 1));
         assert_ne!(plan(100, 1).splits, plan(100, 2).splits);
         let mut order = shuffled(50, 3);

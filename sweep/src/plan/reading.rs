@@ -212,7 +212,7 @@ fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
 fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objective> {
     let mut objectives = Vec::new();
     for entry in reading.map("objectives", node) {
-        let name = entry.key.as_str();
+        let name = metrics::current(&entry.key);
         if !known.is_computed(name) {
             let (message, hint) = match metrics::is_metric(name) {
                 true => (

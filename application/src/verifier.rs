@@ -9,7 +9,9 @@ use std::ffi::{OsStr, OsString};
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::Stdio;
+use std::sync::mpsc::{self, Sender};
 use std::thread;
+use std::time::Duration;
 
 use fabkit_designs::Design;
 use serde_json::Value;
@@ -235,28 +237,64 @@ impl Verifier {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(failed)?;
-        let said = child.stderr.take();
-        let output = thread::scope(|scope| {
-            scope.spawn(|| said.map(|said| follow(said, progress)));
-            child.wait_with_output()
-        });
-        let output = output.map_err(failed)?;
-        serde_json::from_slice(&output.stdout)
-            .map_err(|_| VerifierError::NoAnswer(output.status.to_string()))
+        let (sender, said) = mpsc::channel();
+        if let Some(mut answer) = child.stdout.take() {
+            let sender = sender.clone();
+            thread::spawn(move || {
+                let mut bytes = Vec::new();
+                // Half an answer is none.
+                let _ = answer.read_to_end(&mut bytes);
+                sender.send(Said::Answer(bytes))
+            });
+        }
+        if let Some(stderr) = child.stderr.take() {
+            thread::spawn(move || follow(stderr, &sender));
+        }
+        let mut answer = Vec::new();
+        let mut tell = |said| match said {
+            Said::Step { done, all, last } => progress(Step { done, found: 0, all, last: &last }),
+            Said::Answer(bytes) => answer = bytes,
+        };
+        // Kernels' processes may outlive the package if it is killed, and hold the other pipe open.
+        let until_answer = said.iter().map(|said| (matches!(said, Said::Answer(_)), said));
+        for (is_last, said) in until_answer {
+            tell(said);
+            if is_last {
+                break;
+            }
+        }
+        while let Ok(said) = said.recv_timeout(LAST_WORDS) {
+            tell(said);
+        }
+        let status = child.wait().map_err(failed)?;
+        serde_json::from_slice(&answer).map_err(|_| VerifierError::NoAnswer(status.to_string()))
     }
+}
+
+/// How long the package may go on explaining itself after its answer.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// What comes from the package.
+enum Said {
+    /// How far it is.
+    Step { done: usize, all: usize, last: String },
+    /// All that it printed.
+    Answer(Vec<u8>),
 }
 
 /// How the package begins a line that says how far it is: `DONE ALL NAME` follows.
 const PROGRESS: &[u8] = b"fabkit-progress ";
 
-/// Tells how far the package is, and passes on what else it and its kernels say.
-fn follow(said: impl Read, progress: OnProgress) {
-    let mut said = BufReader::new(said);
+/// Sends how far the package is, and passes on what else it and its kernels say.
+fn follow(stderr: impl Read, sender: &Sender<Said>) {
+    let mut stderr = BufReader::new(stderr);
     let mut line = Vec::new();
     // What cannot be read or passed on is no reason to stop.
-    while said.read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
+    while stderr.read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
         match step_of(&line) {
-            Some((done, all, last)) => progress(Step { done, found: 0, all, last }),
+            Some((done, all, last)) => {
+                let _ = sender.send(Said::Step { done, all, last: last.to_owned() });
+            }
             None => drop(io::stderr().write_all(&line)),
         }
         line.clear();

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use fabkit_application::Error;
 use fabkit_application::ground_truth::arrays;
-use fabkit_application::scene::{Cast, Scene, viewpoint_from_files};
+use fabkit_application::scene::{Cast, SensorView, viewpoint_from_files};
 use fabkit_application::source::Source;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: usize = arguments.next().unwrap_or("20".into()).parse()?;
     let project = Source::find("rtac0")?.load(&[])?;
     let viewpoint = viewpoint_from_files(&project, None, None)?;
-    let scene = Scene::new(Arc::new(project), viewpoint)?;
+    let scene = SensorView::new(Arc::new(project), viewpoint)?;
     for _ in 0..count {
         let start = Instant::now();
         let presses = [scene.project.press(&press)?];

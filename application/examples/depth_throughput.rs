@@ -6,7 +6,7 @@ use std::fs;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use fabkit_application::depth::truth::{Presser, Surface};
+use fabkit_application::depth::truth::{Presser, ReferenceSurface};
 use fabkit_application::ground_truth::{Viewpoint, pressers};
 use serde_json::json;
 
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pressers: Vec<Presser> = pressers(&presses)?;
 
     let rays = viewpoint.rays(1);
-    let surface = Surface::cast(touch, &rays)?;
+    let surface = ReferenceSurface::cast(touch, &rays)?;
     let contact = surface.pressed(&pressers).contact().filter(|contact| *contact).count();
     // Those that see the surface count; the others are cast too.
     let seen = surface.seen() as f64;
@@ -55,10 +55,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         "mray_per_cpu_s": {
             "unprojection": mray_per_cpu_s(rays.len() as f64, &mut || drop(viewpoint.rays(1))),
             "reference_and_press": mray_per_cpu_s(seen, &mut || {
-                let surface = Surface::cast(touch, &rays);
+                let surface = ReferenceSurface::cast(touch, &rays);
                 let _ = surface.map(|surface| drop(surface.pressed(&pressers)));
             }),
-            "reference": mray_per_cpu_s(seen, &mut || drop(Surface::cast(touch, &rays))),
+            "reference": mray_per_cpu_s(seen, &mut || drop(ReferenceSurface::cast(touch, &rays))),
             "press": mray_per_cpu_s(seen, &mut || drop(surface.pressed(&pressers))),
         },
     });

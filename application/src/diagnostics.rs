@@ -1,13 +1,15 @@
 //! Problems of a design, each with the line it is about, in the layout that rustc made familiar.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use fabkit_text::{InvalidDesign, Problem};
 
 use crate::{ErrorKind, Explained};
 
-/// Longer lines are cut around the place in question.
-const MAX_LINE_CHARS: usize = 96;
+/// Lines that would be longer are cut around the place in question.
+const LINE_COLUMNS: usize = 100;
 
 /// The text that problems of one file point into.
 #[derive(Clone, Debug)]
@@ -55,48 +57,41 @@ pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
 
 /// Writing to a `String` cannot fail, so results are dropped.
 fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
-    let _ = writeln!(out, "error: {}", printable(&problem.message));
-    let mut gutter = 2;
-    match (problem.line, problem.column) {
-        (Some(line), column) => {
-            gutter = line.to_string().len() + 1;
-            let column_text = column.map(|c| format!(":{c}")).unwrap_or_default();
-            let arrow = format!("{:>gutter$}", "-->", gutter = gutter + 2);
-            let _ = writeln!(out, "{arrow} {}:{line}{column_text}", printable(&problem.file));
-            let source = sources.iter().find(|source| source.file == problem.file);
-            if let Some(text) = source.and_then(|s| s.text.lines().nth(line.saturating_sub(1))) {
-                let (excerpt, caret_at) = excerpt(text, column.unwrap_or(1).saturating_sub(1));
-                let carets = "^".repeat(caret_width(text, column, &problem.value));
-                let _ = writeln!(out, "{:gutter$}|", "");
-                let _ = writeln!(out, "{line} | {excerpt}");
-                let _ = writeln!(out, "{:gutter$}| {:caret_at$}{carets}", "", "");
-            }
-        }
-        (None, _) if !problem.file.is_empty() => {
-            let _ = writeln!(out, "  --> {}", printable(&problem.file));
-        }
-        _ => {}
+    let message = printable(&problem.message);
+    let hint = problem.hint.as_deref().map(printable);
+    if let Some((text, place)) = excerpt(problem, sources) {
+        let annotation = AnnotationKind::Primary.span(place);
+        let snippet = Snippet::source(text).path(printable(&problem.file));
+        let snippet = snippet.line_start(problem.line.unwrap_or(1)).annotation(annotation);
+        let group = Group::with_title(Level::ERROR.primary_title(message)).element(snippet);
+        let group = group.elements(hint.map(|hint| Level::HELP.message(hint)));
+        let _ = writeln!(out, "{}", Renderer::plain().term_width(LINE_COLUMNS).render(&[group]));
+        return;
     }
-    if let Some(hint) = &problem.hint {
-        let _ = writeln!(out, "{:gutter$}= help: {}", "", printable(hint));
+    let _ = writeln!(out, "error: {message}");
+    let digits = problem.line.map_or(1, |line| line.to_string().len());
+    if !problem.file.is_empty() {
+        let file = printable(&problem.file);
+        let line = problem.line.map(|line| format!(":{line}")).unwrap_or_default();
+        let column = problem.column.map(|column| format!(":{column}")).unwrap_or_default();
+        let _ = writeln!(out, "{:digits$}--> {file}{line}{column}", "");
+    }
+    if let Some(hint) = hint {
+        let _ = writeln!(out, "{:digits$} = help: {hint}", "");
     }
 }
 
-/// The whole value if that is what stands there, else one character.
-fn caret_width(line: &str, column: Option<usize>, value: &str) -> usize {
-    let from: String = line.chars().skip(column.unwrap_or(1).saturating_sub(1)).collect();
-    let stands_there = !value.is_empty() && from.starts_with(value);
-    if stands_there { value.chars().count().min(MAX_LINE_CHARS / 2) } else { 1 }
-}
-
-/// The line, cut to a readable length around a character, and where in it that character is.
-fn excerpt(line: &str, at: usize) -> (String, usize) {
-    let chars: Vec<char> = line.chars().collect();
-    let start =
-        if chars.len() <= MAX_LINE_CHARS { 0 } else { at.saturating_sub(MAX_LINE_CHARS / 2) };
-    let end = chars.len().min(start + MAX_LINE_CHARS);
-    let start = start.min(end);
-    (printable(&chars[start..end].iter().collect::<String>()), at.saturating_sub(start))
+/// The line that a problem is about, and the bytes of it that are: the whole value if that is what
+/// stands there, else one character.
+fn excerpt<'a>(problem: &Problem, sources: &'a [SourceText]) -> Option<(&'a str, Range<usize>)> {
+    let source = sources.iter().find(|source| source.file == problem.file)?;
+    let line = source.text.lines().nth(problem.line?.saturating_sub(1))?;
+    let column = problem.column.unwrap_or(1).saturating_sub(1);
+    let start = line.char_indices().nth(column).map_or(line.len(), |(byte, _)| byte);
+    let rest = &line[start..];
+    let stands_there = !problem.value.is_empty() && rest.starts_with(&problem.value);
+    let first = rest.chars().next().map_or(0, char::len_utf8);
+    Some((line, start..start + if stands_there { problem.value.len() } else { first }))
 }
 
 /// Files are other people's: what would steer a terminal is not passed on to it.
@@ -140,6 +135,7 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
   |
 2 |   radius: 900 mm
   |           ^^^^^^
+  |
   = help: 60 mm is the largest
 
 1 problem
@@ -167,5 +163,13 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
         let at = lines[4].find('^').unwrap();
         let above: String = lines[3].chars().skip(at).take(6).collect();
         assert_eq!(above, "900 mm");
+    }
+
+    #[test]
+    fn carets_stand_below_what_follows_characters_as_wide_as_two() {
+        let shown = list(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
+        let lines: Vec<&str> = shown.lines().collect();
+        // Behind the gutter of four columns come four for two characters, and four more.
+        assert_eq!(lines[4].find('^'), Some(4 + 4 + 4), "{shown}");
     }
 }

@@ -8,7 +8,7 @@ use fabkit_geometry::Body;
 use fabkit_sweep::Status;
 use serde_json::{Map, Value, json};
 
-use crate::ground_truth::Coverage;
+use crate::ground_truth::SurfaceCoverage;
 use crate::identity::design_hash;
 use crate::sweeping::Finished;
 
@@ -143,6 +143,6 @@ pub fn sweep(folder: &Path, finished: &Finished) -> Value {
 }
 
 /// How much of a surface a camera sees.
-pub fn coverage(coverage: &Coverage) -> Value {
+pub fn coverage(coverage: &SurfaceCoverage) -> Value {
     json!({ "area": coverage.area, "area_mm2": coverage.area_mm2 })
 }

@@ -7,7 +7,7 @@
 use crate::authored::NotReplaced;
 use crate::bodies::UnknownName;
 use crate::calibrating::CalibratingError;
-use crate::dataset::{DatasetError, OrderError, SampleError};
+use crate::dataset::{DatasetError, DatasetRequestError, SampleError};
 use crate::diagnostics::Diagnosed;
 use crate::exporting::{self, ExportFailure};
 use crate::memory::MemoryError;
@@ -91,7 +91,7 @@ pub enum Error {
     /// Ground truth that cannot be cast.
     Scene(#[from] SceneError),
     /// What a data set cannot be made of.
-    Order(#[from] OrderError),
+    DatasetRequest(#[from] DatasetRequestError),
     /// A data set that cannot be written.
     Dataset(#[from] DatasetError),
     /// A data set that cannot be read.
@@ -136,7 +136,7 @@ impl Error {
             Self::Picture(error) => error,
             Self::Verifier(error) => error,
             Self::Scene(error) => error,
-            Self::Order(error) => error,
+            Self::DatasetRequest(error) => error,
             Self::Dataset(error) => error,
             Self::Sample(error) => error,
             Self::Sweep(error) => error,

@@ -50,6 +50,7 @@ pub mod ground_truth;
 pub mod identity;
 pub mod memory;
 pub mod pictures;
+pub mod progress;
 pub mod reading;
 pub mod rereading;
 pub mod resumable;

@@ -1,12 +1,13 @@
 //! Pictures of parts and assemblies, drawn from the exact geometry.
 
-use fabkit_depth::{Actor, RenderError, View, render};
+use fabkit_depth::{Actor, RenderError, View, render_watched};
 use fabkit_export::ExportError;
 use fabkit_geometry::{
     Assembly, Body, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3,
 };
 
 use crate::bodies::UnknownName;
+use crate::progress::{OnProgress, counted};
 use crate::{ErrorKind, Explained};
 
 pub use fabkit_depth::MAX_PIXELS;
@@ -75,9 +76,13 @@ impl Explained for PictureError {
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn picture_of_body(body: &Body, shot: Shot) -> Result<Vec<u8>, PictureError> {
+pub fn picture_of_body(
+    body: &Body,
+    shot: Shot,
+    progress: OnProgress,
+) -> Result<Vec<u8>, PictureError> {
     let actor = actor(body, &prepared(body)?, body.bed_from_body, 1.0);
-    draw(&[actor], shot)
+    draw(&[actor], shot, progress)
 }
 
 /// All bodies of an assembly in their places as PNG, or apart as the design spreads them.
@@ -89,6 +94,7 @@ pub fn picture_of_assembly(
     assembly: &str,
     exploded: bool,
     shot: Shot,
+    progress: OnProgress,
 ) -> Result<Vec<u8>, PictureError> {
     let mut actors = Vec::new();
     for body in &sensor.bodies {
@@ -118,7 +124,7 @@ pub fn picture_of_assembly(
             .collect();
         return Err(UnknownName::new("assembly", assembly, known).into());
     }
-    draw(&actors, shot)
+    draw(&actors, shot, progress)
 }
 
 /// The assembly that pictures show unless another is asked for: the sensor itself, or the first
@@ -141,13 +147,13 @@ fn actor(body: &Body, prepared: &CompiledSolid, scene_from_body: Pose, opacity: 
     Actor { body: prepared.clone(), scene_from_body, color: body.color, opacity }
 }
 
-fn draw(actors: &[Actor], shot: Shot) -> Result<Vec<u8>, PictureError> {
+fn draw(actors: &[Actor], shot: Shot, progress: OnProgress) -> Result<Vec<u8>, PictureError> {
     let [width_px, height_px] = shot.size_px;
     let view = if shot.section {
         View::section(width_px, height_px, Point3::origin(), -Vector3::y())
     } else {
         View::isometric(width_px, height_px)
     };
-    let picture = render(actors, &view)?;
+    let picture = render_watched(actors, &view, &counted(progress))?;
     Ok(fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb)?)
 }

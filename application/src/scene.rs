@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use fabkit_camera::Interface;
-use fabkit_depth::truth::{DepthMap, Presser, Surface};
+use fabkit_depth::truth::{DepthMap, Presser, ReferenceSurface};
 use fabkit_fixtures::{Press, Project};
 use fabkit_geometry::TouchSurface;
 
@@ -16,7 +16,7 @@ use self::contacts::Meeting;
 pub use self::error::{SceneError, press_error, unknown_hint};
 pub use self::files::{ViewpointFiles, viewpoint_from_files};
 use crate::Error;
-use crate::ground_truth::{Coverage, Deepest, Viewpoint, coverage, deepest, pressers};
+use crate::ground_truth::{Deepest, SurfaceCoverage, Viewpoint, coverage, deepest, pressers};
 use crate::memory::{self, Less};
 
 /// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
@@ -40,13 +40,13 @@ const MEMBRANE_BYTES: u64 = 550;
 
 /// A sensor whose surface a camera sees.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct SensorView {
     /// The sensor.
     pub project: Arc<Project>,
     /// The camera at its place.
     pub viewpoint: Viewpoint,
     /// What it sees of the surface: something.
-    pub coverage: Coverage,
+    pub coverage: SurfaceCoverage,
 }
 
 /// What to cast.
@@ -77,7 +77,7 @@ pub struct Seen<'a> {
     pub surface_px: usize,
 }
 
-impl Scene {
+impl SensorView {
     /// Looks whether the camera sees the surface.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Scene {
     /// The surface.
     ///
     /// # Errors
-    /// None that [`Scene::new`] has not found.
+    /// None that [`SensorView::new`] has not found.
     pub fn touch(&self) -> Result<&TouchSurface, SceneError> {
         touch(&self.project)
     }
@@ -121,7 +121,7 @@ impl Scene {
     /// large need not be in memory at once. `kept` is how many bytes `look` keeps of each ray.
     ///
     /// # Errors
-    /// As for [`Scene::cast`]; more memory than allowed.
+    /// As for [`SensorView::cast`]; more memory than allowed.
     pub fn cast_in_bands<E: From<Error>>(
         &self,
         cast: &Cast,
@@ -172,7 +172,7 @@ impl Scene {
     ) -> Result<R, E> {
         let touch = self.touch().map_err(Error::from)?;
         let rays = self.viewpoint.rays_of_rows(cast.samples, rows);
-        let surface = Surface::cast(touch, &rays).map_err(Error::bug)?;
+        let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
         let rigid = surface.pressed(pressers);
         let deepest = deepest(&rigid, touch);
         let map = rigid.with_membrane(cast.membrane_mm);

@@ -10,6 +10,7 @@ use fabkit_text::InvalidDesign;
 
 use crate::bodies::UnknownName;
 use crate::diagnostics::{Diagnosed, SourceText};
+use crate::progress::{OnProgress, counted};
 use crate::reading::{self, Expected};
 use crate::{Error, ErrorKind, Explained};
 
@@ -158,12 +159,19 @@ impl<'a> Target<'a> {
     ///
     /// # Errors
     /// As for [`Target::design`].
-    pub fn check(&self, overrides: &[String]) -> Result<Result<CheckReport, InvalidBody>, Error> {
+    pub fn check(
+        &self,
+        overrides: &[String],
+        progress: OnProgress,
+    ) -> Result<Result<CheckReport, InvalidBody>, Error> {
+        let progress = &counted(progress);
         let source = self.source()?;
         let project = source.load(overrides)?;
         match self.fixture {
-            None => Ok(checks::check(&project.design.sensor)),
-            Some(name) => project.check_fixture(name).map_err(|error| source.error(error)),
+            None => Ok(checks::check_watched(&project.design.sensor, progress)),
+            Some(name) => {
+                project.check_fixture(name, progress).map_err(|error| source.error(error))
+            }
         }
     }
 }

@@ -6,9 +6,12 @@
 mod interpreter;
 
 use std::ffi::{OsStr, OsString};
-use std::io;
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::Stdio;
+use std::sync::mpsc::{self, Sender};
+use std::thread;
+use std::time::Duration;
 
 use fabkit_designs::Design;
 use serde_json::Value;
@@ -19,6 +22,7 @@ pub use self::interpreter::PYTHON_VARIABLE;
 use crate::exporting::{
     self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
 };
+use crate::progress::{OnProgress, Step};
 use crate::reading::{self, Expected, ReadError};
 use crate::staging::OutputFile;
 use crate::{ErrorKind, Explained};
@@ -139,7 +143,12 @@ impl Verifier {
     ///
     /// # Errors
     /// [`VerifierError`]. Disagreement is no error.
-    pub fn verify(&self, design: &Design, options: &VerifyOptions) -> Result<Value, VerifierError> {
+    pub fn verify(
+        &self,
+        design: &Design,
+        options: &VerifyOptions,
+        progress: OnProgress,
+    ) -> Result<Value, VerifierError> {
         let formats = vec![Format::Stl, Format::Tree, Format::Samples];
         let temporary = temporary_folder()?;
         let folder = options.keep.as_deref().unwrap_or(temporary.path());
@@ -156,7 +165,7 @@ impl Verifier {
         }
         let threads = rayon::current_num_threads().min(2);
         arguments.extend(["--processes".into(), threads.to_string().into()]);
-        self.answer(&arguments)
+        self.answer(&arguments, progress)
     }
 
     /// STEP files of the parts (of all, if none are named, and then of the whole sensor too) through
@@ -168,6 +177,7 @@ impl Verifier {
         &self,
         design: &Design,
         parts: &[String],
+        progress: OnProgress,
     ) -> Result<Vec<ForeignFile>, VerifierError> {
         let sensor = &design.sensor;
         let wanted: Vec<&str> = sensor
@@ -190,7 +200,7 @@ impl Verifier {
         if parts.is_empty() {
             arguments.extend(["--assembly".into(), sensor.name.clone().into()]);
         }
-        let answer = self.answer(&arguments)?;
+        let answer = self.answer(&arguments, progress)?;
         let files = answer["files"].as_array().cloned().unwrap_or_default();
         let failed: Vec<String> = files
             .iter()
@@ -212,21 +222,107 @@ impl Verifier {
     }
 
     /// Runs the package in an empty folder and reads the document it prints.
-    fn answer(&self, arguments: &[OsString]) -> Result<Value, VerifierError> {
+    fn answer(&self, arguments: &[OsString], progress: OnProgress) -> Result<Value, VerifierError> {
         let folder = temporary_folder()?;
-        let output = self
+        let failed = |source| VerifierError::Io {
+            action: format!("run {}", self.python.path().display()),
+            source,
+        };
+        let mut child = self
             .python
             .command(folder.path())
             .args(["-m", "fabkit_verify"])
             .args(arguments)
-            .stderr(Stdio::inherit())
-            .output()
-            .map_err(|source| VerifierError::Io {
-                action: format!("run {}", self.python.path().display()),
-                source,
-            })?;
-        serde_json::from_slice(&output.stdout)
-            .map_err(|_| VerifierError::NoAnswer(output.status.to_string()))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(failed)?;
+        let (sender, said) = mpsc::channel();
+        if let Some(mut answer) = child.stdout.take() {
+            let sender = sender.clone();
+            thread::spawn(move || {
+                let mut bytes = Vec::new();
+                // Half an answer is none.
+                let _ = answer.read_to_end(&mut bytes);
+                sender.send(Said::Answer(bytes))
+            });
+        }
+        if let Some(stderr) = child.stderr.take() {
+            thread::spawn(move || follow(stderr, &sender));
+        }
+        let mut answer = Vec::new();
+        let mut tell = |said| match said {
+            Said::Step { done, all, last } => progress(Step { done, found: 0, all, last: &last }),
+            Said::Answer(bytes) => answer = bytes,
+        };
+        // Kernels' processes may outlive the package if it is killed, and hold the other pipe open.
+        let until_answer = said.iter().map(|said| (matches!(said, Said::Answer(_)), said));
+        for (is_last, said) in until_answer {
+            tell(said);
+            if is_last {
+                break;
+            }
+        }
+        while let Ok(said) = said.recv_timeout(LAST_WORDS) {
+            tell(said);
+        }
+        let status = child.wait().map_err(failed)?;
+        serde_json::from_slice(&answer).map_err(|_| VerifierError::NoAnswer(status.to_string()))
+    }
+}
+
+/// How long the package may go on explaining itself after its answer.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// What comes from the package.
+enum Said {
+    /// How far it is.
+    Step { done: usize, all: usize, last: String },
+    /// All that it printed.
+    Answer(Vec<u8>),
+}
+
+/// How the package begins a line that says how far it is: `DONE ALL NAME` follows.
+const PROGRESS: &[u8] = b"fabkit-progress ";
+
+/// Sends how far the package is, and passes on what else it and its kernels say.
+fn follow(stderr: impl Read, sender: &Sender<Said>) {
+    let mut stderr = BufReader::new(stderr);
+    let mut line = Vec::new();
+    // What cannot be read or passed on is no reason to stop.
+    while stderr.read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
+        match step_of(&line) {
+            Some((done, all, last)) => {
+                let _ = sender.send(Said::Step { done, all, last: last.to_owned() });
+            }
+            None => drop(io::stderr().write_all(&line)),
+        }
+        line.clear();
+    }
+}
+
+fn step_of(line: &[u8]) -> Option<(usize, usize, &str)> {
+    let text = str::from_utf8(line.strip_prefix(PROGRESS)?).ok()?.trim_end();
+    let (done, rest) = text.split_once(' ')?;
+    let (all, last) = rest.split_once(' ')?;
+    Some((done.parse().ok()?, all.parse().ok()?, last))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_progress_are_told_apart_from_what_kernels_say() {
+        assert_eq!(
+            step_of(b"fabkit-progress 3 12 shell in cadquery\n"),
+            Some((3, 12, "shell in cadquery"))
+        );
+        for other in
+            ["fabkit-progress 3", "fabkit-progress x 12 y", "Warning: fabkit-progress 1 2 a"]
+        {
+            assert_eq!(step_of(other.as_bytes()), None, "{other}");
+        }
     }
 }
 

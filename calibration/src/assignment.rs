@@ -14,7 +14,7 @@ use nalgebra::Point2;
 
 use crate::extrinsics::{Loss, refine};
 use crate::landmarks::PinLandmark;
-use crate::model::{Contact, Model, Observation, Parameter};
+use crate::model::{Contact, FitParameter, Model, Observation};
 
 /// Turns tried about the sensor's axis where labels tell them apart.
 const TURNS: usize = 24;
@@ -58,14 +58,14 @@ pub struct Assignment {
     /// Marks with their holes, by capture and then hole.
     pub observations: Vec<Observation>,
     /// What did not fit.
-    pub doubts: Vec<Doubt>,
+    pub discrepancies: Vec<Discrepancy>,
     /// The pose that the assignment implies.
     pub model: Model,
 }
 
 /// Something about a capture that is not as its label says.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Doubt {
+pub enum Discrepancy {
     /// A labelled pin has no mark.
     Missing {
         /// Counts from 0.
@@ -119,8 +119,8 @@ pub fn assign(
         }
     }
     let (_, model, observations) = best?;
-    let doubts = doubts(&model, captures, &observations, all);
-    Some(Assignment { observations, doubts, model })
+    let discrepancies = discrepancies(&model, captures, &observations, all);
+    Some(Assignment { observations, discrepancies, model })
 }
 
 /// Assigns and fits in turns. The cost counts each mark by its squared distance up to the gate, so
@@ -142,7 +142,7 @@ fn settle(
             .iter()
             .map(|o| Observation { sigma_px: PROVISIONAL_SIGMA_PX, ..o.clone() })
             .collect();
-        if let Ok(fit) = refine(&model, &Parameter::POSE, &provisional, Loss::Huber(HUBER)) {
+        if let Ok(fit) = refine(&model, &FitParameter::POSE, &provisional, Loss::Huber(HUBER)) {
             model = fit.model;
         }
         let mut distances = distances_px(&model, &observations);
@@ -196,17 +196,17 @@ fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> V
     observations
 }
 
-fn doubts(
+fn discrepancies(
     model: &Model,
     captures: &[MarkedCapture<'_>],
     observations: &[Observation],
     all: &[PinLandmark],
-) -> Vec<Doubt> {
+) -> Vec<Discrepancy> {
     let mut distances = distances_px(model, observations);
     distances.sort_by(f64::total_cmp);
     let typical_px = distances.get(distances.len() / 2).copied().unwrap_or(0.0);
     let gate_px = (GATE * typical_px).max(MIN_GATE_PX);
-    let mut doubts = Vec::new();
+    let mut discrepancies = Vec::new();
     for (index, capture) in captures.iter().enumerate() {
         let here: Vec<&Observation> =
             observations.iter().filter(|o| o.contact.capture == index).collect();
@@ -230,14 +230,21 @@ fn doubts(
             match (nearest.filter(|(_, hole)| !labelled(*hole)), missing.is_empty()) {
                 (Some((_, found)), false) => {
                     let labelled = missing.remove(0);
-                    doubts.push(Doubt::Mislabelled { capture: index, labelled, found });
+                    discrepancies.push(Discrepancy::Mislabelled {
+                        capture: index,
+                        labelled,
+                        found,
+                    });
                 }
-                _ => doubts.push(Doubt::Spurious { capture: index, pixel: mark.pixel }),
+                _ => {
+                    discrepancies.push(Discrepancy::Spurious { capture: index, pixel: mark.pixel })
+                }
             }
         }
-        doubts.extend(missing.into_iter().map(|hole| Doubt::Missing { capture: index, hole }));
+        discrepancies
+            .extend(missing.into_iter().map(|hole| Discrepancy::Missing { capture: index, hole }));
     }
-    doubts
+    discrepancies
 }
 
 fn distances_px(model: &Model, observations: &[Observation]) -> Vec<f64> {

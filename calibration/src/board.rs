@@ -105,7 +105,7 @@ pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>
     let noise = saddle::noise(image);
     let mut best: Result<Vec<FoundCorner>, NotFound> = Err(NotFound::NoGrid);
     for sigma_px in SCALES_PX {
-        let scene = grid::Scene { image, noise, sigma_px };
+        let scene = grid::BoardPicture { image, noise, sigma_px };
         let found = find_at_scale(&scene, board);
         let is_complete = matches!(&found, Ok(corners) if corners.len() == board.corners.len());
         let is_better = match (&found, &best) {
@@ -139,7 +139,7 @@ fn exposure(image: &GreyImage) -> Option<NotFound> {
     (range < LEAST_RANGE).then_some(NotFound::Flat)
 }
 
-fn find_at_scale(scene: &grid::Scene, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
+fn find_at_scale(scene: &grid::BoardPicture, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
     let saddles = saddle::find(scene.image, scene.sigma_px, scene.noise);
     let mut grids = grid::grow(scene, &saddles);
     for grid in &mut grids {

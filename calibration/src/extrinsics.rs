@@ -15,13 +15,13 @@ use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate};
 use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
-pub use candidates::{Candidate, Optics};
-pub use joint::{Joint, joint_estimate};
-pub use refine::{Fit, Loss, SolveError, refine};
+pub use candidates::{Optics, ParameterSet};
+pub use joint::{JointCovariance, joint_estimate};
+pub use refine::{Loss, PoseSolution, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
 pub use selection::{Selection, Trial};
 
-use crate::model::{Model, Observation, Parameter};
+use crate::model::{FitParameter, Model, Observation};
 
 /// Residuals beyond this many standard deviations count by their length: one in ninety if all are
 /// normal.
@@ -50,7 +50,7 @@ impl Default for CalibrationOptions {
 
 /// The result, with all that is needed to judge it.
 #[derive(Clone, Debug)]
-pub struct Calibration {
+pub struct PoseCalibration {
     /// The camera as it was given.
     pub given: CameraEstimate,
     /// The observations, with standard deviations that include the play of the pins.
@@ -69,7 +69,7 @@ pub struct Calibration {
     pub misfit: f64,
 }
 
-impl Calibration {
+impl PoseCalibration {
     /// What was chosen.
     pub fn chosen(&self) -> &Trial {
         &self.selection.trials[self.selection.chosen]
@@ -77,7 +77,7 @@ impl Calibration {
 
     /// The pose alone, with the camera as given; `None` if that could not be fitted.
     pub fn plain(&self) -> Option<&Trial> {
-        self.selection.trials.iter().find(|trial| trial.candidate == Candidate::PLAIN)
+        self.selection.trials.iter().find(|trial| trial.candidate == ParameterSet::PLAIN)
     }
 
     /// The chosen model.
@@ -101,7 +101,7 @@ pub enum CalibrationError {
     #[error("no explanation of the pixels can be fitted{}", reasons(.failed))]
     NoExplanation {
         /// Each with why, in the order in which they were tried.
-        failed: Vec<(Candidate, SolveError)>,
+        failed: Vec<(ParameterSet, SolveError)>,
     },
     /// Numbers beyond what can be computed with.
     #[error("the covariance cannot be computed: {0}")]
@@ -109,7 +109,7 @@ pub enum CalibrationError {
 }
 
 /// Every reason once, a line each, with the explanations that it stopped.
-fn reasons(failed: &[(Candidate, SolveError)]) -> String {
+fn reasons(failed: &[(ParameterSet, SolveError)]) -> String {
     let mut by_reason: Vec<(&SolveError, Vec<String>)> = Vec::new();
     for (candidate, error) in failed {
         match by_reason.iter_mut().find(|(known, _)| *known == error) {
@@ -136,7 +136,7 @@ pub fn calibrate(
     start: &Pose,
     nominal: Option<&Pose>,
     options: &CalibrationOptions,
-) -> Result<Calibration, CalibrationError> {
+) -> Result<PoseCalibration, CalibrationError> {
     if in_one_plane(observations) {
         return Err(CalibrationError::OnePlane { pins: observations.len() });
     }
@@ -159,7 +159,7 @@ pub fn calibrate(
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
     let misfit = (fit.cost / freedom as f64).sqrt();
     let joint = joint_estimate(camera, fit, &observations, options.loss, misfit.max(1.0))?;
-    Ok(Calibration {
+    Ok(PoseCalibration {
         given: camera.clone(),
         observations,
         scatter,
@@ -194,11 +194,11 @@ pub fn solve_pose(
     observations: &[Observation],
     nominal: Option<&Pose>,
     loss: Loss,
-) -> Result<Fit, SolveError> {
+) -> Result<PoseSolution, SolveError> {
     let linear = pose_without_start(camera, observations);
     let mut first_error = None;
     for start in [linear, nominal.copied()].into_iter().flatten() {
-        match refine(&Model::new(*camera, start), &Parameter::POSE, observations, loss) {
+        match refine(&Model::new(*camera, start), &FitParameter::POSE, observations, loss) {
             Ok(fit) => return Ok(fit),
             Err(error) => {
                 first_error.get_or_insert(error);

@@ -20,8 +20,9 @@ use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, Point2, Point3, V
 use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
-pub use advice::{Advice, COVERAGE, Coverage, Worth};
-use bundle::{Fit, Scaled, State};
+use crate::information::ScaledCholesky;
+pub use advice::{Advice, COVERAGE, ImageCoverage, ViewInfluence};
+use bundle::{BundleSolution, State};
 pub use models::LensModel;
 pub use rays::{GRID, RaySigma, RaySigmas, Rays};
 
@@ -38,7 +39,7 @@ pub const STRONG_EVIDENCE: f64 = 10.0;
 
 /// A corner of the board seen in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Observation {
+pub struct CornerObservation {
     /// Which corner.
     pub id: u32,
     /// Where it is on the board: x and y, mm.
@@ -52,22 +53,22 @@ pub struct Observation {
 
 /// One picture of the board.
 #[derive(Clone, Debug, PartialEq)]
-pub struct View {
+pub struct BoardView {
     /// What messages call it, for example its file.
     pub name: String,
     /// What is seen of the board.
-    pub corners: Vec<Observation>,
+    pub corners: Vec<CornerObservation>,
 }
 
 /// A view after calibration.
 #[derive(Clone, Debug)]
 pub struct SolvedView {
-    /// As in [`View`].
+    /// As in [`BoardView`].
     pub name: String,
     /// Board frame to camera frame.
     pub camera_from_board: Pose,
     /// What was used.
-    pub corners: Vec<Observation>,
+    pub corners: Vec<CornerObservation>,
     /// Observed minus projected, px, for each corner.
     pub residuals_px: Vec<Vector2<f64>>,
     /// Root mean square length of the residuals, px.
@@ -76,7 +77,7 @@ pub struct SolvedView {
 
 /// How well a lens model explains the pictures.
 #[derive(Clone, Debug)]
-pub struct Candidate {
+pub struct LensCandidate {
     /// Which.
     pub model: LensModel,
     /// Its parameters.
@@ -86,7 +87,7 @@ pub struct Candidate {
     pub fit: Option<CandidateFit>,
 }
 
-/// See [`Candidate`].
+/// See [`LensCandidate`].
 #[derive(Clone, Copy, Debug)]
 pub struct CandidateFit {
     /// Root mean square length of the residuals, px.
@@ -101,13 +102,13 @@ pub struct CandidateFit {
 
 /// A calibrated camera and what is to be said about it.
 #[derive(Clone, Debug)]
-pub struct Calibration {
+pub struct LensCalibration {
     /// The camera with the covariance of its parameters.
     pub estimate: CameraEstimate,
     /// The model chosen.
     pub model: LensModel,
     /// All models tried, in the order of preference.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<LensCandidate>,
     /// The views used.
     pub views: Vec<SolvedView>,
     /// Root mean square length of all residuals, px.
@@ -186,14 +187,14 @@ pub enum CalibrateError {
 ///
 /// # Example
 /// ```
-/// use fabkit_calibration::intrinsics::{LensModel, Observation, View, calibrate};
+/// use fabkit_calibration::intrinsics::{LensModel, CornerObservation, BoardView, calibrate};
 /// use fabkit_camera::{Camera, Point2, Point3};
 /// use fabkit_geometry::{Angle, Pose};
 ///
 /// // The data sheet says 150 degrees; the lens has 160.
 /// let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
 /// let nominal = Camera::equidistant(640, 480, 150f64.to_radians())?;
-/// let views: Vec<View> = [[30.0, 0.0], [-30.0, 10.0], [5.0, 40.0], [-10.0, -35.0]]
+/// let views: Vec<BoardView> = [[30.0, 0.0], [-30.0, 10.0], [5.0, 40.0], [-10.0, -35.0]]
 ///     .into_iter()
 ///     .map(|[a, b]| {
 ///         let turn = |deg: f64| Angle::from_deg(deg).unwrap();
@@ -214,15 +215,15 @@ pub enum CalibrateError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn calibrate(
-    views: &[View],
+    views: &[BoardView],
     nominal: &Camera,
     models: &[LensModel],
-) -> Result<Calibration, CalibrateError> {
+) -> Result<LensCalibration, CalibrateError> {
     if views.len() > MAX_VIEWS {
         return Err(CalibrateError::TooManyViews { views: views.len() });
     }
     check(views)?;
-    let views: Vec<View> =
+    let views: Vec<BoardView> =
         views.iter().filter(|view| view.corners.len() >= MIN_CORNERS).cloned().collect();
     if views.len() < MIN_VIEWS {
         return Err(CalibrateError::TooFewViews { usable: views.len() });
@@ -238,7 +239,7 @@ pub fn calibrate(
         });
         fits.push((model, fit));
     }
-    let candidates: Vec<Candidate> =
+    let candidates: Vec<LensCandidate> =
         fits.iter().map(|(model, fit)| candidate(&views, *model, fit.as_ref())).collect();
     let chosen = choose(&candidates, &fits).ok_or_else(|| CalibrateError::NoModel {
         tried: models.iter().map(|model| model.name()).collect(),
@@ -248,7 +249,7 @@ pub fn calibrate(
     finish(&views, model, candidates, fit)
 }
 
-fn check(views: &[View]) -> Result<(), CalibrateError> {
+fn check(views: &[BoardView]) -> Result<(), CalibrateError> {
     for view in views {
         for corner in &view.corners {
             let finite =
@@ -262,9 +263,9 @@ fn check(views: &[View]) -> Result<(), CalibrateError> {
 }
 
 fn points<'a>(
-    views: &'a [View],
+    views: &'a [BoardView],
     state: &'a State,
-) -> impl Iterator<Item = (&'a Observation, Point3<f64>)> {
+) -> impl Iterator<Item = (&'a CornerObservation, Point3<f64>)> {
     views.iter().zip(&state.cameras_from_board).flat_map(|(view, pose)| {
         view.corners.iter().map(move |corner| {
             (corner, pose.point(Point3::new(corner.in_board_mm.x, corner.in_board_mm.y, 0.0)))
@@ -273,12 +274,12 @@ fn points<'a>(
 }
 
 /// Between the optical axis and any corner.
-fn largest_angle(views: &[View], state: &State) -> f64 {
+fn largest_angle(views: &[BoardView], state: &State) -> f64 {
     let angle = |point: Point3<f64>| point.x.hypot(point.y).atan2(point.z);
     points(views, state).map(|(_, point)| angle(point)).fold(0.0, f64::max)
 }
 
-fn rms_px(views: &[View], state: &State) -> f64 {
+fn rms_px(views: &[BoardView], state: &State) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (corner, point) in points(views, state) {
         if let Ok(pixel) = state.camera.project(&point) {
@@ -289,7 +290,7 @@ fn rms_px(views: &[View], state: &State) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
-fn candidate(views: &[View], model: LensModel, fit: Option<&Fit>) -> Candidate {
+fn candidate(views: &[BoardView], model: LensModel, fit: Option<&BundleSolution>) -> LensCandidate {
     let coordinates: usize = views.iter().map(|view| 2 * view.corners.len()).sum();
     let n = coordinates as f64;
     let parameters = model.parameter_count();
@@ -301,16 +302,19 @@ fn candidate(views: &[View], model: LensModel, fit: Option<&Fit>) -> Candidate {
         // Perfect data have a cost of rounding alone, whose logarithm says nothing.
         criterion: n * (fit.cost / n).max(1e-12).ln() + parameters as f64 * n.ln(),
     });
-    Candidate { model, parameters, fit }
+    LensCandidate { model, parameters, fit }
 }
 
 /// Candidates from the simplest on; each has to show that it is worth more than the one before. Those
 /// whose parameters the views do not determine stand back.
-fn choose(candidates: &[Candidate], fits: &[(LensModel, Option<Fit>)]) -> Option<usize> {
+fn choose(
+    candidates: &[LensCandidate],
+    fits: &[(LensModel, Option<BundleSolution>)],
+) -> Option<usize> {
     let fits = candidates.iter().zip(fits).enumerate();
     let fitted = fits.filter_map(|(i, (c, (_, fit)))| Some((i, c, c.fit?, fit.as_ref()?)));
     let (determined, others): (Vec<_>, Vec<_>) =
-        fitted.partition(|(.., fit)| Scaled::new(&fit.informations.iter().sum()).is_some());
+        fitted.partition(|(.., fit)| ScaledCholesky::new(&fit.informations.iter().sum()).is_some());
     let mut fitted = if determined.is_empty() { others } else { determined };
     // Stable: of those as simple, the first is asked first.
     fitted.sort_by_key(|(_, candidate, ..)| candidate.parameters);
@@ -342,15 +346,15 @@ fn predicts_better(new: &[f64], old: &[f64]) -> bool {
 }
 
 fn finish(
-    views: &[View],
+    views: &[BoardView],
     model: LensModel,
-    candidates: Vec<Candidate>,
-    fit: Fit,
-) -> Result<Calibration, CalibrateError> {
+    candidates: Vec<LensCandidate>,
+    fit: BundleSolution,
+) -> Result<LensCalibration, CalibrateError> {
     let total: DMatrix<f64> = fit.informations.iter().sum();
     let not_observable =
         || CalibrateError::NotObservable { reason: advice::why_not_observable(&fit.state) };
-    let factor = Scaled::new(&total).ok_or_else(not_observable)?;
+    let factor = ScaledCholesky::new(&total).ok_or_else(not_observable)?;
     let covariance = factor.inverse() * fit.scale.powi(2);
     let focal_px = rays::focal(&fit.state.camera, &factor, fit.scale);
     let rays = rays::rays(views, &fit.state, &factor, fit.scale).ok_or_else(not_observable)?;
@@ -371,7 +375,7 @@ fn finish(
             residuals_px,
         }
     });
-    Ok(Calibration {
+    Ok(LensCalibration {
         views: solved.collect(),
         estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?,
         model,

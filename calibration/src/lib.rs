@@ -15,6 +15,7 @@ pub mod board;
 pub mod captures;
 pub mod extrinsics;
 pub mod image;
+mod information;
 pub mod intrinsics;
 pub mod landmarks;
 pub mod model;

@@ -45,7 +45,7 @@ impl Axis {
 
 /// How a dome sits in one capture, against where it should.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Seat {
+pub enum MountingError {
     /// Shifted along the sensor's x, mm.
     ShiftX,
     /// Shifted along the sensor's y, mm.
@@ -56,7 +56,7 @@ pub enum Seat {
 
 /// Something that can be solved for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Parameter {
+pub enum FitParameter {
     /// Rotation of the pose, about an axis of the camera frame through the sensor's origin, rad.
     Rotation(Axis),
     /// Translation of the pose: the sensor's origin in the camera frame, mm.
@@ -71,10 +71,10 @@ pub enum Parameter {
     /// A parameter of the camera, by the name that [`Camera::parameters`] gives it.
     Camera(&'static str),
     /// How the dome sits in one capture.
-    Reseating(usize, Seat),
+    Reseating(usize, MountingError),
 }
 
-impl Parameter {
+impl FitParameter {
     /// The six of a pose, in the order of [`POSE_PARAMETERS`]: rotation, then translation.
     pub const POSE: [Self; 6] = [
         Self::Rotation(Axis::X),
@@ -101,13 +101,13 @@ impl Parameter {
             Self::Camera("fx_px" | "fy_px") => 100.0,
             Self::Camera("cx_px" | "cy_px") => 20.0,
             Self::Camera(_) => 0.3,
-            Self::Reseating(_, Seat::Turn) => RESEATING_TURN_RAD,
+            Self::Reseating(_, MountingError::Turn) => RESEATING_TURN_RAD,
             Self::Reseating(..) => RESEATING_SHIFT_MM,
         }
     }
 }
 
-impl Parameter {
+impl FitParameter {
     /// What it is, for people: `the camera's distance (translation_z_mm)`.
     pub fn in_words(self) -> String {
         let what = match self {
@@ -125,7 +125,7 @@ impl Parameter {
     }
 }
 
-impl fmt::Display for Parameter {
+impl fmt::Display for FitParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Rotation(axis) => f.write_str(POSE_PARAMETERS[axis.index()]),
@@ -134,9 +134,15 @@ impl fmt::Display for Parameter {
             Self::Lean => f.write_str("lean_mm"),
             Self::FocalScale => f.write_str("focal_scale"),
             Self::Camera(name) => f.write_str(name),
-            Self::Reseating(capture, Seat::ShiftX) => write!(f, "capture_{capture}_shift_x_mm"),
-            Self::Reseating(capture, Seat::ShiftY) => write!(f, "capture_{capture}_shift_y_mm"),
-            Self::Reseating(capture, Seat::Turn) => write!(f, "capture_{capture}_turn_rad"),
+            Self::Reseating(capture, MountingError::ShiftX) => {
+                write!(f, "capture_{capture}_shift_x_mm")
+            }
+            Self::Reseating(capture, MountingError::ShiftY) => {
+                write!(f, "capture_{capture}_shift_y_mm")
+            }
+            Self::Reseating(capture, MountingError::Turn) => {
+                write!(f, "capture_{capture}_turn_rad")
+            }
         }
     }
 }
@@ -172,12 +178,12 @@ pub struct Model {
     pub camera: Camera,
     /// Sensor frame to camera frame, mm.
     pub camera_from_sensor: Pose,
-    /// See [`Parameter::SeatingOffset`].
+    /// See [`FitParameter::SeatingOffset`].
     pub seating_offset_mm: f64,
-    /// See [`Parameter::Lean`].
+    /// See [`FitParameter::Lean`].
     pub lean_mm: f64,
     /// The translation that the design gives the pose, if it takes part in a fit as what is known
-    /// beforehand; see [`Parameter::prior_sigma`].
+    /// beforehand; see [`FitParameter::prior_sigma`].
     pub expected_translation_mm: Option<Vector3<f64>>,
     /// Shift in x and y, mm, and turn, rad, for each capture; captures beyond the end sit as they
     /// should.
@@ -212,7 +218,7 @@ impl Model {
     pub fn differentiate(
         &self,
         contact: &Contact,
-        parameters: &[Parameter],
+        parameters: &[FitParameter],
         columns: &mut [Vector2<f64>],
     ) -> Result<Point2<f64>, OutsideDomain> {
         let seated = self.seated(contact);
@@ -225,28 +231,30 @@ impl Model {
         let turned_with_dome = |v: Vector3<f64>| v + turn * Vector3::z().cross(&v);
         for (column, parameter) in columns.iter_mut().zip(parameters) {
             *column = match parameter {
-                Parameter::Rotation(axis) => {
+                FitParameter::Rotation(axis) => {
                     projection.by_point * axis.unit().cross(&turned.coords)
                 }
-                Parameter::Translation(axis) => projection.by_point.column(axis.index()).into(),
-                Parameter::SeatingOffset => {
+                FitParameter::Translation(axis) => projection.by_point.column(axis.index()).into(),
+                FitParameter::SeatingOffset => {
                     by_sensor * turned_with_dome(contact.axis_in_sensor.unwrap_or_default())
                 }
-                Parameter::Lean => {
+                FitParameter::Lean => {
                     by_sensor * turned_with_dome(way_round(contact.contact_in_sensor_mm))
                 }
-                Parameter::FocalScale => {
+                FitParameter::FocalScale => {
                     projection.by_parameters[0] * intrinsics.fx_px
                         + projection.by_parameters[1] * intrinsics.fy_px
                 }
-                Parameter::Camera(name) => match self.camera_index(name) {
+                FitParameter::Camera(name) => match self.camera_index(name) {
                     Some(index) => projection.by_parameters[index],
                     None => Vector2::zeros(),
                 },
-                Parameter::Reseating(capture, _) if *capture != contact.capture => Vector2::zeros(),
-                Parameter::Reseating(_, Seat::ShiftX) => by_sensor.column(0).into(),
-                Parameter::Reseating(_, Seat::ShiftY) => by_sensor.column(1).into(),
-                Parameter::Reseating(_, Seat::Turn) => {
+                FitParameter::Reseating(capture, _) if *capture != contact.capture => {
+                    Vector2::zeros()
+                }
+                FitParameter::Reseating(_, MountingError::ShiftX) => by_sensor.column(0).into(),
+                FitParameter::Reseating(_, MountingError::ShiftY) => by_sensor.column(1).into(),
+                FitParameter::Reseating(_, MountingError::Turn) => {
                     by_sensor * Vector3::z().cross(&self.displaced(contact).coords)
                 }
             };
@@ -256,26 +264,26 @@ impl Model {
 
     /// The same model with each parameter moved by its step; `None` where no such camera exists.
     #[must_use]
-    pub fn stepped(&self, parameters: &[Parameter], steps: &[f64]) -> Option<Self> {
+    pub fn stepped(&self, parameters: &[FitParameter], steps: &[f64]) -> Option<Self> {
         let mut next = self.clone();
         let (mut turn, mut shift) = (Vector3::zeros(), *self.camera_from_sensor.translation_mm());
         let mut values: Option<Vec<f64>> = None;
         let current = || self.camera.parameters().into_iter().map(|(_, value)| value).collect();
         for (parameter, step) in parameters.iter().zip(steps) {
             match parameter {
-                Parameter::Rotation(axis) => turn[axis.index()] += step,
-                Parameter::Translation(axis) => shift[axis.index()] += step,
-                Parameter::SeatingOffset => next.seating_offset_mm += step,
-                Parameter::Lean => next.lean_mm += step,
-                Parameter::FocalScale => {
+                FitParameter::Rotation(axis) => turn[axis.index()] += step,
+                FitParameter::Translation(axis) => shift[axis.index()] += step,
+                FitParameter::SeatingOffset => next.seating_offset_mm += step,
+                FitParameter::Lean => next.lean_mm += step,
+                FitParameter::FocalScale => {
                     let values = values.get_or_insert_with(current);
                     values[0] *= 1.0 + step;
                     values[1] *= 1.0 + step;
                 }
-                Parameter::Camera(name) => {
+                FitParameter::Camera(name) => {
                     values.get_or_insert_with(current)[self.camera_index(name)?] += step;
                 }
-                Parameter::Reseating(capture, seat) => {
+                FitParameter::Reseating(capture, seat) => {
                     if next.reseatings.len() <= *capture {
                         next.reseatings.resize(capture + 1, [0.0; 3]);
                     }
@@ -295,20 +303,22 @@ impl Model {
     /// What a parameter's value is now, in its unit: rotations as the components of the rotation
     /// vector of the whole pose. A focal scale is a step from the camera's own focal length: 0.
     /// `None` for the name of a parameter that the camera does not have.
-    pub fn value(&self, parameter: Parameter) -> Option<f64> {
+    pub fn value(&self, parameter: FitParameter) -> Option<f64> {
         Some(match parameter {
-            Parameter::Rotation(axis) => {
+            FitParameter::Rotation(axis) => {
                 let rotation = *self.camera_from_sensor.rotation();
                 Rotation3::from_matrix_unchecked(rotation).scaled_axis()[axis.index()]
             }
-            Parameter::Translation(axis) => self.camera_from_sensor.translation_mm()[axis.index()],
-            Parameter::SeatingOffset => self.seating_offset_mm,
-            Parameter::Lean => self.lean_mm,
-            Parameter::FocalScale => 0.0,
-            Parameter::Camera(name) => {
+            FitParameter::Translation(axis) => {
+                self.camera_from_sensor.translation_mm()[axis.index()]
+            }
+            FitParameter::SeatingOffset => self.seating_offset_mm,
+            FitParameter::Lean => self.lean_mm,
+            FitParameter::FocalScale => 0.0,
+            FitParameter::Camera(name) => {
                 self.camera.parameters().into_iter().find(|(found, _)| *found == name)?.1
             }
-            Parameter::Reseating(capture, seat) => {
+            FitParameter::Reseating(capture, seat) => {
                 self.reseatings.get(capture).map_or(0.0, |seated| seated[seat as usize])
             }
         })
@@ -326,12 +336,12 @@ impl Model {
     /// How far a parameter is from what is known of it beforehand, and how well that is known, if
     /// that takes part in a fit. A dome's seat has more unknowns than its few pins could fix, and
     /// the camera stands where the design puts it but for its assembly.
-    pub(crate) fn prior(&self, parameter: Parameter) -> Option<(f64, f64)> {
+    pub(crate) fn prior(&self, parameter: FitParameter) -> Option<(f64, f64)> {
         let away = match parameter {
-            Parameter::Reseating(capture, seat) => {
+            FitParameter::Reseating(capture, seat) => {
                 self.reseatings.get(capture).map_or(0.0, |seated| seated[seat as usize])
             }
-            Parameter::Translation(axis) => {
+            FitParameter::Translation(axis) => {
                 let expected = self.expected_translation_mm?;
                 (self.camera_from_sensor.translation_mm() - expected)[axis.index()]
             }

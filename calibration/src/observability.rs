@@ -2,7 +2,7 @@
 //!
 //! The Fisher information of the pixels, `sum J^T J / sigma^2`, gives the smallest covariance that
 //! any unbiased solver can reach (the Cramer-Rao bound). To say what *cannot* be told, each
-//! parameter is measured in units of what is known beforehand ([`Parameter::prior_sigma`]): in
+//! parameter is measured in units of what is known beforehand ([`FitParameter::prior_sigma`]): in
 //! these units the information's eigenvalues are squared ratios of the uncertainty before to that
 //! after, and comparable. A combination is called not observable if the pictures do not even bring
 //! its uncertainty down to a third.
@@ -19,8 +19,9 @@ use fabkit_camera::Camera;
 use fabkit_geometry::Pose;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
 
+use crate::information::ScaledCholesky;
 use crate::landmarks::PinLandmark;
-use crate::model::{Contact, Model, Observation, Parameter};
+use crate::model::{Contact, FitParameter, Model, Observation};
 
 /// A direction is observable if the pictures bring its uncertainty below this part of the prior.
 const OBSERVABLE: f64 = 1.0 / 3.0;
@@ -43,7 +44,7 @@ pub struct Effort {
 pub struct Unobservable {
     /// The parameters that can change together without a trace, with their part in the
     /// combination: a unit vector in units of prior standard deviations. The largest first.
-    pub terms: Vec<(Parameter, f64)>,
+    pub terms: Vec<(FitParameter, f64)>,
     /// Uncertainty after the pictures over that before; 1 where they say nothing.
     pub remaining: f64,
 }
@@ -52,7 +53,7 @@ pub struct Unobservable {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Standard deviation of each parameter, given pictures and prior, in its unit.
-    pub sigmas: Vec<(Parameter, f64)>,
+    pub sigmas: Vec<(FitParameter, f64)>,
     /// Covariance, in the order of `sigmas`.
     pub covariance: DMatrix<f64>,
     /// Standard deviation of the camera's position in the sensor frame, root of the sum of squares
@@ -68,12 +69,12 @@ pub struct Prediction {
 
 impl Prediction {
     /// Standard deviation of a parameter; `None` if it was not asked for.
-    pub fn sigma(&self, parameter: Parameter) -> Option<f64> {
+    pub fn sigma(&self, parameter: FitParameter) -> Option<f64> {
         self.sigmas.iter().find(|(found, _)| *found == parameter).map(|(_, sigma)| *sigma)
     }
 
     /// Whether a parameter has a named part in no unobservable combination.
-    pub fn is_observable(&self, parameter: Parameter) -> bool {
+    pub fn is_observable(&self, parameter: FitParameter) -> bool {
         let named = |u: &Unobservable| u.terms.iter().any(|(found, _)| *found == parameter);
         !self.unobservable.iter().any(named)
     }
@@ -83,7 +84,7 @@ impl Prediction {
 ///
 /// ```
 /// use fabkit_calibration::landmarks::PinLandmarks;
-/// use fabkit_calibration::model::Parameter;
+/// use fabkit_calibration::model::FitParameter;
 /// use fabkit_calibration::observability::{Effort, predict};
 /// use fabkit_camera::Camera;
 /// use fabkit_geometry::Pose;
@@ -97,7 +98,7 @@ impl Prediction {
 /// let camera = Camera::equidistant(640, 480, 2.8).unwrap();
 /// let pose = Pose::translation(0.0, 0.0, 7.0);
 /// let effort = Effort { captures: 10, pins_per_capture: 5, sigma_px: 0.3 };
-/// let prediction = predict(&camera, &pose, &pins.pins, effort, &Parameter::POSE);
+/// let prediction = predict(&camera, &pose, &pins.pins, effort, &FitParameter::POSE);
 /// assert!(prediction.unobservable.is_empty() && prediction.position_sigma_mm < 0.1);
 /// ```
 pub fn predict(
@@ -105,7 +106,7 @@ pub fn predict(
     camera_from_sensor: &Pose,
     pins: &[PinLandmark],
     effort: Effort,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
 ) -> Prediction {
     let model = Model::new(*camera, *camera_from_sensor);
     let mut information = DMatrix::zeros(parameters.len(), parameters.len());
@@ -134,7 +135,7 @@ pub fn predict(
     let covariance = with_prior(&information, parameters);
     let position = position_covariance(&covariance, parameters, camera_from_sensor);
     let rotation: f64 = (0..parameters.len())
-        .filter(|i| matches!(parameters[*i], Parameter::Rotation(_)))
+        .filter(|i| matches!(parameters[*i], FitParameter::Rotation(_)))
         .map(|i| covariance[(i, i)])
         .sum();
     Prediction {
@@ -155,7 +156,7 @@ pub fn predict(
 /// beforehand does not count.
 pub fn unobservable_from(
     model: &Model,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
     observations: &[Observation],
 ) -> Vec<Unobservable> {
     let mut information = DMatrix::zeros(parameters.len(), parameters.len());
@@ -184,7 +185,7 @@ fn add_information(information: &mut DMatrix<f64>, columns: &[Vector2<f64>], wei
 /// The combinations of parameters about which an information matrix says too little.
 pub(crate) fn unobservable(
     information: &DMatrix<f64>,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
 ) -> Vec<Unobservable> {
     let scale = DVector::from_iterator(
         parameters.len(),
@@ -202,7 +203,7 @@ pub(crate) fn unobservable(
         }
         let largest = vector.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
         let sign = largest.unwrap_or(1.0).signum();
-        let mut terms: Vec<(Parameter, f64)> = parameters
+        let mut terms: Vec<(FitParameter, f64)> = parameters
             .iter()
             .zip(vector.iter())
             .map(|(parameter, part)| (*parameter, sign * part))
@@ -216,15 +217,16 @@ pub(crate) fn unobservable(
 }
 
 /// `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
-fn with_prior(information: &DMatrix<f64>, parameters: &[Parameter]) -> DMatrix<f64> {
-    let n = parameters.len();
-    let prior = |i: usize| parameters[i].prior_sigma();
-    // In units of the prior, so that the matrix inverted is never smaller than the identity.
-    let scaled = DMatrix::from_fn(n, n, |i, j| {
-        information[(i, j)] * prior(i) * prior(j) + if i == j { 1.0 } else { 0.0 }
-    });
-    let inverse = scaled.cholesky().map(|c| c.inverse()).unwrap_or_else(|| DMatrix::identity(n, n));
-    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * prior(i) * prior(j))
+fn with_prior(information: &DMatrix<f64>, parameters: &[FitParameter]) -> DMatrix<f64> {
+    let sigmas = DVector::from_iterator(
+        parameters.len(),
+        parameters.iter().map(|parameter| parameter.prior_sigma()),
+    );
+    // Numbers that are none leave the prior.
+    ScaledCholesky::with_prior(information, &sigmas).map_or_else(
+        || DMatrix::from_diagonal(&sigmas.map(|sigma| sigma.powi(2))),
+        |factor| factor.inverse(),
+    )
 }
 
 /// Covariance of the camera's position in the sensor frame, mm^2, from that of a pose.
@@ -233,15 +235,15 @@ fn with_prior(information: &DMatrix<f64>, parameters: &[Parameter]) -> DMatrix<f
 /// `-R^T (dt + t x w)`.
 pub(crate) fn position_covariance(
     covariance: &DMatrix<f64>,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
     camera_from_sensor: &Pose,
 ) -> Matrix3<f64> {
     let t = camera_from_sensor.translation_mm();
     let mut jacobian = DMatrix::zeros(3, parameters.len());
     for (i, parameter) in parameters.iter().enumerate() {
         let moved = match parameter {
-            Parameter::Translation(axis) => axis.unit(),
-            Parameter::Rotation(axis) => t.cross(&axis.unit()),
+            FitParameter::Translation(axis) => axis.unit(),
+            FitParameter::Rotation(axis) => t.cross(&axis.unit()),
             _ => continue,
         };
         let column = -(camera_from_sensor.rotation().transpose() * moved);

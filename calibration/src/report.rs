@@ -14,8 +14,8 @@ use nalgebra::Vector2;
 
 pub use intrinsics::{IntrinsicsReport, PictureRecord};
 
-use crate::assignment::Doubt;
-use crate::extrinsics::{Calibration, Trial};
+use crate::assignment::Discrepancy;
+use crate::extrinsics::{PoseCalibration, Trial};
 use crate::landmarks::PinLandmarks;
 use crate::model::Observation;
 
@@ -42,9 +42,9 @@ pub struct ExtrinsicsReport<'a> {
     /// In the order of the observations' capture numbers.
     pub captures: &'a [CaptureRecord],
     /// What did not fit its label.
-    pub doubts: &'a [Doubt],
+    pub discrepancies: &'a [Discrepancy],
     /// The result.
-    pub calibration: &'a Calibration,
+    pub calibration: &'a PoseCalibration,
 }
 
 impl ExtrinsicsReport<'_> {

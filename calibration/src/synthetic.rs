@@ -3,50 +3,13 @@
 //! Pictures come from the model itself: each pixel's ray is compared with the contacts, so that a
 //! mark is as large and as oblique as the camera and its interface make it.
 
-use std::f64::consts::TAU;
-
-use fabkit_camera::{OutsideDomain, Ray};
+use fabkit_camera::{OutsideDomain, ViewRay};
+use fabkit_geometry::sequences::Random;
 use nalgebra::{Point2, Vector2, Vector3};
 
 use crate::image::{GreyImage, ImageError};
 use crate::landmarks::PinLandmark;
 use crate::model::{Contact, Model, Observation};
-
-/// Numbers that look random and are the same on every machine (splitmix64: Steele, Lea & Flood,
-/// "Fast splittable pseudorandom number generators", OOPSLA 2014).
-#[derive(Clone, Debug)]
-pub struct Noise(u64);
-
-impl Noise {
-    /// A sequence of its own for each seed.
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// At least 0 and below 1.
-    pub fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Mean 0, standard deviation 1 (Box and Muller's method).
-    pub fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (TAU * self.uniform()).cos()
-    }
-
-    /// A choice below `count`, which must not be 0.
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.uniform() * count as f64) as usize
-    }
-}
 
 /// A sensor with a known camera, and how its captures come about.
 #[derive(Clone, Debug)]
@@ -62,7 +25,7 @@ pub struct Bench {
     /// Standard deviation of a pixel's brightness, of 1 for white.
     pub brightness_noise: f64,
     /// Where the random numbers come from.
-    pub noise: Noise,
+    pub noise: Random,
 }
 
 /// A picture of pins with what is true about it.
@@ -83,7 +46,7 @@ impl Bench {
             mark_radius_mm: 0.8,
             contrast: 0.4,
             brightness_noise: 0.004,
-            noise: Noise::new(seed),
+            noise: Random::new(seed),
         }
     }
 
@@ -181,7 +144,7 @@ impl Bench {
     }
 
     /// How much of the light a tip takes away along a ray.
-    fn mark(&self, ray: &Ray, tip: &nalgebra::Point3<f64>) -> f64 {
+    fn mark(&self, ray: &ViewRay, tip: &nalgebra::Point3<f64>) -> f64 {
         let to_tip = tip - ray.origin_in_camera;
         let miss_mm = ray.direction.cross(&to_tip).norm();
         if ray.direction.dot(&to_tip) < 0.0 || miss_mm > 4.0 * self.mark_radius_mm {

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Point3, Vector3};
 use nalgebra::{DMatrix, Matrix3, RowDVector};
 
-use crate::model::{Contact, Model, Parameter};
+use crate::model::{Contact, FitParameter, Model};
 
 /// What the uncertainty of a calibration does to one place of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct SurfaceSigma {
 /// is seen edge on, so that its pixel has no depth of first order.
 pub fn surface_sigma(
     model: &Model,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
     covariance: &DMatrix<f64>,
     place_in_sensor: Point3<f64>,
     normal_in_sensor: Vector3<f64>,
@@ -64,12 +64,14 @@ pub fn surface_sigma(
     let along = place.coords.normalize();
     for (i, parameter) in parameters.iter().enumerate() {
         let (of_camera, of_pose) = match parameter {
-            Parameter::Rotation(axis) => {
+            FitParameter::Rotation(axis) => {
                 (nalgebra::Vector2::zeros(), axis.unit().cross(&turned.coords))
             }
-            Parameter::Translation(axis) => (nalgebra::Vector2::zeros(), axis.unit()),
-            Parameter::FocalScale | Parameter::Camera(_) => (columns[i], Vector3::zeros()),
-            Parameter::SeatingOffset | Parameter::Lean | Parameter::Reseating(..) => continue,
+            FitParameter::Translation(axis) => (nalgebra::Vector2::zeros(), axis.unit()),
+            FitParameter::FocalScale | FitParameter::Camera(_) => (columns[i], Vector3::zeros()),
+            FitParameter::SeatingOffset | FitParameter::Lean | FitParameter::Reseating(..) => {
+                continue;
+            }
         };
         let moved = inverse * Vector3::new(-of_camera.x, -of_camera.y, normal.dot(&of_pose));
         by_z[i] = moved.z;

@@ -2,10 +2,11 @@
 
 mod support;
 
-use fabkit_calibration::assignment::{Assignment, Doubt, Mark, MarkedCapture, assign};
+use fabkit_calibration::assignment::{Assignment, Discrepancy, Mark, MarkedCapture, assign};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Model, Observation};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::synthetic::Bench;
+use fabkit_geometry::sequences::Random;
 use nalgebra::Point2;
 use proptest::prelude::*;
 use support::{assembled, camera, captures, nominal, pins};
@@ -17,7 +18,7 @@ struct Case<'a> {
 
 /// Captures with marks of play 0.15 mm and in an order that says nothing.
 fn case<'a>(pins: &'a [PinLandmark], turn_deg: f64, seed: u64, labelled: bool) -> Case<'a> {
-    let mut noise = Noise::new(seed);
+    let mut noise = Random::new(seed);
     let chosen = captures(pins, 8, 5, &mut noise);
     let mut bench = Bench::new(Model::new(camera(), assembled(turn_deg)), seed + 1000);
     bench.play_mm = 0.15;
@@ -54,17 +55,17 @@ proptest! {
         let case = case(&pins, turn_deg, seed, true);
         let assignment = assigned(&case, &pins);
         prop_assert_eq!(holes(&assignment.observations), holes(&case.truth));
-        prop_assert!(assignment.doubts.is_empty(), "{:?}", assignment.doubts);
+        prop_assert!(assignment.discrepancies.is_empty(), "{:?}", assignment.discrepancies);
     }
 
     /// Without labels only near the design's turn: the rings have no start of their own.
     #[test]
-    fn unlabelled_marks_do_too(turn_deg in -10.0..10.0f64, seed in 0u64..1000) {
+    fn unlabelled_marks_find_their_holes_too(turn_deg in -10.0..10.0f64, seed in 0u64..1000) {
         let pins = pins(&[("a", 0.5)]);
         let case = case(&pins, turn_deg, seed, false);
         let assignment = assigned(&case, &pins);
         prop_assert_eq!(holes(&assignment.observations), holes(&case.truth));
-        prop_assert!(assignment.doubts.is_empty(), "{:?}", assignment.doubts);
+        prop_assert!(assignment.discrepancies.is_empty(), "{:?}", assignment.discrepancies);
     }
 }
 
@@ -83,11 +84,11 @@ fn a_missing_pin_a_speck_and_a_wrong_label_are_named() {
     case.captures[2].pins[3] = pins.iter().find(|pin| pin.hole == labelled).unwrap();
     let assignment = assigned(&case, &pins);
     assert_eq!(
-        assignment.doubts,
+        assignment.discrepancies,
         [
-            Doubt::Missing { capture: 0, hole: gone.contact.hole },
-            Doubt::Spurious { capture: 1, pixel: speck },
-            Doubt::Mislabelled { capture: 2, labelled, found },
+            Discrepancy::Missing { capture: 0, hole: gone.contact.hole },
+            Discrepancy::Spurious { capture: 1, pixel: speck },
+            Discrepancy::Mislabelled { capture: 2, labelled, found },
         ]
     );
     let right: Vec<_> = holes(&case.truth)

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::random::Random;
 use common::scene::{Spoil, Studio, USUAL, charuco, fisheye, save, somewhere, word};
 use fabkit_calibration::board::{Board, FoundCorner, find_corners};
 use fabkit_calibration::image::GreyImage;
+use fabkit_geometry::sequences::Random;
 
 #[derive(Default, Debug)]
 struct Tally {
@@ -35,7 +35,7 @@ fn ours(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, String> {
 /// Random views with the whole board in sight.
 fn tally(detector: Detector, board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
     let studio = Studio::new(fisheye());
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut tally = Tally::default();
     let size = f64::from(board.squares[0]) * board.square_mm;
     while tally.views < views {
@@ -125,7 +125,7 @@ fn checkerboards_in_a_fisheye_by_opencv() {
 fn large_charuco_boards_in_part() {
     let board = charuco([26, 17], 10.0, 7.5);
     let studio = Studio::new(fisheye());
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let (mut seen, mut found, mut square_sum, mut worst) = (0, 0, 0.0, 0.0f64);
     for view in 0..12 {
         let pose = somewhere(&board, &mut random, [60.0, 130.0], 25.0, 35.0);

@@ -5,10 +5,11 @@ mod support;
 use fabkit_calibration::extrinsics::{
     CalibrationError, CalibrationOptions, SolveError, calibrate, refine,
 };
-use fabkit_calibration::model::{Model, Observation, Parameter};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::model::{FitParameter, Model, Observation};
+use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::{Camera, Flat, Interface, Intrinsics, Lens, OpenCv};
 use fabkit_geometry::Pose;
+use fabkit_geometry::sequences::Random;
 use support::{assembled, camera, captures, nominal, pins, with_interface};
 
 fn camera_position(pose: &Pose) -> nalgebra::Vector3<f64> {
@@ -19,7 +20,7 @@ fn camera_position(pose: &Pose) -> nalgebra::Vector3<f64> {
 fn plain_captures_get_the_plain_model_with_its_pose() {
     let pins = pins(&[("a", 0.5)]);
     let truth = Model::new(camera(), assembled(0.0));
-    let captures = captures(&pins, 15, 5, &mut Noise::new(1));
+    let captures = captures(&pins, 15, 5, &mut Random::new(1));
     let observations = Bench::new(truth.clone(), 2).observe(&captures, 0.3).unwrap();
     let start = assembled(0.0);
     let options = CalibrationOptions::default();
@@ -41,7 +42,7 @@ fn a_seating_offset_shows_with_two_lengths_of_pins() {
     let mut truth = Model::new(camera(), assembled(0.0));
     truth.seating_offset_mm = 1.1;
     for seed in 0..5 {
-        let captures = captures(&pins, 30, 5, &mut Noise::new(seed));
+        let captures = captures(&pins, 30, 5, &mut Random::new(seed));
         let observations = Bench::new(truth.clone(), 100 + seed).observe(&captures, 0.3).unwrap();
         let options = CalibrationOptions::default();
         let start = assembled(0.0);
@@ -49,7 +50,7 @@ fn a_seating_offset_shows_with_two_lengths_of_pins() {
             calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).unwrap();
         assert!(result.chosen().candidate.seating, "{}", result.chosen().candidate);
         let fit = &result.chosen().fit;
-        let at = fit.parameters.iter().position(|p| *p == Parameter::SeatingOffset).unwrap();
+        let at = fit.parameters.iter().position(|p| *p == FitParameter::SeatingOffset).unwrap();
         let sigma_mm = result.covariance[(at, at)].sqrt();
         let error_mm = fit.model.seating_offset_mm - 1.1;
         assert!(error_mm.abs() < 3.0 * sigma_mm, "{error_mm} {sigma_mm}");
@@ -62,7 +63,7 @@ fn a_seating_offset_does_not_show_with_one_length() {
     let pins = pins(&[("a", 0.5)]);
     let mut truth = Model::new(camera(), assembled(0.0));
     truth.seating_offset_mm = 1.1;
-    let captures = captures(&pins, 30, 5, &mut Noise::new(3));
+    let captures = captures(&pins, 30, 5, &mut Random::new(3));
     let observations = Bench::new(truth, 4).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let start = assembled(0.0);
@@ -77,7 +78,7 @@ fn gel_before_the_lens_is_found() {
     let pins = pins(&[("a", 0.5)]);
     let gel = with_interface(Interface::Flat(Flat::in_air(4.0, 1.41)));
     let truth = Model::new(gel, assembled(0.0));
-    let captures = captures(&pins, 20, 5, &mut Noise::new(5));
+    let captures = captures(&pins, 20, 5, &mut Random::new(5));
     let observations = Bench::new(truth.clone(), 6).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let start = assembled(0.0);
@@ -100,7 +101,7 @@ fn leaning_pins_and_reseated_domes_are_found() {
     let pins = pins(&[("a", 0.5)]);
     let mut truth = Model::new(camera(), assembled(0.0));
     truth.lean_mm = 0.5;
-    let mut noise = Noise::new(7);
+    let mut noise = Random::new(7);
     truth.reseatings = (0..15)
         .map(|_| [0.3 * noise.normal(), 0.3 * noise.normal(), 0.01 * noise.normal()])
         .collect();
@@ -120,7 +121,7 @@ fn one_ring_of_pins_is_refused() {
     let pins = pins(&[("a", 0.5)]);
     let ring: Vec<_> = pins.iter().filter(|pin| (6..14).contains(&pin.hole)).cloned().collect();
     let truth = Model::new(camera(), assembled(0.0));
-    let captures = captures(&ring, 10, 4, &mut Noise::new(9));
+    let captures = captures(&ring, 10, 4, &mut Random::new(9));
     let observations = Bench::new(truth, 10).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let refused = calibrate(&camera().into(), &observations, &assembled(0.0), None, &options);
@@ -131,7 +132,7 @@ fn one_ring_of_pins_is_refused() {
 fn too_few_pins_and_pins_out_of_sight_are_refused_by_name() {
     let pins = pins(&[("a", 0.5)]);
     let truth = Model::new(camera(), assembled(0.0));
-    let captures = captures(&pins, 5, 5, &mut Noise::new(11));
+    let captures = captures(&pins, 5, 5, &mut Random::new(11));
     let observations: Vec<Observation> = Bench::new(truth, 12).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let few = calibrate(&camera().into(), &observations[..2], &assembled(0.0), None, &options);
@@ -153,14 +154,14 @@ fn a_bad_explanation_is_fitted_all_the_same() {
     let pins = pins(&[("a", 0.5)]);
     let gel = with_interface(Interface::Flat(Flat::in_air(6.0, 1.41)));
     let truth = Model::new(gel, assembled(0.0));
-    let captures = captures(&pins, 20, 5, &mut Noise::new(49));
+    let captures = captures(&pins, 20, 5, &mut Random::new(49));
     let observations = Bench::new(truth, 50).observe(&captures, 0.3).unwrap();
     let mut start = Model::new(camera(), assembled(0.0));
     start.expected_translation_mm = Some(*nominal().translation_mm());
     let loss = CalibrationOptions::default().loss;
-    let fit = refine(&start, &Parameter::POSE, &observations, loss).unwrap();
+    let fit = refine(&start, &FitParameter::POSE, &observations, loss).unwrap();
     // At rest: from there nothing is left to do.
-    let again = refine(&fit.model, &Parameter::POSE, &observations, loss).unwrap();
+    let again = refine(&fit.model, &FitParameter::POSE, &observations, loss).unwrap();
     assert!((again.cost - fit.cost).abs() < 1e-3, "{} {}", again.cost, fit.cost);
 }
 
@@ -170,11 +171,11 @@ fn a_step_too_far_is_shortened() {
     let pins = pins(&[("a", 0.5)]);
     let gel = with_interface(Interface::Flat(Flat::in_air(2.0, 1.41)));
     let truth = Model::new(gel, assembled(0.0));
-    let captures = captures(&pins, 20, 5, &mut Noise::new(127));
+    let captures = captures(&pins, 20, 5, &mut Random::new(127));
     let observations = Bench::new(truth, 128).observe(&captures, 0.3).unwrap();
     let mut start = Model::new(camera(), assembled(0.0));
     start.expected_translation_mm = Some(*nominal().translation_mm());
-    let parameters = [&Parameter::POSE[..], &[Parameter::FocalScale]].concat();
+    let parameters = [&FitParameter::POSE[..], &[FitParameter::FocalScale]].concat();
     let loss = CalibrationOptions::default().loss;
     let fit = refine(&start, &parameters, &observations, loss).unwrap();
     let again = refine(&fit.model, &parameters, &observations, loss).unwrap();
@@ -191,7 +192,7 @@ fn an_explanation_that_fails_leaves_the_choice_to_the_others() {
     let perspective = |interface| Camera::new(640, 480, lens, interface).unwrap();
     let gel = perspective(Interface::Flat(Flat::in_air(4.0, 1.41)));
     let truth = Model::new(gel, assembled(0.0));
-    let captures = captures(&pins, 20, 5, &mut Noise::new(5));
+    let captures = captures(&pins, 20, 5, &mut Random::new(5));
     let observations = Bench::new(truth, 6).observe(&captures, 0.3).unwrap();
     let behind = Pose::translation(0.0, 0.0, -1000.0);
     let (camera, options) = (perspective(Interface::None), CalibrationOptions::default());

@@ -5,7 +5,8 @@ mod support;
 use fabkit_calibration::image::{GreyImage, ImageError};
 use fabkit_calibration::model::Model;
 use fabkit_calibration::pins::{DetectionError, DetectionOptions, Rejection, detect};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::synthetic::Bench;
+use fabkit_geometry::sequences::Random;
 use support::{assembled, camera, captures, pins};
 
 fn bench(seed: u64) -> Bench {
@@ -27,7 +28,7 @@ fn pins_are_found_where_they_are_in_any_light() {
     let reference = bench.reference(1.0).unwrap();
     let mut whitened = Vec::new();
     for (i, light) in [1.0, 0.7, 1.3].into_iter().enumerate() {
-        let chosen = captures(&pins, 1, 5, &mut Noise::new(i as u64)).remove(0);
+        let chosen = captures(&pins, 1, 5, &mut Random::new(i as u64)).remove(0);
         let capture = bench.capture(i, &chosen, light).unwrap();
         let found = detect(&reference, &capture.image, &DetectionOptions::default()).unwrap();
         assert_eq!(found.marks.len(), 5, "light {light}: {:?}", found.rejected);

@@ -2,13 +2,15 @@
 
 mod common;
 
-use common::random::Random;
 use common::scene::{Studio, USUAL, fisheye, somewhere};
 use fabkit_calibration::board::{Board, find_corners};
-use fabkit_calibration::intrinsics::{CalibrateError, LensModel, Observation, View, calibrate};
+use fabkit_calibration::intrinsics::{
+    BoardView, CalibrateError, CornerObservation, LensModel, calibrate,
+};
 use fabkit_camera::{
     Camera, Interface, Intrinsics, Lens, OpenCv, Point2, Point3, Vector2, Vector3,
 };
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Matrix3, Pose};
 
 const KB: &[LensModel] = &[LensModel::KannalaBrandt];
@@ -29,13 +31,13 @@ fn observe(
     poses: &[Pose],
     noise_px: f64,
     random: &mut Random,
-) -> Vec<View> {
+) -> Vec<BoardView> {
     let view = |(index, pose): (usize, &Pose)| {
         let truth = studio.truth(board, pose).unwrap();
         let mut corner = |(c, pixel): (&fabkit_calibration::board::BoardCorner, &Point2<f64>)| {
             let noise = Vector2::new(random.normal(), random.normal()) * noise_px;
             let [x, y] = c.in_board_mm;
-            Observation {
+            CornerObservation {
                 id: c.id,
                 in_board_mm: Point2::new(x, y),
                 pixel: pixel + noise,
@@ -43,7 +45,7 @@ fn observe(
             }
         };
         let corners = board.corners.iter().zip(&truth).map(&mut corner).collect();
-        View { name: format!("view {index}"), corners }
+        BoardView { name: format!("view {index}"), corners }
     };
     poses.iter().enumerate().map(view).collect()
 }
@@ -72,7 +74,7 @@ fn focal_length_is_as_sure_as_it_says() {
     let (studio, board) = (Studio::new(fisheye()), board());
     let (mut within_three, mut within_one, mut relative) = (0, 0, 0.0);
     for trial in 0..200 {
-        let mut random = Random(1000 + trial);
+        let mut random = Random::new(1000 + trial);
         let poses = poses(&studio, &board, 15, &mut random);
         let views = observe(&studio, &board, &poses, 0.1, &mut random);
         let found = calibrate(&views, &nominal(), KB).unwrap();
@@ -97,7 +99,7 @@ fn focal_length_is_as_sure_as_it_says() {
 #[test]
 fn exact_corners_give_the_exact_camera() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let poses = poses(&studio, &board, 8, &mut random);
     let views = observe(&studio, &board, &poses, 0.0, &mut random);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();
@@ -121,7 +123,7 @@ fn frontal_boards_are_named() {
     let lens = OpenCv::new(intrinsics, &[-0.1, 0.02, 0.0, 0.0, 0.0]).unwrap();
     let camera = Camera::new(640, 480, Lens::OpenCv(lens), Interface::None).unwrap();
     let (studio, board) = (Studio::new(camera), board());
-    let mut random = Random(4);
+    let mut random = Random::new(4);
     let turn = |random: &mut Random| Angle::from_deg(random.between(-4.0, 4.0)).unwrap();
     let poses: Vec<Pose> = (0..10)
         .map(|_| {
@@ -149,7 +151,7 @@ fn pictures_choose_the_lens_model() {
     let lens = OpenCv::new(intrinsics, &[-0.2, 0.05, 0.004, -0.006, 0.0]).unwrap();
     let camera = Camera::new(640, 480, Lens::OpenCv(lens), Interface::None).unwrap();
     let (studio, board) = (Studio::new(camera), board());
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let size = f64::from(board.squares[0]) * board.square_mm;
     let mut poses = Vec::new();
     while poses.len() < 12 {
@@ -174,7 +176,7 @@ fn pictures_choose_the_lens_model() {
     // usual corners do not tell the others apart, and the simplest predicts best what was left out;
     // better corners show what it lacks.
     for (noise_px, expected) in [(0.1, LensModel::Eucm), (0.02, LensModel::KannalaBrandt)] {
-        let (studio, mut random) = (Studio::new(fisheye()), Random(6));
+        let (studio, mut random) = (Studio::new(fisheye()), Random::new(6));
         let poses = self::poses(&studio, &board, 12, &mut random);
         let views = observe(&studio, &board, &poses, noise_px, &mut random);
         let found = calibrate(&views, &self::nominal(), &LensModel::ALL).unwrap();
@@ -190,7 +192,7 @@ fn pictures_choose_the_lens_model() {
 #[test]
 fn gross_errors_do_not_pull() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let poses = poses(&studio, &board, 15, &mut random);
     let mut views = observe(&studio, &board, &poses, 0.1, &mut random);
     // One corner in 40 lies on its neighbour.
@@ -206,7 +208,7 @@ fn gross_errors_do_not_pull() {
 #[test]
 fn views_that_add_nothing_and_views_that_do_not_belong_are_named() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random(8);
+    let mut random = Random::new(8);
     let mut poses = poses(&studio, &board, 10, &mut random);
     // Far away in the middle: a few pixels that say little.
     let [w, h] = board.squares.map(|n| f64::from(n) * board.square_mm);
@@ -219,7 +221,7 @@ fn views_that_add_nothing_and_views_that_do_not_belong_are_named() {
     let found = calibrate(&views, &nominal(), KB).unwrap();
     let all = found.advice.warnings.join("\n");
     println!("{all}");
-    assert!(found.advice.worth[10].adds_nothing);
+    assert!(found.advice.influence[10].adds_nothing);
     assert!(all.contains("nothing would be lost without view 10"), "{all}");
     assert!(all.contains("view 4: residuals are"), "{all}");
 }
@@ -227,7 +229,7 @@ fn views_that_add_nothing_and_views_that_do_not_belong_are_named() {
 #[test]
 fn too_little_is_refused() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random(9);
+    let mut random = Random::new(9);
     let poses = poses(&studio, &board, 3, &mut random);
     let mut views = observe(&studio, &board, &poses, 0.1, &mut random);
     assert!(calibrate(&views, &nominal(), KB).is_ok());
@@ -242,13 +244,13 @@ fn too_little_is_refused() {
     let same = observe(&studio, &board, &[pose; 3], 0.0, &mut random);
     match calibrate(&same, &nominal(), KB) {
         Err(CalibrateError::NotObservable { .. }) => {}
-        Ok(found) => assert!(found.advice.worth.iter().all(|w| w.growth < 0.3)),
+        Ok(found) => assert!(found.advice.influence.iter().all(|w| w.growth < 0.3)),
         Err(other) => panic!("{other}"),
     }
 }
 
 /// Boards far away in the middle of the picture: some 17 degrees to all sides of 80.
-fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<View> {
+fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<BoardView> {
     let mut poses = Vec::new();
     while poses.len() < 12 {
         let pose = somewhere(board, random, [50.0, 80.0], 4.0, 45.0);
@@ -261,7 +263,7 @@ fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<Vie
 
 /// Root mean square angle between the rays of two cameras at the corners of some views, the best
 /// common turn taken out.
-fn rays_apart_rad(views: &[View], a: &Camera, b: &Camera) -> f64 {
+fn rays_apart_rad(views: &[BoardView], a: &Camera, b: &Camera) -> f64 {
     let pixels = views.iter().flat_map(|view| &view.corners).map(|corner| corner.pixel);
     let pairs: Vec<_> = pixels
         .map(|pixel| {
@@ -282,7 +284,7 @@ fn rays_apart_rad(views: &[View], a: &Camera, b: &Camera) -> f64 {
 #[test]
 fn central_views_tell_rays_and_no_more() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let views = central_views(&studio, &board, &mut random);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();
     for candidate in &found.candidates {
@@ -323,7 +325,7 @@ fn rays_are_as_sure_as_they_say() {
     let (studio, board) = (Studio::new(fisheye()), board());
     let (mut squares, mut typical, mut worst) = (0.0, 0.0, 0.0);
     for trial in 0..60 {
-        let mut random = Random(2000 + trial);
+        let mut random = Random::new(2000 + trial);
         let views = central_views(&studio, &board, &mut random);
         let found = calibrate(&views, &nominal(), KB).unwrap();
         let seen = found.rays.seen;
@@ -341,7 +343,7 @@ fn rays_are_as_sure_as_they_say() {
 #[test]
 fn rendered_boards_give_the_true_camera() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random(10);
+    let mut random = Random::new(10);
     let poses = poses(&studio, &board, 15, &mut random);
     let mut views = Vec::new();
     for (index, pose) in poses.iter().enumerate() {
@@ -349,14 +351,14 @@ fn rendered_boards_give_the_true_camera() {
         let Ok(found) = find_corners(&picture, &board) else { continue };
         let corners = found.iter().map(|corner| {
             let [x, y] = board.corners[corner.id as usize].in_board_mm;
-            Observation {
+            CornerObservation {
                 id: corner.id,
                 in_board_mm: Point2::new(x, y),
                 pixel: corner.pixel,
                 sigma_px: corner.sigma_px,
             }
         });
-        views.push(View { name: format!("picture {index}"), corners: corners.collect() });
+        views.push(BoardView { name: format!("picture {index}"), corners: corners.collect() });
     }
     assert!(views.len() >= 14);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();

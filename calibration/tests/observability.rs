@@ -1,7 +1,7 @@
 //! Predictions against numbers that follow by other means.
 
 use fabkit_calibration::landmarks::PinLandmark;
-use fabkit_calibration::model::{Axis, Contact, Model, Parameter};
+use fabkit_calibration::model::{Axis, Contact, FitParameter, Model};
 use fabkit_calibration::observability::{Effort, predict};
 use fabkit_camera::{Camera, Flat, Interface};
 use fabkit_geometry::{Point3, Pose, Vector3};
@@ -42,52 +42,52 @@ fn pose() -> Pose {
     Pose::translation(0.3, -0.2, 7.0)
 }
 
-fn with_seating() -> Vec<Parameter> {
-    [&Parameter::POSE[..], &[Parameter::SeatingOffset]].concat()
+fn with_seating() -> Vec<FitParameter> {
+    [&FitParameter::POSE[..], &[FitParameter::SeatingOffset]].concat()
 }
 
 #[test]
 fn one_length_of_pins_does_not_show_its_offset() {
     let prediction = predict(&camera(), &pose(), &pins(&[("a", 0.5)]), EFFORT, &with_seating());
-    assert!(!prediction.is_observable(Parameter::SeatingOffset));
+    assert!(!prediction.is_observable(FitParameter::SeatingOffset));
     assert_eq!(prediction.unobservable.len(), 1, "{prediction:?}");
     let singular = &prediction.unobservable[0];
-    let names: Vec<Parameter> = singular.terms.iter().map(|(parameter, _)| *parameter).collect();
-    assert_eq!(names, [Parameter::SeatingOffset, Parameter::Translation(Axis::Z)]);
+    let names: Vec<FitParameter> = singular.terms.iter().map(|(parameter, _)| *parameter).collect();
+    assert_eq!(names, [FitParameter::SeatingOffset, FitParameter::Translation(Axis::Z)]);
     // Scaling about the dome's centre at distance d in front of the camera: a seating offset s
     // scales by 1 - s / 14.5 and hides behind a camera that comes closer by d s / 14.5.
     let [(_, by_seating), (_, by_z)] = [singular.terms[0], singular.terms[1]];
-    let ratio = (by_z * Parameter::Translation(Axis::Z).prior_sigma())
-        / (by_seating * Parameter::SeatingOffset.prior_sigma());
+    let ratio = (by_z * FitParameter::Translation(Axis::Z).prior_sigma())
+        / (by_seating * FitParameter::SeatingOffset.prior_sigma());
     assert!((ratio + 13.0 / 14.5).abs() < 1e-6, "{ratio}");
     // Exactly singular: nothing but the prior is known, and no number of captures helps.
     assert!(singular.remaining > 1.0 - 1e-9);
     let many = Effort { captures: 1_000_000, ..EFFORT };
     let prediction = predict(&camera(), &pose(), &pins(&[("a", 0.5)]), many, &with_seating());
-    assert!(!prediction.is_observable(Parameter::SeatingOffset));
+    assert!(!prediction.is_observable(FitParameter::SeatingOffset));
 }
 
 #[test]
-fn two_lengths_do() {
+fn pins_of_two_lengths_tell_the_seating_offset() {
     let prediction =
         predict(&camera(), &pose(), &pins(&[("a", 0.5), ("b", 2.5)]), EFFORT, &with_seating());
     assert!(prediction.unobservable.is_empty(), "{prediction:?}");
-    let sigma_mm = prediction.sigma(Parameter::SeatingOffset).unwrap();
+    let sigma_mm = prediction.sigma(FitParameter::SeatingOffset).unwrap();
     assert!(sigma_mm < 0.2, "{sigma_mm}");
     // Rays meet at the camera. The offset moves the tips of both lengths by the same way, so that
     // it is told from scale by what 2 mm of 13.5 mm makes of it: about seven times worse than a
     // position along the rays.
-    let known = predict(&camera(), &pose(), &pins(&[("a", 0.5)]), EFFORT, &Parameter::POSE);
-    let z_mm = known.sigma(Parameter::Translation(Axis::Z)).unwrap();
+    let known = predict(&camera(), &pose(), &pins(&[("a", 0.5)]), EFFORT, &FitParameter::POSE);
+    let z_mm = known.sigma(FitParameter::Translation(Axis::Z)).unwrap();
     assert!((2.0..40.0).contains(&(sigma_mm / z_mm)), "{sigma_mm} {z_mm}");
 }
 
 #[test]
 fn more_captures_help_by_their_square_root() {
     let pins = pins(&[("a", 0.5)]);
-    let few = predict(&camera(), &pose(), &pins, EFFORT, &Parameter::POSE);
+    let few = predict(&camera(), &pose(), &pins, EFFORT, &FitParameter::POSE);
     let effort = Effort { captures: 120, ..EFFORT };
-    let many = predict(&camera(), &pose(), &pins, effort, &Parameter::POSE);
+    let many = predict(&camera(), &pose(), &pins, effort, &FitParameter::POSE);
     // Up to the prior, which is 1e-4 of the information or less here.
     assert!((few.position_sigma_mm / many.position_sigma_mm - 2.0).abs() < 1e-3);
     assert!((few.rotation_sigma_deg / many.rotation_sigma_deg - 2.0).abs() < 1e-3);
@@ -96,11 +96,11 @@ fn more_captures_help_by_their_square_root() {
 #[test]
 fn holes_that_the_camera_cannot_see_are_named() {
     let narrow = Camera::equidistant(640, 480, 50f64.to_radians()).unwrap();
-    let prediction = predict(&narrow, &pose(), &pins(&[("a", 0.5)]), EFFORT, &Parameter::POSE);
+    let prediction = predict(&narrow, &pose(), &pins(&[("a", 0.5)]), EFFORT, &FitParameter::POSE);
     assert!(prediction.unseen_holes.contains(&29) && !prediction.unseen_holes.contains(&1));
-    let nothing = predict(&narrow, &pose(), &[], EFFORT, &Parameter::POSE);
+    let nothing = predict(&narrow, &pose(), &[], EFFORT, &FitParameter::POSE);
     assert_eq!(nothing.unobservable.len(), 6);
-    assert_eq!(nothing.sigma(Parameter::Rotation(Axis::X)), Some(0.1));
+    assert_eq!(nothing.sigma(FitParameter::Rotation(Axis::X)), Some(0.1));
 }
 
 /// All derivatives of the model against central differences, with refraction and reseating.
@@ -115,11 +115,14 @@ fn derivatives_agree_with_differences() {
     model.lean_mm = 0.3;
     model.reseatings = vec![[0.1, -0.2, 0.01]; 2];
     let mut parameters = with_seating();
-    parameters.extend([Parameter::Lean, Parameter::FocalScale]);
-    parameters.extend([Parameter::Camera("k1"), Parameter::Camera("interface_distance_mm")]);
-    use fabkit_calibration::model::Seat;
-    parameters.extend([Seat::ShiftX, Seat::ShiftY, Seat::Turn].map(|s| Parameter::Reseating(1, s)));
-    parameters.push(Parameter::Reseating(0, Seat::Turn));
+    parameters.extend([FitParameter::Lean, FitParameter::FocalScale]);
+    parameters.extend([FitParameter::Camera("k1"), FitParameter::Camera("interface_distance_mm")]);
+    use fabkit_calibration::model::MountingError;
+    parameters.extend(
+        [MountingError::ShiftX, MountingError::ShiftY, MountingError::Turn]
+            .map(|s| FitParameter::Reseating(1, s)),
+    );
+    parameters.push(FitParameter::Reseating(0, MountingError::Turn));
     let mut columns = vec![Vector2::zeros(); parameters.len()];
     for pin in pins(&[("a", 0.5)]).iter().step_by(5) {
         let contact = Contact {

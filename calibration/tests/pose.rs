@@ -4,8 +4,8 @@
 mod trials;
 
 use fabkit_calibration::extrinsics::{Loss, solve_pose};
-use fabkit_calibration::model::Parameter;
-use fabkit_calibration::synthetic::Noise;
+use fabkit_calibration::model::FitParameter;
+use fabkit_geometry::sequences::Random;
 use nalgebra::Vector6;
 use trials::{RANGES, camera, position, trial};
 
@@ -19,7 +19,7 @@ struct Outcome {
 /// 1,000 trials.
 fn outcome(depth_mm: f64) -> Outcome {
     let camera = camera();
-    let mut noise = Noise::new(7);
+    let mut noise = Random::new(7);
     let mut errors_mm = Vec::new();
     let (mut nees, mut covered, mut total) = (0.0, 0, 0);
     let mut elapsed = std::time::Duration::ZERO;
@@ -28,7 +28,7 @@ fn outcome(depth_mm: f64) -> Outcome {
         let start = std::time::Instant::now();
         let fit = solve_pose(&camera, &observations, None, Loss::Squares).unwrap();
         elapsed += start.elapsed();
-        assert_eq!(fit.parameters, Parameter::POSE);
+        assert_eq!(fit.parameters, FitParameter::POSE);
         let found = fit.model.camera_from_sensor;
         errors_mm.push((position(&found) - position(&truth)).norm());
         // The step from what was found to the truth, in the fit's own parameters.

@@ -3,10 +3,11 @@
 mod support;
 
 use fabkit_calibration::extrinsics::{Loss, refine};
-use fabkit_calibration::model::{Model, Parameter};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::model::{FitParameter, Model};
+use fabkit_calibration::synthetic::Bench;
 use fabkit_calibration::uncertainty::surface_sigma;
 use fabkit_camera::{Flat, Interface};
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Point3, Vector3};
 use support::{assembled, camera, captures, pins, with_interface};
 
@@ -15,8 +16,8 @@ use support::{assembled, camera, captures, pins, with_interface};
 fn depth_scatters_as_predicted() {
     let pins = pins(&[("a", 0.0)]);
     let truth = Model::new(camera(), assembled(20.0));
-    let captures = captures(&pins, 6, 5, &mut Noise::new(1));
-    let parameters = [&Parameter::POSE[..], &[Parameter::FocalScale]].concat();
+    let captures = captures(&pins, 6, 5, &mut Random::new(1));
+    let parameters = [&FitParameter::POSE[..], &[FitParameter::FocalScale]].concat();
     let mut bench = Bench::new(truth.clone(), 2);
     let fits: Vec<_> = (0..400)
         .map(|_| {
@@ -60,7 +61,8 @@ fn a_place_out_of_sight_or_edge_on_has_no_depth() {
     let gel = with_interface(Interface::Flat(Flat::in_air(4.0, 1.41)));
     let model = Model::new(gel, assembled(0.0));
     let covariance = nalgebra::DMatrix::identity(6, 6);
-    let sigma = |place, normal| surface_sigma(&model, &Parameter::POSE, &covariance, place, normal);
+    let sigma =
+        |place, normal| surface_sigma(&model, &FitParameter::POSE, &covariance, place, normal);
     let before_gel = model.camera_from_sensor.inverse().point(Point3::new(0.0, 0.0, 2.0));
     assert!(sigma(before_gel, Vector3::z()).is_none());
     let ahead = model.camera_from_sensor.inverse().point(Point3::new(0.0, 0.0, 20.0));

@@ -38,14 +38,14 @@ pub struct Camera {
 
 /// A half line in the last medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct ViewRay {
     /// On the interface; the lens's centre if there is none. mm.
     pub origin_in_camera: Point3<f64>,
     /// Unit length, away from the camera.
     pub direction: Vector3<f64>,
 }
 
-impl Ray {
+impl ViewRay {
     /// The point `distance_mm` along the ray.
     pub fn at(&self, distance_mm: f64) -> Point3<f64> {
         self.origin_in_camera + self.direction * distance_mm
@@ -207,7 +207,7 @@ impl Camera {
     /// # Errors
     /// The lens shows nothing at this pixel, or its direction runs past a flat interface.
     #[inline]
-    pub fn unproject(&self, pixel: &Point2<f64>) -> Result<Ray, OutsideDomain> {
+    pub fn unproject(&self, pixel: &Point2<f64>) -> Result<ViewRay, OutsideDomain> {
         self.refraction.outward(self.lens.unproject(pixel)?)
     }
 

@@ -55,7 +55,7 @@ pub enum OutsideDomain {
 
 /// One value that a camera cannot have.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Violation {
+pub struct LensViolation {
     /// The parameter's name, with its unit: `fx_px`.
     pub field: &'static str,
     /// What was given.
@@ -64,7 +64,7 @@ pub struct Violation {
     pub limit: String,
 }
 
-impl fmt::Display for Violation {
+impl fmt::Display for LensViolation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = {}: {}", self.field, readable(self.value), self.limit)
     }
@@ -78,15 +78,15 @@ pub(crate) fn readable(value: f64) -> String {
 
 /// Everything that is wrong with the parameters of a camera.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{}", violations.iter().map(Violation::to_string).collect::<Vec<_>>().join("; "))]
+#[error("{}", violations.iter().map(LensViolation::to_string).collect::<Vec<_>>().join("; "))]
 pub struct InvalidCamera {
     /// At least one.
-    pub violations: Vec<Violation>,
+    pub violations: Vec<LensViolation>,
 }
 
 /// Collects violations, so that all are reported at once.
 #[derive(Default)]
-pub(crate) struct Rules(Vec<Violation>);
+pub(crate) struct Rules(Vec<LensViolation>);
 
 impl Rules {
     pub(crate) fn require(
@@ -97,7 +97,7 @@ impl Rules {
         limit: impl Into<String>,
     ) {
         if !holds {
-            self.0.push(Violation { field, value, limit: limit.into() });
+            self.0.push(LensViolation { field, value, limit: limit.into() });
         }
     }
 

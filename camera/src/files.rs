@@ -5,10 +5,10 @@
 //!
 //! | format | keys that tell it | lenses |
 //! |---|---|---|
-//! | [`Format::Fabkit`] | `fabkit_camera` | all, with interface and covariance |
-//! | [`Format::OpenCv`] | `camera_matrix` or `K`, each an `!!opencv-matrix` | OpenCV, Kannala-Brandt |
-//! | [`Format::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
-//! | [`Format::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
+//! | [`CameraFormat::Fabkit`] | `fabkit_camera` | all, with interface and covariance |
+//! | [`CameraFormat::OpenCv`] | `camera_matrix` or `K`, each an `!!opencv-matrix` | OpenCV, Kannala-Brandt |
+//! | [`CameraFormat::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
+//! | [`CameraFormat::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
 //!
 //! Kalibr's `omni` without distortion is read as the EUCM that it is.
 //!
@@ -16,12 +16,12 @@
 //! own code stops at 90 degrees; the same coefficients describe the same lens here beyond that.
 //!
 //! ```
-//! use fabkit_camera::files::{self, Format};
+//! use fabkit_camera::files::{self, CameraFormat};
 //! use fabkit_camera::{Camera, CameraEstimate};
 //!
 //! let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
 //! let estimate = CameraEstimate::new(camera, None)?;
-//! let text = files::write(&estimate, Format::Ros)?;
+//! let text = files::write(&estimate, CameraFormat::Ros)?;
 //! assert!(text.contains("distortion_model: equidistant"));
 //! assert_eq!(files::read(&text)?, estimate);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -44,7 +44,7 @@ use crate::interface::Interface;
 
 /// A kind of camera file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum CameraFormat {
     /// fabkit's own YAML: lossless, with interface and covariance.
     Fabkit,
     /// `cv::FileStorage` YAML with `camera_matrix` and `distortion_coefficients`.
@@ -55,7 +55,7 @@ pub enum Format {
     Kalibr,
 }
 
-impl Format {
+impl CameraFormat {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Fabkit, Self::OpenCv, Self::Ros, Self::Kalibr];
 
@@ -89,12 +89,12 @@ impl From<Fault> for InvalidCameraFile {
 #[error("a camera file of format `{}` would lose {}", format.name(), lost.join(" and "))]
 pub struct LossyConversion {
     /// The one that was asked for.
-    pub format: Format,
+    pub format: CameraFormat,
     /// What it has no place for, in words.
     pub lost: Vec<String>,
 }
 
-/// Reads a camera file of any format in [`Format`].
+/// Reads a camera file of any format in [`CameraFormat`].
 ///
 /// # Errors
 /// Text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or
@@ -158,14 +158,14 @@ fn line(fault: &Fault) -> Option<usize> {
 /// # Errors
 /// Any format but fabkit's own has no place for an interface, a covariance, or some lenses. To
 /// give those up deliberately, make a [`CameraEstimate`] without them.
-pub fn write(estimate: &CameraEstimate, format: Format) -> Result<String, LossyConversion> {
-    if format == Format::Fabkit {
+pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, LossyConversion> {
+    if format == CameraFormat::Fabkit {
         return Ok(fabkit::write(estimate));
     }
     let camera = estimate.camera();
     let text = match format {
-        Format::Kalibr => kalibr::write(camera),
-        Format::Ros => matrices::write_ros(camera),
+        CameraFormat::Kalibr => kalibr::write(camera),
+        CameraFormat::Ros => matrices::write_ros(camera),
         _ => matrices::write_opencv(camera),
     };
     let mut lost = Vec::new();

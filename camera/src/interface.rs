@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 pub use flat::Flat;
 pub use sphere::Sphere;
 
-use crate::camera::Ray;
+use crate::camera::ViewRay;
 use crate::error::{OutsideDomain, Rules};
 use flat::FlatRefraction;
 use sphere::SphereRefraction;
@@ -143,9 +143,9 @@ impl Refraction {
 
     /// The ray in the last medium that reaches the lens from unit `direction`.
     #[inline]
-    pub(crate) fn outward(&self, direction: Vector3<f64>) -> Result<Ray, OutsideDomain> {
+    pub(crate) fn outward(&self, direction: Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         match self {
-            Self::None => Ok(Ray { origin_in_camera: Point3::origin(), direction }),
+            Self::None => Ok(ViewRay { origin_in_camera: Point3::origin(), direction }),
             Self::Flat(flat) => flat.outward(&direction),
             Self::Sphere(sphere) => Ok(sphere.outward(&direction)),
         }

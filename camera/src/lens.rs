@@ -68,7 +68,7 @@ pub(crate) struct Normalised {
 }
 
 /// What a lens model answers. Directions need not be of unit length, but must not be zero.
-pub(crate) trait Model {
+pub(crate) trait Projector {
     /// Names of the coefficients in their order.
     fn names(&self) -> &'static [&'static str];
     fn coefficients(&self) -> &[f64];

@@ -11,7 +11,7 @@
 //!   [`Lens::angle_limit_rad`], up to which direction and pixel determine each other. Beyond it
 //!   every question is answered with [`OutsideDomain`], never with a number.
 //! - An [`Interface`] stands between lens and scene, as the window or the gel of a tactile sensor
-//!   does. Points are then points *behind* it, in the last medium, and [`Ray`]s start on it.
+//!   does. Points are then points *behind* it, in the last medium, and [`ViewRay`]s start on it.
 //! - Parameters have a fixed order: the lens's, then the interface's, named with their unit in
 //!   [`Camera::parameters`]; Jacobians and covariances follow that order.
 //!
@@ -38,8 +38,8 @@ mod joint;
 mod lens;
 mod roots;
 
-pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection, Ray};
-pub use error::{InvalidCamera, OutsideDomain, Violation};
+pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection, ViewRay};
+pub use error::{InvalidCamera, LensViolation, OutsideDomain};
 pub use estimate::{CameraEstimate, InvalidCovariance};
 pub use interface::{Flat, Interface, Sphere};
 pub use joint::{Covered, JointEstimate, POSE_COUNT, POSE_PARAMETERS};

@@ -2,7 +2,7 @@
 
 mod common;
 
-use fabkit_camera::files::{Format, read, write};
+use fabkit_camera::files::{CameraFormat, read, write};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix, Interface, Lens, OpenCv};
 use proptest::prelude::*;
 
@@ -17,7 +17,7 @@ fn our_own_format_keeps_everything() {
     for (name, camera, _) in common::cameras() {
         for covariance in [None, Some(covariance(camera.parameter_count()))] {
             let estimate = CameraEstimate::new(camera, covariance).unwrap();
-            let text = write(&estimate, Format::Fabkit).unwrap();
+            let text = write(&estimate, CameraFormat::Fabkit).unwrap();
             assert_eq!(read(&text).unwrap(), estimate, "{name}:\n{text}");
         }
     }
@@ -26,14 +26,14 @@ fn our_own_format_keeps_everything() {
 #[test]
 fn other_formats_give_back_what_they_take_and_name_what_they_cannot() {
     for (name, camera, _) in common::cameras() {
-        for format in [Format::OpenCv, Format::Ros, Format::Kalibr] {
+        for format in [CameraFormat::OpenCv, CameraFormat::Ros, CameraFormat::Kalibr] {
             let holds = match (camera.lens(), format) {
                 _ if *camera.interface() != Interface::None => false,
-                (Lens::OpenCv(lens), Format::Kalibr) => {
+                (Lens::OpenCv(lens), CameraFormat::Kalibr) => {
                     *lens == OpenCv::new(common::INTRINSICS, &[]).unwrap()
                 }
                 (Lens::OpenCv(_) | Lens::KannalaBrandt(_), _) => true,
-                (_, format) => format == Format::Kalibr,
+                (_, format) => format == CameraFormat::Kalibr,
             };
             let estimate = CameraEstimate::new(camera, None).unwrap();
             match write(&estimate, format) {
@@ -54,14 +54,14 @@ fn losses_are_named_all_at_once() {
     let covariance = covariance(camera.parameter_count());
     let estimate = CameraEstimate::new(camera, Some(covariance)).unwrap();
     assert_eq!(
-        write(&estimate, Format::Ros).unwrap_err().to_string(),
+        write(&estimate, CameraFormat::Ros).unwrap_err().to_string(),
         "a camera file of format `ros` would lose the lens model (double-sphere) and the \
          refractive interface (flat) and the covariance of the parameters"
     );
     let five = Lens::OpenCv(OpenCv::new(common::INTRINSICS, &common::FIVE).unwrap());
     let camera = Camera::new(640, 480, five, Interface::None).unwrap();
     let estimate = CameraEstimate::new(camera, None).unwrap();
-    let lossy = write(&estimate, Format::Kalibr).unwrap_err().to_string();
+    let lossy = write(&estimate, CameraFormat::Kalibr).unwrap_err().to_string();
     assert!(lossy.ends_with("would lose the distortion beyond k1 k2 p1 p2 (k3)"), "{lossy}");
 }
 
@@ -184,7 +184,7 @@ fn bad_values_are_named_with_line_and_limit() {
 fn our_own_format_is_strict() {
     let (_, camera, _) = common::cameras().into_iter().find(|c| c.0 == "eucm / sphere").unwrap();
     let estimate = CameraEstimate::new(camera, Some(covariance(camera.parameter_count()))).unwrap();
-    let good = write(&estimate, Format::Fabkit).unwrap();
+    let good = write(&estimate, CameraFormat::Fabkit).unwrap();
     for (from, to, expected) in [
         ("fabkit_camera: 1", "fabkit_camera: 2", "version `2` is not known"),
         ("model: eucm", "model: ucm", "`ucm` is not a lens model"),
@@ -234,12 +234,12 @@ proptest! {
         let (_, camera, _) = common::cameras().remove([0, 18, 8][which]);
         let text = match which {
             0 => OPENCV.to_owned(),
-            _ => write(&CameraEstimate::new(camera, None).unwrap(), Format::Fabkit).unwrap(),
+            _ => write(&CameraEstimate::new(camera, None).unwrap(), CameraFormat::Fabkit).unwrap(),
         };
         let cut = cut % text.len();
         let damaged = format!("{}{insert}{}", &text[..cut], &text[(cut + 1).min(text.len())..]);
         if let Ok(estimate) = read(&damaged) {
-            let again = write(&estimate, Format::Fabkit).unwrap();
+            let again = write(&estimate, CameraFormat::Fabkit).unwrap();
             prop_assert_eq!(read(&again).unwrap(), estimate);
         }
     }

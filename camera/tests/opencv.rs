@@ -25,7 +25,7 @@ fn compare(lens: Lens, golden: &[Golden]) {
 }
 
 #[test]
-fn five_terms() {
+fn five_terms_project_as_opencv_does() {
     let k = [-0.25971254, 0.08700416, -1.4873e-5, -2.28895e-4, -0.01535192];
     compare(
         Lens::OpenCv(OpenCv::new(INTRINSICS, &k).unwrap()),
@@ -40,7 +40,7 @@ fn five_terms() {
 }
 
 #[test]
-fn eight_terms() {
+fn eight_terms_project_as_opencv_does() {
     let k = [0.95, 0.18, 4e-4, -7e-4, 0.004, 1.26, 0.42, 0.03];
     compare(
         Lens::OpenCv(OpenCv::new(INTRINSICS, &k).unwrap()),

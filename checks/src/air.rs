@@ -14,7 +14,7 @@ use crate::finding::{Finding, Rule};
 use crate::lines::{Caster, basis};
 use crate::memo::{Key, Memo};
 use crate::opening;
-use crate::scene::Scene;
+use crate::scene::Assemblies;
 
 /// Columns along the longer side of the cavity.
 pub(crate) const COLUMNS: usize = 320;
@@ -49,7 +49,7 @@ struct Columns {
 }
 
 /// All findings about one pour.
-pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene, memo: &Memo) -> Vec<Finding> {
+pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Memo) -> Vec<Finding> {
     let Some(layer) = scene.places(place.assembly, &pour.layer).first().copied() else {
         return Vec::new();
     };

@@ -14,7 +14,7 @@ use crate::finding::{Finding, Rule};
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch, steepness};
 use crate::memo::{Key, Memo};
 use crate::opening;
-use crate::scene::{Placed, Scene};
+use crate::scene::{Assemblies, Placed};
 
 /// Lines of each of the three directions.
 pub(crate) const LINES: usize = 8192;
@@ -102,7 +102,7 @@ struct Cavity<'a> {
 }
 
 /// All findings about one pour.
-pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Scene, memo: &Memo) -> Vec<Finding> {
+pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Memo) -> Vec<Finding> {
     let bodies = scene.bodies(place.assembly);
     let is_wall = |placed: &&Placed| pour.walls.iter().any(|wall| wall == placed.name);
     let Some(layer) = bodies.iter().find(|placed| placed.name == pour.layer) else {

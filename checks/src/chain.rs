@@ -10,7 +10,7 @@ use fabkit_geometry::{
 use crate::finding::{Finding, Rule, Severity};
 use crate::lines::{Caster, basis};
 use crate::opening;
-use crate::scene::{Placed, Scene};
+use crate::scene::{Assemblies, Placed};
 
 /// How far a unit vector's length may be off.
 const UNIT_ROUNDING: f64 = 1e-9;
@@ -55,7 +55,7 @@ fn made(step: &Step) -> Option<&str> {
 ///
 /// A tool has against it the layers that stand there. A layer that is itself taken out of the mold
 /// in which it was cast has against it the printed walls that are still there.
-pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Scene<'a>) -> Vec<Removal<'a>> {
+pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec<Removal<'a>> {
     let mut cast = BTreeSet::new();
     let mut poured_here = BTreeMap::<(&str, &str), &[String]>::new();
     let mut gone = BTreeSet::new();
@@ -95,7 +95,7 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Scene<'a>) -> Vec<Remo
 }
 
 /// All findings about the chain itself.
-pub(crate) fn examine(sensor: &Sensor, scene: &Scene) -> Vec<Finding> {
+pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> Vec<Finding> {
     let mut examiner = Examiner {
         scene,
         names: sensor.bodies.iter().map(|body| body.name.as_str()).collect(),
@@ -116,7 +116,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Scene) -> Vec<Finding> {
 }
 
 struct Examiner<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a Assemblies<'a>,
     names: BTreeSet<&'a str>,
     layers: BTreeSet<&'a str>,
     /// Layers that have been cast, and in which step.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::finding::{Finding, Rule};
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
 use crate::memo::{Key, Memo};
-use crate::scene::{Placed, Scene};
+use crate::scene::{Assemblies, Placed};
 
 /// Lines through the box that two bodies share.
 pub(crate) const LINES: u32 = 20_000;
@@ -33,7 +33,7 @@ const REFINEMENT_REST: f64 = 1e-3;
 const FIT_ROUNDING_MM: f64 = 1e-6;
 
 /// One pair of bodies whose boxes meet.
-struct Pair<'a> {
+pub(crate) struct Pair<'a> {
     assembly: &'a str,
     a: &'a Placed<'a>,
     b: &'a Placed<'a>,
@@ -48,15 +48,25 @@ struct Verdict {
     overlaps: bool,
 }
 
-/// All findings and the number of pairs examined.
-pub(crate) fn examine(sensor: &Sensor, scene: &Scene, memo: &Memo) -> (Vec<Finding>, usize) {
-    let pairs: Vec<Pair> = scene
-        .assemblies
-        .iter()
-        .flat_map(|(assembly, bodies)| pairs(sensor, assembly, bodies))
-        .collect();
-    let verdicts: Vec<Verdict> =
-        pairs.par_iter().map(|pair| remembered(sensor, pair, memo)).collect();
+/// All pairs that have to be looked at.
+pub(crate) fn pairs<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Vec<Pair<'a>> {
+    let assemblies = scene.assemblies.iter();
+    assemblies.flat_map(|(assembly, bodies)| pairs_of(sensor, assembly, bodies)).collect()
+}
+
+/// All findings; `tick` is called after each pair.
+pub(crate) fn examine(
+    sensor: &Sensor,
+    pairs: &[Pair],
+    memo: &Memo,
+    tick: &(dyn Fn() + Sync),
+) -> Vec<Finding> {
+    let verdict = |pair: &Pair| {
+        let verdict = remembered(sensor, pair, memo);
+        tick();
+        verdict
+    };
+    let verdicts: Vec<Verdict> = pairs.par_iter().map(verdict).collect();
     let mut met = vec![false; sensor.press_fits.len()];
     let mut findings = Vec::new();
     for (pair, verdict) in pairs.iter().zip(verdicts) {
@@ -79,10 +89,10 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Scene, memo: &Memo) -> (Vec<Findi
             .measured(0.0, fit.interference_mm, "mm"),
         );
     }
-    (findings, pairs.len())
+    findings
 }
 
-fn pairs<'a>(
+fn pairs_of<'a>(
     sensor: &'a Sensor,
     assembly: &'a str,
     bodies: &'a [Placed<'a>],

@@ -36,6 +36,8 @@ mod opening;
 mod printability;
 mod scene;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use fabkit_geometry::Sensor;
 use rayon::prelude::*;
 
@@ -45,7 +47,7 @@ pub use memo::Memo;
 pub use printability::{PrintLimits, print_limits, printability, thinnest_wall};
 pub use scene::InvalidBody;
 
-use scene::Scene;
+use scene::Assemblies;
 
 /// How finely the rules look, for people.
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
@@ -91,9 +93,21 @@ impl CheckReport {
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
-    let report = check_variant(sensor, &Memo::default())?;
+    check_watched(sensor, &|_, _| {})
+}
+
+/// The same; `progress` is told from any thread how much of how much is looked at, in pairs of bodies,
+/// pours and pulls.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
+    let report = apply(sensor, &Memo::default(), progress)?;
     Ok(CheckReport { batches: batches(sensor), ..report })
 }
+
+/// Is told how much is done, and how much there is to do.
+pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// The same for many sensors that have much in common; nothing is weighed, `batches` stays empty.
 ///
@@ -110,25 +124,38 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, InvalidBody> {
-    let scene = Scene::new(sensor)?;
-    let mut findings = chain::examine(sensor, &scene);
-    let (overlaps, pairs) = interference::examine(sensor, &scene, memo);
-    findings.extend(overlaps);
+    apply(sensor, memo, &|_, _| {})
+}
 
+fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport, InvalidBody> {
+    let scene = Assemblies::new(sensor)?;
+    let mut findings = chain::examine(sensor, &scene);
+    let pairs = interference::pairs(sensor, &scene);
     let pours: Vec<_> = chain::pours(sensor).collect();
-    for (place, pour) in &pours {
-        findings.extend(casting::examine(place, pour, &scene, memo));
-    }
     // A direction of no length has been reported by the chain's rule.
     let rising: Vec<_> = pours.iter().filter(|(_, pour)| pour.up.norm() > 0.0).collect();
+    let removals = chain::removals(sensor, &scene);
+    let all = pairs.len() + pours.len() + rising.len() + removals.len();
+    let done = AtomicUsize::new(0);
+    let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+
+    findings.extend(interference::examine(sensor, &pairs, memo, &tick));
+    for (place, pour) in &pours {
+        findings.extend(casting::examine(place, pour, &scene, memo));
+        tick();
+    }
     for (place, pour) in &rising {
         findings.extend(air::examine(place, pour, &scene, memo));
+        tick();
     }
-    let removals = chain::removals(sensor, &scene);
     let pulled: Vec<Vec<Finding>> = removals
         .par_iter()
-        .filter(|removal| removal.pull.direction.norm() > 0.0)
-        .map(|removal| demolding::examine(removal, memo))
+        .map(|removal| {
+            let has_direction = removal.pull.direction.norm() > 0.0;
+            let found = has_direction.then(|| demolding::examine(removal, memo));
+            tick();
+            found.unwrap_or_default()
+        })
         .collect();
     findings.extend(pulled.into_iter().flatten());
 
@@ -137,7 +164,7 @@ pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, Invali
         findings,
         examined: vec![
             examined(Rule::Chain, sensor.chain.len(), "steps"),
-            examined(Rule::Interference, pairs, "pairs of bodies"),
+            examined(Rule::Interference, pairs.len(), "pairs of bodies"),
             examined(Rule::Casting, pours.len(), "pours"),
             examined(Rule::TrappedAir, rising.len(), "pours"),
             examined(Rule::Demolding, removals.len(), "pulls"),
@@ -151,5 +178,7 @@ pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, Invali
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn interference(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(interference::examine(sensor, &Scene::new(sensor)?, &Memo::default()).0)
+    let scene = Assemblies::new(sensor)?;
+    let pairs = interference::pairs(sensor, &scene);
+    Ok(interference::examine(sensor, &pairs, &Memo::default(), &|| {}))
 }

@@ -1,6 +1,7 @@
 //! Parallel lines through a box, and the stretches of them that lie inside bodies.
 
 use fabkit_geometry::proofs::Shadow;
+use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Ray, Scratch, Vector3};
 
 /// Askew to everything that parts are made of, so that no face of an ordinary part is grazed, and
@@ -8,11 +9,10 @@ use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Ray, Scratch, Vecto
 pub(crate) const DIRECTIONS: [[f64; 3]; 3] =
     [[0.1234, 0.0917, 1.0], [1.0, 0.1234, 0.0917], [0.0917, 1.0, 0.1234]];
 
+/// Where lines pass the shadow of what they look at, whose sides are from 0 to 1.
+const PLACES: EvenPoints<2> = EvenPoints::square([0.5; 2]);
+
 /// Lines of one direction spread evenly over the shadow of a box.
-///
-/// Their places are the R2 sequence, the two-dimensional golden ratio (Roberts, "The Unreasonable
-/// Effectiveness of Quasirandom Sequences", 2018): always the same, and any hole larger than a few
-/// cells is met.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bundle {
     direction: Vector3<f64>,
@@ -42,21 +42,14 @@ impl Bundle {
         4.0 * self.half_mm[0] * self.half_mm[1] / self.count as f64
     }
 
-    /// Where a line passes the shadow, whose sides are from 0 to 1.
-    fn place(index: usize) -> [f64; 2] {
-        /// Powers of the plastic number's inverse.
-        const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
-        STEP.map(|step| (0.5 + step * (index + 1) as f64).fract())
-    }
-
     /// The lines that may pass any of some boxes, by their numbers.
     pub(crate) fn through_boxes(&self, boxes: &[Aabb]) -> impl Iterator<Item = usize> + use<> {
         let shadow = Shadow::of(boxes, &self.centre, &self.across, self.half_mm);
-        (0..self.count).filter(move |&index| shadow.holds(Self::place(index)))
+        (0..self.count).filter(move |&index| shadow.holds(PLACES.at(index + 1)))
     }
 
     pub(crate) fn line(&self, index: usize) -> Ray {
-        let place = Self::place(index);
+        let place = PLACES.at(index + 1);
         let offset =
             |axis: usize| (2.0 * place[axis] - 1.0) * self.half_mm[axis] * self.across[axis];
         Ray { origin: self.centre + offset(0) + offset(1), direction: self.direction }

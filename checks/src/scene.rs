@@ -29,11 +29,11 @@ pub(crate) struct Placed<'a> {
 
 /// Every assembly with its bodies, in the order of the sensor's lists.
 #[derive(Clone, Debug)]
-pub(crate) struct Scene<'a> {
+pub(crate) struct Assemblies<'a> {
     pub(crate) assemblies: BTreeMap<&'a str, Vec<Placed<'a>>>,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> Assemblies<'a> {
     pub(crate) fn new(sensor: &'a Sensor) -> Result<Self, InvalidBody> {
         let places = |body: &'a Body| body.placements.iter().map(move |place| (body, place));
         let places: Vec<(&Body, &Placement)> = sensor.bodies.iter().flat_map(places).collect();

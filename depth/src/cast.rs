@@ -46,7 +46,7 @@ pub struct Hit {
 
 /// Memory that queries reuse; one per thread.
 #[derive(Debug, Default)]
-pub struct Scratch {
+pub struct SceneScratch {
     /// Box entry and index of the bodies that a ray may meet, nearest first.
     candidates: Vec<(f64, u32)>,
     crossings: Vec<Crossing>,
@@ -99,14 +99,19 @@ impl<'a> Scene<'a> {
     pub fn visit_crossings(
         &self,
         ray: &Ray,
-        scratch: &mut Scratch,
+        scratch: &mut SceneScratch,
         visit: impl FnMut(u32, &[Crossing]) -> f64,
     ) {
         self.visit_within(f64::NEG_INFINITY..f64::INFINITY, ray, scratch, visit);
     }
 
     /// The first surface entered with `t` in a range.
-    pub fn first_hit(&self, ray: &Ray, range: Range<f64>, scratch: &mut Scratch) -> Option<Hit> {
+    pub fn first_hit(
+        &self,
+        ray: &Ray,
+        range: Range<f64>,
+        scratch: &mut SceneScratch,
+    ) -> Option<Hit> {
         let mut first: Option<Hit> = None;
         self.visit_within(range.clone(), ray, scratch, |body, crossings| {
             let entered = crossings.iter().find(|c| c.entering && range.contains(&c.t));
@@ -125,7 +130,7 @@ impl<'a> Scene<'a> {
         &self,
         range: Range<f64>,
         ray: &Ray,
-        scratch: &mut Scratch,
+        scratch: &mut SceneScratch,
         mut visit: impl FnMut(u32, &[Crossing]) -> f64,
     ) {
         self.find_candidates(&range, ray, scratch);
@@ -140,7 +145,7 @@ impl<'a> Scene<'a> {
                 origin: placed.body_from_scene.point(ray.origin),
                 direction: placed.body_from_scene.vector(ray.direction),
             };
-            let Scratch { crossings, in_body, .. } = scratch;
+            let SceneScratch { crossings, in_body, .. } = scratch;
             placed.body.crossings_into(&ray_in_body, in_body, crossings);
             if scratch.crossings.is_empty() {
                 continue;
@@ -152,7 +157,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut Scratch) {
+    fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut SceneScratch) {
         scratch.candidates.clear();
         scratch.stack.clear();
         if !self.nodes.is_empty() {

@@ -29,7 +29,8 @@ mod cast;
 mod picture;
 pub mod truth;
 
-pub use cast::{Hit, Scene, Scratch};
+pub use cast::{Hit, Scene, SceneScratch};
 pub use picture::{
-    Actor, Cut, MAX_PIXELS, Picture, Projection, RenderError, View, contact_sheet, render,
+    Actor, MAX_PIXELS, Picture, RenderError, SectionCut, View, ViewProjection, contact_sheet,
+    render, render_watched,
 };

@@ -1,7 +1,7 @@
 //! What inverse distortion costs: exact, and by negated coefficients as published.
 
 use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv};
-use fabkit_depth::truth::{PixelRays, Surface};
+use fabkit_depth::truth::{PixelRays, ReferenceSurface};
 use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose};
 
 /// The camera of R-Tac0's authors: focal lengths, centre, then OpenCV's k1 k2 p1 p2 k3.
@@ -78,7 +78,7 @@ fn inverse_distortion_is_exact_and_the_published_one_is_not() {
         },
     };
     let rays = PixelRays::new(&camera, &Pose::translation(0.0, 0.0, CAMERA_Z_MM));
-    let surface = Surface::cast(&touch.into(), &rays).unwrap();
+    let surface = ReferenceSurface::cast(&touch.into(), &rays).unwrap();
     let (mut worst_mm, mut count) = (0.0f64, 0);
     let mut published_mm: Vec<f64> = Vec::new();
     for pixel in 0..rays.len() {

@@ -1,6 +1,6 @@
 //! The hierarchy must find what asking every body finds.
 
-use fabkit_depth::{Hit, Scene, Scratch};
+use fabkit_depth::{Hit, Scene, SceneScratch};
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use proptest::prelude::*;
 
@@ -41,7 +41,7 @@ proptest! {
         prop_assume!((target - origin).norm() > 0.1);
         let ray = Ray { origin: Point3::from(origin), direction: (target - origin).normalize() };
         let scene = Scene::new(placed.iter().map(|(body, pose)| (body, *pose)));
-        let mut scratch = Scratch::default();
+        let mut scratch = SceneScratch::default();
 
         let mut expected = Vec::new();
         for (index, (body, pose)) in placed.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Ground truth against closed forms that are written here once more, differently.
 
 use fabkit_camera::{Camera, Flat, Interface};
-use fabkit_depth::truth::{PixelRays, Presser, SURFACE_LABEL, Seam, Side, Surface};
+use fabkit_depth::truth::{PixelRays, Presser, ReferenceSurface, SURFACE_LABEL, Seam, Side};
 use fabkit_geometry::{
     Angle, DomeSurface, EllipsoidOffset, Grip, Path, PlaneSurface, Point3, Pose, Ray, Solid,
     TouchSurface, Vector3,
@@ -59,7 +59,7 @@ fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
 fn the_reference_is_the_surface_in_closed_form() {
     let rays = PixelRays::new(&camera(), &sensor_from_camera());
     let touch = bullet();
-    let surface = Surface::cast(&touch, &rays).unwrap();
+    let surface = ReferenceSurface::cast(&touch, &rays).unwrap();
     let mut seen = 0;
     for pixel in 0..rays.len() {
         let Some(ray) = rays.ray(pixel) else { continue };
@@ -105,7 +105,7 @@ fn every_kind_of_surface_is_left_where_its_solid_is() {
         [pad(Path::rectangle([0.0; 2], [20.0, 16.0], 2.0)), pad(Path::circle([0.0; 2], 9.0))];
     for touch in domes.into_iter().chain(pads) {
         let rays = PixelRays::new(&camera(), &sensor_from_camera());
-        let surface = Surface::cast(&touch, &rays).unwrap();
+        let surface = ReferenceSurface::cast(&touch, &rays).unwrap();
         let body = fabkit_geometry::CompiledSolid::new(&touch.solid(0.0, -60.0)).unwrap();
         let mut seen = 0;
         for pixel in (0..rays.len()).step_by(7) {
@@ -186,7 +186,7 @@ fn pressed_primitives_agree_with_closed_forms_creases_included() {
         let camera = camera();
         let camera = Camera::new(160, 120, *camera.lens(), interface).unwrap();
         let rays = PixelRays::new(&camera, &sensor_from_camera());
-        let surface = Surface::cast(&bullet(), &rays).unwrap();
+        let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
         for (i, (solid, entry)) in kinds.iter().enumerate() {
             // z points inwards; obliquely, so that edges and side walls show.
             let (tilt, azimuth) = (0.3 + 0.2 * i as f64, 1.3 * i as f64);
@@ -231,8 +231,8 @@ fn a_finer_image_holds_the_coarser_one() {
     let (coarse, fine) =
         (PixelRays::new(&camera, &pose), PixelRays::with_samples(&camera, &pose, 3));
     let (coarse, fine) = (
-        Surface::cast(&bullet(), &coarse).unwrap().range_mm().to_vec(),
-        Surface::cast(&bullet(), &fine).unwrap().range_mm().to_vec(),
+        ReferenceSurface::cast(&bullet(), &coarse).unwrap().range_mm().to_vec(),
+        ReferenceSurface::cast(&bullet(), &fine).unwrap().range_mm().to_vec(),
     );
     let mut same = 0;
     for row in 0..120 {
@@ -253,7 +253,7 @@ fn a_press_is_the_same_on_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let rays = PixelRays::new(&camera(), &sensor_from_camera());
-            let surface = Surface::cast(&bullet(), &rays).unwrap();
+            let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
             let map = surface.pressed(std::slice::from_ref(&presser));
             let bits: Vec<u64> = map.range_mm().iter().map(|range| range.to_bits()).collect();
             (bits, map.label().to_vec())
@@ -271,7 +271,7 @@ fn punch() -> Presser {
 #[test]
 fn a_membrane_fades_from_the_edge_of_a_punch_and_leaves_the_contact_alone() {
     let rays = PixelRays::new(&camera(), &Pose::translation(0.0, 0.0, -7.0));
-    let surface = Surface::cast(&bullet(), &rays).unwrap();
+    let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
     let rigid = surface.pressed(&[punch()]);
     let soft = rigid.clone().with_membrane(1.5);
     let bits = |ranges: &[f64]| ranges.iter().map(|range| range.to_bits()).collect::<Vec<u64>>();
@@ -313,7 +313,7 @@ fn halves_are_stitched_along_the_seam() {
 /// Balls of 2 mm on both sides, their middles at a height.
 fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
     let rays = PixelRays::new(&camera(), &sensor_from_camera());
-    let surface = Surface::cast(touch, &rays).unwrap();
+    let surface = ReferenceSurface::cast(touch, &rays).unwrap();
     let ball = |x: f64| {
         let pose = Pose::translation(x, 2.0, middle_z_mm);
         Presser::new("ball", &Solid::sphere(2.0), pose).unwrap()

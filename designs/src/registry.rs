@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use fabkit_geometry::Sensor;
 use fabkit_text::{
-    Dialect, Document, Entry, Example, Field, Found, InvalidDesign, Json, Layer, Name, Parameter,
-    Place, Problem, Reader, Report, Section, Setting, Written,
+    Dialect, Document, Entry, Example, Field, Found, InvalidDesign, Json, Name, Parameter, Place,
+    Problem, Reader, Report, Section, Setting, TextLayer, Written,
 };
 use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
 use fabkit_text::{shown, suggestion, take_word};
@@ -195,7 +195,7 @@ impl Registry {
     /// Dotted path of every parameter of a family, in order.
     pub fn parameter_paths(&self, family: &str) -> Vec<String> {
         let family = self.families.iter().filter(|f| f.name == family);
-        let root = Place::new(Layer::File, "", &SENSOR);
+        let root = Place::new(TextLayer::File, "", &SENSOR);
         family.flat_map(|f| Document::new((f.fields)(), root.clone()).paths()).collect()
     }
 
@@ -219,7 +219,7 @@ impl Registry {
 
     /// The family that a built-in sensor belongs to, directly or through what it extends.
     fn family_of(&self, name: &str) -> Option<&'static str> {
-        let place = Place::new(Layer::Base, name, &SENSOR);
+        let place = Place::new(TextLayer::Base, name, &SENSOR);
         let layers = self.layers(self.builtin_yaml(name)?, place, &mut Vec::new())?;
         Some(layers.family.name)
     }
@@ -276,7 +276,7 @@ impl Registry {
         extra: Extra,
         read_more: ReadMore,
     ) -> Result<(Design, Report), InvalidDesign> {
-        let place = Place::new(Layer::File, file, &SENSOR);
+        let place = Place::new(TextLayer::File, file, &SENSOR);
         let mut found = Vec::new();
         let Some(layers) = self.layers(yaml, place.clone(), &mut found) else {
             return Err(InvalidDesign { problems: Found::sorted(found) });
@@ -287,7 +287,7 @@ impl Registry {
         if let Some((extension, field)) = extra.section {
             document.add_field(field);
             for (name, yaml) in extension.defaults {
-                let place = Place::new(Layer::Base, name, &SENSOR);
+                let place = Place::new(TextLayer::Base, name, &SENSOR);
                 let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
                 check_format(&mut entries, &place, &mut document.found);
                 document.lay(entries, &place);
@@ -320,7 +320,7 @@ impl Registry {
 
     /// What the file of a built-in sensor and those that it extends say, by path, and its family.
     fn values_of(&self, sensor: &str) -> Option<(FamilyEntry, BTreeMap<String, Written>)> {
-        let place = Place::new(Layer::Base, sensor, &SENSOR);
+        let place = Place::new(TextLayer::Base, sensor, &SENSOR);
         let layers = self.layers(self.builtin_yaml(sensor)?, place.clone(), &mut Vec::new())?;
         let mut document = Document::new(layers.family.all_fields(), place);
         // Keys of others are unknown here, and nobody asks what is wrong.
@@ -377,7 +377,7 @@ impl Registry {
                 return None;
             }
             let file = format!("{name}.yaml (built-in)");
-            next = Some((base, Place::new(Layer::Base, &file, &SENSOR)));
+            next = Some((base, Place::new(TextLayer::Base, &file, &SENSOR)));
         }
         let Some((family, _)) = family else {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();

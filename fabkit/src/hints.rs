@@ -5,7 +5,7 @@ use std::io;
 
 use fabkit_application::calibrating::CalibratingError;
 use fabkit_application::calibration::intrinsics::CalibrateError;
-use fabkit_application::dataset::{DatasetError, OrderError, SampleError};
+use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
 use fabkit_application::export::ExportError;
 use fabkit_application::exporting::{self, ExportFailure};
 use fabkit_application::memory::{Less, MemoryError};
@@ -40,7 +40,7 @@ pub(crate) fn hint(error: &Error) -> Option<String> {
         Error::ExportFolder(error) => return export_folder(error),
         Error::Verifier(error) => return verifier(error),
         Error::Scene(error) => return scene(error),
-        Error::Order(OrderError::NoPatterns(_)) => {
+        Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => {
             "list presses in a text file and name it with --presses"
         }
         Error::Dataset(DatasetError::Read(error)) | Error::Sample(error) => return sample(error),

@@ -1,5 +1,7 @@
 //! Columns of text.
 
+use comfy_table::{CellAlignment, Table, presets};
+
 /// A cell's place in its column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
@@ -12,23 +14,16 @@ pub enum Align {
 /// Sets rows in columns two spaces apart; the first row is the heading. Lines have no blanks at
 /// their end.
 pub fn table(columns: &[Align], rows: &[Vec<String>]) -> String {
-    let width = |column: usize| {
-        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
-    };
-    let widths: Vec<usize> = (0..columns.len()).map(|c| width(c).unwrap_or(0)).collect();
-    let mut text = String::new();
-    for row in rows {
-        let cells =
-            row.iter().zip(columns.iter().zip(&widths)).map(
-                |(cell, (align, &width))| match align {
-                    Align::Left => format!("{cell:<width$}"),
-                    Align::Right => format!("{cell:>width$}"),
-                },
-            );
-        text.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
-        text.push('\n');
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).add_rows(rows);
+    for (column, align) in table.column_iter_mut().zip(columns) {
+        column.set_padding((0, 2));
+        column.set_cell_alignment(match align {
+            Align::Left => CellAlignment::Left,
+            Align::Right => CellAlignment::Right,
+        });
     }
-    text
+    table.trim_fmt() + "\n"
 }
 
 /// A number with a blank between groups of three digits.
@@ -62,6 +57,9 @@ mod tests {
         let row = |a: &str, b: &str| vec![a.to_owned(), b.to_owned()];
         let text = table(&[Align::Left, Align::Right], &[row("part", "n"), row("µ", "12")]);
         assert_eq!(text, "part   n\nµ     12\n");
+        // Characters as wide as two.
+        let text = table(&[Align::Left, Align::Right], &[row("外殻", "1"), row("base", "12")]);
+        assert_eq!(text, "外殻   1\nbase  12\n");
     }
 
     #[test]

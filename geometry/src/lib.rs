@@ -34,6 +34,7 @@ mod pose;
 mod profile;
 pub mod proofs;
 mod roots;
+pub mod sequences;
 mod shape_key;
 mod sheet;
 mod solid;

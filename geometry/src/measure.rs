@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::compiled::{Hit, Line, Span};
 use crate::proofs::{Shadow, meetings};
+use crate::sequences::Random;
 use crate::{Aabb, CompiledSolid, Scratch};
 
 /// A volume and how far it may be off.
@@ -179,8 +180,10 @@ fn integrate(
     let shadow = boxes.map(|boxes| Shadow::of(boxes, &centre, &[u, v], [half_u, half_v]));
     let (count, stride) = fibonacci(lines / SHIFTS);
     let mut volumes = [0.0; SHIFTS as usize];
-    for (k, volume) in volumes.iter_mut().enumerate() {
-        let (shift_u, shift_v) = (random(2 * k as u64), random(2 * k as u64 + 1));
+    // A lattice of shifts would conspire with the lattice of lines.
+    let mut random = Random::new(0);
+    for volume in &mut volumes {
+        let (shift_u, shift_v) = (random.unit(), random.unit());
         let mut sum_mm = 0.0;
         for i in 0..count {
             let x = (i as f64 / count as f64 + shift_u).fract();
@@ -206,14 +209,4 @@ fn fibonacci(lines: u32) -> (u64, u64) {
         (before, count) = (count, before + count);
     }
     (count, before)
-}
-
-/// The `index`-th of a fixed list of random numbers in [0, 1) (SplitMix64: Steele, Lea and Flood,
-/// "Fast Splittable Pseudorandom Number Generators", 2014). A lattice of shifts would conspire
-/// with the lattice of lines.
-fn random(index: u64) -> f64 {
-    let mut z = (index + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use crate::sequences::GOLDEN_ANGLE_RAD;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{EllipsoidOffset, Pose, Solid};
@@ -266,7 +268,6 @@ fn grid(counts: [u32; 2], spacing_mm: [f64; 2]) -> Vec<Pose> {
 }
 
 fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
-    let golden_angle = PI * (3.0 - 5.0f64.sqrt());
     // 1 - cos, without cancellation for small caps.
     let cap_height = 2.0 * (0.5 * half_angle_rad).sin().powi(2);
     (0..count)
@@ -274,7 +275,7 @@ fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
             let height = cap_height * (f64::from(i) + 0.5) / f64::from(count);
             let tilt = 2.0 * (0.5 * height).sqrt().min(1.0).asin();
             let point = [radius_mm * tilt.sin(), radius_mm * tilt.cos()];
-            turned_out(golden_angle * f64::from(i), point, tilt)
+            turned_out(GOLDEN_ANGLE_RAD * f64::from(i), point, tilt)
         })
         .collect()
 }

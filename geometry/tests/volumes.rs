@@ -27,7 +27,7 @@ fn assert_volume(solid: &Solid, exact_mm3: f64) {
 }
 
 #[test]
-fn round_and_flat_primitives() {
+fn round_and_flat_primitives_have_the_volume_of_their_closed_form() {
     assert_volume(&Solid::sphere(3.0), 36.0 * PI);
     assert_volume(&Solid::ellipsoid([1.0, 2.0, 4.0]), 4.0 / 3.0 * PI * 8.0);
     assert_volume(&Solid::cylinder(2.0, 3.0), 12.0 * PI);
@@ -44,7 +44,7 @@ fn round_and_flat_primitives() {
 }
 
 #[test]
-fn extrusions() {
+fn extrusions_have_the_volume_of_their_closed_form() {
     let plate = Profile::new(Path::rectangle([1.0, 2.0], [10.0, 6.0], 1.5))
         .with_hole(Path::circle([1.0, 2.0], 2.0));
     let area = 60.0 - (4.0 - PI) * 1.5 * 1.5 - 4.0 * PI;
@@ -208,7 +208,7 @@ proptest! {
     #![proptest_config(cases(60))]
 
     #[test]
-    fn inclusion_and_exclusion(a in trees(), b in trees(), pose in poses(3.0)) {
+    fn volumes_keep_inclusion_and_exclusion(a in trees(), b in trees(), pose in poses(3.0)) {
         // |A u B| + |A n B| = |A| + |B|, and |A - B| + |A n B| = |A|; A n B also as an overlap.
         let b = b.placed(pose);
         let both = volume(&a.clone().and(b.clone()), 8_000);

@@ -32,18 +32,22 @@ use crate::tessellate::{box_faces, face_count, tessellate};
 /// whole base again for each.
 const MOST_CUTS: usize = 4;
 
-/// Meshes a valid tree.
-pub(crate) fn evaluate(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
+/// Meshes a valid tree; small features by booleans too unless `conforming`.
+pub(crate) fn evaluate(
+    solid: &Solid,
+    tolerance_mm: f64,
+    conforming: bool,
+) -> Result<Facets, MeshError> {
     // What cannot be meshed that way is said in the words of the tree as it is written.
     if let Some(Fused { solid, faces }) = fused(solid)
-        && let Ok(mut facets) = evaluate_by(&solid, tolerance_mm, true)
+        && let Ok(mut facets) = evaluate_by(&solid, tolerance_mm, conforming)
     {
         for face in &mut facets.faces {
             *face = faces[*face as usize];
         }
         return Ok(facets);
     }
-    evaluate_unfused(solid, tolerance_mm)
+    evaluate_by(solid, tolerance_mm, conforming)
 }
 
 /// Face by face as the leaves are by themselves, so that solids which share a face share its

@@ -34,10 +34,12 @@ pub(crate) struct Fused {
 pub(crate) fn fused(solid: &Solid) -> Option<Fused> {
     let mut fuser = Fuser { surfaces: Vec::new(), changed: false, next_face: 0 };
     for leaf in solid.leaves() {
-        fuser.surfaces.extend(Surface::whole(leaf.primitive, &leaf.root_from_leaf));
+        fuser.surfaces.extend(RevolvedSurface::whole(leaf.primitive, &leaf.root_from_leaf));
         let outline = Outline::of(leaf.primitive, &[]);
         let segs = outline.iter().flat_map(|outline| &outline.segs);
-        fuser.surfaces.extend(segs.filter_map(|seg| Surface::of(seg, &leaf.root_from_leaf)));
+        fuser
+            .surfaces
+            .extend(segs.filter_map(|seg| RevolvedSurface::of(seg, &leaf.root_from_leaf)));
     }
     let part = fuser.tree(solid, Pose::identity());
     fuser.changed.then_some(Fused { solid: part.solid, faces: part.faces })
@@ -45,12 +47,12 @@ pub(crate) fn fused(solid: &Solid) -> Option<Fused> {
 
 /// A surface whose triangles depend on where it is divided: a point of its axis and what shape it is.
 #[derive(PartialEq)]
-struct Surface {
+struct RevolvedSurface {
     at: Point3<f64>,
     shape: [f64; 3],
 }
 
-impl Surface {
+impl RevolvedSurface {
     fn of(seg: &Seg, root_from_leaf: &Pose) -> Option<Self> {
         let (z, shape) = match &seg.bend {
             Some(bend) => (bend.centre[1], [bend.centre[0], bend.axes[0], bend.axes[1]]),
@@ -115,7 +117,7 @@ impl Part {
 
 struct Fuser {
     /// Of all leaves, in the root's frame.
-    surfaces: Vec<Surface>,
+    surfaces: Vec<RevolvedSurface>,
     changed: bool,
     next_face: u32,
 }
@@ -224,7 +226,7 @@ impl Fuser {
         let b_outline = Outline::of(b_core, &b.faces)?.shifted(shift_mm);
         let root_from_a = pose.then_in(a_pose);
         let may_divide = |seg: &Seg| {
-            Surface::of(seg, &root_from_a).is_none_or(|surface| {
+            RevolvedSurface::of(seg, &root_from_a).is_none_or(|surface| {
                 self.surfaces.iter().filter(|other| surface.is_near(other)).count() == 1
             })
         };

@@ -124,7 +124,17 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
 /// # Errors
 /// As [`mesh`].
 pub fn mesh_as_cut(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    checked(solid, tolerance_mm, evaluate::evaluate)
+    checked(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, true))
+}
+
+/// As [`mesh`], but small features are cut by the boolean kernel too, instead of conforming: slower, for
+/// benchmarks and as a second opinion.
+///
+/// # Errors
+/// As [`mesh`].
+pub fn mesh_by_booleans(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
+    let cut = checked(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
+    Ok(seams::fitted(cut, solid, tolerance_mm))
 }
 
 fn checked(

@@ -21,7 +21,7 @@ use self::meet::{MOST_SHARE, ON_MM, beyond, meeting};
 use self::net::Net;
 use crate::halfedges::next;
 use crate::measure::double_area;
-use crate::surface::Surface;
+use crate::surface::LeafSurface;
 use crate::{FaceId, TriMesh, tessellate};
 
 /// Vertices may be in each other's way: so often the rest are tried again.
@@ -45,7 +45,7 @@ pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh
         first_face.push(surfaces.len() as u32);
         for face in 0..tessellate::face_count(leaf.primitive) {
             ids.push(FaceId { leaf: number, face });
-            surfaces.push(Surface::new(leaf.primitive, face, leaf.root_from_leaf));
+            surfaces.push(LeafSurface::new(leaf.primitive, face, leaf.root_from_leaf));
         }
     }
     let number = |id: &FaceId| first_face[id.leaf as usize] + id.face;
@@ -68,7 +68,7 @@ pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh
 
 struct Seams {
     net: Net,
-    surfaces: Vec<Option<Surface>>,
+    surfaces: Vec<Option<LeafSurface>>,
     /// Of each face's surface: 1 if its normal leaves the solid, else -1.
     outward: Vec<f64>,
     tolerance_mm: f64,
@@ -84,7 +84,7 @@ impl Seams {
             }
         }
         let mut around: Vec<u32> = Vec::new();
-        let mut surfaces: Vec<&Surface> = Vec::new();
+        let mut surfaces: Vec<&LeafSurface> = Vec::new();
         let mut off = Vec::new();
         for v in (0..).zip(&is_between).filter(|v| *v.1).map(|v| v.0) {
             around.clear();
@@ -94,7 +94,7 @@ impl Seams {
             surfaces.clear();
             surfaces.extend(around.iter().filter_map(|&f| self.surfaces[f as usize].as_ref()));
             let at = self.net.points[v as usize];
-            let is_off = |s: &&Surface| s.offset(at).distance_mm.abs() > ON_MM;
+            let is_off = |s: &&LeafSurface| s.offset(at).distance_mm.abs() > ON_MM;
             if surfaces.iter().any(is_off) {
                 off.extend(meeting(&surfaces, at).map(|to| (v, to)));
             }

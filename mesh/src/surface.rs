@@ -4,7 +4,7 @@ use fabkit_geometry::{Path, Point3, Pose, Segment, Solid, Vector3};
 
 /// The surface of one face of one primitive in its place.
 #[derive(Clone, Debug)]
-pub(crate) struct Surface {
+pub(crate) struct LeafSurface {
     root_from_leaf: Pose,
     leaf_from_root: Pose,
     shape: Shape,
@@ -38,7 +38,7 @@ pub(crate) struct Offset {
     pub normal: Vector3<f64>,
 }
 
-impl Surface {
+impl LeafSurface {
     /// Of a face of a primitive; `None` if there is no such face.
     pub fn new(primitive: &Solid, face: u32, root_from_leaf: Pose) -> Option<Self> {
         let shape = Shape::new(primitive, face)?;
@@ -236,7 +236,7 @@ mod tests {
         for solid in solids {
             let facets = tessellate(&solid, 0.01).unwrap();
             for face in 0..face_count(&solid) {
-                let Some(surface) = Surface::new(&solid, face, pose) else {
+                let Some(surface) = LeafSurface::new(&solid, face, pose) else {
                     panic!("{solid:?} has no face {face}")
                 };
                 let on_face = facets.triangles.iter().zip(&facets.faces).filter(|t| *t.1 == face);

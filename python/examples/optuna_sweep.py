@@ -20,7 +20,7 @@ PLAN = {
         "camera.field_of_view": {"from": "120 deg", "to": "175 deg"},
     },
     "metrics": ["camera", "calibration"],
-    "constraints": ["dome_position_sigma_mm < 0.05"],
+    "constraints": ["camera_position_sigma_mm < 0.05"],
     "objectives": {"coverage": "max", "mm_per_px_median": "min"},
 }
 

@@ -12,7 +12,7 @@ use fabkit_application::calibrating::extrinsics::{self as from_pins, Inputs};
 use fabkit_application::calibrating::{
     CalibratingError, intrinsics as from_views, pictures, pose_file,
 };
-use fabkit_application::calibration::assignment::{Doubt, Mark};
+use fabkit_application::calibration::assignment::{Discrepancy, Mark};
 use fabkit_application::calibration::board::{self as on_board, FoundCorner};
 use fabkit_application::calibration::image::GreyImage;
 use fabkit_application::calibration::intrinsics::LensModel;
@@ -109,7 +109,7 @@ pub struct Intrinsics {
     sensor: String,
     board: String,
     pictures: Vec<PictureRecord>,
-    calibration: lens::Calibration,
+    calibration: lens::LensCalibration,
 }
 
 impl Intrinsics {
@@ -211,8 +211,8 @@ pub struct Extrinsics {
     camera_file: String,
     landmarks: PinLandmarks,
     captures: Vec<CaptureRecord>,
-    doubts: Vec<Doubt>,
-    calibration: pose::Calibration,
+    discrepancies: Vec<Discrepancy>,
+    calibration: pose::PoseCalibration,
 }
 
 impl Extrinsics {
@@ -222,7 +222,7 @@ impl Extrinsics {
             camera_file: &self.camera_file,
             landmarks: &self.landmarks,
             captures: &self.captures,
-            doubts: &self.doubts,
+            discrepancies: &self.discrepancies,
             calibration: &self.calibration,
         }
     }
@@ -298,7 +298,7 @@ pub fn extrinsics(
                 camera_file: report.camera_file.into(),
                 landmarks: report.landmarks.clone(),
                 captures: report.captures.to_vec(),
-                doubts: report.doubts.to_vec(),
+                discrepancies: report.discrepancies.to_vec(),
                 calibration: report.calibration.clone(),
             })
         })

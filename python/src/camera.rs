@@ -1,6 +1,6 @@
 //! Cameras: vectorised, without copies of what comes in or goes out.
 
-use fabkit_application::camera::files::{self, Format};
+use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::camera::{self, CameraEstimate, Point2, Point3};
 use fabkit_application::geometry::NominalCamera;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
@@ -27,7 +27,7 @@ impl Camera {
 
     /// In fabkit's own format, which keeps everything.
     pub fn text(&self) -> Result<String, Failure> {
-        files::write(&self.estimate, Format::Fabkit).map_err(Failure::bug)
+        files::write(&self.estimate, CameraFormat::Fabkit).map_err(Failure::bug)
     }
 }
 
@@ -63,8 +63,8 @@ impl Camera {
 
     /// The content of a camera file.
     fn to_text(&self, py: Python<'_>, format: &str) -> PyResult<String> {
-        let known = || Format::ALL.iter().map(|format| format.name());
-        let Some(format) = Format::ALL.iter().find(|known| known.name() == format) else {
+        let known = || CameraFormat::ALL.iter().map(|format| format.name());
+        let Some(format) = CameraFormat::ALL.iter().find(|known| known.name() == format) else {
             let unknown =
                 fabkit_application::bodies::UnknownName::new("camera format", format, known());
             return Err(exception(py, unknown));

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use fabkit_application::dataset::{
-    self, Begun, DatasetError, Job, Order, Reader, SampleArray, Written,
+    self, Begun, DatasetError, DatasetRequest, Job, SampleArray, WrittenDataset,
 };
 use fabkit_application::export::Element;
+use fabkit_application::progress::Step;
 use fabkit_application::scene;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -22,7 +23,7 @@ type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
 /// What a data set is made of.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct DatasetOrder {
-    scene: Arc<scene::Scene>,
+    scene: Arc<scene::SensorView>,
     sensor: String,
     presses: Option<PathBuf>,
     captures: Option<PathBuf>,
@@ -70,9 +71,9 @@ impl DatasetOrder {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<String>> {
         let order = slf.clone().unbind();
-        let written: Written = run(slf.py(), Interrupted::Wait, progress, move |link| {
+        let written: WrittenDataset = run(slf.py(), Interrupted::Wait, progress, move |link| {
             order.get().prepare(resume, |job| {
-                let show = |done, _, all| link.show(done, all);
+                let show = |step: Step| link.show(step.done, step.all);
                 dataset::write(&folder, job, &show, &|| link.is_cancelled())
             })
         })?;
@@ -105,7 +106,7 @@ impl DatasetOrder {
         resume: bool,
         work: impl FnOnce(&Job) -> Result<R, DatasetError>,
     ) -> Result<R, Failure> {
-        let order = Order {
+        let order = DatasetRequest {
             presses: self.presses.as_deref(),
             captures: self.captures.as_deref(),
             membrane_mm: self.membrane_mm,
@@ -165,9 +166,9 @@ impl BegunDataset {
     fn write(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
         let begun = self.with(py, |begun| begun.take().ok_or_else(closed))?;
         let order = self.order.clone_ref(py);
-        let written: Written = run(py, Interrupted::Wait, progress, move |link| {
+        let written: WrittenDataset = run(py, Interrupted::Wait, progress, move |link| {
             order.get().prepare(true, |job| {
-                let show = |done, _, all| link.show(done, all);
+                let show = |step: Step| link.show(step.done, step.all);
                 begun.write(job, &show, &|| link.is_cancelled())
             })
         })?;
@@ -186,14 +187,14 @@ impl BegunDataset {
 /// A data set that is whole: what is read is compared with what it says of itself.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct DatasetReader {
-    reader: Reader,
+    reader: dataset::DatasetReader,
 }
 
 #[pymethods]
 impl DatasetReader {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        let reader = short(py, || Reader::open(&folder))?.or_raise(py)?;
+        let reader = short(py, || dataset::DatasetReader::open(&folder))?.or_raise(py)?;
         Ok(Self { reader })
     }
 

@@ -10,6 +10,7 @@ use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::documents;
 use fabkit_application::exporting::ExportFailure;
 use fabkit_application::pictures::{self, Shot};
+use fabkit_application::progress::unwatched;
 use fabkit_application::source::Source;
 use fabkit_application::{checks, designs, fixtures};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -98,7 +99,7 @@ impl Project {
                 None => (project.design.clone(), checks::check(&project.design.sensor)),
                 Some(name) => {
                     let failed = |error| source.error(error);
-                    let report = project.check_fixture(name).map_err(failed)?;
+                    let report = project.check_fixture(name, &|_, _| {}).map_err(failed)?;
                     (project.fixture(name).map_err(failed)?, report)
                 }
             };
@@ -193,10 +194,12 @@ impl Design {
         let bytes = run(py, Interrupted::Leave, None, move |_| {
             let (sensor, shot) = (&design.sensor, Shot { size_px, section });
             Ok(match body {
-                Some(name) => pictures::picture_of_body(bodies::find(sensor, &name)?, shot)?,
+                Some(name) => {
+                    pictures::picture_of_body(bodies::find(sensor, &name)?, shot, &unwatched)?
+                }
                 None => {
                     let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(sensor));
-                    pictures::picture_of_assembly(sensor, &assembly, exploded, shot)?
+                    pictures::picture_of_assembly(sensor, &assembly, exploded, shot, &unwatched)?
                 }
             })
         })?;

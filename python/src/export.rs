@@ -7,6 +7,7 @@ use fabkit_application::bodies::UnknownName;
 use fabkit_application::designs::Design;
 use fabkit_application::export::Bed;
 use fabkit_application::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
+use fabkit_application::progress::unwatched;
 use fabkit_application::source::read_profile;
 use fabkit_application::staging::{OutputFile, write_all};
 use fabkit_application::verifier::Verifier;
@@ -94,7 +95,7 @@ pub fn exported(
         link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });
         let mut exported = exporting::export(&design, &options, &|_| link.step())?;
         if wants_step {
-            exported.add(Verifier::find()?.step_files(&design, &options.parts)?)?;
+            exported.add(Verifier::find()?.step_files(&design, &options.parts, &unwatched)?)?;
         }
         Ok(exported)
     })?;

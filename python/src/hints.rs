@@ -2,7 +2,7 @@
 //! itself.
 
 use fabkit_application::calibrating::CalibratingError;
-use fabkit_application::dataset::{DatasetError, OrderError, SampleError};
+use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
 use fabkit_application::export::ExportError;
 use fabkit_application::exporting::{self, ExportFailure};
 use fabkit_application::mesh::MeshError;
@@ -35,7 +35,7 @@ pub fn hint(error: &Error) -> Option<String> {
         Error::Scene(SceneError::NoContact { .. } | SceneError::NothingSeen(_)) => {
             return Some(format!("{} with allow_no_contact=True", error.hint()?));
         }
-        Error::Order(OrderError::NoPatterns(_)) => {
+        Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => {
             "list presses in a text file and pass it as `presses`"
         }
         Error::Dataset(DatasetError::Read(error)) | Error::Sample(error) => match error {

@@ -40,7 +40,7 @@ pub fn false_color<'py>(
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Scene {
     pub sensor: String,
-    pub scene: Arc<scene::Scene>,
+    pub scene: Arc<scene::SensorView>,
 }
 
 #[pymethods]
@@ -90,7 +90,7 @@ impl Scene {
             let nominal = &project.design.sensor.camera;
             let viewpoint = Viewpoint::new(nominal, files.camera.as_deref(), files.pose.as_ref())
                 .map_err(bad)?;
-            scene::Scene::new(project, viewpoint)
+            scene::SensorView::new(project, viewpoint)
         })?;
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
     }

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use fabkit_application::diagnostics::{Diagnosed, SourceText};
 use fabkit_application::documents;
 use fabkit_application::fixtures;
+use fabkit_application::progress::Step;
 use fabkit_application::source::Source;
 use fabkit_application::sweep::{Plan, PlanSource, Variant};
 use fabkit_application::sweeping::{self, Store};
@@ -232,7 +233,7 @@ pub fn run_sweep(
     let plan = Arc::clone(&plan.plan);
     run(py, Interrupted::Wait, progress.as_ref(), move |link| {
         let folder = Path::new(&folder);
-        let show = |done, _, all| link.show(done, all);
+        let show = |step: Step| link.show(step.done, step.all);
         let finished = sweeping::run(folder, &plan, resume, &show, &|| link.is_cancelled())?;
         Ok(documents::sweep(folder, &finished).to_string())
     })

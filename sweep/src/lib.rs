@@ -48,8 +48,8 @@ mod table;
 pub use metrics::{GROUPS, Group, METRICS, Metric};
 pub use pareto::front;
 pub use plan::{
-    AskMore, Axis, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, Objective, Plan,
-    PlanSource, Sampling, Variant, json_schema,
+    AskMore, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, Objective, Plan,
+    PlanAxis, PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;
 pub use row::{InvalidRow, PANIC, Row, Status, Value};

@@ -60,7 +60,7 @@ fn only_press_fits_overlap() {
 }
 
 #[test]
-fn nor_do_others_in_fixtures() {
+fn only_press_fits_overlap_in_fixtures() {
     press_fits_alone_overlap(&fabkit_tests::builtin_fixtures());
 }
 

@@ -17,7 +17,7 @@ fn meshes_are_closed_and_have_the_exact_volume() {
 }
 
 #[test]
-fn so_are_those_of_fixtures() {
+fn meshes_of_fixtures_are_closed_and_have_the_exact_volume() {
     meshes_have_the_exact_volume(&fabkit_tests::builtin_fixtures());
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::Model;
 use fabkit_calibration::synthetic::Bench;
-use fabkit_camera::files::{self, Format};
+use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix};
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::{Run, fabkit};
@@ -73,7 +73,7 @@ impl Setup {
             fs::write(folder.join(name_of(holes)), capture.image.to_png()).unwrap();
         }
         let estimate = CameraEstimate::new(camera, None).unwrap();
-        let text = files::write(&estimate, Format::Fabkit).unwrap();
+        let text = files::write(&estimate, CameraFormat::Fabkit).unwrap();
         fs::write(root.path().join("camera.yaml"), text).unwrap();
         fs::write(root.path().join("landmarks.json"), landmarks.to_json()).unwrap();
         Self { root, truth }
@@ -158,7 +158,7 @@ fn the_lens_and_the_pose_are_unsure_together() {
         covariance[(i, i)] = f64::powi(sigma, 2);
     }
     let estimate = CameraEstimate::new(camera, Some(covariance)).unwrap();
-    write("camera.yaml", &files::write(&estimate, Format::Fabkit).unwrap());
+    write("camera.yaml", &files::write(&estimate, CameraFormat::Fabkit).unwrap());
     let report = setup.calibrate(&["--json"]).ok().json();
     assert!(!report["warnings"].to_string().contains(exact));
     // The pose is what it was, and less sure.
@@ -311,7 +311,7 @@ fn marks_of_a_flat_sensor_s_own_plate_become_its_pose() {
     let off = Pose::translation(0.2, -0.1, 0.15).then_in(Pose::rotation_x(turn(1.0)));
     let truth = off.then_in(nominal.sensor_from_camera.inverse());
     let estimate = CameraEstimate::new(camera, None).unwrap();
-    let text = files::write(&estimate, Format::Fabkit).unwrap();
+    let text = files::write(&estimate, CameraFormat::Fabkit).unwrap();
     fs::write(root.path().join("camera.yaml"), text).unwrap();
     let mut list = String::from("file,hole,kind,x_px,y_px\n");
     for (i, pin) in landmarks.pins.iter().enumerate() {

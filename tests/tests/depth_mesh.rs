@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use fabkit_application::depth::truth::{PixelRays, SURFACE_LABEL, Surface};
+use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, SURFACE_LABEL};
 use fabkit_application::fixtures::{PressBody, load};
 use fabkit_application::geometry::{DomeSurface, Pose};
 use fabkit_application::ground_truth::{Viewpoint, pressers};
@@ -63,7 +63,7 @@ fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() 
     let presses = PRESSES.map(|id| project.press(id).unwrap());
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
     let rays = viewpoint.rays(1);
-    let surface = Surface::cast(touch, &rays).unwrap();
+    let surface = ReferenceSurface::cast(touch, &rays).unwrap();
     let pressers = pressers(&presses).unwrap();
     let map = surface.pressed(&pressers);
 
@@ -72,7 +72,7 @@ fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() 
         let shift = |axis: u32| if corner >> axis & 1 == 0 { -2e-4 } else { 2e-4 };
         let pose = Pose::translation(shift(0), shift(1), shift(2));
         let rays = PixelRays::new(viewpoint.camera(), &pose.then_in(viewpoint.sensor_from_camera));
-        let surface = Surface::cast(touch, &rays).unwrap();
+        let surface = ReferenceSurface::cast(touch, &rays).unwrap();
         surface.pressed(&pressers).range_mm().to_vec()
     });
     let aside: Vec<Vec<f64>> = aside.collect();

@@ -38,7 +38,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn pictures_are_the_same_too() {
+fn any_number_of_threads_and_both_profiles_give_the_same_pictures() {
     let parts = ["--format=png", "--part=base", "--part=filling-gel"];
     let picture = |binary: &Path, threads: &str| {
         let root = tempfile::tempdir().unwrap();

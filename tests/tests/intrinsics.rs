@@ -7,11 +7,11 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use common::random::Random;
 use common::scene::{Studio, USUAL, charuco, fisheye, save, somewhere};
 use fabkit_calibration::board::Board;
 use fabkit_calibration::image::GreyImage;
 use fabkit_camera::files;
+use fabkit_geometry::sequences::Random;
 use fabkit_tests::{Run, contents, fabkit};
 use tempfile::TempDir;
 
@@ -26,7 +26,7 @@ fn folder() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let make = || {
         let folder = tempfile::tempdir().unwrap();
-        let (studio, board, mut random) = (Studio::new(fisheye()), board(), Random(20));
+        let (studio, board, mut random) = (Studio::new(fisheye()), board(), Random::new(20));
         fs::write(folder.path().join("board.json"), board.to_json()).unwrap();
         for index in 0..PICTURES {
             let pose = somewhere(&board, &mut random, [22.0, 45.0], 40.0, 45.0);
@@ -86,7 +86,7 @@ fn pictures_become_a_camera_with_its_covariance() {
 
 #[test]
 fn lists_of_corners_do_as_well() {
-    let (studio, board, mut random) = (Studio::new(fisheye()), board(), Random(21));
+    let (studio, board, mut random) = (Studio::new(fisheye()), board(), Random::new(21));
     let mut list = String::from("view,corner,x_px,y_px\n");
     for view in 0..8 {
         let pose = somewhere(&board, &mut random, [25.0, 40.0], 40.0, 45.0);

@@ -75,7 +75,7 @@ fn casting_in_bands_changes_no_byte() {
     use fabkit_application::Error;
     use fabkit_application::fixtures::load;
     use fabkit_application::ground_truth::{Viewpoint, arrays};
-    use fabkit_application::scene::{Cast, Scene};
+    use fabkit_application::scene::{Cast, SensorView};
 
     let root = tempfile::tempdir().unwrap();
     // More rays than a band has.
@@ -86,7 +86,7 @@ fn casting_in_bands_changes_no_byte() {
     let project = load("rtac0.yaml", yaml, &[]).unwrap();
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
     let press = project.press("hemisphere@30deg,120deg,1.2mm").unwrap();
-    let scene = Scene::new(std::sync::Arc::new(project), viewpoint).unwrap();
+    let scene = SensorView::new(std::sync::Arc::new(project), viewpoint).unwrap();
     let cast = Cast {
         presses: &[press],
         samples: 2,

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fabkit_application::pictures::{Shot, picture_of_body};
+use fabkit_application::progress::unwatched;
 use fabkit_application::text::SourceKind;
 
 fn designs() -> PathBuf {
@@ -81,7 +82,8 @@ fn every_body_has_a_picture_that_shows_it() {
     let shot = Shot { size_px: [64, 48], section: false };
     for design in fabkit_tests::builtin_designs() {
         for body in &design.sensor.bodies {
-            let png = picture_of_body(body, shot).unwrap_or_else(|e| panic!("{}: {e}", body.name));
+            let png = picture_of_body(body, shot, &unwatched)
+                .unwrap_or_else(|e| panic!("{}: {e}", body.name));
             // An empty picture of this size is smaller than that.
             assert!(png.len() > 300, "{}: {} bytes", body.name, png.len());
         }

@@ -132,7 +132,7 @@ fn meshes_keep_to_the_tolerance_where_primitives_meet() {
 }
 
 #[test]
-fn so_do_those_of_fixtures() {
+fn meshes_of_fixtures_keep_to_the_tolerance_where_primitives_meet() {
     let mut fixtures = fabkit_tests::builtin_fixtures();
     for design in &mut fixtures {
         // Of a hundred halves of calibration bodies, a few.

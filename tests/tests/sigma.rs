@@ -1,15 +1,16 @@
 //! The sigma of ground truth against the scatter of simulated recalibrations.
 
-use fabkit_application::depth::truth::{PixelRays, Surface, Uncertainty};
-use fabkit_calibration::extrinsics::{Fit, Joint, Loss, joint_estimate, refine};
-use fabkit_calibration::intrinsics::{self, LensModel, View};
+use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, Uncertainty};
+use fabkit_calibration::extrinsics::{JointCovariance, Loss, PoseSolution, joint_estimate, refine};
+use fabkit_calibration::intrinsics::{self, BoardView, LensModel};
 use fabkit_calibration::landmarks::PinLandmark;
-use fabkit_calibration::model::{Model, Parameter};
-use fabkit_calibration::synthetic::{Bench, Noise};
+use fabkit_calibration::model::{FitParameter, Model};
+use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::{
     Camera, CameraEstimate, DMatrix, Flat, Interface, Intrinsics, JointEstimate, KannalaBrandt,
     Lens, Point2, Vector2,
 };
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::builtin_designs;
 
@@ -83,14 +84,14 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         let captures: Vec<Vec<&PinLandmark>> =
             (0..6).map(|capture| (0..5).map(|k| &pins[(capture + 6 * k) % 29]).collect()).collect();
         let mut bench = Bench::new(truth.clone(), 3);
-        let mut noise = Noise::new(4);
+        let mut noise = Random::new(4);
         let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
 
         let mut maps = Vec::new();
         let mut pose_covariance = [[0.0; 6]; 6];
         for _ in 0..TRIALS {
             let observations = bench.observe(&captures, SIGMA_PX).unwrap();
-            let fit = refine(&truth, &Parameter::POSE, &observations, Loss::Squares).unwrap();
+            let fit = refine(&truth, &FitParameter::POSE, &observations, Loss::Squares).unwrap();
             pose_covariance =
                 std::array::from_fn(|r| std::array::from_fn(|c| fit.covariance[(r, c)]));
             let mut values = values.clone();
@@ -99,7 +100,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
             }
             let camera = camera.with_parameters(&values).unwrap();
             let rays = PixelRays::new(&camera, &fit.model.camera_from_sensor.inverse());
-            maps.push(Surface::cast(touch, &rays).unwrap().range_mm().to_vec());
+            maps.push(ReferenceSurface::cast(touch, &rays).unwrap().range_mm().to_vec());
         }
 
         let mut camera_covariance = DMatrix::zeros(values.len(), values.len());
@@ -110,7 +111,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         let joint = JointEstimate::independent(&estimate.unwrap(), Some(&pose_covariance));
         let uncertainty = Uncertainty { joint: Some(joint.unwrap()), shape_mm: 0.0 };
         let rays = PixelRays::new(&camera, &assembled.inverse());
-        let surface = Surface::cast(touch, &rays).unwrap();
+        let surface = ReferenceSurface::cast(touch, &rays).unwrap();
         let predicted = surface.untouched().sigma_mm(&uncertainty);
         let ratios = scatter_over_sigma(&maps, &predicted);
         let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
@@ -131,7 +132,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
 }
 
 /// Views of a board of 8 x 6 corners, seen from all sides, with normal noise.
-fn views(camera: &Camera, noise: &mut Noise) -> Vec<View> {
+fn views(camera: &Camera, noise: &mut Random) -> Vec<BoardView> {
     let tilts = [[35.0, 0.0], [-35.0, 10.0], [5.0, 40.0], [-10.0, -35.0], [25.0, 25.0], [0.0, 5.0]];
     let view = |[a, b]: [f64; 2]| {
         let turn = |deg: f64| Angle::from_deg(deg).unwrap();
@@ -142,14 +143,14 @@ fn views(camera: &Camera, noise: &mut Noise) -> Vec<View> {
             let (x, y) = (f64::from(id % 8) * 3.5, f64::from(id / 8) * 3.5);
             let pixel = camera.project(&pose.point(Point3::new(x, y, 0.0))).unwrap();
             let noise_px = Vector2::new(noise.normal(), noise.normal()) * SIGMA_PX;
-            intrinsics::Observation {
+            intrinsics::CornerObservation {
                 id,
                 in_board_mm: Point2::new(x, y),
                 pixel: pixel + noise_px,
                 sigma_px: SIGMA_PX,
             }
         });
-        View { name: format!("tilted by {a} and {b}"), corners: corners.collect() }
+        BoardView { name: format!("tilted by {a} and {b}"), corners: corners.collect() }
     };
     tilts.into_iter().map(view).collect()
 }
@@ -166,7 +167,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
     let rtac0 = designs.iter().find(|design| design.sensor.name == "rtac0").unwrap();
     let touch = rtac0.sensor.touch.as_ref().unwrap();
     let in_air = camera(Interface::None);
-    let mut noise = Noise::new(5);
+    let mut noise = Random::new(5);
     let lenses: Vec<CameraEstimate> = (0..TRIALS)
         .map(|_| {
             let views = views(&in_air, &mut noise);
@@ -175,11 +176,11 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
         })
         .collect();
     let gel = Interface::Flat(Flat::in_air(2.0, 1.41));
-    let refitted = [Parameter::FocalScale, Parameter::Camera("k1")];
+    let refitted = [FitParameter::FocalScale, FitParameter::Camera("k1")];
     let cases = [
         ("lens held", Interface::None, &[][..]),
         ("lens fitted anew", Interface::None, &refitted[..]),
-        ("gel fitted", gel, &[Parameter::Camera("interface_distance_mm")][..]),
+        ("gel fitted", gel, &[FitParameter::Camera("interface_distance_mm")][..]),
     ];
     let degrees = |deg| Angle::from_deg(deg).unwrap();
     let assembled = Pose::translation(0.4, -0.3, 7.6).then_in(Pose::rotation_x(degrees(1.2)));
@@ -189,21 +190,22 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
     for (name, interface, more) in cases {
         let behind = |lens: &Camera| Camera::new(64, 48, *lens.lens(), interface).unwrap();
         let truth = Model::new(camera(interface), assembled);
-        let parameters = [&Parameter::POSE[..], more].concat();
+        let parameters = [&FitParameter::POSE[..], more].concat();
         let mut bench = Bench::new(truth.clone(), 6);
         let (mut maps, mut last) = (Vec::new(), None);
         for lens in &lenses {
             let observations = bench.observe(&captures, PIN_SIGMA_PX).unwrap();
             let start = Model::new(behind(lens.camera()), assembled);
-            let fit: Fit = refine(&start, &parameters, &observations, Loss::Squares).unwrap();
+            let fit: PoseSolution =
+                refine(&start, &parameters, &observations, Loss::Squares).unwrap();
             let rays = PixelRays::new(&fit.model.camera, &fit.model.camera_from_sensor.inverse());
-            maps.push(Surface::cast(touch, &rays).unwrap().range_mm().to_vec());
+            maps.push(ReferenceSurface::cast(touch, &rays).unwrap().range_mm().to_vec());
             let joint = joint_estimate(lens, &fit, &observations, Loss::Squares, 1.0).unwrap();
             last = Some((fit, joint));
         }
-        let (fit, Joint { estimate, .. }) = last.unwrap();
+        let (fit, JointCovariance { estimate, .. }) = last.unwrap();
         let rays = PixelRays::new(&fit.model.camera, &fit.model.camera_from_sensor.inverse());
-        let surface = Surface::cast(touch, &rays).unwrap();
+        let surface = ReferenceSurface::cast(touch, &rays).unwrap();
         let ratios = |joint: JointEstimate| {
             let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
             let ratios = scatter_over_sigma(&maps, &surface.untouched().sigma_mm(&uncertainty));

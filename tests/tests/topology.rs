@@ -35,7 +35,7 @@ fn sensors_keep_their_topology_at_every_tolerance() {
 
 /// Of a hundred halves of calibration bodies, a few.
 #[test]
-fn so_do_fixtures() {
+fn fixtures_keep_their_topology_at_every_tolerance() {
     export_at_all(&fabkit_tests::builtin_fixtures(), 8);
 }
 

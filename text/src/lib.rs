@@ -35,7 +35,7 @@ pub use document::Document;
 pub use json::{InvalidDocument, JsonFormat};
 pub use overrides::{OVERRIDES, apply_overrides};
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
-pub use place::{Found, Layer, Place, Written, WrittenText};
+pub use place::{Found, Place, TextLayer, Written, WrittenText};
 pub use reader::{Example, Reader};
 pub use reading::{Reading, check_format, mapping_of, read_section, take_word};
 pub use report::Report;

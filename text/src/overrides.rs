@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use crate::document::{Document, plain};
 use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
-use crate::{Layer, Shape, Source, SourceKind, did_you_mean, shown, similar};
+use crate::{Shape, Source, SourceKind, TextLayer, did_you_mean, shown, similar};
 
 /// What problems with overrides give as their file: the command's word for them.
 pub const OVERRIDES: &str = "--set";
 
 /// Lays `path=value` overrides over a document; what is wrong with them goes to its problems.
 pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
-    let place = Place::new(Layer::Override, OVERRIDES, document.root.dialect);
+    let place = Place::new(TextLayer::Override, OVERRIDES, document.root.dialect);
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
     for text in overrides {
         let Some((path, value)) = text.split_once('=') else {

@@ -7,7 +7,7 @@ use crate::{Problem, Source, shown};
 
 /// Which text a value comes from; also the order in which problems are told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Layer {
+pub enum TextLayer {
     /// The file that was asked for.
     File,
     /// `--set`.
@@ -20,7 +20,7 @@ pub enum Layer {
 #[derive(Clone, Debug)]
 pub struct Place {
     /// Of which text.
-    pub layer: Layer,
+    pub layer: TextLayer,
     /// Name of the text in messages.
     pub file: Arc<str>,
     /// What kind of file it is.
@@ -31,7 +31,7 @@ pub struct Place {
 
 impl Place {
     /// A whole text.
-    pub fn new(layer: Layer, file: &str, dialect: &'static Dialect) -> Self {
+    pub fn new(layer: TextLayer, file: &str, dialect: &'static Dialect) -> Self {
         Self { layer, file: file.into(), dialect, position: None }
     }
 
@@ -61,7 +61,7 @@ impl Place {
 #[derive(Clone, Debug)]
 pub struct Found {
     /// Of which text.
-    pub layer: Layer,
+    pub layer: TextLayer,
     /// What is wrong.
     pub problem: Problem,
 }

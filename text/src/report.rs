@@ -244,11 +244,11 @@ fn mm(mm: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::place::{Layer, Place, WrittenText};
+    use crate::place::{Place, TextLayer, WrittenText};
     use crate::{Dialect, Source};
 
     fn report() -> Report {
-        let place = Place::new(Layer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
+        let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
         let text = WrittenText::Scalar("1 mm".into());
         let source = Source { kind: SourceKind::User, note: String::new() };
         let written = BTreeMap::from([("wall".to_owned(), Written { place, text, source })]);
@@ -326,7 +326,7 @@ mod tests {
 
     #[test]
     fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
-        let place = Place::new(Layer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
+        let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
         let source = Source { kind: SourceKind::User, note: String::new() };
         let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
             let text = WrittenText::Scalar("1".into());

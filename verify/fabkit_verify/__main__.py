@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from . import __version__
@@ -55,6 +56,18 @@ def _complain(message: str) -> int:
     return BAD_INPUT
 
 
+def _progress(count: int, name: Callable[[dict], str]) -> Callable[[dict], None]:
+    """Says how far the work is, for the program that started this one."""
+    done = 0
+
+    def finished(answer: dict) -> None:
+        nonlocal done
+        done += 1
+        print(f"fabkit-progress {done} {count} {name(answer)}", file=sys.stderr, flush=True)
+
+    return finished
+
+
 def _check(arguments: argparse.Namespace) -> int:
     parts = _parts(arguments.folder)
     if not parts:
@@ -64,15 +77,8 @@ def _check(arguments: argparse.Namespace) -> int:
     # The largest first, so that no process is left with a long one at the end.
     largest = {part: -(arguments.folder / f"{part}.tree.json").stat().st_size for part in parts}
     order = sorted(todo, key=lambda job: largest[job.part])
-    show = sys.stderr.isatty()
-
-    def finished(answer: dict) -> None:
-        if show:
-            print(f"\r\x1b[K{answer['part']} {answer['kernel']}", end="", file=sys.stderr)
-
+    finished = _progress(len(order), lambda answer: f"{answer['part']} in {answer['kernel']}")
     answers = run_all(order, Limits(arguments.limit, arguments.processes), finished)
-    if show:
-        print("\r\x1b[K", end="", file=sys.stderr)
     by_job = dict(zip(order, answers))
     results = [by_job[job] for job in todo]
     document = {
@@ -105,7 +111,8 @@ def _step(arguments: argparse.Namespace) -> int:
     if arguments.assembly:
         todo.insert(0, StepJob(folder, output, arguments.assembly, assembly=True))
     limits = Limits(arguments.limit, arguments.processes)
-    files = run_all(todo, limits, lambda answer: None)
+    finished = _progress(len(todo), lambda answer: answer["name"])
+    files = run_all(todo, limits, finished)
     passed = all(file["passed"] for file in files)
     print(json.dumps({"format": "fabkit-step", "version": 1, "passed": passed, "files": files}))
     return 0 if passed else 1

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_calibration::board::{self, Board, BoardKind, FoundCorner, find_corners};
 use fabkit_calibration::image::GreyImage;
-use fabkit_calibration::intrinsics::{MIN_CORNERS, Observation, View};
+use fabkit_calibration::intrinsics::{BoardView, CornerObservation, MIN_CORNERS};
 use fabkit_calibration::report::PictureRecord;
 use fabkit_geometry::NominalCamera;
 use rayon::prelude::*;
@@ -34,7 +34,7 @@ pub struct Views {
     /// Everything that was given.
     pub records: Vec<PictureRecord>,
     /// With at least [`MIN_CORNERS`] corners.
-    pub usable: Vec<View>,
+    pub usable: Vec<BoardView>,
 }
 
 /// Reads a board's file.
@@ -195,14 +195,14 @@ impl Views {
         let unused = enough.as_ref().err().cloned();
         self.records.push(PictureRecord { file: file.clone(), corners_found, unused });
         if let Ok(corners) = enough {
-            let observation = |found: FoundCorner| Observation {
+            let observation = |found: FoundCorner| CornerObservation {
                 id: found.id,
                 in_board_mm: board.corners[found.id as usize].in_board_mm.into(),
                 pixel: found.pixel,
                 sigma_px: found.sigma_px,
             };
             let corners = corners.into_iter().map(observation).collect();
-            self.usable.push(View { name: file, corners });
+            self.usable.push(BoardView { name: file, corners });
         }
     }
 }

@@ -24,7 +24,7 @@ pub(super) const LIST: &str = "captures.csv";
 
 /// What a folder of captures holds.
 #[derive(Clone, Debug, Default)]
-pub struct Captures<'a> {
+pub struct PinCaptures<'a> {
     /// For reports.
     pub records: Vec<CaptureRecord>,
     /// For the solver, in the same order.
@@ -53,7 +53,7 @@ pub fn read<'a>(
     reference: Option<&Path>,
     landmarks: &'a PinLandmarks,
     kind: Option<&str>,
-) -> Result<Captures<'a>, Error> {
+) -> Result<PinCaptures<'a>, Error> {
     let files = pictures_in(folder)?;
     let list = list_in(folder)?;
     let reference = match reference {
@@ -100,7 +100,7 @@ pub fn read<'a>(
         detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
     }
     let mut detections = detections.into_iter();
-    let mut captures = Captures::default();
+    let mut captures = PinCaptures::default();
     for Planned { file, pins, labelled, marks } in planned {
         let detected = || {
             let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
@@ -131,9 +131,9 @@ pub fn from_marks<'a>(
     given: Vec<MeasuredCapture>,
     landmarks: &'a PinLandmarks,
     kind: Option<&str>,
-) -> Result<Captures<'a>, Error> {
+) -> Result<PinCaptures<'a>, Error> {
     let choose = Choose { landmarks, kind };
-    let (mut captures, mut wrong) = (Captures::default(), Vec::new());
+    let (mut captures, mut wrong) = (PinCaptures::default(), Vec::new());
     for MeasuredCapture { name, holes, marks } in given {
         match choose.pins(&name, holes.as_deref()) {
             Err(error) => wrong.push(error.into()),
@@ -145,7 +145,7 @@ pub fn from_marks<'a>(
     Error::all(wrong).map_or(Ok(captures), Err)
 }
 
-impl<'a> Captures<'a> {
+impl<'a> PinCaptures<'a> {
     fn add(&mut self, file: String, marked: MarkedCapture<'a>) {
         let pins_expected = marked.labelled.then_some(marked.pins.len());
         let pins_found = marked.marks.len();

@@ -185,14 +185,14 @@ pub enum CalibratingError {
     #[error("the marks in the pictures are not where the holes would be seen from any side")]
     NotAssigned,
     /// Marks that are at no hole that a label names.
-    #[error("{doubtful} of {marks} marks are at no labelled hole:\n  {}", .doubts.join("\n  "))]
+    #[error("{doubtful} of {marks} marks are at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
     Doubtful {
         /// How many.
         doubtful: usize,
         /// Of how many.
         marks: usize,
         /// Each as a sentence.
-        doubts: Vec<String>,
+        discrepancies: Vec<String>,
     },
     /// Pins that do not tell the pose.
     #[error(transparent)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fabkit_calibration::assignment::{Doubt, assign};
+use fabkit_calibration::assignment::{Discrepancy, assign};
 use fabkit_calibration::extrinsics::{CalibrationOptions, calibrate};
 use fabkit_calibration::landmarks::{self, PinLandmarks};
 use fabkit_calibration::report::ExtrinsicsReport;
@@ -12,7 +12,7 @@ use fabkit_designs::Design;
 use fabkit_geometry::Sensor;
 
 use super::CalibratingError;
-use super::captures::Captures;
+use super::captures::PinCaptures;
 use crate::Error;
 use crate::reading::{self, Expected};
 
@@ -31,7 +31,7 @@ pub struct Inputs<'a> {
     /// The pins that were to be had.
     pub landmarks: &'a PinLandmarks,
     /// What was seen.
-    pub captures: &'a Captures<'a>,
+    pub captures: &'a PinCaptures<'a>,
     /// Refractive index of the gel behind an interface that is tried.
     pub gel_index: f64,
 }
@@ -51,8 +51,8 @@ pub fn solve<R, E: From<CalibratingError>>(
         return Err(CalibratingError::NotAssigned.into());
     };
     let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
-    let mislabelled = |doubt: &&Doubt| !matches!(doubt, Doubt::Missing { .. });
-    let doubtful = assignment.doubts.iter().filter(mislabelled).count();
+    let mislabelled = |doubt: &&Discrepancy| !matches!(doubt, Discrepancy::Missing { .. });
+    let doubtful = assignment.discrepancies.iter().filter(mislabelled).count();
     let options =
         CalibrationOptions { gel_index: inputs.gel_index, ..CalibrationOptions::default() };
     let start = &assignment.model.camera_from_sensor;
@@ -63,12 +63,12 @@ pub fn solve<R, E: From<CalibratingError>>(
         camera_file: inputs.camera_file,
         landmarks,
         captures: &captures.records,
-        doubts: &assignment.doubts,
+        discrepancies: &assignment.discrepancies,
         calibration: &calibration,
     };
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
-        let doubts = report.doubt_sentences();
-        return Err(CalibratingError::Doubtful { doubtful, marks, doubts }.into());
+        let discrepancies = report.doubt_sentences();
+        return Err(CalibratingError::Doubtful { doubtful, marks, discrepancies }.into());
     }
     look(&report)
 }

@@ -1,6 +1,6 @@
 //! The lens of a camera, from views of a board.
 
-use fabkit_calibration::intrinsics::{Calibration, LensModel, calibrate};
+use fabkit_calibration::intrinsics::{LensCalibration, LensModel, calibrate};
 use fabkit_calibration::report::PictureRecord;
 use fabkit_camera::Camera;
 use fabkit_geometry::NominalCamera;
@@ -17,7 +17,7 @@ pub fn solve(
     views: &Views,
     nominal: &NominalCamera,
     models: &[LensModel],
-) -> Result<Calibration, Error> {
+) -> Result<LensCalibration, Error> {
     let NominalCamera { width_px, height_px, field_of_view, .. } = nominal;
     let nominal =
         Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Error::bug)?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_calibration::report::ExtrinsicsReport;
 use fabkit_camera::POSE_PARAMETERS;
-use fabkit_camera::files::{self, FiledJoint, Format, list};
+use fabkit_camera::files::{self, CameraFormat, FiledJoint, list};
 
 use super::CalibratingError;
 use crate::Error;
@@ -25,7 +25,7 @@ pub fn files(
     let camera_place = camera_of(output)?;
     let camera_name = camera_place.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let estimate = report.calibration.joint.camera_estimate();
-    let camera_text = files::write(&estimate, Format::Fabkit).map_err(Error::bug)?;
+    let camera_text = files::write(&estimate, CameraFormat::Fabkit).map_err(Error::bug)?;
     let text = text(report, camera_name);
     let camera = (camera_place, signed(&camera_text).into_bytes());
     Ok(vec![camera, (output.to_owned(), signed(&text).into_bytes())])

@@ -32,7 +32,7 @@ const PICTURE: Expected = Expected {
 
 /// One picture for each half: left halves, then right ones.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Captures {
+pub struct HalfCaptures {
     /// Values of a pixel: 1 or 3.
     channels: u32,
     /// Row by row.
@@ -44,7 +44,7 @@ pub struct Captures {
 #[error("{}", listed(.0))]
 pub struct InvalidCaptures(pub Vec<String>);
 
-impl Captures {
+impl HalfCaptures {
     /// Reads a folder that holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern, or a
     /// CSV file with the columns pattern, side (`left` or `right`) and file, which is relative to
     /// the CSV file's folder.

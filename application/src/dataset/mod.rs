@@ -38,27 +38,28 @@ mod tiling;
 
 use std::path::Path;
 
-use fabkit_depth::truth::{Presser, Seam, Side, Surface};
+use fabkit_depth::truth::{Presser, ReferenceSurface, Seam, Side};
 use fabkit_export::ZarrArray;
 use serde_json::json;
 
-pub use captures::{Captures, InvalidCaptures};
+pub use captures::{HalfCaptures, InvalidCaptures};
 pub use elsewhere::{Files, shard};
-pub use order::{Order, OrderError, prepare};
+pub use order::{DatasetRequest, DatasetRequestError, prepare};
 pub use patterns::{MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, read as read_patterns};
-pub use plan::{Plan, Split};
+pub use plan::{DatasetPlan, Split};
 pub use read::{SampleArray, SampleError};
-pub use reader::Reader;
+pub use reader::DatasetReader;
 pub use room::Room;
 pub use sheet::sheet;
 pub use store::{DatasetError, KIND};
 
+use crate::progress::OnProgress;
 use crate::resumable::{Folder, FolderError};
 use tiling::Tiling;
 
 /// What is pressed: the same shape on either side of the seam.
 #[derive(Clone, Debug)]
-pub struct Pattern {
+pub struct PressPattern {
     /// For example `semi-dome-017`.
     pub name: String,
     /// Bodies on the left, in the sensor frame.
@@ -71,17 +72,17 @@ pub struct Pattern {
 #[derive(Clone, Copy, Debug)]
 pub struct Job<'a> {
     /// The surface as the camera sees it.
-    pub surface: &'a Surface<'a>,
+    pub surface: &'a ReferenceSurface<'a>,
     /// Where left and right meet.
     pub seam: &'a Seam,
     /// What is pressed, in order.
-    pub patterns: &'a [Pattern],
+    pub patterns: &'a [PressPattern],
     /// Radius of the transition around contacts, mm; 0 for rigid contact.
     pub membrane_mm: f64,
     /// What the folder will say about itself.
-    pub plan: &'a Plan,
+    pub plan: &'a DatasetPlan,
     /// Pictures of all halves.
-    pub captures: Option<&'a Captures>,
+    pub captures: Option<&'a HalfCaptures>,
     /// Write the stitched samples too, instead of their list alone.
     pub materialise: bool,
     /// Go on where an earlier run was stopped.
@@ -90,7 +91,7 @@ pub struct Job<'a> {
 
 impl Job<'_> {
     /// The pattern of a half, and on which side of the seam it presses.
-    fn half(&self, half: usize) -> (&Pattern, Side) {
+    fn half(&self, half: usize) -> (&PressPattern, Side) {
         let count = self.patterns.len();
         let side = if half < count { Side::Left } else { Side::Right };
         (&self.patterns[half % count], side)
@@ -102,12 +103,9 @@ impl Job<'_> {
     }
 }
 
-/// How far a run is: files done, how many of these were there before, files in all.
-pub type OnProgress<'a> = &'a (dyn Fn(usize, usize, usize) + Sync);
-
 /// What a run did.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Written {
+pub struct WrittenDataset {
     /// Half presses.
     pub halves: usize,
     /// Combinations of them.
@@ -152,7 +150,7 @@ pub fn write(
     job: &Job,
     progress: OnProgress,
     cancelled: &(dyn Fn() -> bool + Sync),
-) -> Result<Written, DatasetError> {
+) -> Result<WrittenDataset, DatasetError> {
     begin(folder, job)?.write(job, progress, cancelled)
 }
 
@@ -167,7 +165,7 @@ impl Begun {
         job: &Job,
         progress: OnProgress,
         cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Written, DatasetError> {
+    ) -> Result<WrittenDataset, DatasetError> {
         self.check(job)?;
         let [height, width] = size_px(job);
         let halves = self.halves.as_slice();
@@ -207,7 +205,14 @@ impl Begun {
         let halves = 2 * job.patterns.len();
         let untouched = untouched.into_iter().map(|half| job.half_name(half)).collect();
         let damaged = self.folder.damaged().to_vec();
-        Ok(Written { halves, samples: job.patterns.len().pow(2), found, made, damaged, untouched })
+        Ok(WrittenDataset {
+            halves,
+            samples: job.patterns.len().pow(2),
+            found,
+            made,
+            damaged,
+            untouched,
+        })
     }
 
     /// What a job is read from may have changed since the data set was begun.

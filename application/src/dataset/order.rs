@@ -2,24 +2,24 @@
 
 use std::path::Path;
 
-use fabkit_depth::truth::{Seam, Surface};
+use fabkit_depth::truth::{ReferenceSurface, Seam};
 use fabkit_fixtures::SEAM_NORMAL;
 use fabkit_text::InvalidDesign;
 use serde_json::{Value, json};
 
 use super::room::Room;
-use super::{Captures, InvalidCaptures, Job, NamedPresses, NoPatterns, Plan, patterns};
+use super::{DatasetPlan, HalfCaptures, InvalidCaptures, Job, NamedPresses, NoPatterns, patterns};
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::documents;
 use crate::error::{Error, ErrorKind, Explained};
 use crate::identity::design_hash;
 use crate::reading::{self, Expected};
-use crate::scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, Scene, press_error, within};
+use crate::scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, SensorView, press_error, within};
 use crate::source::MAX_YAML_BYTES;
 
 /// What a data set is made of, besides what the camera sees.
 #[derive(Clone, Debug)]
-pub struct Order<'a> {
+pub struct DatasetRequest<'a> {
     /// List of patterns; all semi-domes without it.
     pub presses: Option<&'a Path>,
     /// Pictures of the halves.
@@ -40,16 +40,16 @@ pub struct Order<'a> {
 
 /// What a data set cannot be made of.
 #[derive(Debug, thiserror::Error)]
-pub enum OrderError {
+pub enum DatasetRequestError {
     /// Nothing was named, and the sensor has no halves of its own.
     #[error(transparent)]
     NoPatterns(NoPatterns),
     /// Pictures that are not there, or not of this camera.
     #[error(transparent)]
-    Captures(#[from] InvalidCaptures),
+    HalfCaptures(#[from] InvalidCaptures),
 }
 
-impl Explained for OrderError {
+impl Explained for DatasetRequestError {
     fn kind(&self) -> ErrorKind {
         ErrorKind::BadInput
     }
@@ -57,7 +57,7 @@ impl Explained for OrderError {
     fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::NoPatterns(_) => "list presses in a text file and name it",
-            Self::Captures(_) => {
+            Self::HalfCaptures(_) => {
                 "a folder holds `PATTERN-left.png` and `PATTERN-right.png` (or .jpg, .tif, .bmp) for \
                  each pattern; a CSV file has the columns pattern, side, file"
             }
@@ -72,9 +72,9 @@ impl Explained for OrderError {
 /// # Errors
 /// Lengths beyond their limits, presses and captures that cannot be had, and what `work` says.
 pub fn prepare<R, E: From<Error>>(
-    scene: &Scene,
+    scene: &SensorView,
     sensor: &str,
-    order: &Order,
+    order: &DatasetRequest,
     work: impl FnOnce(&Job, Room) -> Result<R, E>,
 ) -> Result<R, E> {
     within("membrane_mm", order.membrane_mm, MEMBRANE_LIMITS_MM).map_err(Error::from)?;
@@ -89,10 +89,11 @@ pub fn prepare<R, E: From<Error>>(
     let patterns = patterns.map_err(Error::bug)?;
     let rays = scene.viewpoint.rays(1);
     let touch = scene.touch().map_err(Error::from)?;
-    let surface = Surface::cast(touch, &rays).map_err(Error::bug)?;
+    let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
     let captures = captures_of(order, &named, [rays.width_px(), rays.height_px()])?;
-    let plan = Plan::new(&patterns, order.seed, about(order, scene, &named, captures.as_ref()));
+    let plan =
+        DatasetPlan::new(&patterns, order.seed, about(order, scene, &named, captures.as_ref()));
     let job = Job {
         surface: &surface,
         seam: &seam,
@@ -106,11 +107,15 @@ pub fn prepare<R, E: From<Error>>(
     work(&job, room)
 }
 
-fn patterns_of(order: &Order, sensor: &str, scene: &Scene) -> Result<Vec<NamedPresses>, Error> {
+fn patterns_of(
+    order: &DatasetRequest,
+    sensor: &str,
+    scene: &SensorView,
+) -> Result<Vec<NamedPresses>, Error> {
     let Some(path) = order.presses else {
         return patterns::semi_domes(&scene.project).map_err(|error| match error {
             NoPatterns::Press(error) => press_error(sensor, error),
-            other => OrderError::NoPatterns(other).into(),
+            other => DatasetRequestError::NoPatterns(other).into(),
         });
     };
     let hint = "is it the right file? It has one pattern on a line";
@@ -124,21 +129,21 @@ fn patterns_of(order: &Order, sensor: &str, scene: &Scene) -> Result<Vec<NamedPr
 }
 
 fn captures_of(
-    order: &Order,
+    order: &DatasetRequest,
     named: &[NamedPresses],
     size_px: [u32; 2],
-) -> Result<Option<Captures>, Error> {
+) -> Result<Option<HalfCaptures>, Error> {
     let Some(place) = order.captures else { return Ok(None) };
     let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
-    Ok(Some(Captures::read(place, &names, size_px).map_err(OrderError::from)?))
+    Ok(Some(HalfCaptures::read(place, &names, size_px).map_err(DatasetRequestError::from)?))
 }
 
 /// What the folder says about itself besides its patterns.
 fn about(
-    order: &Order,
-    scene: &Scene,
+    order: &DatasetRequest,
+    scene: &SensorView,
     named: &[NamedPresses],
-    captures: Option<&Captures>,
+    captures: Option<&HalfCaptures>,
 ) -> Value {
     let design = &scene.project.design;
     json!({
@@ -146,7 +151,7 @@ fn about(
         "sensor": design.sensor.name,
         "design_hash": design_hash(design),
         "presses_hash": patterns::hash(named),
-        "captures_hash": captures.map(Captures::hash),
+        "captures_hash": captures.map(HalfCaptures::hash),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": documents::coverage(&scene.coverage),
         "seed": order.seed,

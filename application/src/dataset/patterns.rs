@@ -4,7 +4,7 @@ use fabkit_depth::truth::Presser;
 use fabkit_fixtures::{Press, PressError, Project};
 use fabkit_text::{Fault, Position, shown};
 
-use super::Pattern;
+use super::PressPattern;
 use crate::ground_truth::pressers;
 use crate::scene::unknown_hint;
 
@@ -143,10 +143,10 @@ impl NamedPresses {
     ///
     /// # Errors
     /// A solid that is none.
-    pub fn prepare(&self) -> Result<Pattern, fabkit_geometry::InvalidSolid> {
+    pub fn prepare(&self) -> Result<PressPattern, fabkit_geometry::InvalidSolid> {
         let sides = |presses: &[Press]| -> Result<Vec<Presser>, _> { pressers(presses) };
         let flipped: Vec<Press> = self.presses.iter().cloned().map(Press::flipped).collect();
-        Ok(Pattern {
+        Ok(PressPattern {
             name: self.name.clone(),
             left: sides(&self.presses)?,
             right: sides(&flipped)?,

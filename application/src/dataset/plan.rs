@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use fabkit_geometry::sequences::Random;
 use serde_json::{Value, json};
 
 use super::store::KIND;
-use super::{Captures, Job, Pattern, size_px};
+use super::{HalfCaptures, Job, PressPattern, size_px};
 
 /// What a pattern, and a sample, is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +39,7 @@ const TEST_OF_TEN: usize = 1;
 
 /// Names, splits and everything the folder says about itself.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct DatasetPlan {
     /// Names of the patterns, in order.
     pub patterns: Vec<String>,
     /// Names of the bodies of each pattern: the first has the label 2.
@@ -49,13 +50,14 @@ pub struct Plan {
     pub about: Value,
 }
 
-impl Plan {
+impl DatasetPlan {
     /// Assigns patterns to splits by a shuffle that depends on the seed alone.
     ///
     /// With fewer than ten patterns there is one for the test and, from three on, one for
     /// validation.
-    pub fn new(patterns: &[Pattern], seed: u64, about: Value) -> Self {
-        let names = |pattern: &Pattern| pattern.left.iter().map(|body| body.name.clone()).collect();
+    pub fn new(patterns: &[PressPattern], seed: u64, about: Value) -> Self {
+        let names =
+            |pattern: &PressPattern| pattern.left.iter().map(|body| body.name.clone()).collect();
         let bodies = patterns.iter().map(names).collect();
         let patterns: Vec<String> = patterns.iter().map(|pattern| pattern.name.clone()).collect();
         let count = patterns.len();
@@ -116,7 +118,7 @@ impl Plan {
             "version": KIND.version,
             "materialised": job.materialise,
             "size_px": [height_px, width_px],
-            "image_channels": job.captures.map(Captures::channels),
+            "image_channels": job.captures.map(HalfCaptures::channels),
             "halves": 2 * self.patterns.len(),
             "samples": self.patterns.len().pow(2),
             "patterns": patterns.collect::<Vec<_>>(),
@@ -130,22 +132,10 @@ impl Plan {
     }
 }
 
-/// The numbers below `count` in an order given by the seed (Fisher and Yates; the generator is
-/// SplitMix64, Steele et al., OOPSLA 2014).
+/// The numbers below `count` in an order given by the seed.
 pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    };
     let mut order: Vec<usize> = (0..count).collect();
-    for last in (1..count).rev() {
-        // The bias of the remainder is below count / 2^64.
-        order.swap(last, (next() % (last as u64 + 1)) as usize);
-    }
+    Random::new(seed).shuffle(&mut order);
     order
 }
 
@@ -153,9 +143,9 @@ pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    fn plan(count: usize, seed: u64) -> Plan {
-        let named = |i| Pattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
-        Plan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
+    fn plan(count: usize, seed: u64) -> DatasetPlan {
+        let named = |i| PressPattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
+        DatasetPlan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
     }
 
     #[test]
@@ -176,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_decides() {
+    fn the_seed_decides_the_order_of_patterns() {
         assert_eq!(plan(100, 1), plan(100, 1));
         assert_ne!(plan(100, 1).splits, plan(100, 2).splits);
         let mut order = shuffled(50, 3);

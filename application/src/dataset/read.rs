@@ -97,7 +97,7 @@ pub struct SampleArray {
 }
 
 impl SampleArray {
-    /// Reads what an array's folder says about it. [`Reader`](super::Reader) also compares it with
+    /// Reads what an array's folder says about it. [`DatasetReader`](super::DatasetReader) also compares it with
     /// the data set that it is part of.
     ///
     /// # Errors

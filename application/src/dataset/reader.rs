@@ -14,13 +14,13 @@ use crate::resumable::{Files, files_of};
 
 /// A data set that is whole.
 #[derive(Clone, Debug)]
-pub struct Reader {
+pub struct DatasetReader {
     folder: PathBuf,
     document: Value,
     files: Files,
 }
 
-impl Reader {
+impl DatasetReader {
     /// Reads `dataset.json`; every other file is looked at when it is asked for.
     ///
     /// # Errors
@@ -171,7 +171,8 @@ mod tests {
     #[test]
     fn metadata_must_fit_the_plan() {
         let sound = folder(|_| ());
-        let array = Reader::open(sound.path()).unwrap().array("halves/label").unwrap().unwrap();
+        let array =
+            DatasetReader::open(sound.path()).unwrap().array("halves/label").unwrap().unwrap();
         assert_eq!(array.sample(1).unwrap(), vec![7; 72 * 96]);
         let grid = "/chunk_grid/configuration/chunk_shape";
         let chunk = "/codecs/0/configuration/chunk_shape";
@@ -185,7 +186,7 @@ mod tests {
                     }
                 };
                 let made_up = folder(edit);
-                let array = Reader::open(made_up.path()).unwrap().array("halves/label");
+                let array = DatasetReader::open(made_up.path()).unwrap().array("halves/label");
                 match array {
                     Err(SampleError::Foreign { .. }) => {}
                     Err(other) => panic!("{places:?}[{axis}] = {number}: {other}"),
@@ -209,7 +210,7 @@ mod tests {
     #[test]
     fn what_is_no_data_set_is_told_from_what_is_not_finished() {
         let root = tempfile::tempdir().unwrap();
-        let open = || Reader::open(root.path()).unwrap_err();
+        let open = || DatasetReader::open(root.path()).unwrap_err();
         assert!(matches!(open(), SampleError::Absent { is_begun: false, .. }));
         fs::create_dir(root.path().join("dataset.partial")).unwrap();
         fs::write(root.path().join("dataset.partial/plan.json"), "").unwrap();

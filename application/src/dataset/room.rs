@@ -2,9 +2,9 @@
 
 use fabkit_camera::Interface;
 
-use super::Order;
+use super::DatasetRequest;
 use crate::memory::{self, Less, MemoryError};
-use crate::scene::Scene;
+use crate::scene::SensorView;
 
 /// For each pixel, bytes: rays, the surface, the seam, and the reference with the file made of it.
 const SHARED: u64 = 24 + 8 + 1 + 150;
@@ -32,7 +32,7 @@ pub struct Room {
 }
 
 impl Room {
-    pub(super) fn new(scene: &Scene, order: &Order, patterns: usize) -> Self {
+    pub(super) fn new(scene: &SensorView, order: &DatasetRequest, patterns: usize) -> Self {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];
         let pixels: u64 = size_px.map(u64::from).iter().product();

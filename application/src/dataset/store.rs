@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fabkit_export::ExportError;
 use serde_json::Map;
 
-use super::OnProgress;
 use super::read::SampleError;
-use crate::resumable::{Folder, FolderError, Kind, SAME_VERSION};
+use crate::progress::{OnProgress, Step};
+use crate::resumable::{Folder, FolderError, FolderKind, SAME_VERSION};
 use crate::{ErrorKind, Explained};
 
 /// A data set's folder. Version 1 had no checksums.
-pub const KIND: Kind = Kind { what: "data set", name: "dataset", version: 2 };
+pub const KIND: FolderKind = FolderKind { what: "data set", name: "dataset", version: 2 };
 
 /// Why there is no data set.
 #[derive(Debug, thiserror::Error)]
@@ -107,7 +107,8 @@ impl<'a> Store<'a> {
             self.made.fetch_add(1, Ordering::Relaxed);
         }
         let found = self.found.load(Ordering::Relaxed);
-        (self.progress)(found + self.made.load(Ordering::Relaxed), found, self.files);
+        let done = found + self.made.load(Ordering::Relaxed);
+        (self.progress)(Step { done, found, all: self.files, last: name });
         Ok(())
     }
 
@@ -117,7 +118,7 @@ impl<'a> Store<'a> {
         self.folder.finish(Map::new())?;
         of_document.fetch_add(1, Ordering::Relaxed);
         let found = self.found.load(Ordering::Relaxed);
-        (self.progress)(self.files, found, self.files);
+        (self.progress)(Step { done: self.files, found, all: self.files, last: "" });
         Ok((found, self.made.load(Ordering::Relaxed)))
     }
 }

@@ -33,7 +33,7 @@ pub struct Overwriting {
 
 /// What became of one folder.
 #[derive(Clone, Debug)]
-pub struct Written {
+pub struct WrittenExport {
     /// The list of contents as written: with what an earlier export left there.
     pub manifest: Manifest,
     /// Files of an earlier export that are gone now.
@@ -45,7 +45,7 @@ pub struct Written {
 pub enum FolderError {
     /// Something there may not be replaced.
     #[error("{}", joined(.0))]
-    Refused(Vec<Refusal>),
+    Refused(Vec<FolderRefusal>),
     /// A manifest that cannot be encoded.
     #[error(transparent)]
     Export(#[from] ExportFailure),
@@ -56,7 +56,7 @@ pub enum FolderError {
 
 /// Something that stands in the way.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Refusal {
+pub enum FolderRefusal {
     /// The folder is another design's.
     #[error("{} holds the export of {found}, not of {wanted}", .folder.display())]
     OtherDesign {
@@ -79,7 +79,7 @@ impl FolderError {
     /// Whether the folder is another design's, which no force replaces.
     pub fn is_of_another_design(&self) -> bool {
         let Self::Refused(refusals) = self else { return false };
-        refusals.iter().any(|refusal| matches!(refusal, Refusal::OtherDesign { .. }))
+        refusals.iter().any(|refusal| matches!(refusal, FolderRefusal::OtherDesign { .. }))
     }
 }
 
@@ -112,7 +112,7 @@ pub fn write(
     exports: &[(PathBuf, &Exported)],
     how: Overwriting,
     cancelled: &dyn Fn() -> bool,
-) -> Result<Vec<Written>, FolderError> {
+) -> Result<Vec<WrittenExport>, FolderError> {
     let stop = || if cancelled() { Err(StagingError::Cancelled) } else { Ok(()) };
     let manifests: Vec<PathBuf> =
         exports.iter().map(|(folder, _)| folder.join(MANIFEST_NAME)).collect();
@@ -138,7 +138,7 @@ pub fn write(
     }
     stop()?;
     set.commit()?;
-    let written = |Merged { manifest, removed }| Written { manifest, removed };
+    let written = |Merged { manifest, removed }| WrittenExport { manifest, removed };
     Ok(merged.into_iter().map(written).collect())
 }
 
@@ -174,22 +174,22 @@ impl Merged {
         folder: &Path,
         exported: &Exported,
         how: Overwriting,
-        refusals: &mut Vec<Refusal>,
+        refusals: &mut Vec<FolderRefusal>,
     ) -> Result<Self, StagingError> {
         let mut manifest = exported.manifest.clone();
         let old = old_manifest(folder)?;
         if !how.force {
             let place = || folder.join(MANIFEST_NAME);
             match old {
-                Old::NotOurs => refusals.push(Refusal::Foreign(place())),
-                Old::Changed => refusals.push(Refusal::Changed(place())),
+                Old::NotOurs => refusals.push(FolderRefusal::Foreign(place())),
+                Old::Changed => refusals.push(FolderRefusal::Changed(place())),
                 Old::Nothing | Old::Ours(_) => {}
             }
         }
         let old = if let Old::Ours(old) = old { Some(*old) } else { None };
         if let Some(old) = old.as_ref().filter(|old| old.sensor != manifest.sensor && !how.clean) {
             let (found, wanted) = (old.sensor.clone(), manifest.sensor.clone());
-            refusals.push(Refusal::OtherDesign { folder: folder.into(), found, wanted });
+            refusals.push(FolderRefusal::OtherDesign { folder: folder.into(), found, wanted });
             return Ok(Self { manifest, removed: Vec::new() });
         }
         let mut earlier = BTreeMap::new();
@@ -215,7 +215,8 @@ impl Merged {
             let is_ours = blake3::hash(&file.bytes).to_hex().as_str() == found
                 || listed.as_ref().is_some_and(|listed| listed.blake3() == found);
             if !is_ours && !how.force {
-                let refusal = if listed.is_some() { Refusal::Changed } else { Refusal::Foreign };
+                let refusal =
+                    if listed.is_some() { FolderRefusal::Changed } else { FolderRefusal::Foreign };
                 refusals.push(refusal(place));
             }
         }

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
-pub use self::folder::{FolderError, Overwriting, Refusal, Written, write};
+pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
@@ -34,6 +34,7 @@ use crate::bodies::{self, UnknownName};
 use crate::identity::design_hash;
 use crate::memory;
 use crate::pictures::{self, Shot};
+use crate::progress::unwatched;
 use crate::resumable::seal_text;
 use crate::staging::OutputFile;
 
@@ -370,7 +371,7 @@ fn part_files<'a>(
                 Some(sheet) => sheets::write(format, document, &sheet.drawing()).map_err(failed)?,
                 None => return Ok(None),
             },
-            Format::Png => pictures::picture_of_body(body, PART_SHOT)
+            Format::Png => pictures::picture_of_body(body, PART_SHOT, &unwatched)
                 .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
             Format::Tree => {
                 let process = body.process_word();

@@ -15,6 +15,7 @@
 use std::fmt::Write;
 
 use fabkit_fixtures::SurfacePoints;
+use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
 
 use super::Viewpoint;
@@ -56,7 +57,8 @@ pub fn probes(
         "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad\n",
     );
     let mut seen = 0;
-    let places = LowDiscrepancy::new(seed).filter_map(|[along, around, deep]| {
+    let even = places_of_seed(seed);
+    let places = (0..).map(|number| even.at(number)).filter_map(|[along, around, deep]| {
         // From just above 0 up to the deepest.
         Some((points.by_area([along, around])?, deepest_mm * (1.0 - deep)))
     });
@@ -81,59 +83,11 @@ pub fn probes(
     Ok(Probes { csv, seen })
 }
 
-/// Points that fill the unit cube evenly: multiples of powers of the generalised golden ratio
-/// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018), shifted by a seed.
-#[derive(Clone, Debug)]
-pub struct LowDiscrepancy {
-    next: [f64; 3],
-}
-
-impl LowDiscrepancy {
-    /// The root of x^4 = x + 1.
-    const RATIO: f64 = 1.220_744_084_605_759_5;
-
-    /// The sequence of a seed.
-    pub fn new(seed: u64) -> Self {
-        // Another fixed shift for each seed and axis.
-        let shift = |axis: u64| {
-            let mixed =
-                (seed.wrapping_mul(3).wrapping_add(axis)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            (mixed >> 11) as f64 / (1u64 << 53) as f64
-        };
-        Self { next: [0.5 + shift(0), 0.5 + shift(1), 0.5 + shift(2)].map(f64::fract) }
-    }
-}
-
-impl Iterator for LowDiscrepancy {
-    type Item = [f64; 3];
-
-    fn next(&mut self) -> Option<[f64; 3]> {
-        let current = self.next;
-        let mut step = 1.0;
-        for value in &mut self.next {
-            step /= Self::RATIO;
-            *value = (*value + step).fract();
-        }
-        Some(current)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sequence_fills_the_cube_evenly() {
-        assert!((LowDiscrepancy::RATIO.powi(4) - LowDiscrepancy::RATIO - 1.0).abs() < 1e-14);
-        for seed in 0..3 {
-            let mut cells = [0u32; 64];
-            for point in LowDiscrepancy::new(seed).take(6400) {
-                let [x, y, z] = point.map(|v| (4.0 * v) as usize);
-                cells[16 * x + 4 * y + z] += 1;
-            }
-            // Random points would scatter by 10 around 100.
-            assert!(cells.iter().all(|count| (90..=110).contains(count)), "{cells:?}");
-        }
-        assert_ne!(LowDiscrepancy::new(0).next(), LowDiscrepancy::new(1).next());
-    }
+/// Each seed's own places: shifted by the numbers that its multiples leave.
+pub(super) fn places_of_seed(seed: u64) -> EvenPoints<3> {
+    EvenPoints::cube(std::array::from_fn(|axis| {
+        let mixed = seed.wrapping_mul(3).wrapping_add(axis as u64);
+        let mixed = mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (0.5 + (mixed >> 11) as f64 / (1u64 << 53) as f64).fract()
+    }))
 }

@@ -61,7 +61,7 @@ fn gone(path: &Path) -> FolderError {
     FolderError::Damaged { path: path.into(), what: "it is missing".into() }
 }
 
-fn document(path: &Path, kind: resumable::Kind) -> Result<Listed, FolderError> {
+fn document(path: &Path, kind: resumable::FolderKind) -> Result<Listed, FolderError> {
     let document = kind.read(path)?.ok_or_else(|| gone(path))?;
     let files = files_of(&document);
     let names = document["files"].as_object().into_iter().flatten().map(|(name, _)| name);

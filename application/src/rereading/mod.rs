@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use self::listed::Listed;
-use crate::dataset::{self, Reader};
+use crate::dataset::{self, DatasetReader};
 use crate::exporting::MANIFEST_NAME;
 use crate::resumable::{Files, FolderError, State};
 use crate::sweeping;
@@ -50,7 +50,7 @@ impl What {
 
 /// A file that is not as it should be.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Finding {
+pub struct FolderFinding {
     /// Its path below the folder.
     pub file: String,
     /// What became of it.
@@ -71,7 +71,7 @@ pub struct Reread {
     /// Their size, as listed.
     pub bytes: u64,
     /// What is wrong, by path.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<FolderFinding>,
     /// Foreign files besides those that are named.
     pub more_foreign: usize,
     /// What cannot be known.
@@ -209,7 +209,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
         Ok(listed) => listed,
         Err(why) => {
             // Whatever it lists cannot be relied on.
-            let findings = vec![Finding { file: document, what: What::Damaged, why }];
+            let findings = vec![FolderFinding { file: document, what: What::Damaged, why }];
             let folder = folder.into();
             let what = kind.what();
             return Ok(Reread {
@@ -226,7 +226,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
     let mut findings = compare(folder, &listed.files);
     for (file, why) in &listed.impossible {
         let what = What::Damaged;
-        findings.insert(file.clone(), Finding { file: file.clone(), what, why: why.clone() });
+        findings.insert(file.clone(), FolderFinding { file: file.clone(), what, why: why.clone() });
     }
     if kind == Kind::Dataset {
         add_chunks(folder, &mut findings)?;
@@ -237,7 +237,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
     let (foreign, more_foreign) = foreign(folder, kind, &is_known)?;
     for file in foreign {
         let why = format!("{document} does not name it");
-        findings.insert(file.clone(), Finding { file, what: What::Foreign, why });
+        findings.insert(file.clone(), FolderFinding { file, what: What::Foreign, why });
     }
     Ok(Reread {
         folder: folder.into(),
@@ -250,7 +250,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
     })
 }
 
-type Findings = BTreeMap<String, Finding>;
+type Findings = BTreeMap<String, FolderFinding>;
 
 /// Every file with its size and hash.
 fn compare(folder: &Path, files: &Files) -> Findings {
@@ -261,7 +261,7 @@ fn compare(folder: &Path, files: &Files) -> Findings {
             Ok(State::Other(why)) => (What::Damaged, why),
             Err(error) => (What::Damaged, error.to_string()),
         };
-        Some((name.clone(), Finding { file: name.clone(), what, why }))
+        Some((name.clone(), FolderFinding { file: name.clone(), what, why }))
     };
     let names: Vec<&String> = files.keys().collect();
     names.into_par_iter().filter_map(look).collect()
@@ -270,12 +270,12 @@ fn compare(folder: &Path, files: &Files) -> Findings {
 /// Says which chunk is damaged, and finds chunks that were so before they were hashed.
 fn add_chunks(folder: &Path, findings: &mut Findings) -> Result<(), Error> {
     // Its document was just read.
-    let Ok(reader) = Reader::open(folder) else { return Ok(()) };
+    let Ok(reader) = DatasetReader::open(folder) else { return Ok(()) };
     for (file, why) in reader.damaged_chunks()? {
         match findings.get_mut(&file) {
             None => {
                 let what = What::Damaged;
-                findings.insert(file.clone(), Finding { file, what, why });
+                findings.insert(file.clone(), FolderFinding { file, what, why });
             }
             Some(found) if found.what == What::Damaged && why.starts_with("chunk ") => {
                 found.why = why;

@@ -38,7 +38,7 @@ const HIDDEN: &str = ".fabkit-";
 
 /// What a folder is filled with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct FolderKind {
     /// For people: `data set`.
     pub what: &'static str,
     /// Its document is `NAME.json`, what is unfinished lies in `NAME.partial`.
@@ -47,7 +47,7 @@ pub struct Kind {
     pub version: u64,
 }
 
-impl Kind {
+impl FolderKind {
     /// The document of a whole folder.
     pub fn document(self) -> String {
         format!("{}.json", self.name)
@@ -108,7 +108,7 @@ pub type Files = BTreeMap<String, Piece>;
 /// An open folder, locked until it is dropped.
 #[derive(Debug)]
 pub struct Folder {
-    kind: Kind,
+    kind: FolderKind,
     lock: FolderLock,
     plan: Value,
     /// The document, if the folder is whole.
@@ -134,7 +134,12 @@ impl Folder {
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn open(kind: Kind, folder: &Path, plan: Value, resume: bool) -> Result<Self, FolderError> {
+    pub fn open(
+        kind: FolderKind,
+        folder: &Path,
+        plan: Value,
+        resume: bool,
+    ) -> Result<Self, FolderError> {
         let lock = FolderLock::take(folder)?;
         let not_empty = || FolderError::NotEmpty { folder: folder.into() };
         let is_empty = is_empty(folder, kind)?;
@@ -296,7 +301,7 @@ impl Folder {
 }
 
 /// Whether there is nothing but what a run leaves that was killed before it had a plan.
-fn is_empty(folder: &Path, kind: Kind) -> Result<bool, FolderError> {
+fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
     let failed = |error| FolderError::io("read the folder", folder, error);
     for entry in fs::read_dir(folder).map_err(failed)? {
         let entry = entry.map_err(failed)?;

@@ -2,7 +2,7 @@ use serde_json::json;
 
 use super::*;
 
-const KIND: Kind = Kind { what: "thing", name: "thing", version: 2 };
+const KIND: FolderKind = FolderKind { what: "thing", name: "thing", version: 2 };
 
 fn plan(seed: u64) -> Value {
     json!({ "format": "thing", "version": 2, "seed": seed })
@@ -58,7 +58,7 @@ fn one_writer_at_a_time_and_one_plan() {
     drop(first);
     let other = Folder::open(KIND, root.path(), plan(2), true).unwrap_err().to_string();
     assert!(other.contains("another thing") && other.contains("seed: 1 there, 2"), "{other}");
-    let newer = Kind { version: 3, ..KIND };
+    let newer = FolderKind { version: 3, ..KIND };
     let error = Folder::open(newer, root.path(), plan(1), true).unwrap_err();
     assert!(matches!(error, FolderError::OtherVersion { found: 2, known: 3, .. }), "{error}");
 }

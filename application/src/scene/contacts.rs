@@ -3,7 +3,7 @@
 use fabkit_fixtures::Press;
 use rayon::prelude::*;
 
-use super::{Scene, SceneError};
+use super::{SceneError, SensorView};
 use crate::Error;
 use crate::ground_truth::{Penetration, approach, penetration};
 
@@ -22,7 +22,7 @@ pub(super) struct Meeting {
     deepest: Option<Penetration>,
 }
 
-impl Scene {
+impl SensorView {
     /// Refuses presses, by the names they go by, that reach below the soft layer: what is there does
     /// not give way, so that nobody can take a picture of such a press. And those that do not reach
     /// the surface, unless that is allowed: who asks for a press wants contact.

@@ -8,7 +8,7 @@ use fabkit_fixtures::PressError;
 use super::{MAX_RAYS, MAX_SAMPLES};
 use crate::bodies::UnknownName;
 use crate::error::{Error, ErrorKind, Explained, listed};
-use crate::ground_truth::{Coverage, InvalidViewpoint};
+use crate::ground_truth::{InvalidViewpoint, SurfaceCoverage};
 use crate::source::Source;
 
 /// Why there is no ground truth.
@@ -86,7 +86,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    pub(super) fn unseen(coverage: &Coverage) -> Self {
+    pub(super) fn unseen(coverage: &SurfaceCoverage) -> Self {
         Self::Unseen { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad }
     }
 

@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::memory::{self, Less};
+use crate::progress::{OnProgress, Step};
 use crate::reading::{self, Expected};
 use crate::resumable::FolderError;
 use crate::source::{MAX_YAML_BYTES, Source};
@@ -77,9 +78,6 @@ pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<
     })
 }
 
-/// How far a run is: rows done, how many of these were there before, rows in all.
-pub type OnProgress<'a> = &'a (dyn Fn(usize, usize, usize) + Sync);
-
 /// Computes what is missing on all threads, and writes the tables.
 ///
 /// `cancelled` is asked before each row; rows that are finished by then stay for `resume`.
@@ -123,7 +121,7 @@ fn fill(
             rows.push(plan.evaluate(*number));
             if let Ok(mut done) = done.lock() {
                 *done += 1;
-                progress(*done, found, plan.len());
+                progress(Step { done: *done, found, all: plan.len(), last: "" });
             }
         }
         let is_whole = rows.len() == numbers.len();

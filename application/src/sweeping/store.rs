@@ -9,12 +9,12 @@ use serde_json::{Map, Value, json};
 
 use super::counts;
 use crate::memory::MemoryError;
-use crate::resumable::{Files, Folder, FolderError, Kind, Piece, SAME_VERSION};
+use crate::resumable::{Files, Folder, FolderError, FolderKind, Piece, SAME_VERSION};
 use crate::staging::{OutputFile, StagingError};
 use crate::{ErrorKind, Explained};
 
 /// A sweep's folder. Version 1 had no checksums.
-pub const KIND: Kind = Kind { what: "sweep", name: "sweep", version: 2 };
+pub const KIND: FolderKind = FolderKind { what: "sweep", name: "sweep", version: 2 };
 /// What the names of rows' files begin with.
 const ROWS: &str = "rows-";
 

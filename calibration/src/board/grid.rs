@@ -40,14 +40,14 @@ pub(super) type Grid = BTreeMap<Cell, Saddle>;
 type Links = [Option<usize>; 4];
 
 /// What is needed to look at the picture again.
-pub(super) struct Scene<'a> {
+pub(super) struct BoardPicture<'a> {
     pub image: &'a GreyImage,
     pub noise: f64,
     pub sigma_px: f64,
 }
 
 /// All grids of at least 2 x 2 corners, the largest first.
-pub(super) fn grow(scene: &Scene, saddles: &[Saddle]) -> Vec<Grid> {
+pub(super) fn grow(scene: &BoardPicture, saddles: &[Saddle]) -> Vec<Grid> {
     let links = in_squares(saddles, &links(scene.image, saddles));
     let mut taken = vec![false; saddles.len()];
     let mut grids: Vec<Grid> = Vec::new();
@@ -212,7 +212,7 @@ fn prune(grid: &mut Grid) {
 }
 
 /// Looks again where the neighbours say that a corner should be.
-fn fill(scene: &Scene, grid: &mut Grid) {
+fn fill(scene: &BoardPicture, grid: &mut Grid) {
     loop {
         let mut found = Vec::new();
         let around = |(i, j): Cell| [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)];
@@ -277,7 +277,7 @@ pub(super) fn predict(grid: &Grid, (i, j): Cell) -> Option<(Point2<f64>, f64)> {
 
 /// Finds every saddle again with a smoothing that fits the spacing around it; those that cannot be
 /// found again are dropped.
-pub(super) fn polish(scene: &Scene, grid: &mut Grid) {
+pub(super) fn polish(scene: &BoardPicture, grid: &mut Grid) {
     let refined = grid.iter().filter_map(|(&(i, j), saddle)| {
         let others = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)];
         let distances = others

@@ -5,15 +5,15 @@ use std::fmt;
 use fabkit_camera::{Camera, Flat, Interface};
 use fabkit_geometry::Pose;
 
-use super::refine::{Fit, Loss, SolveError, refine};
-use crate::model::{Model, Observation, Parameter, Seat};
+use super::refine::{Loss, PoseSolution, SolveError, refine};
+use crate::model::{FitParameter, Model, MountingError, Observation};
 
 /// Distances of the interface from which a fit is started, or at which it is held, mm.
 const INTERFACE_STARTS_MM: [f64; 14] =
     [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 15.0, 16.0, 17.0, 20.0];
 /// Pins press on gel: at least this much of it is between the interface and the nearest one, mm.
 const MIN_GEL_MM: f64 = 1.0;
-const INTERFACE_DISTANCE: Parameter = Parameter::Camera("interface_distance_mm");
+const INTERFACE_DISTANCE: FitParameter = FitParameter::Camera("interface_distance_mm");
 
 /// What light does on its way, beyond what the camera file says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,42 +34,42 @@ impl Optics {
 
 /// One explanation of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Candidate {
+pub struct ParameterSet {
     /// What light does.
     pub optics: Optics,
-    /// Whether all pins lean the same way round: see [`Parameter::Lean`].
+    /// Whether all pins lean the same way round: see [`FitParameter::Lean`].
     pub lean: bool,
-    /// Whether all pins sit deeper or less deep: see [`Parameter::SeatingOffset`].
+    /// Whether all pins sit deeper or less deep: see [`FitParameter::SeatingOffset`].
     pub seating: bool,
     /// Whether the dome sits anew in every capture.
     pub reseating: bool,
 }
 
-impl Candidate {
+impl ParameterSet {
     /// The pose alone.
     pub const PLAIN: Self =
         Self { optics: Optics::GIVEN, lean: false, seating: false, reseating: false };
 
     /// What it solves for, pose first.
-    pub fn parameters(&self, camera: &Camera, captures: usize) -> Vec<Parameter> {
-        let mut parameters = Parameter::POSE.to_vec();
+    pub fn parameters(&self, camera: &Camera, captures: usize) -> Vec<FitParameter> {
+        let mut parameters = FitParameter::POSE.to_vec();
         if self.optics.gel_index.is_some() {
             parameters.push(INTERFACE_DISTANCE);
         }
         if self.optics.radial_terms > 0 {
-            parameters.push(Parameter::FocalScale);
+            parameters.push(FitParameter::FocalScale);
             // OpenCV's tangential terms are no radial ones.
             let names = camera.lens().coefficient_names().iter();
             let radial = names.filter(|name| !name.starts_with('p'));
             let further = radial.take(self.optics.radial_terms - 1);
-            parameters.extend(further.map(|name| Parameter::Camera(name)));
+            parameters.extend(further.map(|name| FitParameter::Camera(name)));
         }
-        parameters.extend(self.lean.then_some(Parameter::Lean));
-        parameters.extend(self.seating.then_some(Parameter::SeatingOffset));
+        parameters.extend(self.lean.then_some(FitParameter::Lean));
+        parameters.extend(self.seating.then_some(FitParameter::SeatingOffset));
         if self.reseating {
             for capture in 0..captures {
-                let seats = [Seat::ShiftX, Seat::ShiftY, Seat::Turn];
-                parameters.extend(seats.map(|seat| Parameter::Reseating(capture, seat)));
+                let seats = [MountingError::ShiftX, MountingError::ShiftY, MountingError::Turn];
+                parameters.extend(seats.map(|seat| FitParameter::Reseating(capture, seat)));
             }
         }
         parameters
@@ -85,14 +85,14 @@ impl Candidate {
         observations: &[Observation],
         captures: usize,
         loss: Loss,
-    ) -> Result<Fit, SolveError> {
+    ) -> Result<PoseSolution, SolveError> {
         let parameters = self.parameters(&start.camera, captures);
         let Some(index) = self.optics.gel_index else {
             return refine(start, &parameters, observations, loss);
         };
-        let held: Vec<Parameter> =
+        let held: Vec<FitParameter> =
             parameters.iter().copied().filter(|p| *p != INTERFACE_DISTANCE).collect();
-        let mut best: Option<Fit> = None;
+        let mut best: Option<PoseSolution> = None;
         let mut first_error = None;
         for distance_mm in INTERFACE_STARTS_MM {
             let Some(model) = behind_gel(start, distance_mm, index) else { continue };
@@ -137,7 +137,7 @@ fn gel_before_pins_mm(model: &Model, observations: &[Observation]) -> f64 {
     observations.iter().map(depth).fold(f64::INFINITY, f64::min)
 }
 
-impl fmt::Display for Candidate {
+impl fmt::Display for ParameterSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.optics.gel_index, self.optics.radial_terms) {
             (None, 0) => f.write_str("plain")?,

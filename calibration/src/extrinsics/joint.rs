@@ -16,12 +16,12 @@
 use fabkit_camera::{CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
 use nalgebra::{DMatrix, Vector2};
 
-use super::refine::{Fit, Loss};
-use crate::model::{Observation, Parameter};
+use super::refine::{Loss, PoseSolution};
+use crate::model::{FitParameter, Observation};
 
 /// See [`joint_estimate`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct JointCovariance {
     /// Covariance of what was solved for, in its order and units, the errors of the given camera
     /// included.
     pub of_fit: DMatrix<f64>,
@@ -38,14 +38,14 @@ pub struct Joint {
 /// Numbers beyond what can be computed with.
 pub fn joint_estimate(
     given: &CameraEstimate,
-    fit: &Fit,
+    fit: &PoseSolution,
     observations: &[Observation],
     loss: Loss,
     enlarge: f64,
-) -> Result<Joint, InvalidCovariance> {
+) -> Result<JointCovariance, InvalidCovariance> {
     let camera = &fit.model.camera;
-    let held: Vec<Parameter> =
-        camera.parameters().into_iter().map(|(name, _)| Parameter::Camera(name)).collect();
+    let held: Vec<FitParameter> =
+        camera.parameters().into_iter().map(|(name, _)| FitParameter::Camera(name)).collect();
     let noise = &fit.covariance * enlarge.powi(2);
     let of_given = covariance_of_given(given, fit, &held);
     let scale = scale_of_given(given, fit);
@@ -60,15 +60,19 @@ pub fn joint_estimate(
     let covariance =
         &by_fit * noise * by_fit.transpose() + &by_given * of_given * by_given.transpose();
     let estimate = JointEstimate::new(*camera, symmetric(covariance))?;
-    Ok(Joint { of_fit, estimate })
+    Ok(JointCovariance { of_fit, estimate })
 }
 
 /// Of the camera's parameters as they were given, by name; zeros for what nobody says and for what
 /// the fit replaces.
-fn covariance_of_given(given: &CameraEstimate, fit: &Fit, held: &[Parameter]) -> DMatrix<f64> {
+fn covariance_of_given(
+    given: &CameraEstimate,
+    fit: &PoseSolution,
+    held: &[FitParameter],
+) -> DMatrix<f64> {
     let names = given.names();
-    let place = |parameter: &Parameter| match parameter {
-        Parameter::Camera(name) if !fit.parameters.contains(parameter) => {
+    let place = |parameter: &FitParameter| match parameter {
+        FitParameter::Camera(name) if !fit.parameters.contains(parameter) => {
             names.iter().position(|found| found == name)
         }
         _ => None,
@@ -82,7 +86,7 @@ fn covariance_of_given(given: &CameraEstimate, fit: &Fit, held: &[Parameter]) ->
 }
 
 /// The camera's parameters by those given: 1, but for focal lengths that were made longer.
-fn scale_of_given(given: &CameraEstimate, fit: &Fit) -> DMatrix<f64> {
+fn scale_of_given(given: &CameraEstimate, fit: &PoseSolution) -> DMatrix<f64> {
     let count = fit.model.camera.parameter_count();
     let mut scale = DMatrix::identity(count, count);
     let [before, after] =
@@ -93,7 +97,12 @@ fn scale_of_given(given: &CameraEstimate, fit: &Fit) -> DMatrix<f64> {
 }
 
 /// `A' W B`.
-fn mixed(fit: &Fit, held: &[Parameter], observations: &[Observation], loss: Loss) -> DMatrix<f64> {
+fn mixed(
+    fit: &PoseSolution,
+    held: &[FitParameter],
+    observations: &[Observation],
+    loss: Loss,
+) -> DMatrix<f64> {
     let count = fit.parameters.len();
     let all = [&fit.parameters[..], held].concat();
     let mut columns = vec![Vector2::zeros(); all.len()];
@@ -119,17 +128,17 @@ fn mixed(fit: &Fit, held: &[Parameter], observations: &[Observation], loss: Loss
 }
 
 /// Pose and camera by what was solved for. Seats, leans and offsets are the pins' alone.
-fn by_fit(fit: &Fit, held: &[Parameter]) -> DMatrix<f64> {
+fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
     let mut by_fit = DMatrix::zeros(POSE_COUNT + held.len(), fit.parameters.len());
     let intrinsics = fit.model.camera.lens().intrinsics();
     for (c, parameter) in fit.parameters.iter().enumerate() {
-        if let Some(r) = Parameter::POSE.iter().position(|pose| pose == parameter) {
+        if let Some(r) = FitParameter::POSE.iter().position(|pose| pose == parameter) {
             by_fit[(r, c)] = 1.0;
         }
         if let Some(r) = held.iter().position(|held| held == parameter) {
             by_fit[(POSE_COUNT + r, c)] = 1.0;
         }
-        if *parameter == Parameter::FocalScale {
+        if *parameter == FitParameter::FocalScale {
             by_fit[(POSE_COUNT, c)] = intrinsics.fx_px;
             by_fit[(POSE_COUNT + 1, c)] = intrinsics.fy_px;
         }

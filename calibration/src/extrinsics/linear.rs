@@ -7,7 +7,7 @@
 //! 10 x 10 where the rays do not meet in one point. Rays serve at any angle, also behind the
 //! camera's plane, where normalised image coordinates do not exist.
 
-use fabkit_camera::Ray;
+use fabkit_camera::ViewRay;
 use fabkit_geometry::{Point3, Pose};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -22,12 +22,12 @@ const MIN_SECOND: f64 = 1e-7;
 
 /// The pose under which every point lies on its ray, in the least squares sense of the algebraic
 /// error; `None` for fewer than six points, or points in a plane.
-pub(super) fn pose_from_rays(rays: &[Ray], points: &[Point3<f64>]) -> Option<Pose> {
+pub(super) fn pose_from_rays(rays: &[ViewRay], points: &[Point3<f64>]) -> Option<Pose> {
     if points.len() < MIN_POINTS || points.len() != rays.len() {
         return None;
     }
     let size_mm = points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-    let away = |ray: &Ray| ray.origin_in_camera.coords.amax() > CENTRAL * size_mm;
+    let away = |ray: &ViewRay| ray.origin_in_camera.coords.amax() > CENTRAL * size_mm;
     if rays.iter().any(away) {
         solve::<10>(rays, points, size_mm)
     } else {
@@ -36,12 +36,12 @@ pub(super) fn pose_from_rays(rays: &[Ray], points: &[Point3<f64>]) -> Option<Pos
 }
 
 /// `N` unknowns: the nine of `M` row by row, and `s` if there is a tenth.
-fn solve<const N: usize>(rays: &[Ray], points: &[Point3<f64>], size_mm: f64) -> Option<Pose> {
+fn solve<const N: usize>(rays: &[ViewRay], points: &[Point3<f64>], size_mm: f64) -> Option<Pose> {
     let count = points.len() as f64;
     let centroid = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
     // Lengths in units of the scene, so that all unknowns are alike.
     let scaled = |p: &Point3<f64>| (p.coords - centroid) / size_mm;
-    let across = |ray: &Ray| Matrix3::identity() - ray.direction * ray.direction.transpose();
+    let across = |ray: &ViewRay| Matrix3::identity() - ray.direction * ray.direction.transpose();
     let mut sum_across = Matrix3::zeros();
     let mut sum_rows = SMatrix::<f64, 3, N>::zeros();
     let mut system = SMatrix::<f64, N, N>::zeros();
@@ -72,7 +72,7 @@ fn solve<const N: usize>(rays: &[Ray], points: &[Point3<f64>], size_mm: f64) -> 
     let shift_mm = translation / scale * size_mm - rotation * centroid;
     let pose = Pose::new(rotation, shift_mm)?;
     // With the wrong sign every point would lie on the far end of its ray.
-    let ahead = |(ray, point): &(&Ray, &Point3<f64>)| {
+    let ahead = |(ray, point): &(&ViewRay, &Point3<f64>)| {
         (pose.point(**point) - ray.origin_in_camera).dot(&ray.direction) > 0.0
     };
     (2 * rays.iter().zip(points).filter(ahead).count() > points.len()).then_some(pose)

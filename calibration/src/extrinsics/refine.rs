@@ -5,9 +5,10 @@
 //! that leaves the lens's domain is a step to be shortened, not an error.
 
 use fabkit_camera::OutsideDomain;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2};
 
-use crate::model::{Model, Observation, Parameter};
+use crate::information::ScaledCholesky;
+use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable};
 
 const MAX_ITERATIONS: usize = 200;
@@ -25,8 +26,6 @@ const PATIENCE: usize = 10;
 const SHARES: [f64; 2] = [0.05, 50.0];
 /// A share this near to all of a step is not worth another look.
 const MUCH_THE_SAME: [f64; 2] = [0.7, 1.4];
-/// Correlation matrices with smaller eigenvalues are singular to working precision.
-const MIN_DIAGONAL: f64 = 1e-300;
 
 /// How residuals count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,11 +99,11 @@ pub(crate) fn names(combinations: &[Unobservable]) -> String {
 
 /// A model that fits.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct PoseSolution {
     /// What fits best.
     pub model: Model,
     /// What was solved for.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<FitParameter>,
     /// Covariance of the parameters, in their order and units, if the observations' standard
     /// deviations are right.
     pub covariance: DMatrix<f64>,
@@ -114,7 +113,7 @@ pub struct Fit {
     pub iterations: usize,
 }
 
-impl Fit {
+impl PoseSolution {
     /// Observed minus projected, px, in the order of `observations`; `None` where a contact cannot
     /// be seen.
     pub fn residuals_px(&self, observations: &[Observation]) -> Vec<Option<Vector2<f64>>> {
@@ -130,10 +129,10 @@ impl Fit {
 /// pixels do not determine, no convergence.
 pub fn refine(
     start: &Model,
-    parameters: &[Parameter],
+    parameters: &[FitParameter],
     observations: &[Observation],
     loss: Loss,
-) -> Result<Fit, SolveError> {
+) -> Result<PoseSolution, SolveError> {
     let count = parameters.len();
     let held = parameters.iter().filter(|p| start.prior(**p).is_some()).count();
     if 2 * observations.len() < count - held {
@@ -201,12 +200,12 @@ pub fn refine(
             None => damping *= 10.0,
         }
     }
-    let Some(factor) = normal.factor(0.0) else {
+    let Some(factor) = ScaledCholesky::new(&normal.information) else {
         let combinations = unobservable(&normal.information, parameters);
         return Err(SolveError::NotObservable { combinations });
     };
-    let covariance = normal.unscaled_inverse(&factor);
-    Ok(Fit { model, parameters: parameters.to_vec(), covariance, cost, iterations })
+    let (parameters, covariance) = (parameters.to_vec(), factor.inverse());
+    Ok(PoseSolution { model, parameters, covariance, cost, iterations })
 }
 
 fn sees_all(model: &Model, observations: &[Observation]) -> bool {
@@ -232,7 +231,7 @@ impl Normal {
     fn build(
         &mut self,
         model: &Model,
-        parameters: &[Parameter],
+        parameters: &[FitParameter],
         observations: &[Observation],
         loss: Loss,
     ) -> Result<f64, SolveError> {
@@ -271,25 +270,8 @@ impl Normal {
         Ok(cost)
     }
 
-    /// Of the information in units of its own diagonal, which makes it a matrix of correlations.
-    fn factor(&self, damping: f64) -> Option<Cholesky<f64, Dyn>> {
-        let count = self.gradient.len();
-        let scale = |i: usize| self.information[(i, i)].max(MIN_DIAGONAL).sqrt();
-        let scaled = DMatrix::from_fn(count, count, |i, j| {
-            let value = self.information[(i, j)] / (scale(i) * scale(j));
-            if i == j { value + damping } else { value }
-        });
-        Cholesky::new(scaled).filter(|factor| {
-            // Pivots are squared sines of the angle to what went before; rounding leaves 1e-16.
-            let diagonal = factor.l_dirty().diagonal();
-            diagonal.iter().all(|pivot| *pivot > 1e-7)
-        })
-    }
-
     fn step(&self, damping: f64) -> Option<DVector<f64>> {
-        let factor = self.factor(damping)?;
-        let scale = self.information.diagonal().map(|value| value.max(MIN_DIAGONAL).sqrt());
-        Some(factor.solve(&self.gradient.component_div(&scale)).component_div(&scale))
+        Some(ScaledCholesky::damped(&self.information, damping)?.solve(&self.gradient))
     }
 
     /// The share of a step that lowers the cost most, if that is not about all of it: from the
@@ -310,16 +292,5 @@ impl Normal {
     /// Length of a step in standard deviations.
     fn length(&self, step: &DVector<f64>) -> f64 {
         step.dot(&(&self.information * step)).max(0.0).sqrt()
-    }
-
-    fn unscaled_inverse(&self, factor: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
-        let scale = self.information.diagonal().map(|value| value.max(MIN_DIAGONAL).sqrt());
-        let mut inverse = factor.inverse();
-        for i in 0..scale.len() {
-            for j in 0..scale.len() {
-                inverse[(i, j)] /= scale[i] * scale[j];
-            }
-        }
-        inverse
     }
 }

@@ -3,9 +3,9 @@
 use fabkit_camera::Interface;
 use nalgebra::Vector2;
 
-use super::candidates::{Candidate, Optics};
-use super::refine::{Fit, Loss, SolveError, refine};
-use crate::model::{Model, Observation, Parameter};
+use super::candidates::{Optics, ParameterSet};
+use super::refine::{Loss, PoseSolution, SolveError, refine};
+use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable_from};
 
 /// An explanation with more parameters must lower the held-out error by this part.
@@ -15,7 +15,7 @@ const WORTH_AN_IMPLAUSIBLE_POSE: f64 = 0.15;
 /// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
 const WORTH_A_SEAT: f64 = 10.0;
 /// Farther than this from where the design puts it the camera cannot be: three standard deviations
-/// of [`Parameter::prior_sigma`], mm.
+/// of [`FitParameter::prior_sigma`], mm.
 pub(super) const PLAUSIBLE_MM: f64 = 15.0;
 /// Most radial terms tried.
 const MAX_TERMS: usize = 3;
@@ -24,9 +24,9 @@ const MAX_TERMS: usize = 3;
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Which.
-    pub candidate: Candidate,
+    pub candidate: ParameterSet,
     /// What fits best.
-    pub fit: Fit,
+    pub fit: PoseSolution,
     /// Root mean square residual of the pins it was fitted to, px, both coordinates together.
     pub rms_px: f64,
     /// The same for each capture predicted from the others; infinite where that fails.
@@ -60,7 +60,7 @@ pub struct Selection {
     /// Whether the pixels tell a seating offset at all. If not, it was not tried.
     pub seating_shows: bool,
     /// Explanations that could not be fitted, and why.
-    pub failed: Vec<(Candidate, SolveError)>,
+    pub failed: Vec<(ParameterSet, SolveError)>,
 }
 
 /// Fits all explanations that the landmarks allow and chooses one.
@@ -77,7 +77,7 @@ pub(super) fn select(
     captures: usize,
     gel_index: f64,
     loss: Loss,
-) -> Result<Selection, Vec<(Candidate, SolveError)>> {
+) -> Result<Selection, Vec<(ParameterSet, SolveError)>> {
     let judge = |candidate| judge(candidate, start, observations, captures, loss);
     let mut trials = Vec::new();
     let mut failed = Vec::new();
@@ -85,7 +85,7 @@ pub(super) fn select(
         Ok(trial) => trials.push(trial),
         Err(error) => failed.push((candidate, error)),
     };
-    attempt(Candidate::PLAIN, &mut trials);
+    attempt(ParameterSet::PLAIN, &mut trials);
     // Where the pose alone cannot be fitted, the start is as good a place to ask.
     let plain = trials.first().map_or(start, |plain: &Trial| &plain.fit.model);
     let seating_shows = shows_seating(plain, observations);
@@ -98,8 +98,8 @@ pub(super) fn select(
             for lean in [false, true] {
                 for &seating in seats {
                     let optics = Optics { gel_index, radial_terms };
-                    let candidate = Candidate { optics, lean, seating, reseating: false };
-                    if candidate != Candidate::PLAIN {
+                    let candidate = ParameterSet { optics, lean, seating, reseating: false };
+                    if candidate != ParameterSet::PLAIN {
                         attempt(candidate, &mut trials);
                     }
                 }
@@ -109,11 +109,12 @@ pub(super) fn select(
     if trials.is_empty() {
         return Err(failed);
     }
-    let eligible = (0..trials.len())
-        .filter(|i| !trials[*i].candidate.seating || !trials[*i].names(Parameter::SeatingOffset));
+    let eligible = (0..trials.len()).filter(|i| {
+        !trials[*i].candidate.seating || !trials[*i].names(FitParameter::SeatingOffset)
+    });
     let mut chosen = best(&trials, eligible);
     if captures > 2 {
-        attempt(Candidate { reseating: true, ..trials[chosen].candidate }, &mut trials);
+        attempt(ParameterSet { reseating: true, ..trials[chosen].candidate }, &mut trials);
         // Nobody can know the seat of a capture that was left out: held-out errors say whether the
         // rest suffers, the information criterion whether it is real.
         let reseated = &trials[trials.len() - 1];
@@ -131,15 +132,15 @@ fn shows_seating(plain: &Model, observations: &[Observation]) -> bool {
     if observations.iter().any(|o| o.contact.axis_in_sensor.is_none()) {
         return false;
     }
-    let parameters = [&Parameter::POSE[..], &[Parameter::SeatingOffset]].concat();
+    let parameters = [&FitParameter::POSE[..], &[FitParameter::SeatingOffset]].concat();
     let unknown = unobservable_from(plain, &parameters, observations);
-    let named = |u: &Unobservable| u.terms.iter().any(|(p, _)| *p == Parameter::SeatingOffset);
+    let named = |u: &Unobservable| u.terms.iter().any(|(p, _)| *p == FitParameter::SeatingOffset);
     !unknown.iter().any(named)
 }
 
 impl Trial {
     /// Whether a parameter has a part in something that the pixels leave unknown.
-    pub fn names(&self, parameter: Parameter) -> bool {
+    pub fn names(&self, parameter: FitParameter) -> bool {
         self.unobservable.iter().any(|u| u.terms.iter().any(|(found, _)| *found == parameter))
     }
 
@@ -159,7 +160,7 @@ fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>) -> usize {
 }
 
 fn judge(
-    candidate: Candidate,
+    candidate: ParameterSet,
     start: &Model,
     observations: &[Observation],
     captures: usize,
@@ -189,7 +190,7 @@ fn judge(
 }
 
 /// Parameters, less what their priors already fixed: `sum 1 - posterior / prior variance`.
-fn effective_parameters(fit: &Fit) -> f64 {
+fn effective_parameters(fit: &PoseSolution) -> f64 {
     let parts = fit.parameters.iter().enumerate().map(|(i, parameter)| {
         let prior = fit.model.prior(*parameter).map(|(_, sigma)| sigma * sigma);
         prior.map_or(1.0, |variance| (1.0 - fit.covariance[(i, i)] / variance).max(0.0))
@@ -200,7 +201,7 @@ fn effective_parameters(fit: &Fit) -> f64 {
 /// Residuals of each capture under a fit of the others. Its dome sits where it should, as far as
 /// anybody could know.
 fn held_out(
-    fit: &Fit,
+    fit: &PoseSolution,
     observations: &[Observation],
     captures: usize,
     loss: Loss,

@@ -3,8 +3,9 @@
 use fabkit_camera::{Camera, Point2, Vector3};
 use nalgebra::DMatrix;
 
-use super::bundle::{Fit, Scaled, State};
-use super::{RaySigma, Rays, View, largest_angle};
+use super::bundle::{BundleSolution, State};
+use super::{BoardView, RaySigma, Rays, largest_angle};
+use crate::information::ScaledCholesky;
 
 /// Columns and rows of the coverage map.
 pub const COVERAGE: [usize; 2] = [8, 6];
@@ -26,7 +27,7 @@ const COVERED: f64 = 0.6;
 
 /// Where in the image corners were seen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Coverage {
+pub struct ImageCoverage {
     /// Number of corners in each cell of the image, [`COVERAGE`] columns and rows, row by row.
     pub corners: Vec<usize>,
     /// The share of cells with at least one corner, 0 to 1.
@@ -39,7 +40,7 @@ pub struct Coverage {
 
 /// What one view contributes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Worth {
+pub struct ViewInfluence {
     /// By how much the standard deviation of some parameter would grow without this view, at most:
     /// 0.05 for 5 %; infinite if the others do not determine the camera.
     pub growth: f64,
@@ -53,16 +54,16 @@ pub struct Worth {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
     /// Where corners were seen.
-    pub coverage: Coverage,
+    pub coverage: ImageCoverage,
     /// For each view.
-    pub worth: Vec<Worth>,
+    pub influence: Vec<ViewInfluence>,
     /// In plain words, the most important first; empty if all is well.
     pub warnings: Vec<String>,
 }
 
-pub(super) fn advise(views: &[View], fit: &Fit, rays: &Rays) -> Advice {
+pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> Advice {
     let coverage = coverage(views, &fit.state);
-    let worth = worth(fit);
+    let influence = influence(fit);
     let mut warnings = Vec::new();
     if rays.seen.worst.px > RAY_LIMIT_PX {
         let known =
@@ -96,14 +97,14 @@ pub(super) fn advise(views: &[View], fit: &Fit, rays: &Rays) -> Advice {
             shown(&worst)
         ));
     }
-    let idle: Vec<&str> = (views.iter().zip(&worth))
-        .filter(|(_, worth)| worth.adds_nothing)
+    let idle: Vec<&str> = (views.iter().zip(&influence))
+        .filter(|(_, influence)| influence.adds_nothing)
         .map(|(view, _)| view.name.as_str())
         .collect();
     if !idle.is_empty() {
         warnings.push(format!("nothing would be lost without {}", idle.join(", ")));
     }
-    Advice { coverage, worth, warnings }
+    Advice { coverage, influence, warnings }
 }
 
 /// `0.21 mrad (0.06 px)`.
@@ -133,14 +134,14 @@ fn are_frontal(state: &State) -> bool {
     normals.map(tilt_deg).all(|tilt| tilt < FRONTAL_DEG)
 }
 
-fn worth(fit: &Fit) -> Vec<Worth> {
+fn influence(fit: &BundleSolution) -> Vec<ViewInfluence> {
     let count = fit.informations.len();
     let total: DMatrix<f64> = fit.informations.iter().sum();
-    let with = Scaled::new(&total).map(|factor| factor.inverse());
+    let with = ScaledCholesky::new(&total).map(|factor| factor.inverse());
     // If all views said the same, each would sharpen everything by this.
     let fair = (count as f64 / (count as f64 - 1.0)).sqrt() - 1.0;
     let one = |(without, pose): (&DMatrix<f64>, &fabkit_geometry::Pose)| {
-        let others = Scaled::new(&(&total - without)).map(|factor| factor.inverse());
+        let others = ScaledCholesky::new(&(&total - without)).map(|factor| factor.inverse());
         let growth = match (&with, others) {
             (Some(with), Some(others)) => {
                 let ratios =
@@ -149,7 +150,7 @@ fn worth(fit: &Fit) -> Vec<Worth> {
             }
             _ => f64::INFINITY,
         };
-        Worth {
+        ViewInfluence {
             growth,
             tilt_deg: tilt_deg(pose.vector(Vector3::z())),
             adds_nothing: growth < FAIR_PART * fair,
@@ -158,7 +159,7 @@ fn worth(fit: &Fit) -> Vec<Worth> {
     fit.informations.iter().zip(&fit.state.cameras_from_board).map(one).collect()
 }
 
-fn coverage(views: &[View], state: &State) -> Coverage {
+fn coverage(views: &[BoardView], state: &State) -> ImageCoverage {
     let camera = &state.camera;
     let [columns, rows] = COVERAGE;
     let mut corners = vec![0; columns * rows];
@@ -174,7 +175,7 @@ fn coverage(views: &[View], state: &State) -> Coverage {
         }
     }
     let covered = corners.iter().filter(|n| **n > 0).count();
-    Coverage {
+    ImageCoverage {
         share: covered as f64 / corners.len() as f64,
         corners,
         seen_deg: largest_angle(views, state).to_degrees(),
@@ -194,7 +195,7 @@ fn image_angle_deg(camera: &Camera) -> f64 {
 }
 
 /// Views whose residuals stand out, and residuals that are large as a whole.
-fn misfits(views: &[View], fit: &Fit) -> Vec<String> {
+fn misfits(views: &[BoardView], fit: &BundleSolution) -> Vec<String> {
     let scales: Vec<f64> = (views.iter().zip(&fit.state.cameras_from_board))
         .map(|(view, pose)| {
             let sum: f64 = view

@@ -7,11 +7,11 @@
 use fabkit_camera::{Camera, Point2, Point3};
 use fabkit_geometry::Pose;
 use nalgebra::{
-    Cholesky, DMatrix, DVector, Dyn, Matrix2x3, Matrix6, Rotation3, SMatrix, Vector2, Vector3,
-    Vector6,
+    Cholesky, DMatrix, DVector, Matrix2x3, Matrix6, Rotation3, SMatrix, Vector2, Vector3, Vector6,
 };
 
-use super::View;
+use super::BoardView;
+use crate::information::ScaledCholesky;
 
 const MAX_ITERATIONS: usize = 200;
 /// Times that the scale of the residuals is judged anew.
@@ -25,12 +25,8 @@ const MAX_DAMPING: f64 = 1e10;
 const HUBER: f64 = 3.0;
 /// The median length of a normal residual of two coordinates, in standard deviations of one.
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
-/// Squared sines below this are rounding: a parameter that close to a combination of others is not
-/// determined.
-const SINGULAR: f64 = 1e-12;
-
 /// So much is taken for known of each combination of parameters when a view is held out, in squared
-/// sines as above: what nothing determines is left where it is.
+/// sines: what nothing determines is left where it is.
 const LEAST_KNOWN: f64 = 1e-9;
 
 /// A camera and where it stands before the board in each view.
@@ -42,7 +38,7 @@ pub(super) struct State {
 
 /// What fits best.
 #[derive(Clone, Debug)]
-pub(super) struct Fit {
+pub(super) struct BundleSolution {
     pub state: State,
     /// Standard deviation of the residuals, in those that the views state.
     pub scale: f64,
@@ -68,7 +64,7 @@ pub(super) fn residual(
 
 /// Fits the camera's parameters marked as `free`, and all poses. `None` if the start is not within
 /// the lens's domain, or nothing more can be done before it is good.
-pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
+pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<BundleSolution> {
     let mut state = start;
     let mut scale = typical(views, &state)?;
     for _ in 0..MAX_ROUNDS {
@@ -87,7 +83,7 @@ pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
     let informations: Vec<_> = normal.views.iter().map(|view| view.about_camera()).collect();
     let held_out = held_out(&normal.views, &informations);
     let scale = (normal.cost / freedom).sqrt();
-    Some(Fit { state, scale, cost: normal.cost, informations, held_out })
+    Some(BundleSolution { state, scale, cost: normal.cost, informations, held_out })
 }
 
 /// Without a view, whose gradient is what the others' sum to at the minimum, the camera goes a step
@@ -95,7 +91,7 @@ pub(super) fn fit(views: &[View], start: State, free: &[bool]) -> Option<Fit> {
 fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
     let total: DMatrix<f64> = informations.iter().sum();
     let one = |(view, information): (&ViewNormal, &DMatrix<f64>)| {
-        let others = Scaled::with_least(&(&total - information), LEAST_KNOWN);
+        let others = ScaledCholesky::damped(&(&total - information), LEAST_KNOWN);
         let Some((others, gradient)) = others.zip(view.gradient()) else {
             return f64::INFINITY;
         };
@@ -106,7 +102,7 @@ fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
 }
 
 /// Standard deviation of most residuals, those of outliers aside, in the stated ones.
-fn typical(views: &[View], state: &State) -> Option<f64> {
+fn typical(views: &[BoardView], state: &State) -> Option<f64> {
     let mut lengths = Vec::new();
     for (view, pose) in views.iter().zip(&state.cameras_from_board) {
         for corner in &view.corners {
@@ -120,7 +116,7 @@ fn typical(views: &[View], state: &State) -> Option<f64> {
     Some((*median / MEDIAN_LENGTH).max(1e-9))
 }
 
-fn descend(views: &[View], start: State, free: &[bool], scale: f64) -> Option<State> {
+fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Option<State> {
     let mut state = start;
     let mut normal = Normal::build(views, &state, free, scale)?;
     let mut damping = START_DAMPING;
@@ -188,7 +184,7 @@ struct Step {
 }
 
 impl Normal {
-    fn build(views: &[View], state: &State, free: &[bool], scale: f64) -> Option<Self> {
+    fn build(views: &[BoardView], state: &State, free: &[bool], scale: f64) -> Option<Self> {
         let columns: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
         let count = columns.len();
         let mut cost = 0.0;
@@ -260,7 +256,8 @@ impl Normal {
             gradient += &view.camera_gradient - &view.mixed * pose.solve(&view.pose_gradient);
             poses.push(pose);
         }
-        let step = if count > 0 { Scaled::new(&camera)?.solve(&gradient) } else { gradient };
+        let step =
+            if count > 0 { ScaledCholesky::new(&camera)?.solve(&gradient) } else { gradient };
         let of_pose = |(view, pose): (&ViewNormal, &Cholesky<f64, nalgebra::Const<6>>)| {
             pose.solve(&(view.pose_gradient - view.mixed.transpose() * &step))
         };
@@ -294,51 +291,5 @@ impl Step {
         };
         let poses = state.cameras_from_board.iter().zip(&self.poses).map(moved);
         Some(State { camera, cameras_from_board: poses.collect::<Option<_>>()? })
-    }
-}
-
-/// The Cholesky factor of an information matrix in units of its own diagonal: parameters differ in
-/// scale by many orders.
-pub(super) struct Scaled {
-    scale: DVector<f64>,
-    factor: Cholesky<f64, Dyn>,
-}
-
-impl Scaled {
-    /// `None` where a combination of parameters is not determined.
-    pub(super) fn new(information: &DMatrix<f64>) -> Option<Self> {
-        let scaled = Self::with_least(information, 0.0)?;
-        let determined = scaled.factor.l_dirty().diagonal().iter().all(|p| p * p > SINGULAR);
-        determined.then_some(scaled)
-    }
-
-    /// The same with a little added to what is known of each parameter.
-    fn with_least(information: &DMatrix<f64>, least: f64) -> Option<Self> {
-        let scale = information.diagonal().map(|v| v.max(1e-300).sqrt());
-        let n = scale.len();
-        let entry = |i, j| information[(i, j)] / (scale[i] * scale[j]);
-        let scaled = DMatrix::from_fn(n, n, |i, j| entry(i, j) + if i == j { least } else { 0.0 });
-        Some(Self { factor: Cholesky::new(scaled)?, scale })
-    }
-
-    pub(super) fn solve(&self, gradient: &DVector<f64>) -> DVector<f64> {
-        self.factor.solve(&gradient.component_div(&self.scale)).component_div(&self.scale)
-    }
-
-    /// The variance of a quantity with these derivatives. Parameters that cannot be told apart do
-    /// not spoil it, as they would if it were put together from their covariance.
-    pub(super) fn variance(&self, derivatives: &DVector<f64>) -> f64 {
-        let mut half = derivatives.component_div(&self.scale);
-        self.factor.l_dirty().solve_lower_triangular_mut(&mut half);
-        half.norm_squared()
-    }
-
-    /// The covariance.
-    pub(super) fn inverse(&self) -> DMatrix<f64> {
-        let inverse = self.factor.inverse();
-        let n = self.scale.len();
-        let entry = |i, j| inverse[(i, j)] / (self.scale[i] * self.scale[j]);
-        // Exactly symmetric, as the entry above the diagonal is the one below.
-        DMatrix::from_fn(n, n, |i, j| if i >= j { entry(i, j) } else { entry(j, i) })
     }
 }

@@ -5,6 +5,8 @@ use fabkit_camera::{
 };
 use nalgebra::{DMatrix, DVector};
 
+use crate::information::ScaledCholesky;
+
 /// A lens model with its coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LensModel {
@@ -122,11 +124,7 @@ fn closest(start: Camera, other: &Camera, limit_rad: f64) -> Option<Camera> {
     let (mut cost, mut normal, mut gradient) = build(&camera)?;
     let mut damping = 1e-6;
     for _ in 0..ITERATIONS {
-        let mut damped: DMatrix<f64> = normal.clone();
-        for i in 0..damped.nrows() {
-            damped[(i, i)] = damped[(i, i)] * (1.0 + damping) + 1e-12;
-        }
-        let step = damped.cholesky()?.solve(&gradient);
+        let step = ScaledCholesky::damped(&normal, damping)?.solve(&gradient);
         let values = camera.parameters();
         let values: Vec<f64> = values.iter().zip(step.iter()).map(|((_, v), s)| v + s).collect();
         let tried = camera.with_parameters(&values).ok();

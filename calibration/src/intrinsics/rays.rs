@@ -9,8 +9,9 @@
 use fabkit_camera::{Camera, Point2, Point3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX};
 
-use super::bundle::{Scaled, State};
-use super::{View, points};
+use super::bundle::State;
+use super::{BoardView, points};
+use crate::information::ScaledCholesky;
 
 /// Columns and rows of cells into which the image is divided, to see how well rays are known everywhere.
 pub const GRID: [u32; 2] = [32, 24];
@@ -84,7 +85,7 @@ impl Place {
         self
     }
 
-    fn sigma(&self, information: &Scaled, scale: f64) -> RaySigma {
+    fn sigma(&self, information: &ScaledCholesky, scale: f64) -> RaySigma {
         let rows = |matrix: &DMatrix<f64>| -> f64 {
             let squares = matrix.row_iter().map(|row| information.variance(&row.transpose()));
             scale * squares.sum::<f64>().sqrt()
@@ -99,9 +100,9 @@ impl Place {
 
 /// Of a camera whose parameters have this information for residuals of a scale of 1.
 pub(super) fn rays(
-    views: &[View],
+    views: &[BoardView],
     state: &State,
-    information: &Scaled,
+    information: &ScaledCholesky,
     scale: f64,
 ) -> Option<Rays> {
     let camera = &state.camera;
@@ -151,7 +152,7 @@ fn over(mut sigmas: Vec<RaySigma>) -> Option<RaySigmas> {
 
 /// Columns per radian on the axis, and the standard deviation: what models with different parameters
 /// have in common.
-pub(super) fn focal(camera: &Camera, information: &Scaled, scale: f64) -> [f64; 2] {
+pub(super) fn focal(camera: &Camera, information: &ScaledCholesky, scale: f64) -> [f64; 2] {
     let by_parameters = |x: f64| {
         let projected = camera.project_with_jacobians(&Point3::new(x, 0.0, 1.0)).ok()?;
         Some(DVector::from_iterator(

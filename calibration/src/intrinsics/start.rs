@@ -4,7 +4,7 @@ use fabkit_camera::{Camera, Intrinsics, Vector3};
 use fabkit_geometry::Pose;
 
 use super::bundle::{self, State};
-use super::{View, planar};
+use super::{BoardView, planar};
 
 /// A data sheet's angle of view may be off, or meant across another side of the image: the focal
 /// length is tried at these multiples.
@@ -12,7 +12,7 @@ const FOCAL_FACTORS: [f64; 9] = [1.0, 0.85, 1.18, 0.72, 1.4, 0.6, 1.65, 0.5, 2.0
 
 /// The nominal camera with the focal length, of those tried, under which the boards look flattest,
 /// and the poses that go with it. `None` if no pose of some view can be found under any.
-pub(super) fn state(views: &[View], nominal: &Camera) -> Option<State> {
+pub(super) fn state(views: &[BoardView], nominal: &Camera) -> Option<State> {
     let mut best: Option<(f64, State)> = None;
     for factor in FOCAL_FACTORS {
         let Some(camera) = with_focal_factor(nominal, factor) else { continue };
@@ -35,7 +35,7 @@ pub(super) fn state(views: &[View], nominal: &Camera) -> Option<State> {
 }
 
 /// The board's pose in one view under a camera that is about right.
-pub(super) fn pose(camera: &Camera, view: &View) -> Option<Pose> {
+pub(super) fn pose(camera: &Camera, view: &BoardView) -> Option<Pose> {
     let mut corners_mm = Vec::new();
     let mut rays: Vec<Vector3<f64>> = Vec::new();
     for corner in &view.corners {
@@ -54,7 +54,7 @@ fn with_focal_factor(nominal: &Camera, factor: f64) -> Option<Camera> {
     nominal.with_parameters(&values).ok()
 }
 
-fn median_px(views: &[View], state: &State) -> Option<f64> {
+fn median_px(views: &[BoardView], state: &State) -> Option<f64> {
     let pairs = views.iter().zip(&state.cameras_from_board);
     let mut lengths: Vec<f64> = pairs
         .flat_map(|(view, pose)| view.corners.iter().map(move |corner| (corner, pose)))

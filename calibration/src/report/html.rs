@@ -6,7 +6,7 @@ use fabkit_report::{escape, page};
 
 use super::maps::HoleRow;
 use super::{ExtrinsicsReport, rms_px};
-use crate::model::Parameter;
+use crate::model::FitParameter;
 
 impl ExtrinsicsReport<'_> {
     /// One file with everything inline.
@@ -84,7 +84,7 @@ impl ExtrinsicsReport<'_> {
         let mut rows = String::new();
         for parameter in &self.chosen().fit.parameters {
             // Dozens of seats say little one by one.
-            if matches!(parameter, Parameter::Reseating(..)) {
+            if matches!(parameter, FitParameter::Reseating(..)) {
                 continue;
             }
             let (value, sigma) = self.value_and_sigma(*parameter).unwrap_or_default();

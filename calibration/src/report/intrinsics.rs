@@ -4,7 +4,7 @@ mod html;
 
 use serde_json::{Map, Value, json};
 
-use crate::intrinsics::{COVERAGE, Calibration, Candidate, RaySigmas, SolvedView};
+use crate::intrinsics::{COVERAGE, LensCalibration, LensCandidate, RaySigmas, SolvedView};
 
 /// One picture of the board, or one view of a list of corners.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub struct IntrinsicsReport<'a> {
     /// All pictures, also those not used.
     pub pictures: &'a [PictureRecord],
     /// The result.
-    pub calibration: &'a Calibration,
+    pub calibration: &'a LensCalibration,
 }
 
 impl IntrinsicsReport<'_> {
@@ -119,8 +119,10 @@ impl IntrinsicsReport<'_> {
     /// nothing.
     fn views(&self) -> impl Iterator<Item = (&SolvedView, f64, f64, bool)> {
         let calibration = self.calibration;
-        let pairs = calibration.views.iter().zip(&calibration.advice.worth);
-        pairs.map(|(view, worth)| (view, worth.growth, worth.tilt_deg, worth.adds_nothing))
+        let pairs = calibration.views.iter().zip(&calibration.advice.influence);
+        pairs.map(|(view, influence)| {
+            (view, influence.growth, influence.tilt_deg, influence.adds_nothing)
+        })
     }
 }
 
@@ -142,7 +144,7 @@ fn rays_json(RaySigmas { typical, worst }: &RaySigmas) -> Value {
     })
 }
 
-fn candidate_json(candidate: &Candidate) -> Value {
+fn candidate_json(candidate: &LensCandidate) -> Value {
     json!({
         "model": candidate.model.name(),
         "parameters": candidate.parameters,

@@ -8,7 +8,7 @@ use fabkit_report::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use nalgebra::Vector2;
 
 use super::{ExtrinsicsReport, magnification};
-use crate::model::{Observation, Parameter};
+use crate::model::{FitParameter, Observation};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
 /// Rings and places on a ring of the uncertainty maps.
@@ -170,8 +170,9 @@ impl ExtrinsicsReport<'_> {
         let rim = contacts.iter().map(|(p, _)| polar(p)).fold(0.0, f64::max);
         let joint = &calibration.joint;
         let of_camera = joint.camera().parameters().into_iter();
-        let of_camera = of_camera.map(|(name, _)| Parameter::Camera(name));
-        let parameters: Vec<Parameter> = Parameter::POSE.into_iter().chain(of_camera).collect();
+        let of_camera = of_camera.map(|(name, _)| FitParameter::Camera(name));
+        let parameters: Vec<FitParameter> =
+            FitParameter::POSE.into_iter().chain(of_camera).collect();
         let mut places = Vec::new();
         for ring in 0..RINGS {
             let (s, c) = (rim * ring as f64 / (RINGS - 1) as f64).sin_cos();

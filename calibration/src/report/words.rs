@@ -3,9 +3,9 @@
 use fabkit_camera::{Camera, Interface};
 
 use super::ExtrinsicsReport;
-use crate::assignment::Doubt;
-use crate::extrinsics::{Candidate, Trial};
-use crate::model::Parameter;
+use crate::assignment::Discrepancy;
+use crate::extrinsics::{ParameterSet, Trial};
+use crate::model::FitParameter;
 
 /// Residuals this much above what pins and pictures explain mean that the model is incomplete.
 const MISFIT: f64 = 1.3;
@@ -17,7 +17,7 @@ const STRONG: f64 = 10.0;
 impl ExtrinsicsReport<'_> {
     /// What did not fit its label, one sentence each.
     pub fn doubt_sentences(&self) -> Vec<String> {
-        self.doubts.iter().map(|doubt| self.doubt(doubt)).collect()
+        self.discrepancies.iter().map(|doubt| self.doubt(doubt)).collect()
     }
 
     /// What the person who took the pictures should know before using the result.
@@ -44,7 +44,7 @@ impl ExtrinsicsReport<'_> {
         }
         for unknown in chosen.unobservable.iter().filter(|u| {
             // That the seats of all captures together are the pose is no news.
-            !u.terms.iter().all(|(p, _)| matches!(p, Parameter::Reseating(..)))
+            !u.terms.iter().all(|(p, _)| matches!(p, FitParameter::Reseating(..)))
         }) {
             let names: Vec<String> = unknown.terms.iter().map(|(p, _)| p.in_words()).collect();
             warnings.push(format!(
@@ -118,7 +118,7 @@ impl ExtrinsicsReport<'_> {
             ));
         }
         text.extend(self.about_optics());
-        if let Some(lean) = self.value_and_sigma(Parameter::Lean) {
+        if let Some(lean) = self.value_and_sigma(FitParameter::Lean) {
             text.push(format!(
                 "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the \
                  tip. No lens does that. It is what happens when the dome is turned a little while \
@@ -126,7 +126,7 @@ impl ExtrinsicsReport<'_> {
                 lean.0, lean.1
             ));
         }
-        if let Some(offset) = self.value_and_sigma(Parameter::SeatingOffset) {
+        if let Some(offset) = self.value_and_sigma(FitParameter::SeatingOffset) {
             text.push(format!(
                 "All pins go in {:.2} ± {:.2} mm farther than designed.",
                 offset.0, offset.1
@@ -141,7 +141,7 @@ impl ExtrinsicsReport<'_> {
         let chosen = self.chosen().candidate;
         let like = |gel: bool, terms: usize| {
             trials.iter().find(|t| {
-                let other = Candidate { optics: t.candidate.optics, ..chosen };
+                let other = ParameterSet { optics: t.candidate.optics, ..chosen };
                 t.candidate == other
                     && t.candidate.optics.gel_index.is_some() == gel
                     && t.candidate.optics.radial_terms == terms
@@ -184,11 +184,11 @@ impl ExtrinsicsReport<'_> {
     }
 
     /// A parameter of the chosen fit with its standard deviation.
-    pub(super) fn value_and_sigma(&self, parameter: Parameter) -> Option<(f64, f64)> {
+    pub(super) fn value_and_sigma(&self, parameter: FitParameter) -> Option<(f64, f64)> {
         let fit = &self.chosen().fit;
         let at = fit.parameters.iter().position(|found| *found == parameter)?;
         let sigma = self.calibration.covariance[(at, at)].max(0.0).sqrt();
-        if parameter == Parameter::FocalScale {
+        if parameter == FitParameter::FocalScale {
             let fx_px = |camera: &Camera| camera.lens().intrinsics().fx_px;
             let ratio = fx_px(&fit.model.camera) / fx_px(self.calibration.given.camera());
             return Some((ratio - 1.0, ratio * sigma));
@@ -197,20 +197,20 @@ impl ExtrinsicsReport<'_> {
     }
 
     /// One doubt as a sentence.
-    fn doubt(&self, doubt: &Doubt) -> String {
+    fn doubt(&self, doubt: &Discrepancy) -> String {
         let file =
             |capture: usize| self.captures.get(capture).map_or("?", |record| record.file.as_str());
         match doubt {
-            Doubt::Missing { capture, hole } => {
+            Discrepancy::Missing { capture, hole } => {
                 format!("{}: no mark of the pin in hole {hole}.", file(*capture))
             }
-            Doubt::Spurious { capture, pixel } => format!(
+            Discrepancy::Spurious { capture, pixel } => format!(
                 "{}: the mark at ({:.0}, {:.0}) px belongs to no hole of the label and was left out.",
                 file(*capture),
                 pixel.x,
                 pixel.y
             ),
-            Doubt::Mislabelled { capture, labelled, found } => format!(
+            Discrepancy::Mislabelled { capture, labelled, found } => format!(
                 "{}: the label says hole {labelled}, but the mark is at hole {found}; it was left \
                  out.",
                 file(*capture)
@@ -222,7 +222,7 @@ impl ExtrinsicsReport<'_> {
 fn gel_distance(trial: &Trial) -> String {
     let Interface::Flat(flat) = trial.fit.model.camera.interface() else { return String::new() };
     let distance = format!("{:.1} mm", flat.distance_mm);
-    if trial.fit.parameters.contains(&Parameter::Camera("interface_distance_mm")) {
+    if trial.fit.parameters.contains(&FitParameter::Camera("interface_distance_mm")) {
         return distance;
     }
     format!(

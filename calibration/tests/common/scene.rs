@@ -5,7 +5,7 @@ use fabkit_calibration::image::GreyImage;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens, Point2, Point3, Vector3};
 use fabkit_geometry::{Angle, Pose};
 
-use super::random::Random;
+use fabkit_geometry::sequences::Random;
 
 /// 640 x 480, 160 degrees and a little over the diagonal, with a true lens's deviations from
 /// equidistance.
@@ -19,7 +19,7 @@ pub fn fisheye() -> Camera {
 /// DICT_4X4_250 do.
 pub fn charuco(squares: [u32; 2], square_mm: f64, marker_mm: f64) -> Board {
     let needed = Board::light_squares(squares).len();
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let mut chosen: Vec<[[u8; 4]; 4]> = Vec::new();
     let turn = |m: &[[u8; 4]; 4]| std::array::from_fn(|r| std::array::from_fn(|c| m[3 - c][r]));
     let distance = |a: &[[u8; 4]; 4], b: &[[u8; 4]; 4]| {

@@ -3,8 +3,8 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use fabkit_calibration::landmarks::PinLandmark;
-use fabkit_calibration::synthetic::Noise;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens};
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 
 /// Pins in 29 holes on four rings and the tip of a 15 mm dome about (0, 0, 6). Each kind reaches
@@ -64,9 +64,9 @@ pub fn captures<'a>(
     pins: &'a [PinLandmark],
     count: usize,
     per_capture: usize,
-    noise: &mut Noise,
+    noise: &mut Random,
 ) -> Vec<Vec<&'a PinLandmark>> {
-    let capture = |noise: &mut Noise| {
+    let capture = |noise: &mut Random| {
         let mut chosen: Vec<&PinLandmark> = Vec::new();
         while chosen.len() < per_capture {
             let pin = &pins[noise.below(pins.len())];

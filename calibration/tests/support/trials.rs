@@ -1,8 +1,8 @@
 //! Poses of a camera that sees 40 points on a dome.
 
 use fabkit_calibration::model::{Contact, Observation};
-use fabkit_calibration::synthetic::Noise;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens};
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Point3, Pose};
 use nalgebra::Vector2;
 
@@ -34,12 +34,12 @@ pub fn dome() -> Vec<Point3<f64>> {
 }
 
 /// A pose near `depth_mm` in any turn, and what is seen from it.
-pub fn trial(camera: &Camera, depth_mm: f64, noise: &mut Noise) -> (Pose, Vec<Observation>) {
+pub fn trial(camera: &Camera, depth_mm: f64, noise: &mut Random) -> (Pose, Vec<Observation>) {
     let degrees = |x: f64| Angle::from_deg(x).unwrap();
     let truth = Pose::translation(noise.normal() * 0.5, noise.normal() * 0.5, depth_mm)
         .then_in(Pose::rotation_x(degrees(2.0 * noise.normal())))
         .then_in(Pose::rotation_y(degrees(2.0 * noise.normal())))
-        .then_in(Pose::rotation_z(degrees(360.0 * noise.uniform())));
+        .then_in(Pose::rotation_z(degrees(360.0 * noise.unit())));
     let observe = |point: Point3<f64>| {
         let pixel = camera.project(&truth.point(point)).unwrap();
         let contact =

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::{Fault, InvalidCameraFile};
 use crate::camera::{Camera, check_around};
-use crate::error::{InvalidCamera, Violation, readable};
+use crate::error::{InvalidCamera, LensViolation, readable};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::Lens;
@@ -151,15 +151,15 @@ impl Fields {
         self.with_violations([of_lens, around].concat())
     }
 
-    fn with_violations(mut self, violations: Vec<Violation>) -> InvalidCameraFile {
+    fn with_violations(mut self, violations: Vec<LensViolation>) -> InvalidCameraFile {
         violations.into_iter().for_each(|violation| self.violation(violation));
         self.faults.sort_by_key(super::line);
         InvalidCameraFile { faults: self.faults }
     }
 
     /// A rule that a value breaks, unless it could not even be read and is reported for that.
-    fn violation(&mut self, violation: Violation) {
-        let Violation { field, value, limit } = violation;
+    fn violation(&mut self, violation: LensViolation) {
+        let LensViolation { field, value, limit } = violation;
         let place = self.places.iter().find(|(name, _)| *name == field).map(|(_, at)| *at);
         let unread = value.is_nan() || (value == 0.0 && place.is_none());
         if !unread || self.faults.is_empty() {

@@ -19,7 +19,7 @@ const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
 
 /// What the distortion vector means.
 #[derive(Clone, Copy, PartialEq)]
-enum Model {
+enum DistortionModel {
     OpenCv,
     Fisheye,
 }
@@ -57,12 +57,12 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
         return Err(fields.faults_of(size, None, Interface::None));
     };
     let lens = match model {
-        Model::Fisheye => {
+        DistortionModel::Fisheye => {
             let k = count_is(&mut fields, distortion, &coefficients, &[4]);
             k.map(|k| KannalaBrandt::new(intrinsics, std::array::from_fn(|i| k[i])))
                 .map(|lens| lens.map(Lens::KannalaBrandt))
         }
-        Model::OpenCv => {
+        DistortionModel::OpenCv => {
             let used = without_prism_and_tilt(&mut fields, distortion, &coefficients);
             let k = count_is(&mut fields, distortion, used, &[0, 4, 5, 8]);
             k.map(|k| OpenCv::new(intrinsics, k).map(Lens::OpenCv))
@@ -107,12 +107,17 @@ fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
 ///
 /// OpenCV's own files do not always tell its two models apart, and both can have four
 /// coefficients. Where nothing but four numbers is given, the file is refused.
-fn read_model(fields: &mut Fields, root: &Node, at: Position, count: usize) -> Option<Model> {
+fn read_model(
+    fields: &mut Fields,
+    root: &Node,
+    at: Position,
+    count: usize,
+) -> Option<DistortionModel> {
     if root.get("distortion_model").is_some() {
         let (name, line) = fields.text(root, "distortion_model")?;
         return match name {
-            "plumb_bob" | "rational_polynomial" => Some(Model::OpenCv),
-            "equidistant" | "fisheye" => Some(Model::Fisheye),
+            "plumb_bob" | "rational_polynomial" => Some(DistortionModel::OpenCv),
+            "equidistant" | "fisheye" => Some(DistortionModel::Fisheye),
             other => {
                 let message = format!("`{}` is not known", shown(other));
                 let hint =
@@ -125,8 +130,8 @@ fn read_model(fields: &mut Fields, root: &Node, at: Position, count: usize) -> O
     if root.get("fisheye_model").is_some() {
         let (flag, line) = fields.text(root, "fisheye_model")?;
         return match flag {
-            "0" | "false" => Some(Model::OpenCv),
-            "1" | "true" => Some(Model::Fisheye),
+            "0" | "false" => Some(DistortionModel::OpenCv),
+            "1" | "true" => Some(DistortionModel::Fisheye),
             other => {
                 let message = format!("is `{}`, but must be 0 or 1", shown(other));
                 fields.fault(Fault::new(line, "fisheye_model", message));
@@ -141,7 +146,7 @@ fn read_model(fields: &mut Fields, root: &Node, at: Position, count: usize) -> O
         fields.fault(Fault::new(at, DISTORTION[0], message).hint(hint));
         return None;
     }
-    Some(Model::OpenCv)
+    Some(DistortionModel::OpenCv)
 }
 
 /// OpenCV's 12 and 14 coefficients, if those beyond the eighth are zero.
@@ -174,13 +179,13 @@ fn count_is<'a>(
 }
 
 /// Camera matrix and coefficients of a lens that both formats have, or what would be lost.
-fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], Model), String> {
+fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String> {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
     let matrix = [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0];
     let coefficients = camera.lens().coefficients();
     match camera.lens() {
-        Lens::OpenCv(_) => Ok((matrix, coefficients, Model::OpenCv)),
-        Lens::KannalaBrandt(_) => Ok((matrix, coefficients, Model::Fisheye)),
+        Lens::OpenCv(_) => Ok((matrix, coefficients, DistortionModel::OpenCv)),
+        Lens::KannalaBrandt(_) => Ok((matrix, coefficients, DistortionModel::Fisheye)),
         other => Err(format!("the lens model ({})", other.model_name())),
     }
 }
@@ -197,7 +202,7 @@ pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
         "%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\nfisheye_model: {}\n{}{}",
         camera.width_px(),
         camera.height_px(),
-        u8::from(model == Model::Fisheye),
+        u8::from(model == DistortionModel::Fisheye),
         as_matrix("camera_matrix", 3, 3, &matrix),
         as_matrix("distortion_coefficients", k.len(), 1, k),
     ))
@@ -207,8 +212,8 @@ pub(super) fn write_ros(camera: &Camera) -> Result<String, String> {
     let (matrix, k, model) = parts(camera)?;
     let [fx, _, cx, _, fy, cy, ..] = matrix;
     let name = match (model, k.len()) {
-        (Model::Fisheye, _) => "equidistant",
-        (Model::OpenCv, 8) => "rational_polynomial",
+        (DistortionModel::Fisheye, _) => "equidistant",
+        (DistortionModel::OpenCv, 8) => "rational_polynomial",
         _ => "plumb_bob",
     };
     let as_matrix = |name: &str, rows: usize, columns: usize, data: &[f64]| {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
-use crate::camera::Ray;
+use crate::camera::ViewRay;
 use crate::error::{OutsideDomain, Rules};
 
 /// A flat window: lens in one medium (air), then a pane of glass or nothing, then the gel.
@@ -225,7 +225,7 @@ impl FlatRefraction {
         Ok(Bent { direction, by_point, by_parameters })
     }
 
-    pub(super) fn outward(&self, direction: &Vector3<f64>) -> Result<Ray, OutsideDomain> {
+    pub(super) fn outward(&self, direction: &Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         let normal = self.normal_in_camera;
         let cosine = direction.dot(&normal);
         // At a million distances to the side rounding would have the last word.
@@ -235,7 +235,7 @@ impl FlatRefraction {
         let on_glass = direction * (self.distance_mm / cosine);
         let in_glass = refract(direction, &normal, 1.0 / self.glass.index);
         let on_gel = on_glass + in_glass * (self.glass.thickness_mm / in_glass.dot(&normal));
-        Ok(Ray {
+        Ok(ViewRay {
             origin_in_camera: Point3::from(on_gel),
             direction: refract(direction, &normal, 1.0 / self.gel_index),
         })

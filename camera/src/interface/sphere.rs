@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
 use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
-use crate::camera::Ray;
+use crate::camera::ViewRay;
 use crate::error::{OutsideDomain, Rules};
 use crate::roots::increasing;
 
@@ -163,12 +163,12 @@ impl SphereRefraction {
         Ok(Bent { direction: x, by_point: -solve * by_target, by_parameters })
     }
 
-    pub(super) fn outward(&self, direction: &Vector3<f64>) -> Ray {
+    pub(super) fn outward(&self, direction: &Vector3<f64>) -> ViewRay {
         let b = direction.dot(&self.centre);
         let slack = self.radius_mm * self.radius_mm - self.off_centre_mm * self.off_centre_mm;
         let x = direction * (b + (b * b + slack).sqrt());
         let normal = (x - self.centre) / self.radius_mm;
-        Ray {
+        ViewRay {
             origin_in_camera: Point3::from(x),
             direction: refract(direction, &normal, 1.0 / self.index),
         }

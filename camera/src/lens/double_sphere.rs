@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit, unified};
+use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit, unified};
 use crate::error::InvalidCamera;
 
 const NAMES: [&str; 2] = ["xi", "alpha"];
@@ -41,7 +41,7 @@ impl DoubleSphere {
     }
 }
 
-impl Model for DoubleSphere {
+impl Projector for DoubleSphere {
     fn names(&self) -> &'static [&'static str] {
         &NAMES
     }

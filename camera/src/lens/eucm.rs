@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit, unified};
+use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit, unified};
 use crate::error::InvalidCamera;
 
 const NAMES: [&str; 2] = ["alpha", "beta"];
@@ -40,7 +40,7 @@ impl Eucm {
     }
 }
 
-impl Model for Eucm {
+impl Projector for Eucm {
     fn names(&self) -> &'static [&'static str] {
         &NAMES
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit};
+use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
 use crate::error::InvalidCamera;
 use crate::roots::{first_zero, increasing};
 
@@ -52,7 +52,7 @@ impl KannalaBrandt {
     }
 }
 
-impl Model for KannalaBrandt {
+impl Projector for KannalaBrandt {
     fn names(&self) -> &'static [&'static str] {
         &NAMES
     }

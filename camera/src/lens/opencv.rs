@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Model, Normalised, check, check_limit};
+use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
 use crate::error::InvalidCamera;
 use crate::roots::{first_zero, increasing};
 
@@ -234,7 +234,7 @@ impl Polynomial {
     }
 }
 
-impl Model for OpenCv {
+impl Projector for OpenCv {
     fn names(&self) -> &'static [&'static str] {
         &NAMES[..self.terms]
     }

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Point3, Ray, Vector3};
 
-use super::{Projection, RenderError, View};
+use super::{RenderError, View, ViewProjection};
 
 /// A view with a scale: which ray belongs to which place in the picture.
 #[derive(Clone, Debug)]
@@ -39,8 +39,8 @@ impl Framing {
         let radius_mm =
             points.iter().map(|p| (p - centre).norm()).fold(1e-6, |a: f64, b: f64| a.max(b));
         let (perspective, distance_mm) = match view.projection {
-            Projection::Orthographic => (false, 2.0 * radius_mm),
-            Projection::Perspective { field_of_view } => {
+            ViewProjection::Orthographic => (false, 2.0 * radius_mm),
+            ViewProjection::Perspective { field_of_view } => {
                 (true, radius_mm / (field_of_view.rad() / 2.0).sin())
             }
         };

@@ -1,7 +1,7 @@
 //! Where lines are drawn: between samples that do not see one smooth surface.
 
 use super::framing::Framing;
-use super::sample::{CUT_LEAF, Surface};
+use super::sample::{CUT_LEAF, SeenSurface};
 
 /// Faces that meet at more than about 10 degrees make a crease.
 const SMOOTH_COSINE: f64 = 0.985;
@@ -42,7 +42,7 @@ impl Line {
 /// The line between two neighbouring samples, given what each sees from front to back.
 ///
 /// The n-th surface of a body in one is compared with its n-th in the other.
-pub(super) fn line_between(a: &[Surface], b: &[Surface], framing: &Framing) -> Line {
+pub(super) fn line_between(a: &[SeenSurface], b: &[SeenSurface], framing: &Framing) -> Line {
     let mut line = Line::NONE;
     for (index, surface) in a.iter().enumerate() {
         let found = match partner(a, index, b) {
@@ -64,13 +64,17 @@ fn outline(weight: f64) -> Line {
 }
 
 /// The surface in `there` that corresponds to surface `index` of `here`.
-fn partner<'a>(here: &[Surface], index: usize, there: &'a [Surface]) -> Option<&'a Surface> {
+fn partner<'a>(
+    here: &[SeenSurface],
+    index: usize,
+    there: &'a [SeenSurface],
+) -> Option<&'a SeenSurface> {
     let actor = here[index].actor;
     let rank = here[..index].iter().filter(|s| s.actor == actor).count();
     there.iter().filter(|s| s.actor == actor).nth(rank)
 }
 
-fn break_between(a: &Surface, b: &Surface, framing: &Framing) -> Line {
+fn break_between(a: &SeenSurface, b: &SeenSurface, framing: &Framing) -> Line {
     let chord = b.point - a.point;
     let length_mm = chord.norm();
     let direction = framing.direction_to(&a.point);

@@ -24,7 +24,7 @@ use sample::{Setup, Tracer};
 use shade::Shader;
 pub use sheet::contact_sheet;
 use tile::{Pen, TILE_PX, Tile};
-pub use view::{Cut, Projection, View};
+pub use view::{SectionCut, View, ViewProjection};
 
 /// Largest picture, px.
 pub const MAX_PIXELS: u64 = 64_000_000;
@@ -146,7 +146,7 @@ pub enum RenderError {
     /// The cut's plane is not finite, or its normal is zero.
     #[error("the cut needs a finite point and a finite direction that is not zero")]
     BadCut,
-    /// Out of the range that [`Projection::Perspective`] allows.
+    /// Out of the range that [`ViewProjection::Perspective`] allows.
     #[error("a field of view of {field_of_view_deg} degrees is not between 1 and 120")]
     FieldOfView {
         /// As asked for, degrees.
@@ -167,6 +167,18 @@ pub enum RenderError {
 /// # Errors
 /// See [`RenderError`].
 pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
+    render_watched(actors, view, &|_, _| {})
+}
+
+/// The same; `progress` is told how many rows of pixels are drawn, of how many.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_watched(
+    actors: &[Actor],
+    view: &View,
+    progress: &dyn Fn(usize, usize),
+) -> Result<Picture, RenderError> {
     let setup = prepare(actors, view)?;
     let mut picture = Picture::blank(view.width_px, view.height_px, [255; 3])?;
     let columns = view.width_px.div_ceil(TILE_PX);
@@ -184,6 +196,8 @@ pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
         for (tile, rgb) in tiles {
             picture.paste(&rgb, tile.width_px, tile.x_px, tile.y_px);
         }
+        let drawn_px = ((row + 1) * TILE_PX).min(view.height_px);
+        progress(drawn_px as usize, view.height_px as usize);
     }
     Ok(picture)
 }
@@ -243,7 +257,10 @@ fn closer_framing(setup: &Setup<'_>, view: &View) -> Option<Framing> {
 }
 
 /// Points whose hull holds all that is drawn: the corners of the actors' boxes after the cut.
-fn framed_points(scene: &Scene<'_>, cut: Option<&Cut>) -> Result<Vec<Point3<f64>>, RenderError> {
+fn framed_points(
+    scene: &Scene<'_>,
+    cut: Option<&SectionCut>,
+) -> Result<Vec<Point3<f64>>, RenderError> {
     let mut points = Vec::new();
     for index in 0..scene.len() {
         let bounds = scene.bounds(index);

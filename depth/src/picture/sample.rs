@@ -2,11 +2,11 @@
 
 use fabkit_geometry::{Crossing, Point3, Ray, Vector3};
 
-use super::Cut;
+use super::SectionCut;
 use super::framing::Framing;
 use super::shade::{Linear, Shader, add};
 use super::tile::Pen;
-use crate::{Scene, Scratch};
+use crate::{Scene, SceneScratch};
 
 /// Surfaces nearer together than this count as touching, mm; then the earlier actor is in front,
 /// rather than whichever rounding prefers.
@@ -26,7 +26,7 @@ pub(super) const CUT_LEAF: u32 = u32::MAX;
 
 /// A surface that a ray sees.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Surface {
+pub(super) struct SeenSurface {
     pub t: f64,
     /// Scene frame, mm.
     pub point: Point3<f64>,
@@ -63,9 +63,9 @@ pub(super) struct Tracer<'a> {
     shelters: &'a Scene<'a>,
     pub framing: &'a Framing,
     shader: &'a Shader,
-    scratch: Scratch,
-    seen: Vec<Surface>,
-    surfaces: Vec<Surface>,
+    scratch: SceneScratch,
+    seen: Vec<SeenSurface>,
+    surfaces: Vec<SeenSurface>,
 }
 
 impl<'a> Tracer<'a> {
@@ -75,7 +75,7 @@ impl<'a> Tracer<'a> {
         Self { scene, shelters, framing, shader, scratch, seen, surfaces }
     }
 
-    pub fn surfaces(&self, sample: &Sample) -> &[Surface] {
+    pub fn surfaces(&self, sample: &Sample) -> &[SeenSurface] {
         &self.surfaces[sample.first as usize..sample.end as usize]
     }
 
@@ -144,16 +144,16 @@ impl<'a> Tracer<'a> {
 /// no more than the sample itself, and darkens what should look deep: holes, slots and gaps.
 fn shelter(
     shelters: &Scene<'_>,
-    surface: &Surface,
+    surface: &SeenSurface,
     reach_mm: f64,
-    cut: Option<&Cut>,
-    scratch: &mut Scratch,
+    cut: Option<&SectionCut>,
+    scratch: &mut SceneScratch,
 ) -> f64 {
     let ray = Ray { origin: surface.point, direction: surface.normal };
     let range = SHELTER_GAP * reach_mm..reach_mm;
     let Some(hit) = shelters.first_hit(&ray, range, scratch) else { return 0.0 };
     let t = hit.crossing.t;
-    let is_cut_away = |cut: &Cut| cut.excess_mm(&ray.at(t)) > 0.0;
+    let is_cut_away = |cut: &SectionCut| cut.excess_mm(&ray.at(t)) > 0.0;
     if cut.is_some_and(is_cut_away) { 0.0 } else { 1.0 - t / reach_mm }
 }
 
@@ -166,7 +166,7 @@ struct Kept {
 }
 
 impl Kept {
-    fn of(cut: Option<&Cut>, ray: &Ray) -> Self {
+    fn of(cut: Option<&SectionCut>, ray: &Ray) -> Self {
         let (mut from_t, mut to_t) = (f64::NEG_INFINITY, f64::INFINITY);
         let Some(cut) = cut else { return Self { from_t, to_t, outward: Vector3::zeros() } };
         let excess_mm = cut.excess_mm(&ray.origin);
@@ -188,7 +188,7 @@ impl Kept {
         entering: &Crossing,
         leaving_t: f64,
         ray: &Ray,
-    ) -> Option<Surface> {
+    ) -> Option<SeenSurface> {
         let t = entering.t.max(self.from_t);
         if leaving_t.min(self.to_t) - t < THINNEST_MM {
             return None;
@@ -199,14 +199,14 @@ impl Kept {
             (entering.normal, entering.leaf, entering.face)
         };
         let point = ray.at(t);
-        Some(Surface { t, point, normal, actor, leaf, face, line_weight: 0.0 })
+        Some(SeenSurface { t, point, normal, actor, leaf, face, line_weight: 0.0 })
     }
 }
 
 /// Sorts by insertion: the lists are short, and "touching" is not an order that a general sort
 /// would accept.
-fn front_to_back(surfaces: &mut [Surface]) {
-    let before = |a: &Surface, b: &Surface| {
+fn front_to_back(surfaces: &mut [SeenSurface]) {
+    let before = |a: &SeenSurface, b: &SeenSurface| {
         if (a.t - b.t).abs() <= TOUCHING_MM { a.actor < b.actor } else { a.t < b.t }
     };
     for end in 1..surfaces.len() {

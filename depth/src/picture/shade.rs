@@ -3,8 +3,8 @@
 use fabkit_geometry::Vector3;
 
 use super::framing::Framing;
-use super::sample::{CUT_LEAF, Surface};
-use super::{Actor, Cut, View};
+use super::sample::{CUT_LEAF, SeenSurface};
+use super::{Actor, SectionCut, View};
 
 /// Linear light, red, green, blue, 0 to 1.
 pub(super) type Linear = [f32; 3];
@@ -37,7 +37,7 @@ const SHELTERED: f64 = 0.6;
 pub(super) struct Shader {
     actors: Vec<Paint>,
     /// With `outward` of unit length.
-    pub cut: Option<Cut>,
+    pub cut: Option<SectionCut>,
     key: Vector3<f64>,
     fill: Vector3<f64>,
     halfway: Vector3<f64>,
@@ -76,7 +76,7 @@ impl Shader {
         let key = in_scene(KEY.0);
         Self {
             actors: actors.iter().map(Paint::of).collect(),
-            cut: view.cut.map(|cut| Cut { outward: cut.outward.normalize(), ..cut }),
+            cut: view.cut.map(|cut| SectionCut { outward: cut.outward.normalize(), ..cut }),
             key,
             fill: in_scene(FILL.0),
             halfway: (key + towards).normalize(),
@@ -92,7 +92,7 @@ impl Shader {
 
     /// How much a surface covers of what is behind it. A cut face covers all; a clear one covers
     /// more where it is seen at a glancing angle, as glass does.
-    pub fn surface_opacity(&self, surface: &Surface, direction: &Vector3<f64>) -> f64 {
+    pub fn surface_opacity(&self, surface: &SeenSurface, direction: &Vector3<f64>) -> f64 {
         let opacity = self.opacity(surface.actor);
         if surface.leaf == CUT_LEAF || opacity == 1.0 {
             return 1.0;
@@ -102,14 +102,14 @@ impl Shader {
     }
 
     /// How strongly lines show on an unobstructed surface.
-    pub fn line_strength(&self, surface: &Surface) -> f64 {
+    pub fn line_strength(&self, surface: &SeenSurface) -> f64 {
         let opacity = self.opacity(surface.actor);
         if surface.leaf == CUT_LEAF { 1.0 } else { 0.3 + 0.7 * opacity * opacity }
     }
 
     /// How far something in front of a surface may be to keep light from it, mm; none for surfaces
     /// that are flatly lit or let light through.
-    pub fn shelter_reach_mm(&self, surface: &Surface) -> Option<f64> {
+    pub fn shelter_reach_mm(&self, surface: &SeenSurface) -> Option<f64> {
         let paint = &self.actors[surface.actor as usize];
         let is_plain = surface.leaf == CUT_LEAF || paint.opacity < 1.0;
         (!is_plain).then_some(paint.shelter_reach_mm)
@@ -127,7 +127,7 @@ impl Shader {
 
     /// Light from a surface, at a place in the picture. `shelter` is 0 in the open and goes up to
     /// 1 where something stands close in front of the surface.
-    pub fn shade(&self, surface: &Surface, shelter: f64, x_px: f64, y_px: f64) -> Linear {
+    pub fn shade(&self, surface: &SeenSurface, shelter: f64, x_px: f64, y_px: f64) -> Linear {
         let albedo = self.actors[surface.actor as usize].albedo;
         if surface.leaf == CUT_LEAF {
             return self.hatched(albedo, surface.actor, x_px, y_px);

@@ -176,7 +176,7 @@ fn a_clear_bodys_lines_are_lighter_and_so_are_those_behind_it() {
 
 #[test]
 fn framing_a_cut_box_ends_at_the_cut() {
-    let cut = Cut { point: Point3::new(0.0, 0.25, 0.0), outward: Vector3::y() * 5.0 };
+    let cut = SectionCut { point: Point3::new(0.0, 0.25, 0.0), outward: Vector3::y() * 5.0 };
     let bounds = fabkit_geometry::Aabb {
         min: Point3::new(-1.0, -2.0, -3.0),
         max: Point3::new(1.0, 2.0, 3.0),

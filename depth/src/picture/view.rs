@@ -23,16 +23,16 @@ pub struct View {
     /// and y's where the viewer looks along z.
     pub looking: Vector3<f64>,
     /// How space is flattened.
-    pub projection: Projection,
+    pub projection: ViewProjection,
     /// What is taken away before drawing.
-    pub cut: Option<Cut>,
+    pub cut: Option<SectionCut>,
     /// Free border on each side, as a fraction of the shorter side: 0 to 0.45.
     pub margin: f64,
 }
 
 /// How space is flattened onto the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
+pub enum ViewProjection {
     /// All rays parallel: lengths in one direction keep their ratios.
     Orthographic,
     /// All rays from one point, which stands as far away as the field of view asks.
@@ -45,7 +45,7 @@ pub enum Projection {
 
 /// A half-space taken away from every actor; where it cuts a body, the body shows a hatched face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cut {
+pub struct SectionCut {
     /// A point on the cutting plane, scene frame, mm.
     pub point: Point3<f64>,
     /// Points into what is taken away; need not be of unit length.
@@ -55,7 +55,7 @@ pub struct Cut {
 impl View {
     /// A view along a direction in the scene frame.
     pub fn along(looking: Vector3<f64>, width_px: u32, height_px: u32) -> Self {
-        let projection = Projection::Orthographic;
+        let projection = ViewProjection::Orthographic;
         Self { width_px, height_px, looking, projection, cut: None, margin: 0.05 }
     }
 
@@ -91,14 +91,14 @@ impl View {
     /// Takes away the half-space beyond the plane through `point`, on the side `outward` points to.
     #[must_use]
     pub fn cut(mut self, point: Point3<f64>, outward: Vector3<f64>) -> Self {
-        self.cut = Some(Cut { point, outward });
+        self.cut = Some(SectionCut { point, outward });
         self
     }
 
     /// Lets parallel lines meet.
     #[must_use]
     pub fn perspective(mut self, field_of_view: Angle) -> Self {
-        self.projection = Projection::Perspective { field_of_view };
+        self.projection = ViewProjection::Perspective { field_of_view };
         self
     }
 
@@ -110,7 +110,7 @@ impl View {
         if !(0.0..=0.45).contains(&self.margin) {
             return Err(RenderError::Margin { margin: self.margin });
         }
-        if let Projection::Perspective { field_of_view } = self.projection {
+        if let ViewProjection::Perspective { field_of_view } = self.projection {
             let field_of_view_deg = field_of_view.deg();
             if !(1.0..=120.0).contains(&field_of_view_deg) {
                 return Err(RenderError::FieldOfView { field_of_view_deg });
@@ -127,7 +127,7 @@ impl View {
     }
 }
 
-impl Cut {
+impl SectionCut {
     /// How far a point lies in what is taken away, mm; negative in what stays.
     pub(super) fn excess_mm(&self, point: &Point3<f64>) -> f64 {
         (point - self.point).dot(&self.outward.normalize())

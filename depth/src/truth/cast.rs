@@ -14,7 +14,7 @@ pub(super) const START_MM: f64 = 1e-9;
 
 /// The sensing surface as one camera sees it without contact.
 #[derive(Clone, Debug)]
-pub struct Surface<'a> {
+pub struct ReferenceSurface<'a> {
     rays: &'a PixelRays,
     touch: TouchSurface,
     inside: Inside,
@@ -22,7 +22,7 @@ pub struct Surface<'a> {
     range_mm: Vec<f64>,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> ReferenceSurface<'a> {
     /// Casts every ray against the touch surface of a sensor.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Point3, Vector3};
 
-use super::cast::Surface;
+use super::cast::ReferenceSurface;
 
 /// The label of pixels that see no sensing surface.
 pub const NO_LABEL: u16 = 0;
@@ -12,7 +12,7 @@ pub const SURFACE_LABEL: u16 = 1;
 /// Ground truth for one press: row by row, `NaN` where no surface is seen.
 #[derive(Clone, Debug)]
 pub struct DepthMap<'a> {
-    pub(super) surface: &'a Surface<'a>,
+    pub(super) surface: &'a ReferenceSurface<'a>,
     pub(super) range_mm: Vec<f64>,
     pub(super) label: Vec<u16>,
     pub(super) names: Vec<String>,

@@ -32,7 +32,7 @@ mod sigma;
 mod stitch;
 mod tiles;
 
-pub use cast::Surface;
+pub use cast::ReferenceSurface;
 pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 pub use picture::{false_color, scale_color};
 pub use presser::Presser;

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::Vector3;
 
-use super::cast::Surface;
+use super::cast::ReferenceSurface;
 
 /// On which side of a plane through the sensor's axis each pixel sees the surface.
 ///
@@ -30,7 +30,7 @@ impl Seam {
     ///
     /// A pixel belongs to a side if the *unpressed* surface it sees lies further than `margin_mm`
     /// from the plane.
-    pub fn new(surface: &Surface, left_to_right: Vector3<f64>, margin_mm: f64) -> Self {
+    pub fn new(surface: &ReferenceSurface, left_to_right: Vector3<f64>, margin_mm: f64) -> Self {
         let normal = left_to_right.normalize();
         let side = |signed_mm: f64| {
             if signed_mm > margin_mm {

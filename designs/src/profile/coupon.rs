@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use fabkit_geometry::Length;
 use fabkit_text::{
-    Content, Dialect, Entry, InvalidDesign, Layer, Name, Node, Place, Position, Reading, Scalar,
-    check_format, mapping_of, shown, suggestion, take_word,
+    Content, Dialect, Entry, InvalidDesign, Name, Node, Place, Position, Reading, Scalar,
+    TextLayer, check_format, mapping_of, shown, suggestion, take_word,
 };
 
 use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
@@ -156,7 +156,7 @@ impl MeasuredProfile {
     /// Everything that is wrong: sizes without a unit or far from what was designed, too few of
     /// them, one that is off the line through the others.
     pub fn read(file: &str, yaml: &str, name: &Name) -> Result<Self, InvalidDesign> {
-        let text = Reading::new(Place::new(Layer::File, file, &COUPON));
+        let text = Reading::new(Place::new(TextLayer::File, file, &COUPON));
         let mut sizes = Sizes { text, groups: Vec::new() };
         let measured = sizes.read(yaml, name);
         sizes.text.finish(measured)

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use fabkit_text::{Dialect, InvalidDesign, Layer, Place, read_section};
+use fabkit_text::{Dialect, InvalidDesign, Place, TextLayer, read_section};
 
 use super::{DiameterFit, ProcessProfile};
 
@@ -15,7 +15,7 @@ impl ProcessProfile {
     /// # Errors
     /// Everything that is wrong, each with place, value, limit and a hint.
     pub fn read(file: &str, yaml: &str) -> Result<Self, InvalidDesign> {
-        read_section(yaml, &Place::new(Layer::File, file, &PROFILE))
+        read_section(yaml, &Place::new(TextLayer::File, file, &PROFILE))
     }
 
     /// The file that [`ProcessProfile::read`] reads; each comment line goes before the values.

@@ -150,7 +150,7 @@ proptest! {
 
     /// Whatever is read: a design, or problems with a message each.
     #[test]
-    fn nothing_panics(yaml in yaml_like(), bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+    fn no_text_makes_reading_panic(yaml in yaml_like(), bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         for text in [yaml, String::from_utf8_lossy(&bytes).into_owned()] {
             for (yaml, set) in [(text.as_str(), None), (GLOW, Some(text.clone()))] {
                 let overrides: Vec<String> = set.into_iter().collect();

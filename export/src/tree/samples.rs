@@ -4,6 +4,7 @@ mod seams;
 
 use std::collections::BTreeMap;
 
+use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{CompiledSolid, Landmark, Point3, Ray, Scratch, Solid, Vector3};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, FaceId, TriMesh};
 use serde::Serialize;
@@ -107,7 +108,7 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     let refused = |reason: String| ExportError::Samples { name: document.name.into(), reason };
     let body = CompiledSolid::new(document.solid).map_err(|e| refused(e.to_string()))?;
     let (figures, mesh) = figures(document.solid).map_err(|e| refused(e.to_string()))?;
-    let mut caster = Caster { body: &body, scratch: Scratch::default(), random: Random(1) };
+    let mut caster = Caster { body: &body, scratch: Scratch::default(), random: Random::new(1) };
     let reach_mm = (mesh.bounds().max - mesh.bounds().min).norm();
 
     let mut lines = Vec::new();
@@ -338,19 +339,5 @@ impl Caster<'_> {
             }
         }
         points
-    }
-}
-
-/// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-struct Random(u64);
-
-impl Random {
-    /// In [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 }

@@ -6,12 +6,13 @@ use fabkit_application::documents;
 use fabkit_application::fixtures;
 use fabkit_application::source::Target;
 
-use super::Report;
+use super::Outcome;
+use super::progress::Progress;
 use crate::cli;
 use crate::failure::{ErrorKind, Failure};
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
+pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
@@ -20,9 +21,11 @@ pub(super) fn run(args: &cli::Design) -> Result<Report, Failure> {
     }
     let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.
-    let report = target.check(&args.set)?.map_err(Failure::bug)?;
+    let progress = Progress::new(global, format!("checking {}", args.sensor));
+    let report = target.check(&args.set, &|step| progress.show(step))?.map_err(Failure::bug)?;
+    drop(progress);
     let text = text(&design.sensor.name, &report);
-    Ok(Report { text, json: documents::check(&design, &report), failed: report.errors() > 0 })
+    Ok(Outcome { text, json: documents::check(&design, &report), failed: report.errors() > 0 })
 }
 
 fn text(name: &str, report: &CheckReport) -> String {

@@ -3,10 +3,10 @@
 use clap_complete::env::Shells;
 use serde_json::json;
 
-use super::Report;
+use super::Outcome;
 use crate::failure::Failure;
 
-pub(super) fn run(shell: clap_complete::Shell) -> Result<Report, Failure> {
+pub(super) fn run(shell: clap_complete::Shell) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
     // The script asks the command itself, so that it knows the files, sensors and parts of the moment.
     let name = shell.to_string();
@@ -23,5 +23,5 @@ pub(super) fn run(shell: clap_complete::Shell) -> Result<Report, Failure> {
         "shell": name,
         "script": text,
     });
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }

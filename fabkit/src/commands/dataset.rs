@@ -5,31 +5,32 @@ mod probes;
 use std::path::Path;
 use std::time::Instant;
 
-use fabkit_application::dataset::{self, Job, Order, Plan, Written};
+use fabkit_application::dataset::{self, DatasetPlan, DatasetRequest, Job, WrittenDataset};
 use fabkit_application::documents;
 use fabkit_application::export::png;
 use fabkit_application::picture::is_named_as_one as is_picture;
+use fabkit_application::progress::Step;
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::Scene;
+use fabkit_application::scene::SensorView;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
 use super::progress::Progress;
-use super::{Report, view};
+use super::{Outcome, view};
 use crate::cli::{Dataset, Global};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::grouped;
 
-pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
     let scene = view::scene(&args.design, &args.view)?;
     if args.probes {
         return probes::run(args, &scene);
     }
-    let order = Order {
+    let order = DatasetRequest {
         presses: args.presses.as_deref(),
         captures: args.captures.as_deref(),
         membrane_mm: args.view.membrane,
@@ -44,14 +45,14 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Report, Failure> {
         let sheet = sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.seed)?)));
         let sheet = sheet.transpose()?;
         interrupt::begin_writing()?;
-        let progress = Progress::new(global, "files");
-        let show = |done, found, all| progress.show(done, found, all);
+        let progress = Progress::new(global, "writing files");
+        let show = |step: Step| progress.show(step);
         let room = if args.contact_sheet.is_some() { room.with_sheet() } else { room };
         let written = room.work(|| {
             let written = dataset::write(&args.output, job, &show, &interrupt::requested);
             written.map_err(Failure::from)
         });
-        progress.clear();
+        drop(progress);
         let written = written?;
         // Nothing is replaced for a data set that does not come about.
         if let Some((path, bytes)) = sheet {
@@ -85,9 +86,15 @@ fn sheet_of(path: &Path, job: &Job, seed: u64) -> Result<Vec<u8>, Failure> {
     png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)
 }
 
-fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: Instant) -> Report {
+fn report(
+    args: &Dataset,
+    scene: &SensorView,
+    plan: &DatasetPlan,
+    written: &WrittenDataset,
+    start: Instant,
+) -> Outcome {
     let folder = args.output.display().to_string();
-    let Written { halves, samples, found, made, damaged, untouched } = written;
+    let WrittenDataset { halves, samples, found, made, damaged, untouched } = written;
     let kind = if args.materialise { "written" } else { "listed" };
     let mut text = format!(
         "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",
@@ -125,5 +132,5 @@ fn report(args: &Dataset, scene: &Scene, plan: &Plan, written: &Written, start: 
         "halves_without_contact": untouched,
         "surface_seen": documents::coverage(&scene.coverage),
     });
-    Report { text, json, failed: false }
+    Outcome { text, json, failed: false }
 }

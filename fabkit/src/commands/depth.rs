@@ -7,17 +7,17 @@ use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::{Cast, Scene, press_error};
+use fabkit_application::scene::{Cast, SensorView, press_error};
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
-use super::{Report, view};
+use super::{Outcome, view};
 use crate::cli::Depth;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::table::size;
 
-pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
+pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     view::roles(&args.design, &args.view)
         .writes("-o", &args.output)
         .writes("--png", &args.png)
@@ -61,10 +61,10 @@ pub(super) fn run(args: &Depth) -> Result<Report, Failure> {
 
 fn write(
     args: &Depth,
-    scene: &Scene,
+    scene: &SensorView,
     [width, height]: [u32; 2],
     mut collected: Collected,
-) -> Result<Report, Failure> {
+) -> Result<Outcome, Failure> {
     let median = collected.median_sigma_mm();
     let files = files(args, &mut collected)?;
     let Collected { names, deepest, surface_px, contact_px: contact, .. } = collected;
@@ -115,10 +115,10 @@ fn write(
         "sigma_parameters": sigma_parameters,
         "grey_step_mm": GREY_STEP_MM,
     });
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }
 
-fn presses(scene: &Scene, args: &Depth) -> Result<Vec<Press>, Failure> {
+fn presses(scene: &SensorView, args: &Depth) -> Result<Vec<Press>, Failure> {
     let project = &scene.project;
     let press = |id: &String| {
         project.press(id).map_err(|error| press_error(&args.design.sensor, error).into())

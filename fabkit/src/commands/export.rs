@@ -1,21 +1,20 @@
 //! `fabkit export SENSOR[/FIXTURE][/PART]`
 
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
 use fabkit_application::exporting::{
-    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, Written,
+    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, WrittenExport,
 };
 use fabkit_application::source::{self, Target};
 use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
-use super::{Report, profiled};
+use super::progress::Progress;
+use super::{Outcome, profiled};
 use crate::cli::{Export, Global};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
@@ -25,7 +24,7 @@ use crate::table::{Align::Left, Align::Right, grouped, size, table};
 /// Files that are named in one line.
 const MOST_NAMED: usize = 8;
 
-pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if args.fixtures && (target.fixture.is_some() || target.part.is_some()) {
@@ -60,20 +59,25 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
     exporting::require_profile_applies(designs, &options)?;
 
-    let progress = Progress::new(global);
+    let progress = Progress::new(global, format!("exporting {}", args.sensor));
     let export =
         |design: &Design| exporting::export(design, &options, &|part| progress.finished(part));
     let exported = export(&design).and_then(|exported| {
         let of_fixtures = fixtures.iter().map(|(name, design)| Ok((*name, export(design)?)));
         Ok((exported, of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?))
     });
-    progress.clear();
+    drop(progress);
     let (mut exported, mut of_fixtures) = exported?;
     if args.format.iter().any(|format| format.own().is_none()) {
         let verifier = Verifier::find()?;
-        exported.add(verifier.step_files(&design, &options.parts)?)?;
+        let step_files = |design: &Design, parts: &[String]| {
+            let doing = format!("writing STEP files of {}", design.sensor.name);
+            let progress = Progress::new(global, doing);
+            verifier.step_files(design, parts, &|step| progress.show(step))
+        };
+        exported.add(step_files(&design, &options.parts)?)?;
         for ((_, exported), (_, design)) in of_fixtures.iter_mut().zip(&fixtures) {
-            exported.add(verifier.step_files(design, &[])?)?;
+            exported.add(step_files(design, &[])?)?;
         }
     }
 
@@ -117,7 +121,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Report, Failure> {
     if args.fixtures {
         json["fixtures"] = json!(manifests);
     }
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }
 
 /// `out/rtac0`, `out/rtac0/pin-dome`.
@@ -133,7 +137,7 @@ fn default_folder(target: &Target, design: &Design) -> PathBuf {
 }
 
 /// What lies in the folder besides what was written now, and what no longer does.
-fn remains(exported: &Exported, written: &Written) -> String {
+fn remains(exported: &Exported, written: &WrittenExport) -> String {
     let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
     let mut text = String::new();
     if kept > 0 {
@@ -207,7 +211,7 @@ fn compensations(manifest: &Manifest) -> String {
     parts_by_note.into_iter().map(line).collect()
 }
 
-fn json(written: &Written, folder: &Path) -> Value {
+fn json(written: &WrittenExport, folder: &Path) -> Value {
     json!({
         "format": "fabkit-export",
         "version": 1,
@@ -215,34 +219,4 @@ fn json(written: &Written, folder: &Path) -> Value {
         "manifest": written.manifest,
         "removed": written.removed,
     })
-}
-
-/// One line on a terminal that says how far the export is.
-struct Progress {
-    shown: bool,
-    finished: AtomicUsize,
-}
-
-impl Progress {
-    fn new(global: &Global) -> Self {
-        let shown = !global.quiet && !global.json && io::stderr().is_terminal();
-        Self { shown, finished: AtomicUsize::new(0) }
-    }
-
-    fn clear(&self) {
-        self.write("");
-    }
-
-    /// Goes back to the start of the line and clears it first. Progress that cannot be shown is
-    /// no reason to stop.
-    fn write(&self, line: &str) {
-        if self.shown {
-            let _ = write!(io::stderr(), "\r\x1b[K{line}");
-        }
-    }
-
-    fn finished(&self, part: &str) {
-        let count = self.finished.fetch_add(1, Ordering::Relaxed) + 1;
-        self.write(&format!("{count} parts, {part}"));
-    }
 }

@@ -4,10 +4,10 @@ use fabkit_application::designs;
 use fabkit_application::source::Source;
 use serde_json::json;
 
-use super::Report;
+use super::Outcome;
 use crate::failure::Failure;
 
-pub(super) fn run() -> Result<Report, Failure> {
+pub(super) fn run() -> Result<Outcome, Failure> {
     let mut text = String::new();
     let mut sensors = Vec::new();
     for name in designs::builtin_names() {
@@ -37,5 +37,5 @@ pub(super) fn run() -> Result<Report, Failure> {
         }));
     }
     let json = json!({ "format": "fabkit-list", "version": 1, "sensors": sensors });
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }

@@ -6,12 +6,12 @@ use clap::{Command, CommandFactory};
 use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::Report;
+use super::Outcome;
 use crate::cli::Cli;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 
-pub(super) fn run(output: Option<&Path>) -> Result<Report, Failure> {
+pub(super) fn run(output: Option<&Path>) -> Result<Outcome, Failure> {
     let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
     let mut pages = vec![page(&command)?];
@@ -28,7 +28,7 @@ pub(super) fn run(output: Option<&Path>) -> Result<Report, Failure> {
             format!("{} pages in {}\n", pages.len(), folder.display())
         }
     };
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }
 
 fn page(command: &Command) -> Result<OutputFile, Failure> {

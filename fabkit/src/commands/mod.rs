@@ -37,7 +37,7 @@ use crate::interrupt;
 const CHECK_FAILED: u8 = 1;
 
 /// What a command has to say.
-struct Report {
+struct Outcome {
     /// For people; empty for nothing.
     text: String,
     /// For scripts.
@@ -109,11 +109,11 @@ fn said(text: &str, code: u8) -> u8 {
     }
 }
 
-fn exit_code(report: &Report) -> u8 {
+fn exit_code(report: &Outcome) -> u8 {
     if report.failed { CHECK_FAILED } else { 0 }
 }
 
-fn run(cli: &Cli) -> Result<Report, Failure> {
+fn run(cli: &Cli) -> Result<Outcome, Failure> {
     if let Some(threads) = cli.global.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())
@@ -125,11 +125,11 @@ fn run(cli: &Cli) -> Result<Report, Failure> {
         Command::List => list::run(),
         Command::New(args) => new::run(args),
         Command::Show(args) => show::run(args),
-        Command::Check(args) => check::run(args),
-        Command::Verify(args) => verify::run(args),
+        Command::Check(args) => check::run(args, &cli.global),
+        Command::Verify(args) => verify::run(args, &cli.global),
         Command::Export(args) => export::run(args, &cli.global),
         Command::Profile(args) => profile::run(args),
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(args, &cli.global),
         Command::Depth(args) => depth::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),

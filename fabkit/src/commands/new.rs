@@ -9,7 +9,7 @@ use fabkit_application::staging::write_each;
 use fabkit_application::text::{Name, Scalar, shown};
 use serde_json::json;
 
-use super::Report;
+use super::Outcome;
 use crate::cli::New;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
@@ -17,7 +17,7 @@ use crate::interrupt;
 /// What fixtures keep in sensors' files.
 const OTHERS: [&str; 1] = ["fixtures"];
 
-pub(super) fn run(args: &New) -> Result<Report, Failure> {
+pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
     let name = sensor_name(&args.name)?;
     let (start, what) = match (&args.family, &args.extends) {
         (Some(family), _) => (Start::Family(family), format!("a sensor of the family {family}")),
@@ -35,7 +35,7 @@ pub(super) fn run(args: &New) -> Result<Report, Failure> {
     interrupt::begin_writing()?;
     write_each([(place.clone(), text.as_bytes())], &interrupt::requested)?;
     let shown = place.display();
-    Ok(Report {
+    Ok(Outcome {
         text: format!("{shown}: {what}; `fabkit check {shown}` says whether it can be built\n"),
         json: json!({
             "format": "fabkit-new",

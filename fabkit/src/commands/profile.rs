@@ -10,14 +10,14 @@ use fabkit_application::staging::write_each;
 use fabkit_application::text::{Name, Scalar};
 use serde_json::{Value, json};
 
-use super::Report;
+use super::Outcome;
 use crate::cli::Profile;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
+pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
     let name = printer(&args.output)?;
     Roles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
     let hint = "is it the right file? `fabkit export SENSOR/coupon` writes it";
@@ -33,7 +33,7 @@ pub(super) fn run(args: &Profile) -> Result<Report, Failure> {
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
     write_each(files, &interrupt::requested)?;
-    Ok(Report {
+    Ok(Outcome {
         text: text_of(&measured, &args.output),
         json: json_of(&measured, &args.output),
         failed: false,

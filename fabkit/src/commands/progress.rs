@@ -1,73 +1,162 @@
-//! One line on a terminal that says how far a long run is.
+//! One line on a terminal that says what is under way and how far it is.
+//!
+//! Nothing where standard error is no terminal, and nothing with `--json` and `--quiet`.
 
-use std::io::{self, IsTerminal, Write};
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use fabkit_application::progress::Step;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::Global;
 
-/// No faster than the eye.
-const EVERY: Duration = Duration::from_millis(100);
-const BAR: usize = 24;
+/// Whoever waits sees that it goes on although nothing is finished.
+const TICK: Duration = Duration::from_millis(200);
 
-/// A bar with a rate and the time left.
+/// No faster than the eye, in pictures per second.
+const PACE: u8 = 10;
+
+const UNCOUNTED: &str = "{spinner} {prefix} {elapsed} {msg}";
+const COUNTED: &str = "{spinner} {prefix} [{bar:24}] {pos} of {len}, {elapsed}, {eta} left {msg}";
+
+/// A line that is gone when this is dropped.
 pub(super) struct Progress {
-    shown: bool,
-    /// What is counted, in the plural.
-    what: &'static str,
-    start: Instant,
-    last: Mutex<Option<Instant>>,
+    bar: ProgressBar,
+    /// How many were there before, and one more; 0 until that is known.
+    found: AtomicUsize,
 }
 
 impl Progress {
-    pub(super) fn new(global: &Global, what: &'static str) -> Self {
-        let shown = !global.quiet && !global.json && io::stderr().is_terminal();
-        Self { shown, what, start: Instant::now(), last: Mutex::new(None) }
+    /// `doing` is what is under way: `checking rtac0`.
+    pub(super) fn new(global: &Global, doing: impl Into<String>) -> Self {
+        let target = match global.quiet || global.json {
+            true => ProgressDrawTarget::hidden(),
+            false => ProgressDrawTarget::stderr_with_hz(PACE),
+        };
+        Self::on(target, doing.into())
     }
 
-    /// `done` of `all`; `found` of these were there before and say nothing about the rate.
-    pub(super) fn show(&self, done: usize, found: usize, all: usize) {
-        let Ok(mut last) = self.last.lock() else { return };
-        if !self.shown || (done < all && last.is_some_and(|at| at.elapsed() < EVERY)) {
-            return;
+    fn on(target: ProgressDrawTarget, doing: String) -> Self {
+        let bar = ProgressBar::with_draw_target(None, target).with_prefix(doing);
+        bar.set_style(style(UNCOUNTED));
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(TICK);
         }
-        *last = Some(Instant::now());
-        let line = line(self.what, done, found, all, self.start.elapsed().as_secs_f64());
-        // Progress that cannot be shown is no reason to stop.
-        let _ = write!(io::stderr(), "\r\x1b[K{line}");
+        Self { bar, found: AtomicUsize::new(0) }
     }
 
-    pub(super) fn clear(&self) {
-        if self.shown {
-            let _ = write!(io::stderr(), "\r\x1b[K");
+    pub(super) fn show(&self, step: Step) {
+        // Once: what was there before takes no time.
+        if self.found.swap(step.found + 1, Ordering::Relaxed) == 0 {
+            self.bar.set_length(step.all as u64);
+            self.bar.set_style(style(COUNTED));
+            self.bar.set_position(step.found as u64);
+            self.bar.reset_eta();
         }
+        self.bar.set_position(step.done as u64);
+        if !step.last.is_empty() {
+            self.bar.set_message(step.last.to_owned());
+        }
+    }
+
+    /// One more of nobody knows how many.
+    pub(super) fn finished(&self, name: &str) {
+        self.bar.inc(1);
+        self.bar.set_message(format!("{}, {name}", self.bar.position()));
     }
 }
 
-fn line(what: &str, done: usize, found: usize, all: usize, seconds: f64) -> String {
-    let filled = BAR * done / all.max(1);
-    let bar = "#".repeat(filled) + &".".repeat(BAR - filled);
-    let rate = done.saturating_sub(found) as f64 / seconds.max(1e-3);
-    let left = match rate > 0.0 {
-        true => format!("{:.0} s left", (all - done) as f64 / rate),
-        false => String::new(),
-    };
-    format!("[{bar}] {done} of {all} {what}, {rate:.1} {what}/s, {left}")
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// The templates are constants, and a test tries them.
+fn style(template: &str) -> ProgressStyle {
+    let style = ProgressStyle::with_template(template);
+    style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("##.")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use indicatif::TermLike;
+    use std::io;
+    use std::sync::{Arc, Mutex};
+
+    /// A terminal that remembers what was written since its line was cleared.
+    #[derive(Clone, Debug, Default)]
+    struct Screen(Arc<Mutex<String>>);
+
+    impl Screen {
+        fn shown(&self) -> String {
+            self.0.lock().unwrap().clone()
+        }
+    }
+
+    impl TermLike for Screen {
+        fn width(&self) -> u16 {
+            100
+        }
+
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            self.write_str(text)
+        }
+
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            self.0.lock().unwrap().push_str(text);
+            Ok(())
+        }
+
+        fn clear_line(&self) -> io::Result<()> {
+            self.0.lock().unwrap().clear();
+            Ok(())
+        }
+
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
 
     #[test]
-    fn the_rate_counts_only_what_was_made_now() {
-        assert_eq!(
-            line("files", 8, 4, 12, 2.0),
-            "[################........] 8 of 12 files, 2.0 files/s, 2 s left"
-        );
-        assert_eq!(
-            line("files", 4, 4, 12, 2.0),
-            "[########................] 4 of 12 files, 0.0 files/s, "
-        );
+    fn a_line_says_what_is_under_way_and_how_far_and_is_gone_at_the_end() {
+        let screen = Screen::default();
+        let target = ProgressDrawTarget::term_like(Box::new(screen.clone()));
+        let progress = Progress::on(target, "making files".into());
+        progress.bar.force_draw();
+        assert!(screen.shown().contains("making files"), "{}", screen.shown());
+        for done in 5..=6 {
+            progress.show(Step { done, found: 4, all: 12, last: "a.npz" });
+        }
+        progress.bar.force_draw();
+        let shown = screen.shown();
+        assert!(shown.contains("a.npz"), "{shown}");
+        assert!(shown.contains("[############............] 6 of 12, "), "{shown}");
+        drop(progress);
+        assert_eq!(screen.shown().trim(), "");
+    }
+
+    #[test]
+    fn templates_are_valid() {
+        for template in [UNCOUNTED, COUNTED] {
+            assert!(ProgressStyle::with_template(template).is_ok(), "{template}");
+        }
     }
 }

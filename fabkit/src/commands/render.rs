@@ -3,13 +3,15 @@
 use fabkit_application::bodies;
 use fabkit_application::memory::{self, Less};
 use fabkit_application::pictures::{self, MAX_PIXELS, Shot};
+use fabkit_application::progress::Step;
 use fabkit_application::reading::has_ending;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
-use super::Report;
-use crate::cli::Render;
+use super::Outcome;
+use super::progress::Progress;
+use crate::cli::{Global, Render};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
@@ -20,7 +22,7 @@ const PIXEL_BYTES: u64 = 9;
 /// Tiles that threads are drawing.
 const TILES_BYTES: u64 = 200 * memory::MB;
 
-pub(super) fn run(args: &Render) -> Result<Report, Failure> {
+pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     let part = target.part;
     let [width_px, height_px] = args.size;
@@ -46,14 +48,17 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
 
     let shot = Shot { size_px: args.size, section: args.section };
     let design = target.design(&args.set)?;
+    let progress = Progress::new(global, format!("drawing {}", args.sensor));
+    let show = |step: Step| progress.show(step);
     let bytes = match part {
-        Some(part) => pictures::picture_of_body(bodies::find(&design.sensor, part)?, shot)?,
+        Some(part) => pictures::picture_of_body(bodies::find(&design.sensor, part)?, shot, &show)?,
         None => {
             let assembly = args.assembly.clone();
             let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(&design.sensor));
-            pictures::picture_of_assembly(&design.sensor, &assembly, args.exploded, shot)?
+            pictures::picture_of_assembly(&design.sensor, &assembly, args.exploded, shot, &show)?
         }
     };
+    drop(progress);
 
     let count = bytes.len() as u64;
     interrupt::begin_writing()?;
@@ -68,5 +73,5 @@ pub(super) fn run(args: &Render) -> Result<Report, Failure> {
         "bytes": count,
     });
     let text = format!("{shown}: {width_px} x {height_px} px, {}\n", size(count));
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use fabkit_application::rereading::{self, Finding, Reread, What};
+use fabkit_application::rereading::{self, FolderFinding, Reread, What};
 use serde_json::{Value, json};
 
-use super::Report;
+use super::Outcome;
 use crate::cli::Verify;
 use crate::failure::{ErrorKind, Failure};
 use crate::table::{grouped, size};
 
-pub(super) fn run(args: &Verify, folder: &Path) -> Result<Report, Failure> {
+pub(super) fn run(args: &Verify, folder: &Path) -> Result<Outcome, Failure> {
     let for_sensors = [
         ("--set", !args.set.is_empty()),
         ("--part", !args.parts.is_empty()),
@@ -36,12 +36,12 @@ pub(super) fn run(args: &Verify, folder: &Path) -> Result<Report, Failure> {
         "passed": !failed,
         "folders": all.iter().map(json_of).collect::<Vec<_>>(),
     });
-    Ok(Report { text: all.iter().map(text_of).collect(), json, failed })
+    Ok(Outcome { text: all.iter().map(text_of).collect(), json, failed })
 }
 
 fn json_of(reread: &Reread) -> Value {
     let findings = reread.findings.iter().map(
-        |Finding { file, what, why }| json!({ "file": file, "what": what.word(), "why": why }),
+        |FolderFinding { file, what, why }| json!({ "file": file, "what": what.word(), "why": why }),
     );
     json!({
         "folder": reread.folder.display().to_string(),
@@ -58,7 +58,7 @@ fn json_of(reread: &Reread) -> Value {
 fn text_of(reread: &Reread) -> String {
     let folder = reread.folder.display();
     let mut text = String::new();
-    for Finding { file, what, why } in &reread.findings {
+    for FolderFinding { file, what, why } in &reread.findings {
         // Names of files may hold anything.
         let file: String = file.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         text += &format!("{}  {file}: {why}\n", what.word());

@@ -10,19 +10,19 @@ use fabkit_application::geometry::Body;
 use fabkit_application::identity::design_hash;
 use fabkit_application::source::Target;
 
-use super::Report;
+use super::Outcome;
 use crate::cli;
 use crate::failure::Failure;
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &cli::Show) -> Result<Report, Failure> {
+pub(super) fn run(args: &cli::Show) -> Result<Outcome, Failure> {
     let cli::Design { sensor, set, preset } = &args.design;
     let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),
         false => (text(&design), documents::show(&design)),
     };
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }
 
 fn text(design: &Design) -> String {

@@ -4,28 +4,29 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::documents;
+use fabkit_application::progress::Step;
 use fabkit_application::sweep::Status;
 use fabkit_application::sweeping::{self, Finished};
 
-use super::Report;
+use super::Outcome;
 use super::progress::Progress;
 use crate::cli::{Global, Sweep};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::table::grouped;
 
-pub(super) fn run(args: &Sweep, global: &Global) -> Result<Report, Failure> {
+pub(super) fn run(args: &Sweep, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let plan = sweeping::read_plan(&args.plan, &[])?;
     interrupt::begin_writing()?;
-    let progress = Progress::new(global, "variants");
-    let show = |done, found, all| progress.show(done, found, all);
+    let progress = Progress::new(global, "computing variants");
+    let show = |step: Step| progress.show(step);
     let finished = sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested);
-    progress.clear();
+    drop(progress);
     Ok(report(&args.output, &finished?, start))
 }
 
-fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
+fn report(folder: &Path, finished: &Finished, start: Instant) -> Outcome {
     let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
         finished;
     let folder = folder.display().to_string();
@@ -59,5 +60,5 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Report {
         text += &format!("error: no variant is left: {why}\n");
     }
     let json = documents::sweep(Path::new(&folder), finished);
-    Report { text, json, failed: none_left.is_some() }
+    Outcome { text, json, failed: none_left.is_some() }
 }

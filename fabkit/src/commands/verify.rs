@@ -7,8 +7,9 @@ use fabkit_application::source::Target;
 use fabkit_application::verifier::{Verifier, VerifyOptions};
 use serde_json::{Value, json};
 
-use super::{Report, reread};
-use crate::cli::Verify;
+use super::progress::Progress;
+use super::{Outcome, reread};
+use crate::cli::{Global, Verify};
 use crate::failure::Failure;
 use crate::roles::Roles;
 use crate::table::{Align::Left, table};
@@ -16,7 +17,7 @@ use crate::table::{Align::Left, table};
 /// Unless a kernel is told otherwise, seconds.
 const USUAL_LIMIT_S: u32 = 600;
 
-pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
+pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
     if let Some(folder) = folder(&args.sensor) {
         return reread::run(args, folder);
     }
@@ -32,7 +33,9 @@ pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
         keep: args.keep.clone(),
         report: args.report.clone(),
     };
-    let answer = verifier.verify(&design, &options)?;
+    let progress = Progress::new(global, format!("rebuilding {}", args.sensor));
+    let answer = verifier.verify(&design, &options, &|step| progress.show(step))?;
+    drop(progress);
     let passed = answer["passed"] == true;
     let text = text(&design.sensor.name, &answer);
     let json = json!({
@@ -42,7 +45,7 @@ pub(super) fn run(args: &Verify) -> Result<Report, Failure> {
         "passed": passed,
         "verification": answer,
     });
-    Ok(Report { text, json, failed: !passed })
+    Ok(Outcome { text, json, failed: !passed })
 }
 
 /// The folder that is meant. A built-in sensor's name means the sensor; nobody writes a separator behind

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use fabkit_application::ground_truth::Coverage;
-use fabkit_application::scene::{Scene, viewpoint_from_files};
+use fabkit_application::ground_truth::SurfaceCoverage;
+use fabkit_application::scene::{SensorView, viewpoint_from_files};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
@@ -18,7 +18,7 @@ pub(super) fn roles(design: &Design, view: &View) -> Roles {
         .reads("--pose", &view.pose)
 }
 
-pub(super) fn scene(design: &Design, view: &View) -> Result<Scene, Failure> {
+pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure> {
     let target = Target::new(&design.sensor);
     if let Some(name) = target.fixture.or(target.part) {
         let message = format!("ground truth is for a whole sensor, not for its {name}");
@@ -27,15 +27,15 @@ pub(super) fn scene(design: &Design, view: &View) -> Result<Scene, Failure> {
     }
     let project = Source::find(target.sensor)?.load(&design.set)?;
     let viewpoint = viewpoint_from_files(&project, view.camera.as_deref(), view.pose.as_deref())?;
-    Ok(Scene::new(Arc::new(project), viewpoint)?)
+    Ok(SensorView::new(Arc::new(project), viewpoint)?)
 }
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
 
 /// More of it where something may be wrong.
-pub(super) fn coverage_text(coverage: &Coverage) -> String {
-    let Coverage { area, area_mm2, angles_rad, lens_rad } = coverage;
+pub(super) fn coverage_text(coverage: &SurfaceCoverage) -> String {
+    let SurfaceCoverage { area, area_mm2, angles_rad, lens_rad } = coverage;
     let share = format!("the camera sees {:.1} % of the surface's {area_mm2:.0} mm2", 100.0 * area);
     if *area >= LITTLE {
         return format!("{share}\n");

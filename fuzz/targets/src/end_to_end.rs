@@ -11,8 +11,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::mutation::mutated;
-use crate::random::Random;
 use crate::running::{MOST_SECONDS, bounded};
+use fabkit_application::geometry::sequences::Random;
 
 /// Codes that `fabkit --help` promises for inputs, whatever they are.
 const DOCUMENTED: std::ops::RangeInclusive<i32> = 0..=4;

@@ -7,6 +7,5 @@
 
 pub mod end_to_end;
 pub mod mutation;
-pub mod random;
 pub mod running;
 pub mod targets;

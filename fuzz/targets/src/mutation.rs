@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::random::Random;
+use fabkit_application::geometry::sequences::Random;
 
 /// Longest input, bytes: what is above most limits is tried by repetition, not by chance.
 const MOST_BYTES: usize = 1 << 18;

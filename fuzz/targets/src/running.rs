@@ -9,8 +9,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::mutation::mutated;
-use crate::random::Random;
 use crate::targets::Target;
+use fabkit_application::geometry::sequences::Random;
 
 /// Longest time for one input.
 pub const MOST_SECONDS: u64 = 10;

@@ -10,7 +10,7 @@ use fabkit_application::calibration::image::GreyImage;
 use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::calibration::pins::{DetectionOptions, detect};
 use fabkit_application::camera::Point2;
-use fabkit_application::camera::files::{self, Format};
+use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::dataset::{SampleArray, read_patterns};
 use fabkit_application::designs::builtin_yaml;
 use fabkit_application::designs::profile::{MeasuredProfile, ProcessProfile};
@@ -82,7 +82,9 @@ pub fn camera(data: &[u8]) {
             let _ = camera.project(&ray.at(10.0));
         }
     }
-    for format in [Format::Fabkit, Format::OpenCv, Format::Ros, Format::Kalibr] {
+    for format in
+        [CameraFormat::Fabkit, CameraFormat::OpenCv, CameraFormat::Ros, CameraFormat::Kalibr]
+    {
         let _ = files::write(&estimate, format);
     }
 }

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Path, Point3, Pose, Solid, Vector3};
 
 /// A part whose volume is known in closed form.
-pub struct Scene {
+pub struct PeerCase {
     /// As a file's.
     pub name: &'static str,
     /// The part.
@@ -16,7 +16,7 @@ pub struct Scene {
 }
 
 /// Both of them.
-pub fn all() -> [Scene; 2] {
+pub fn all() -> [PeerCase; 2] {
     [dimpled_mold(), perforated_dome()]
 }
 
@@ -34,7 +34,7 @@ fn fibonacci(count: usize, z_from: f64, z_to: f64) -> impl Iterator<Item = Vecto
 /// Mold for a dimpled skin: a box 45 x 45 x 14 minus a spherical cap (base diameter 35, height 8)
 /// united with 200 dimples: cylinders of diameter 0.45 with hemispherical tips that reach 0.5
 /// beyond the sphere along its normal.
-pub fn dimpled_mold() -> Scene {
+pub fn dimpled_mold() -> PeerCase {
     let (radius_mm, reach_mm, root_mm) = (0.225, 0.5, 0.3);
     let (cap_radius_mm, cap_height_mm) = (17.5f64, 8.0f64);
     let sphere_mm = (cap_radius_mm.powi(2) + cap_height_mm.powi(2)) / (2.0 * cap_height_mm);
@@ -63,11 +63,11 @@ pub fn dimpled_mold() -> Scene {
     });
     let tools = Solid::union(std::iter::once(cap).chain(dimples));
     let solid = Solid::cuboid(45.0, 45.0, 14.0).minus(tools);
-    Scene { name: "dimpled-mold", solid, exact_mm3: 24219.930363, genus: 0 }
+    PeerCase { name: "dimpled-mold", solid, exact_mm3: 24219.930363, genus: 0 }
 }
 
 /// Hollow hemisphere, outer radius 18, inner 15, minus 100 radial holes of diameter 1.
-pub fn perforated_dome() -> Scene {
+pub fn perforated_dome() -> PeerCase {
     let shell = Solid::revolution(
         Path::from([15.0, 0.0])
             .line([18.0, 0.0])
@@ -78,7 +78,7 @@ pub fn perforated_dome() -> Scene {
     let hole = Solid::cylinder(0.5, 5.0);
     let holes = fibonacci(100, 0.1, 1.0)
         .map(|axis| hole.clone().placed(Pose::z_to(axis, Point3::from(axis * 14.0))));
-    Scene {
+    PeerCase {
         name: "perforated-dome",
         solid: shell.minus_all(holes),
         exact_mm3: 4910.254750,

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{PlacedPrimitive, Vector3};
 
-use crate::surface::Surface;
+use crate::surface::LeafSurface;
 
 /// Where a triangle is compared with the face: in its middle and halfway along its edges.
 const SAMPLES: [[f64; 3]; 4] =
@@ -13,14 +13,14 @@ const SAMPLES: [[f64; 3]; 4] =
 const SAMPLED_SHARE: f64 = 0.95;
 
 pub(super) struct Measure {
-    surface: Surface,
+    surface: LeafSurface,
     most_mm: f64,
 }
 
 impl Measure {
     /// Of one face of a leaf; `None` if there is no such face.
     pub fn new(leaf: &PlacedPrimitive, face: u32, tolerance_mm: f64) -> Option<Self> {
-        let surface = Surface::new(&leaf.primitive, face, leaf.body_from_leaf)?;
+        let surface = LeafSurface::new(&leaf.primitive, face, leaf.body_from_leaf)?;
         Some(Self { surface, most_mm: SAMPLED_SHARE * tolerance_mm })
     }
 

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::Vector3;
 
-use crate::surface::Surface;
+use crate::surface::LeafSurface;
 
 /// A point no farther than this from a surface lies on it, mm.
 pub(super) const ON_MM: f64 = 1e-9;
@@ -15,7 +15,7 @@ const STEPS: usize = 16;
 
 /// The point of all surfaces that is nearest to a point close by; `None` if they have none in common
 /// there.
-pub(super) fn meeting(surfaces: &[&Surface], from: [f64; 3]) -> Option<[f64; 3]> {
+pub(super) fn meeting(surfaces: &[&LeafSurface], from: [f64; 3]) -> Option<[f64; 3]> {
     let mut at = Vector3::from(from);
     for _ in 0..STEPS {
         // Each normal, made orthogonal to those before it, is a direction to go in; what has been
@@ -51,7 +51,7 @@ pub(super) const MOST_SHARE: f64 = 0.95;
 /// Where two surfaces meet next to the middle of an edge between points of both, if that is too far
 /// away.
 pub(super) fn beyond(
-    surfaces: [&Surface; 2],
+    surfaces: [&LeafSurface; 2],
     [a, b]: [Vector3<f64>; 2],
     tolerance_mm: f64,
 ) -> Option<[f64; 3]> {

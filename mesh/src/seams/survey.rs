@@ -3,7 +3,7 @@
 use fabkit_geometry::Vector3;
 
 use super::meet::{ON_MM, beyond};
-use crate::surface::Surface;
+use crate::surface::LeafSurface;
 
 /// Several faces meet in the vertex.
 const SEVERAL: u32 = u32::MAX - 1;
@@ -16,7 +16,7 @@ pub(super) fn is_off(
     points: &[[f64; 3]],
     triangles: &[[u32; 3]],
     faces: &[u32],
-    surfaces: &[Option<Surface>],
+    surfaces: &[Option<LeafSurface>],
     tolerance_mm: f64,
 ) -> bool {
     let mut face_at = vec![NONE; points.len()];

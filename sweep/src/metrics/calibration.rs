@@ -1,6 +1,6 @@
 //! What pictures of pins in the pin dome, or in the pin plate, will tell of the camera.
 
-use fabkit_calibration::model::Parameter;
+use fabkit_calibration::model::FitParameter;
 use fabkit_fixtures::{FixtureError, Project};
 
 use super::Computed;
@@ -19,12 +19,12 @@ pub(super) fn compute(project: &Project, computed: &mut Computed) {
         }
         Err(error) => return computed.notes.push(format!("{what}: {error}")),
     };
-    computed.put("dome_position_sigma_mm", forecast.pose.position_sigma_mm);
-    computed.put("dome_rotation_sigma_deg", forecast.pose.rotation_sigma_deg);
-    let offset = Parameter::SeatingOffset;
+    computed.put("camera_position_sigma_mm", forecast.pose.position_sigma_mm);
+    computed.put("camera_rotation_sigma_deg", forecast.pose.rotation_sigma_deg);
+    let offset = FitParameter::SeatingOffset;
     match forecast.with_offset.sigma(offset).filter(|_| forecast.with_offset.is_observable(offset))
     {
-        Some(sigma_mm) => computed.put("dome_seating_sigma_mm", sigma_mm),
+        Some(sigma_mm) => computed.put("seating_offset_sigma_mm", sigma_mm),
         None => computed.notes.push(format!("{what}: the seating offset is not observable")),
     }
 }

@@ -2,6 +2,7 @@
 
 use fabkit_camera::Camera;
 use fabkit_fixtures::SurfacePoints;
+use fabkit_geometry::sequences::GOLDEN_SHARE;
 use fabkit_geometry::{InvalidSolid, Point3, Sensor, Vector3};
 use nalgebra::{Matrix3x2, Vector2};
 
@@ -9,10 +10,6 @@ use super::Computed;
 
 /// Places on the surface; shares of its area are good to about a thousandth.
 const PLACES: u32 = 1024;
-
-/// The golden ratio's fraction, by which points turn around the axis (Vogel, Math. Biosciences 44,
-/// 1979).
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A place on the surface that lies in the picture.
 pub(super) struct Seen {
@@ -40,7 +37,8 @@ pub(super) fn seen(
     let surface = SurfacePoints::new(touch)?;
     let camera_from_sensor = sensor.camera.sensor_from_camera.inverse();
     let places = (0..PLACES).filter_map(|i| {
-        let shares = [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN).fract()];
+        let shares =
+            [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_SHARE).fract()];
         let (point, normal) = surface.by_area(shares)?;
         let normal_in_camera = camera_from_sensor.vector(normal);
         look(camera, point, &camera_from_sensor.point(point), &normal_in_camera)

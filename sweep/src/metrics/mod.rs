@@ -144,11 +144,11 @@ pub const METRICS: &[Metric] = &[
     ),
     metric(
         Group::Calibration,
-        "dome_position_sigma_mm",
+        "camera_position_sigma_mm",
         "standard deviation of the camera's place after calibration in the pin dome or pin plate",
     ),
-    metric(Group::Calibration, "dome_rotation_sigma_deg", "the same of its direction"),
-    metric(Group::Calibration, "dome_seating_sigma_mm", "the same of the pins' seating offset"),
+    metric(Group::Calibration, "camera_rotation_sigma_deg", "the same of its direction"),
+    metric(Group::Calibration, "seating_offset_sigma_mm", "the same of the pins' seating offset"),
     metric(Group::Checks, "check_errors", "findings that keep the sensor from being built"),
     metric(Group::Checks, "check_warnings", "findings that may"),
     metric(Group::Checks, "check_notes", "findings worth knowing"),
@@ -177,8 +177,21 @@ pub(crate) fn default_metrics() -> Vec<&'static Metric> {
     METRICS.iter().filter(|metric| !metric.group.is_slow()).collect()
 }
 
+/// Names that plans may still use, and those that say the same of domes and plates.
+const FORMER: [(&str, &str); 3] = [
+    ("dome_position_sigma_mm", "camera_position_sigma_mm"),
+    ("dome_rotation_sigma_deg", "camera_rotation_sigma_deg"),
+    ("dome_seating_sigma_mm", "seating_offset_sigma_mm"),
+];
+
+/// A metric's name of today.
+pub(crate) fn current(name: &str) -> &str {
+    FORMER.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current)
+}
+
 /// The metrics of a word: one, or those of a group.
 pub(crate) fn named(word: &str) -> Vec<&'static Metric> {
+    let word = current(word);
     METRICS.iter().filter(|metric| metric.name == word || metric.group.word() == word).collect()
 }
 
@@ -262,6 +275,9 @@ mod tests {
         }
         assert!(is_metric("mass_g[black PLA]") && !is_metric("mass_g") && is_metric("coverage"));
         assert_eq!(named("calibration").len(), 3);
+        for (former, current) in FORMER {
+            assert!(!is_metric(former) && named(former)[0].name == current, "{former}");
+        }
         assert!(default_metrics().iter().all(|metric| !metric.group.is_slow()));
     }
 }

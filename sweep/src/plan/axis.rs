@@ -7,7 +7,7 @@ use crate::row::Value;
 
 /// A parameter that is varied.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct PlanAxis {
     /// Its path, for example `surface.radius`.
     pub path: String,
     /// What it is.
@@ -47,7 +47,7 @@ impl Range {
     }
 }
 
-impl Axis {
+impl PlanAxis {
     /// Its column's name: the path with its unit.
     pub fn column(&self) -> String {
         format!("{}{}", self.path, quantity::suffix(self.kind))
@@ -82,7 +82,7 @@ impl Axis {
         }
     }
 
-    /// The value of a number below [`Axis::len`], as it is written in files.
+    /// The value of a number below [`PlanAxis::len`], as it is written in files.
     pub(super) fn nth(&self, index: usize) -> String {
         match &self.values {
             Values::List(values) => values[index.min(values.len() - 1)].clone(),
@@ -134,8 +134,8 @@ impl Axis {
 mod tests {
     use super::*;
 
-    fn range(kind: Kind, from: f64, to: f64, log: bool, steps: Option<usize>) -> Axis {
-        Axis { path: "a".into(), kind, values: Values::Range(Range { from, to, log, steps }) }
+    fn range(kind: Kind, from: f64, to: f64, log: bool, steps: Option<usize>) -> PlanAxis {
+        PlanAxis { path: "a".into(), kind, values: Values::Range(Range { from, to, log, steps }) }
     }
 
     #[test]

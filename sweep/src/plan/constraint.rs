@@ -187,6 +187,7 @@ impl Term {
                 }
             },
         };
+        let name = crate::metrics::current(name);
         if let Some(setting) = known.parameters.get(name) {
             return match quantity::is_numeric(setting.kind) {
                 true => {

@@ -4,16 +4,16 @@ mod axis;
 mod constraint;
 mod quantity;
 mod reading;
-mod sampling;
 mod schema;
 
 use std::collections::BTreeMap;
 
 use fabkit_fixtures::Project;
+use fabkit_geometry::sequences;
 use fabkit_text::{InvalidDesign, Kind};
 use serde::{Deserialize, Serialize};
 
-pub use axis::Axis;
+pub use axis::PlanAxis;
 pub use constraint::Constraint;
 pub(crate) use constraint::Numbers;
 pub use schema::json_schema;
@@ -25,7 +25,7 @@ use crate::row::{PANIC, Row, Status, Value};
 /// Most variants of one plan.
 pub const MAX_VARIANTS: usize = 100_000;
 /// Most axes of one plan.
-pub const MAX_AXES: usize = sampling::MAX_DIMENSIONS;
+pub const MAX_AXES: usize = sequences::MAX_DIMENSIONS;
 
 /// Everything that a plan is made from: enough to make it again on another machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -169,7 +169,7 @@ pub struct Plan {
     pub(crate) sensor: String,
     pub(crate) seed: u64,
     pub(crate) sampling: Sampling,
-    pub(crate) axes: Vec<Axis>,
+    pub(crate) axes: Vec<PlanAxis>,
     pub(crate) fixed: Vec<String>,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) objectives: Vec<Objective>,
@@ -211,7 +211,7 @@ impl Plan {
     }
 
     /// What is varied.
-    pub fn axes(&self) -> &[Axis] {
+    pub fn axes(&self) -> &[PlanAxis] {
         &self.axes
     }
 
@@ -264,7 +264,7 @@ impl Plan {
                 self.axes.iter().zip(indices).map(|(axis, index)| axis.nth(index)).collect()
             }
             Sampling::Sample(_) => {
-                let shares = sampling::halton(number as u64, self.axes.len(), self.seed);
+                let shares = sequences::halton(number as u64, self.axes.len(), self.seed);
                 self.axes.iter().zip(shares).map(|(axis, share)| axis.at(share)).collect()
             }
         };

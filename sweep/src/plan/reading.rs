@@ -4,7 +4,7 @@ mod axes;
 mod exclusion;
 
 use fabkit_text::{
-    Dialect, Entry, InvalidDesign, Kind, Layer, Node, Place, Position, Problem, Reading,
+    Dialect, Entry, InvalidDesign, Kind, Node, Place, Position, Problem, Reading, TextLayer,
     check_format, mapping_of, shown, suggestion,
 };
 
@@ -25,7 +25,7 @@ const START: Position = Position { line: 1, column: 1 };
 
 /// What stands at the top, and what is wrong with it so far.
 fn entries(file: &str, text: &str) -> Result<(Vec<Entry>, Reading), InvalidDesign> {
-    let mut reading = Reading::new(Place::new(Layer::File, file, &PLAN).at(START));
+    let mut reading = Reading::new(Place::new(TextLayer::File, file, &PLAN).at(START));
     match mapping_of(text, &reading.place, &mut reading.found) {
         Some(entries) => Ok((entries, reading)),
         None => Err(reading.invalid()),
@@ -212,7 +212,7 @@ fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
 fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objective> {
     let mut objectives = Vec::new();
     for entry in reading.map("objectives", node) {
-        let name = entry.key.as_str();
+        let name = metrics::current(&entry.key);
         if !known.is_computed(name) {
             let (message, hint) = match metrics::is_metric(name) {
                 true => (

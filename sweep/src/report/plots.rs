@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use fabkit_report::{Plot, escape};
 
-use crate::plan::{Axis, Plan, Sampling};
+use crate::plan::{Plan, PlanAxis, Sampling};
 use crate::row::{Row, Status, Value};
 use crate::table::Table;
 
@@ -21,7 +21,7 @@ const EXCLUDED: &str = "#bbbbbb";
 const CURVE: &str = r##"stroke="#1f4e79" stroke-width="1.6""##;
 
 /// A row's place on an axis: its number, or that of its word.
-fn place(axis: &Axis, index: usize, row: &Row) -> Option<f64> {
+fn place(axis: &PlanAxis, index: usize, row: &Row) -> Option<f64> {
     match (row.parameters.get(index)?, axis.words()) {
         (Value::Number(number), None) => Some(*number),
         (Value::Number(number), Some(words)) => {
@@ -36,7 +36,7 @@ fn place(axis: &Axis, index: usize, row: &Row) -> Option<f64> {
 }
 
 /// The axis's name, with its words by number if it has words.
-fn name(axis: &Axis) -> String {
+fn name(axis: &PlanAxis) -> String {
     match axis.words() {
         None => axis.column(),
         Some(words) => {
@@ -162,7 +162,7 @@ fn curve(plan: &Plan, table: &Table, index: usize, metric: &str) -> Vec<[f64; 2]
     let ok = table.rows().iter().filter(|row| row.status == Status::Ok);
     match plan.sampling {
         Sampling::Grid => {
-            let middle: Vec<Option<Value>> = plan.axes().iter().map(Axis::middle).collect();
+            let middle: Vec<Option<Value>> = plan.axes().iter().map(PlanAxis::middle).collect();
             let on_cross = |row: &&Row| {
                 let others = row.parameters.iter().zip(&middle).enumerate();
                 others.filter(|(i, _)| *i != index).all(|(_, (v, m))| Some(v) == m.as_ref())

@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 
 use super::super::magnification;
 use super::IntrinsicsReport;
-use crate::intrinsics::{COVERAGE, GRID, Observation};
+use crate::intrinsics::{COVERAGE, CornerObservation, GRID};
 
 /// More dots make a plot slow and say no more.
 const MAX_DOTS: usize = 4000;
@@ -29,7 +29,7 @@ impl IntrinsicsReport<'_> {
         body += &self.models_table();
         let _ = write!(
             body,
-            "<h2>Coverage and residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected. \
+            "<h2>ImageCoverage and residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected. \
              Orange cells hold no corner.</figcaption></figure>\n<figure>{}</figure>\n",
             self.image_map(),
             self.residual_against_angle()
@@ -124,7 +124,7 @@ impl IntrinsicsReport<'_> {
         )
     }
 
-    fn residuals(&self) -> Vec<(&str, &Observation, Vector2<f64>)> {
+    fn residuals(&self) -> Vec<(&str, &CornerObservation, Vector2<f64>)> {
         let all = self.calibration.views.iter().flat_map(|view| {
             let pairs = view.corners.iter().zip(&view.residuals_px);
             pairs.map(|(corner, residual)| (view.name.as_str(), corner, *residual))
@@ -192,7 +192,7 @@ impl IntrinsicsReport<'_> {
     fn residual_against_angle(&self) -> String {
         let camera = self.calibration.estimate.camera();
         let residuals = self.residuals();
-        let angle_deg = |corner: &Observation| {
+        let angle_deg = |corner: &CornerObservation| {
             let ray = camera.unproject(&corner.pixel).ok()?;
             Some(ray.direction.z.clamp(-1.0, 1.0).acos().to_degrees())
         };

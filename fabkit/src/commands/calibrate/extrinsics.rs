@@ -13,13 +13,13 @@ use fabkit_application::picture::is_named_as_one as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
-use super::Report;
+use super::Outcome;
 use crate::cli::CalibrateExtrinsics;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::roles::Roles;
 
-pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
+pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     roles(args)?.check()?;
     let design = Target::new(&args.sensor).design(&args.set)?;
     let camera = read_camera(&args.camera)?;
@@ -39,7 +39,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Report, Failure> {
     };
     solve(&inputs, |report| {
         write(args, report)?;
-        Ok(Report { text: summary(args, report), json: report.to_json(), failed: false })
+        Ok(Outcome { text: summary(args, report), json: report.to_json(), failed: false })
     })
 }
 

@@ -6,17 +6,17 @@ use fabkit_application::authored::{may_replace, signed};
 use fabkit_application::calibrating::boards;
 use fabkit_application::calibrating::intrinsics::solve;
 use fabkit_application::calibration::report::IntrinsicsReport;
-use fabkit_application::camera::files::{self, Format};
+use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
-use super::Report;
+use super::Outcome;
 use crate::cli::CalibrateIntrinsics;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::roles::Roles;
 
-pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
+pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
     Roles::default()
         .reads("SENSOR", Target::new(&args.sensor).file())
         .reads("--board", [&args.board])
@@ -40,12 +40,12 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Report, Failure> {
         calibration: &calibration,
     };
     write(args, &report)?;
-    Ok(Report { text: summary(args, &report), json: report.to_json(), failed: false })
+    Ok(Outcome { text: summary(args, &report), json: report.to_json(), failed: false })
 }
 
 fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<(), Failure> {
     let camera =
-        files::write(&report.calibration.estimate, Format::Fabkit).map_err(Failure::bug)?;
+        files::write(&report.calibration.estimate, CameraFormat::Fabkit).map_err(Failure::bug)?;
     // The report first: a camera that is there has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
     let camera = (args.output.clone(), signed(&camera).into_bytes());

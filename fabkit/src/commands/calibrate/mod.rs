@@ -4,11 +4,11 @@ mod extrinsics;
 mod intrinsics;
 mod pins;
 
-use super::Report;
+use super::Outcome;
 use crate::cli::Calibrate;
 use crate::failure::Failure;
 
-pub(super) fn run(what: &Calibrate) -> Result<Report, Failure> {
+pub(super) fn run(what: &Calibrate) -> Result<Outcome, Failure> {
     match what {
         Calibrate::Intrinsics(args) => intrinsics::run(args),
         Calibrate::Pins(args) => pins::run(args),

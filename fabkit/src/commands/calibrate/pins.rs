@@ -6,11 +6,11 @@ use fabkit_application::calibrating::pictures;
 use fabkit_application::calibration::pins::{Detection, DetectionOptions, Polarity, Rejection};
 use serde_json::{Value, json};
 
-use super::Report;
+use super::Outcome;
 use crate::cli::CalibratePins;
 use crate::failure::Failure;
 
-pub(super) fn run(args: &CalibratePins) -> Result<Report, Failure> {
+pub(super) fn run(args: &CalibratePins) -> Result<Outcome, Failure> {
     let polarity = if args.brighter { Polarity::Brighter } else { Polarity::Darker };
     let options = DetectionOptions { polarity, ..DetectionOptions::default() };
     let detections = pictures::detect_all(&args.reference, &args.images, &options)?;
@@ -34,7 +34,7 @@ pub(super) fn run(args: &CalibratePins) -> Result<Report, Failure> {
         "reference": args.reference.display().to_string(),
         "images": images,
     });
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }
 
 fn image_json(file: &str, detection: &Detection) -> Value {

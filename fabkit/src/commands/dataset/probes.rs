@@ -3,11 +3,11 @@
 use fabkit_application::documents;
 use fabkit_application::ground_truth::probes::probes;
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::Scene;
+use fabkit_application::scene::SensorView;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
-use super::super::{Report, view};
+use super::super::{Outcome, view};
 use crate::cli::Dataset;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
@@ -16,7 +16,7 @@ use crate::table::{grouped, size};
 /// UVDtact's.
 const DEEPEST_MM: f64 = 1.6;
 
-pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
+pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure> {
     if !has_ending(&args.output, "csv") {
         let message = format!("{} does not name a .csv file", args.output.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
@@ -62,5 +62,5 @@ pub(super) fn run(args: &Dataset, scene: &Scene) -> Result<Report, Failure> {
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": documents::coverage(&scene.coverage),
     });
-    Ok(Report { text, json, failed: false })
+    Ok(Outcome { text, json, failed: false })
 }

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::super::region::{Edge, Ellipse, Region};
 use super::super::shape::Primitive;
 use super::plane::{Part, Rectangle};
-use super::surface::{Families, Literal, Surface};
+use super::surface::{Families, Literal, LocalSurface};
 use super::{Cell, SLACK_MM, Sides};
 use crate::{Cuboid, PlacedPrimitive, Pose};
 
@@ -226,7 +226,7 @@ impl<'a> Leaf<'a, '_> {
     fn whole(&mut self) -> Literal {
         let known = self.faces.whole;
         known.unwrap_or_else(|| {
-            let literal = self.families.literal(Surface::whole(self.leaf));
+            let literal = self.families.literal(LocalSurface::whole(self.leaf));
             self.faces.whole = Some(literal);
             literal
         })
@@ -241,8 +241,8 @@ impl<'a> Leaf<'a, '_> {
         let direction = region.edges[edge].direction_at_end();
         let pose = &self.leaf.body_from_leaf;
         let surface = match self.primitive {
-            Primitive::Revolution(_) => Surface::swept(pose, to, direction),
-            _ => Surface::plane(pose, to.push(0.0), direction.push(0.0)),
+            Primitive::Revolution(_) => LocalSurface::swept(pose, to, direction),
+            _ => LocalSurface::plane(pose, to.push(0.0), direction.push(0.0)),
         };
         let literal = self.families.literal(surface);
         self.faces.seams[edge] = Some(literal);
@@ -268,23 +268,27 @@ impl<'a> Leaf<'a, '_> {
 }
 
 /// The surface of a face; `None` where nothing but the primitive itself describes it.
-fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Option<Surface<'a>> {
+fn surface<'a>(
+    primitive: &Primitive,
+    leaf: &PlacedPrimitive,
+    face: u32,
+) -> Option<LocalSurface<'a>> {
     let pose = &leaf.body_from_leaf;
     let cap = |height_mm: f64, top: bool| {
         let outward = if top { Vector3::z() } else { -Vector3::z() };
-        Some(Surface::plane(pose, Vector3::z() * height_mm, outward))
+        Some(LocalSurface::plane(pose, Vector3::z() * height_mm, outward))
     };
     match primitive {
-        Primitive::Sphere(s) => Some(Surface::round(pose, 0.0, s.radius_mm, true)),
+        Primitive::Sphere(s) => Some(LocalSurface::round(pose, 0.0, s.radius_mm, true)),
         Primitive::Ellipsoid(s) => {
             let [x, y, z] = s.semi_axes_mm;
-            (x == y).then(|| Surface::oval(pose, 0.0, [x, z], 0.0, true))
+            (x == y).then(|| LocalSurface::oval(pose, 0.0, [x, z], 0.0, true))
         }
         Primitive::EllipsoidOffset(s) => {
-            Some(Surface::oval(pose, 0.0, [s.equatorial_mm, s.polar_mm], s.offset_mm, true))
+            Some(LocalSurface::oval(pose, 0.0, [s.equatorial_mm, s.polar_mm], s.offset_mm, true))
         }
         Primitive::Cylinder(s) => match face {
-            0 => Some(Surface::pipe(pose, Vector2::zeros(), s.radius_mm, true)),
+            0 => Some(LocalSurface::pipe(pose, Vector2::zeros(), s.radius_mm, true)),
             1 => cap(0.0, false),
             _ => cap(s.height_mm, true),
         },
@@ -292,7 +296,7 @@ fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Opti
             0 => {
                 let grown = s.top_radius_mm - s.bottom_radius_mm;
                 let start = Vector2::new(s.bottom_radius_mm, 0.0);
-                Some(Surface::swept(pose, start, Vector2::new(s.height_mm, -grown)))
+                Some(LocalSurface::swept(pose, start, Vector2::new(s.height_mm, -grown)))
             }
             1 => cap(0.0, false),
             _ => cap(s.height_mm, true),
@@ -301,7 +305,7 @@ fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Opti
         Primitive::HalfSpace(_) => cap(0.0, true),
         Primitive::Torus(s) => {
             let centre = Vector2::new(s.ring_radius_mm, 0.0);
-            Some(Surface::ring(pose, centre, s.tube_radius_mm, true))
+            Some(LocalSurface::ring(pose, centre, s.tube_radius_mm, true))
         }
         Primitive::Extrusion(prism) => {
             let (region, height_mm) = prism.parts();
@@ -313,10 +317,10 @@ fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Opti
                     match edge.ellipse {
                         None => {
                             let outward = edge.outward(edge.from).normalize();
-                            Some(Surface::plane(pose, edge.from.push(0.0), outward.push(0.0)))
+                            Some(LocalSurface::plane(pose, edge.from.push(0.0), outward.push(0.0)))
                         }
                         Some(Ellipse { centre, half_axes }) => (half_axes.x == half_axes.y)
-                            .then(|| Surface::pipe(pose, centre, half_axes.x, bulges(edge))),
+                            .then(|| LocalSurface::pipe(pose, centre, half_axes.x, bulges(edge))),
                     }
                 }
             }
@@ -324,8 +328,8 @@ fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Opti
         Primitive::Revolution(spun) => {
             let edge = &spun.region().edges[face as usize];
             match edge.ellipse {
-                None => Some(Surface::swept(pose, edge.from, edge.outward(edge.from))),
-                Some(Ellipse { centre, half_axes }) if centre.x == 0.0 => Some(Surface::oval(
+                None => Some(LocalSurface::swept(pose, edge.from, edge.outward(edge.from))),
+                Some(Ellipse { centre, half_axes }) if centre.x == 0.0 => Some(LocalSurface::oval(
                     pose,
                     centre.y,
                     [half_axes.x, half_axes.y],
@@ -333,7 +337,7 @@ fn surface<'a>(primitive: &Primitive, leaf: &PlacedPrimitive, face: u32) -> Opti
                     bulges(edge),
                 )),
                 Some(Ellipse { centre, half_axes }) => (half_axes.x == half_axes.y)
-                    .then(|| Surface::ring(pose, centre, half_axes.x, bulges(edge))),
+                    .then(|| LocalSurface::ring(pose, centre, half_axes.x, bulges(edge))),
             }
         }
     }
@@ -345,7 +349,7 @@ fn bulges(edge: &Edge) -> bool {
     edge.outward(edge.from).dot(&(edge.from - ellipse.centre)) > 0.0
 }
 
-fn cuboid(pose: &Pose, cuboid: &Cuboid, face: u32) -> Surface<'static> {
+fn cuboid(pose: &Pose, cuboid: &Cuboid, face: u32) -> LocalSurface<'static> {
     let size = cuboid.size_mm;
     let axis = face as usize / 2;
     let mut outward = Vector3::zeros();
@@ -355,5 +359,5 @@ fn cuboid(pose: &Pose, cuboid: &Cuboid, face: u32) -> Surface<'static> {
         5 => size[2],
         _ => 0.5 * size[axis],
     };
-    Surface::plane(pose, outward * reach_mm, outward)
+    LocalSurface::plane(pose, outward * reach_mm, outward)
 }

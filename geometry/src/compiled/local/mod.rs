@@ -244,36 +244,23 @@ pub(crate) fn meeting_boxes(
 ) -> Vec<Aabb> {
     let mut families = Families::default();
     let (mut in_a, mut in_b) = (Asked::new(a), Asked::new(b));
-    let mut left = Vec::new();
     if (bounds.max - bounds.min).min() <= SAME_MM {
-        return left;
+        return Vec::new();
     }
-    let mut queue = VecDeque::from([*bounds]);
-    let mut looked_at = 0;
-    while let Some(bounds) = queue.pop_front() {
-        if looked_at == budget {
-            left.push(bounds);
-            continue;
-        }
-        looked_at += 1;
-        let cell = Cell::of(&bounds);
-        let of_a = in_a.sides(a.root, &cell, &bounds, true, &mut families);
+    halved(bounds, budget, |bounds| {
+        let cell = Cell::of(bounds);
+        let of_a = in_a.sides(a.root, &cell, bounds, true, &mut families);
         if of_a.is_nothing() {
-            continue;
+            return Verdict::Proven;
         }
-        let of_b = in_b.sides(b.root, &cell, &bounds, true, &mut families);
-        let common = of_a.meet(&of_b);
-        if common.is_nothing() {
-            continue;
-        }
-        if common.is_everything() {
+        let common = of_a.meet(&in_b.sides(b.root, &cell, bounds, true, &mut families));
+        match common.is_nothing() {
+            true => Verdict::Proven,
             // Neither has a face here: halves would say no more.
-            left.push(bounds);
-        } else {
-            queue.extend(halves(&bounds));
+            false if common.is_everything() => Verdict::Hopeless,
+            false => Verdict::Open,
         }
-    }
-    left
+    })
 }
 
 /// Boxes outside of whose shadows along an axis of the frame no line leaves a tool and meets any of
@@ -310,24 +297,16 @@ pub(crate) fn held_boxes(
     let mut families = Families::default();
     let mut in_tool = Asked::new(tool);
     let mut in_others: Vec<Asked> = others.iter().map(|other| Asked::new(other)).collect();
-    let mut left = Vec::new();
-    let mut queue = VecDeque::from([bounds]);
-    let mut looked_at = 0;
-    while let Some(bounds) = queue.pop_front() {
-        if looked_at == budget {
-            left.push(bounds);
-            continue;
-        }
-        looked_at += 1;
-        let cell = Cell::of(&bounds);
-        let of_tool = in_tool.sides(tool.root, &cell, &bounds, true, &mut families);
+    Some(halved(&all, budget, |bounds| {
+        let cell = Cell::of(bounds);
+        let of_tool = in_tool.sides(tool.root, &cell, bounds, true, &mut families);
         let grown = bounds.grown(BETWEEN_MM);
         if of_tool.is_nothing()
             || !in_tool.may_leave(tool.root, &cell, &grown, &direction, &mut families)
         {
-            continue;
+            return Verdict::Proven;
         }
-        let mut ahead = bounds;
+        let mut ahead = *bounds;
         match forwards {
             true => ahead.max[axis] = all.max[axis],
             false => ahead.min[axis] = all.min[axis],
@@ -337,11 +316,39 @@ pub(crate) fn held_boxes(
             let root = other.body.root;
             other.sides(root, &column, &ahead, true, &mut families).is_nothing()
         });
-        if !is_free {
-            queue.extend(halves(&bounds));
+        if is_free { Verdict::Proven } else { Verdict::Open }
+    }))
+}
+
+/// What is known of a box.
+enum Verdict {
+    /// Nothing in it has to be looked at.
+    Proven,
+    /// Something may have to be, and its halves may tell.
+    Open,
+    /// Something may have to be, and its halves would not tell either.
+    Hopeless,
+}
+
+/// The boxes that are left of one when those that are open are halved again and again; at most
+/// `budget` are judged.
+fn halved(bounds: &Aabb, budget: usize, mut judge: impl FnMut(&Aabb) -> Verdict) -> Vec<Aabb> {
+    let mut left = Vec::new();
+    let mut queue = VecDeque::from([*bounds]);
+    let mut judged = 0;
+    while let Some(bounds) = queue.pop_front() {
+        if judged == budget {
+            left.push(bounds);
+            continue;
+        }
+        judged += 1;
+        match judge(&bounds) {
+            Verdict::Proven => {}
+            Verdict::Open => queue.extend(halves(&bounds)),
+            Verdict::Hopeless => left.push(bounds),
         }
     }
-    Some(left)
+    left
 }
 
 fn halves(bounds: &Aabb) -> [Aabb; 2] {

@@ -32,13 +32,13 @@ pub(super) enum Family<'a> {
 
 /// A family and one of its levels; `below` is the side of the solid.
 #[derive(Clone, Debug)]
-pub(super) struct Surface<'a> {
+pub(super) struct LocalSurface<'a> {
     pub(super) family: Family<'a>,
     pub(super) level: f64,
     pub(super) below: bool,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> LocalSurface<'a> {
     pub(super) fn whole(leaf: &'a PlacedPrimitive) -> Self {
         Self { family: Family::Whole { leaf }, level: 0.0, below: true }
     }
@@ -219,8 +219,8 @@ impl<'a> Families<'a> {
         if literal.below { grows } else { shrinks }
     }
 
-    pub(super) fn literal(&mut self, surface: Surface<'a>) -> Literal {
-        let Surface { family, level, below } = surface;
+    pub(super) fn literal(&mut self, surface: LocalSurface<'a>) -> Literal {
+        let LocalSurface { family, level, below } = surface;
         for (i, known) in self.known.iter().enumerate() {
             match alike(known, &family) {
                 Some(false) => return Literal { family: i as u32, level, below },

@@ -2,7 +2,7 @@
 
 use fabkit_text::{Content, Entry, Kind, Node, Position, Reading, did_you_mean, shown, suggestion};
 
-use super::super::axis::{Axis, Range, Values};
+use super::super::axis::{PlanAxis, Range, Values};
 use super::super::{Known, Sampling, quantity};
 use super::{LIMITS, find, is_of};
 
@@ -13,7 +13,7 @@ pub(super) fn read(
     node: &Node,
     known: &Known,
     sampling: Sampling,
-) -> Vec<Axis> {
+) -> Vec<PlanAxis> {
     let entries = reading.map("axes", node);
     let [most, _] = LIMITS;
     if entries.is_empty() && matches!(node.content, Content::Map(_)) || entries.len() > most {
@@ -25,7 +25,12 @@ pub(super) fn read(
     axes.collect()
 }
 
-fn axis(reading: &mut Reading, entry: &Entry, known: &Known, sampling: Sampling) -> Option<Axis> {
+fn axis(
+    reading: &mut Reading,
+    entry: &Entry,
+    known: &Known,
+    sampling: Sampling,
+) -> Option<PlanAxis> {
     let path = entry.key.as_str();
     let Some(base) = known.parameters.get(path) else {
         let message = format!("the axis `{}` is not a parameter of the sensor", shown(path));
@@ -58,7 +63,7 @@ fn axis(reading: &mut Reading, entry: &Entry, known: &Known, sampling: Sampling)
             return None;
         }
     };
-    Some(Axis { path: path.into(), kind, values })
+    Some(PlanAxis { path: path.into(), kind, values })
 }
 
 fn range(

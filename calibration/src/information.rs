@@ -1,0 +1,147 @@
+//! Information matrices: what pixels say about parameters whose units differ by many orders.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Squared sines below this are rounding: a parameter that close to a combination of others is not
+/// determined.
+const SINGULAR: f64 = 1e-12;
+
+/// What stands for no information at all, so that nothing is divided by 0.
+const LEAST_DIAGONAL: f64 = 1e-300;
+
+/// The Cholesky factor of an information matrix in units of its own, in which all parameters are
+/// alike.
+#[derive(Clone, Debug)]
+pub(crate) struct ScaledCholesky {
+    /// One over the unit of each parameter.
+    scale: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl ScaledCholesky {
+    /// In units that make it a matrix of correlations; `None` where a combination of parameters is
+    /// not determined.
+    pub fn new(information: &DMatrix<f64>) -> Option<Self> {
+        let scaled = Self::damped(information, 0.0)?;
+        // Pivots are sines of the angles to what went before.
+        let pivots = scaled.factor.l_dirty().diagonal();
+        pivots.iter().all(|pivot| pivot * pivot > SINGULAR).then_some(scaled)
+    }
+
+    /// The same with a little added to what is known of each parameter, as a share of it.
+    pub fn damped(information: &DMatrix<f64>, share: f64) -> Option<Self> {
+        Self::scaled(information, information.diagonal().map(f64::sqrt), share)
+    }
+
+    /// In units of what is known of each parameter beforehand, which is added.
+    pub fn with_prior(information: &DMatrix<f64>, sigmas: &DVector<f64>) -> Option<Self> {
+        Self::scaled(information, sigmas.map(f64::recip), 1.0)
+    }
+
+    fn scaled(information: &DMatrix<f64>, scale: DVector<f64>, added: f64) -> Option<Self> {
+        let (n, scale) = (scale.len(), scale.map(|v| v.max(LEAST_DIAGONAL.sqrt())));
+        let entry = |i, j| information[(i, j)] / (scale[i] * scale[j]);
+        let scaled = DMatrix::from_fn(n, n, |i, j| entry(i, j) + if i == j { added } else { 0.0 });
+        Some(Self { factor: Cholesky::new(scaled)?, scale })
+    }
+
+    /// The step for a gradient.
+    pub fn solve(&self, gradient: &DVector<f64>) -> DVector<f64> {
+        self.factor.solve(&gradient.component_div(&self.scale)).component_div(&self.scale)
+    }
+
+    /// The variance of a quantity with these derivatives. Parameters that cannot be told apart do
+    /// not spoil it, as they would if it were put together from their covariance.
+    pub fn variance(&self, derivatives: &DVector<f64>) -> f64 {
+        let mut half = derivatives.component_div(&self.scale);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut half);
+        half.norm_squared()
+    }
+
+    /// The covariance, exactly symmetric.
+    pub fn inverse(&self) -> DMatrix<f64> {
+        let inverse = self.factor.inverse();
+        let n = self.scale.len();
+        let entry = |i, j| inverse[(i, j)] / (self.scale[i] * self.scale[j]);
+        DMatrix::from_fn(n, n, |i, j| if i >= j { entry(i, j) } else { entry(j, i) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fabkit_geometry::sequences::Random;
+
+    /// `J^T J` of more rows than columns, whose columns differ by `spread` orders in all.
+    fn information(n: usize, spread: f64, random: &mut Random) -> DMatrix<f64> {
+        let unit = |j: usize| 10f64.powf(spread * (j as f64 / (n - 1) as f64 - 0.5));
+        let rows = DMatrix::from_fn(3 * n, n, |_, j| unit(j) * random.between(-1.0, 1.0));
+        rows.transpose() * rows
+    }
+
+    /// Largest difference, in units of what is expected at the same place.
+    fn worst(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
+        let unit = |i: usize| expected[(i, i.min(expected.ncols() - 1))].abs();
+        let relative = found.zip_map(expected, |a, b| (a - b).abs());
+        let of = |(k, miss): (usize, &f64)| {
+            let (i, j) = (k % found.nrows(), k / found.nrows());
+            let scale = if found.ncols() > 1 { (unit(i) * unit(j)).sqrt() } else { unit(i) };
+            miss / scale
+        };
+        relative.iter().enumerate().map(of).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn steps_and_covariances_are_those_of_a_decomposition_with_pivots() {
+        let mut random = Random::new(1);
+        for n in [2, 6, 12] {
+            // LU with complete pivoting knows nothing of symmetry or of scales. Its rounding is some
+            // 1e-16 times the condition, which six orders in the parameters square.
+            for (spread, tolerance) in [(0.0, 1e-12), (6.0, 1e-3)] {
+                let information = information(n, spread, &mut random);
+                let gradient = DVector::from_fn(n, |_, _| random.between(-1.0, 1.0));
+                let lu = information.clone().full_piv_lu();
+                let expected = lu.try_inverse().unwrap();
+                let factor = ScaledCholesky::new(&information).unwrap();
+                assert!(worst(&factor.inverse(), &expected) < tolerance, "{n} {spread}");
+                let step = factor.solve(&gradient);
+                let miss = (&information * &step - &gradient).amax();
+                assert!(miss < 1e-9, "{n} {spread}: {miss}");
+                let variance = factor.variance(&gradient);
+                assert!((variance / gradient.dot(&step) - 1.0).abs() < 1e-9, "{variance}");
+            }
+        }
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        let information = information(5, 0.0, &mut Random::new(2));
+        // Powers of two, so that nothing is rounded.
+        let unit = |i: usize| 2f64.powi(20 * i as i32 - 40);
+        let other = DMatrix::from_fn(5, 5, |i, j| information[(i, j)] * unit(i) * unit(j));
+        let inverse = ScaledCholesky::new(&information).unwrap().inverse();
+        let other = ScaledCholesky::new(&other).unwrap().inverse();
+        let back = DMatrix::from_fn(5, 5, |i, j| other[(i, j)] * unit(i) * unit(j));
+        assert!(worst(&back, &inverse) < 1e-15);
+    }
+
+    #[test]
+    fn what_is_not_determined_has_no_factor_but_one_with_damping_or_a_prior() {
+        // The second parameter does what the first does; the third does nothing.
+        for rows in [[1.0, 2.0, 0.0], [1.0, 2.0, 1.0]] {
+            let row = DMatrix::from_row_slice(1, 3, &rows);
+            let information = row.transpose() * &row;
+            assert!(ScaledCholesky::new(&information).is_none());
+            let sigmas = DVector::from_vec(vec![0.5, 2.0, 3.0]);
+            let with_prior = ScaledCholesky::with_prior(&information, &sigmas).unwrap().inverse();
+            let prior = DMatrix::from_diagonal(&sigmas.map(|sigma| sigma.powi(-2)));
+            let expected = (information.clone() + prior).full_piv_lu().try_inverse().unwrap();
+            assert!(worst(&with_prior, &expected) < 1e-12);
+        }
+        let row = DMatrix::from_row_slice(1, 2, &[1.0, 2.0]);
+        let damped = ScaledCholesky::damped(&(row.transpose() * &row), 0.1).unwrap();
+        // (1.1, 1; 1, 1.1) in units of its diagonal.
+        let expected = DMatrix::from_row_slice(2, 2, &[1.1, -0.5, -0.5, 0.275]) / 0.21;
+        assert!(worst(&damped.inverse(), &expected) < 1e-12);
+    }
+}

@@ -2,10 +2,11 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::joints::{Joints, casing_head_z};
 use super::layout::Layout;
 use super::parameters::Cap;
-use super::{flipped, in_sensor};
+use crate::assembling::{flipped, in_sensor};
 use crate::blocks::{BLACK, GLASS, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
 
@@ -50,16 +51,15 @@ fn wire_groove(layout: &Layout, [bottom_z, top_z]: [f64; 2]) -> Solid {
 /// The clear plate.
 pub fn plate(p: &Cap, layout: &Layout) -> Body {
     let disc = Path::circle([0.0; 2], layout.plate_radius);
-    Body::made(
-        "plate",
-        "clear plate that carries the skin",
-        Process::Laser,
-        Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z),
-    )
-    .from(&p.plate.material)
-    .placed([in_sensor().lifted(24.0)])
-    .colored(GLASS)
-    .note("leave the protective film on until the skin is glued")
+    PLATE
+        .made(
+            Process::Laser,
+            Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z),
+        )
+        .from(&p.plate.material)
+        .placed([in_sensor().lifted(24.0)])
+        .colored(GLASS)
+        .note("leave the protective film on until the skin is glued")
 }
 
 /// The casing's upper piece.
@@ -83,26 +83,25 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         .at(0.0, (pocket_height - p.leds.strip_width.mm()) / 2.0, 0.0);
     let leds = led_poses(p, layout);
     let below = layout.joint_z - over;
-    Body::made(
-        "holder",
-        "casing's upper piece: holds plate, LEDs and the camera's front",
-        Process::Fdm,
-        outline(p, [layout.joint_z, 0.0])
-            .minus(inside.named("chamber"))
-            .minus(pocket(layout, [below, layout.housing_front_z]))
-            .minus(wire_groove(layout, [below, layout.housing_front_z + over]))
-            .minus_all(copies("led pocket", &leds, &led_pocket)),
-    )
-    .from(&p.holder.material)
-    .placed([in_sensor()])
-    .marked(marks("led", &leds))
-    .colored(BLACK)
-    .lying(flipped())
-    .note("plate side down, no supports: the ledges overhang about 1 mm")
-    .note("matt black filament; stray light blurs the shadows")
-    // The chamber goes through; everything else is open to it or blind.
-    .with_handles(1)
-    .cut(Joints::new(p, layout).casing.held().unmarked())
+    HOLDER
+        .made(
+            Process::Fdm,
+            outline(p, [layout.joint_z, 0.0])
+                .minus(inside.named("chamber"))
+                .minus(pocket(layout, [below, layout.housing_front_z]))
+                .minus(wire_groove(layout, [below, layout.housing_front_z + over]))
+                .minus_all(copies("led pocket", &leds, &led_pocket)),
+        )
+        .from(&p.holder.material)
+        .placed([in_sensor()])
+        .marked(marks("led", &leds))
+        .colored(BLACK)
+        .lying(flipped())
+        .note("plate side down, no supports: the ledges overhang about 1 mm")
+        .note("matt black filament; stray light blurs the shadows")
+        // The chamber goes through; everything else is open to it or blind.
+        .with_handles(1)
+        .cut(Joints::new(p, layout).casing.held().unmarked())
 }
 
 /// The casing's lower piece.
@@ -117,9 +116,7 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     let plug_room =
         Solid::rod(layout.chamber_radius, [layout.floor_z, layout.housing_back_z + over]);
     let gap = gap_mm(Process::Fdm, Fit::Snug);
-    Body::made(
-        "base",
-        "casing's lower piece: clamps the camera, is screwed to a gripper",
+    BASE.made(
         Process::Fdm,
         outline(p, [bottom, layout.joint_z])
             .minus(pocket(layout, [layout.housing_back_z, layout.joint_z + over]))

@@ -1,6 +1,7 @@
 //! Dome-cap sensors: a dimpled cap of clear gel, painted outside, on a clear plate; coloured LEDs
 //! and a camera below (ShadowTac).
 
+mod bodies;
 mod casing;
 mod chain;
 mod components;
@@ -13,16 +14,12 @@ mod skin;
 
 use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose, Sensor, Vector3};
 
-use crate::assembling::{AssemblyName, flipped, in_sensor};
 use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
 use layout::Layout;
 use parameters::{Cap, Direction};
-
-/// Casting the skin.
-const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
 
 /// The family of ShadowTac.
 pub(crate) struct CapFamily;
@@ -70,7 +67,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
         .chain(components::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: Joints::new(p, layout).casing.press_fit("holder").into_iter().collect(),
+        press_fits: Joints::new(p, layout).casing.press_fit(bodies::HOLDER).into_iter().collect(),
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         ..blocks::sensor(header, camera, bodies)

@@ -9,13 +9,13 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
 use super::skin::gel;
-use super::{SKIN_MOLD, flipped};
+use crate::assembling::{Name, flipped, shrinkage};
 use crate::blocks::{MOLD_BLUE, TOOL_GREY, copies, holes, marks, ring, turn};
-use crate::materials::castable;
 
 const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone from curing";
 
@@ -47,12 +47,12 @@ fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) ->
     }))
 }
 
-fn tool(p: &Cap, name: &str, summary: &str, solid: Solid, lift_mm: f64) -> Body {
-    Body::made(name, summary, Process::Sla, solid)
+fn tool(p: &Cap, name: Name, solid: Solid, lift_mm: f64) -> Body {
+    name.made(Process::Sla, solid)
         .from(&p.mold.material)
         .placed([SKIN_MOLD.in_place().lifted(lift_mm)])
         .colored(TOOL_GREY)
-        .for_shrinkage(castable(&p.skin.material).map_or(0.0, |m| m.shrinkage))
+        .for_shrinkage(shrinkage(&p.skin.material))
 }
 
 /// Block, spacer and lid.
@@ -64,21 +64,15 @@ pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Body; 3] {
 fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
     let solid = Solid::cylinder(layout.mold_radius, p.mold.height.mm());
     let (reach, height) = (p.mold.pry_depth.mm(), p.mold.pry_gap.mm() + CUT_OVERLAP_MM);
-    tool(
-        p,
-        "mold-skin-block",
-        "cavity of the skin, with the dimples' pins",
-        solid.minus(gel(p, layout, dimples, true)),
-        26.0,
-    )
-    .colored(MOLD_BLUE)
-    .marked(marks("dimple", dimples))
-    .lying(flipped())
-    .note("cavity up, 0.025 mm layers, no supports inside")
-    .note(WASH)
-    .cut(bolt_holes(p, layout, p.mold.block_hole.mm()))
-    .cut(Joints::new(p, layout).mold.held().unmarked())
-    .cut(slots(p, layout, reach, -CUT_OVERLAP_MM, height))
+    tool(p, BLOCK, solid.minus(gel(p, layout, dimples, true)), 26.0)
+        .colored(MOLD_BLUE)
+        .marked(marks("dimple", dimples))
+        .lying(flipped())
+        .note("cavity up, 0.025 mm layers, no supports inside")
+        .note(WASH)
+        .cut(bolt_holes(p, layout, p.mold.block_hole.mm()))
+        .cut(Joints::new(p, layout).mold.held().unmarked())
+        .cut(slots(p, layout, reach, -CUT_OVERLAP_MM, height))
 }
 
 fn spacer(p: &Cap, layout: &Layout) -> Body {
@@ -91,19 +85,13 @@ fn spacer(p: &Cap, layout: &Layout) -> Body {
     ]));
     // All the way from the trough to the outside, half the spacer deep.
     let (reach, depth) = (outside - bore + 1.0, p.mold.spacer.mm() / 2.0 + CUT_OVERLAP_MM);
-    tool(
-        p,
-        "mold-skin-spacer",
-        "sets the height of the lid; its notches let surplus out and a screwdriver in",
-        ring,
-        -10.0,
-    )
-    .lying(flipped())
-    .note(WASH)
-    .note("grind it down, or add film, if the skin comes out too thick or thin")
-    .with_handles(1)
-    .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
-    .cut(slots(p, layout, reach, layout.flange_z - CUT_OVERLAP_MM, depth))
+    tool(p, SPACER, ring, -10.0)
+        .lying(flipped())
+        .note(WASH)
+        .note("grind it down, or add film, if the skin comes out too thick or thin")
+        .with_handles(1)
+        .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
+        .cut(slots(p, layout, reach, layout.flange_z - CUT_OVERLAP_MM, depth))
 }
 
 fn lid(p: &Cap, layout: &Layout) -> Body {
@@ -118,15 +106,9 @@ fn lid(p: &Cap, layout: &Layout) -> Body {
     let depth = -layout.lid_z + CUT_OVERLAP_MM;
     let vent = Solid::cylinder(p.mold.vent_diameter.mm() / 2.0, depth + CUT_OVERLAP_MM);
     let vents = copies("vent", &vent_poses(p, layout), &vent.at_z(-depth));
-    tool(
-        p,
-        "mold-skin-lid",
-        "closes the mold; the skin's flat foot forms on its boss",
-        Solid::revolution(outline).minus_all(vents),
-        -24.0,
-    )
-    .note("boss up; polish the boss, the camera looks through its print")
-    .note(WASH)
-    .with_handles(p.mold.vents as i32)
-    .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
+    tool(p, LID, Solid::revolution(outline).minus_all(vents), -24.0)
+        .note("boss up; polish the boss, the camera looks through its print")
+        .note(WASH)
+        .with_handles(p.mold.vents as i32)
+        .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
 }

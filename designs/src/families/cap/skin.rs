@@ -7,9 +7,10 @@ use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, InvalidPattern, Path, Pattern, Pose, Solid,
 };
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{Cap, Direction};
-use super::{SKIN_MOLD, in_sensor};
+use crate::assembling::in_sensor;
 use crate::blocks::copies;
 
 /// How many dimples there are: 1 + 6 + 12 + ...
@@ -98,7 +99,7 @@ fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid
 pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Vec<Body> {
     vec![
         Body::cast(
-            "skin",
+            SKIN,
             format!("clear gel with {} dimples", dimple_count(p)),
             gel(p, layout, poses, false),
         )
@@ -107,7 +108,7 @@ pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> 
         .colored([190, 215, 235])
         .opaque(0.8), // Dimples are blind.
         Body::cast(
-            "reflective-paint",
+            PAINT,
             match p.dimples.direction {
                 Direction::IntoGel => "reflects the coloured light; fills the dimples",
                 Direction::OutOfGel => "reflects the coloured light; covers the dimples",

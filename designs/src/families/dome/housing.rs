@@ -2,15 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::{FROST, JOINING, flipped, in_sensor};
-use crate::blocks::{BLACK, MASK_GREEN, holes, marks, ring, turn};
+use crate::assembling::{flipped, in_sensor};
+use crate::blocks::{BLACK, MASK_GREEN, holes, led_ring, marks, turn};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
+
+const FROST: Color = [225, 236, 240];
 
 /// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
@@ -21,8 +24,7 @@ const RIB_ROOT_MM: f64 = 0.5;
 /// Where the LEDs stand on the board, z axis up, x axis outwards.
 pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
     // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
-    let first = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
-    ring(p.leds.count, 0.5, first)
+    led_ring!(p.leds).poses(layout.board_top_z, 0.5)
 }
 
 /// The tube that everything slides into from below, and the gel stands on.
@@ -50,20 +52,16 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
         .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
     let through = layout.shell_radius - layout.base_radius + CUT_OVERLAP_MM;
     let gap = gap_mm(Process::Fdm, Fit::Snug);
-    Body::made(
-        "shell",
-        "tube that holds diffuser, LED board and base; the gel stands on it",
-        Process::Fdm,
-        Solid::union(std::iter::once(wall).chain(ribs)),
-    )
-    .from(&p.shell.material)
-    .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
-    .colored(BLACK)
-    .lying(flipped())
-    .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
-    .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
-    .with_handles(1)
-    .cut(Joints::new(p, layout).shell_base.passed(through, gap))
+    SHELL
+        .made(Process::Fdm, Solid::union(std::iter::once(wall).chain(ribs)))
+        .from(&p.shell.material)
+        .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
+        .colored(BLACK)
+        .lying(flipped())
+        .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
+        .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
+        .with_handles(1)
+        .cut(Joints::new(p, layout).shell_base.passed(through, gap))
 }
 
 /// The plug that carries the camera and closes the shell.
@@ -103,9 +101,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         slot.turned_z(turn(i, 2, 0.5)).named(format!("pry slot {}", i + 1))
     });
 
-    Body::made(
-        "base",
-        "plug that carries the camera and closes the shell",
+    BASE.made(
         Process::Fdm,
         plug.minus(pocket.named("camera pocket"))
             .minus(relief.named("relief"))
@@ -135,18 +131,17 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
     let half = p.diffuser.notch_width.mm() / 2.0;
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.diffuser_radius))
         .with_hole(notched_circle(bore, notch, half, p.diffuser.notches));
-    Body::made(
-        "diffuser",
-        "frosted ring that spreads the LEDs' light",
-        Process::Laser,
-        Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z),
-    )
-    .from(&p.diffuser.material)
-    .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
-    .colored(FROST)
-    .note("cut from a sheet frosted on both sides")
-    .note("the filling gel keys into the notches")
-    .with_handles(1)
+    DIFFUSER
+        .made(
+            Process::Laser,
+            Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z),
+        )
+        .from(&p.diffuser.material)
+        .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
+        .colored(FROST)
+        .note("cut from a sheet frosted on both sides")
+        .note("the filling gel keys into the notches")
+        .with_handles(1)
 }
 
 /// A circle with `count` notches of half width `half` out to a larger radius.
@@ -176,19 +171,18 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let wires =
         wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
-    Body::made(
-        "led-board",
-        "annular circuit board that carries the LEDs",
-        Process::Pcb,
-        Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
-    )
-    .from(&p.led_board.material)
-    .placed([in_sensor().lifted(-26.0)])
-    .marked(marks("led", &led_poses(p, layout)))
-    .colored(MASK_GREEN)
-    .note("press it in from below until it meets the ribs, LEDs between the ribs")
-    .note("one 470 ohm resistor for each LED")
-    .with_handles(3)
+    LED_BOARD
+        .made(
+            Process::Pcb,
+            Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
+        )
+        .from(&p.led_board.material)
+        .placed([in_sensor().lifted(-26.0)])
+        .marked(marks("led", &led_poses(p, layout)))
+        .colored(MASK_GREEN)
+        .note("press it in from below until it meets the ribs, LEDs between the ribs")
+        .note("one 470 ohm resistor for each LED")
+        .with_handles(3)
 }
 
 /// Where the wires leave the board, mm: inside the LEDs, over the corners of the camera's pocket.

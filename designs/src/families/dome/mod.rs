@@ -1,5 +1,6 @@
 //! Dome sensors: a hemisphere of gels on a glass tube, a ring of LEDs, a camera below (R-Tac0).
 
+mod bodies;
 mod chain;
 mod components;
 mod constraints;
@@ -12,33 +13,18 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{
-    Body, Color, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor,
-};
+use fabkit_geometry::{Body, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor};
 
-use crate::assembling::{AssemblyName, SENSOR, flipped, in_sensor};
-use crate::blocks::{self, camera_at, mm, press_fit};
+use crate::assembling::shrinkage;
+use crate::blocks::{self, DOWEL, camera_at, mm, press_fit};
 use crate::fits::{Fit, gap_mm};
-use crate::materials::castable;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::*;
 use joints::Joints;
 use layout::Layout;
 use mold::Cavity;
 use parameters::Dome;
-
-const FROST: Color = [225, 236, 240];
-
-/// Casting the transparent gel around the tube.
-const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
-/// Casting the translucent gel around the transparent one.
-const TRANSLUCENT_MOLD: AssemblyName = AssemblyName("translucent-mold");
-/// Gluing the cured module to its shell.
-const JOINING: AssemblyName = AssemblyName("joining");
-/// Casting a silicone mold around a glass tube.
-const FORM: AssemblyName = AssemblyName("form");
-/// Dipping a module into black mixture.
-const COATING: AssemblyName = AssemblyName("coating");
 
 /// The family of R-Tac0.
 pub(crate) struct DomeFamily;
@@ -114,18 +100,19 @@ fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
 }
 
 /// The two layers that are cast in molds.
-fn cavities(p: &Dome, layout: &Layout) -> [Cavity<'static>; 2] {
-    let shrinkage = |material: &str| castable(material).map_or(0.0, |m| m.shrinkage);
+fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
     [
         Cavity {
-            layer: "transparent-gel",
+            halves: [INNER_A, INNER_B],
+            lid: INNER_LID,
             assembly: TRANSPARENT_MOLD,
             shrinkage: shrinkage(&p.transparent_gel.material),
             radius: layout.transparent_radius,
             core_radius: layout.tube_radius,
         },
         Cavity {
-            layer: "translucent-gel",
+            halves: [OUTER_A, OUTER_B],
+            lid: OUTER_LID,
             assembly: TRANSLUCENT_MOLD,
             shrinkage: shrinkage(&p.translucent_gel.material),
             radius: layout.surface_radius,
@@ -136,22 +123,17 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity<'static>; 2] {
 
 /// The overlaps that are meant.
 fn press_fits(joints: &Joints) -> Vec<PressFit> {
-    let board = -gap_mm(Process::Pcb, Fit::Press);
-    let dowel = -gap_mm(Process::Fdm, Fit::Press);
-    let held = |half: &str, reason: &str| press_fit("dowel", half, dowel, reason);
+    let [board, dowel] = [Process::Pcb, Process::Fdm].map(|process| -gap_mm(process, Fit::Press));
+    let held = |half, reason| press_fit(DOWEL, half, dowel, reason);
     let screws = [
-        joints.camera.press_fit("base"),
-        joints.form.press_fit("form-cup"),
-        joints.shell_base.press_fit("base"),
+        joints.camera.press_fit(BASE),
+        joints.form.press_fit(FORM_CUP),
+        joints.shell_base.press_fit(BASE),
     ];
-    let mut fits = vec![press_fit("led-board", "shell", board, "the board is pressed in")];
+    let mut fits = vec![press_fit(LED_BOARD, SHELL, board, "the board is pressed in")];
     fits.extend(screws.into_iter().flatten());
-    fits.extend([
-        held("mold-transparent-gel-a", "the dowels stay in half a"),
-        held("mold-translucent-gel-a", "the dowels stay in half a"),
-        held("mold-transparent-gel-b", "the lid's dowel stays in half b"),
-        held("mold-translucent-gel-b", "the lid's dowel stays in half b"),
-    ]);
+    fits.extend([INNER_A, OUTER_A].map(|half| held(half, "the dowels stay in half a")));
+    fits.extend([INNER_B, OUTER_B].map(|half| held(half, "the lid's dowel stays in half b")));
     fits
 }
 

@@ -5,11 +5,12 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_tool;
-use super::{COATING, FORM, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, flipped};
+use crate::assembling::{Name, flipped};
 use crate::blocks::{TOOL_GREY, turn};
 use crate::fits::{Fit, gap_mm};
 
@@ -69,19 +70,15 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
         [plug, plug_end],
         [air, plug_end],
     ]);
-    Body::made(
-        "connector",
-        "handle that holds the tube by its inside while gel is cast around it",
-        Process::Fdm,
-        Solid::revolution(outline),
-    )
-    .from(&p.mold.material)
-    .placed([TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING].map(|a| a.in_place().lifted(-55.0)))
-    .colored(TOOL_GREY)
-    .lying(flipped())
-    .note("plug down, handle up")
-    .note("put the O-ring on dry")
-    .with_handles(1)
+    CONNECTOR
+        .made(Process::Fdm, Solid::revolution(outline))
+        .from(&p.mold.material)
+        .placed([TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING].map(|a| a.in_place().lifted(-55.0)))
+        .colored(TOOL_GREY)
+        .lying(flipped())
+        .note("plug down, handle up")
+        .note("put the O-ring on dry")
+        .with_handles(1)
 }
 
 /// Heights and radii of the silicone form, mm, sensor frame.
@@ -128,8 +125,8 @@ impl FormLayout {
 /// Cup and bridge.
 pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let form = FormLayout::new(p, layout);
-    let tool = |name: &str, summary: &str, solid, genus, lift_mm, notes: &[&str]| {
-        Body::made(name, summary, Process::Fdm, solid)
+    let tool = |name: Name, solid, genus, lift_mm, notes: &[&str]| {
+        name.made(Process::Fdm, solid)
             .from(&p.mold.material)
             .placed([FORM.in_place().lifted(lift_mm)])
             .colored(TOOL_GREY)
@@ -138,16 +135,14 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
             .with_handles(genus)
     };
     let cup = tool(
-        "form-cup",
-        "cup that a silicone mold is cast in, around a glass tube",
+        FORM_CUP,
         cup(p, &form),
         1,
         70.0,
         &["tape the hole in the floor before pouring; push the cured mold out through it"],
     );
     let bridge = tool(
-        "form-bridge",
-        "hangs the glass tube into the form's cup; silicone is poured through its windows",
+        FORM_BRIDGE,
         bridge(p, layout, &form),
         1 + POUR_WINDOWS as i32,
         -30.0,
@@ -201,16 +196,15 @@ fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
 /// The silicone mold itself: glass-smooth, cut open along the parting plane when cured.
 pub fn silicone_mold(p: &Dome, layout: &Layout) -> Body {
     let form = FormLayout::new(p, layout);
-    Body::cast(
-        "silicone-mold",
-        "smooth mold for the transparent gel, cast around a glass tube",
-        Solid::cylinder(form.silicone_radius, form.silicone_top_z)
-            .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
-    )
-    .from(&p.form.silicone_material)
-    .placed([FORM.in_place().lifted(30.0)])
-    .colored([90, 140, 215])
-    .opaque(0.6)
+    SILICONE_MOLD
+        .cast(
+            Solid::cylinder(form.silicone_radius, form.silicone_top_z)
+                .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
+        )
+        .from(&p.form.silicone_material)
+        .placed([FORM.in_place().lifted(30.0)])
+        .colored([90, 140, 215])
+        .opaque(0.6)
 }
 
 /// Container for the black mixture, and the holder that hangs a module into it by its connector.
@@ -247,8 +241,8 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
         Solid::extrusion(Path::slot([0.0, 0.0], [0.0, 2.0 * inner], slot_radius), slot_height)
             .at_z(plate_z - CUT_OVERLAP_MM);
 
-    let tool = |name: &str, summary: &str, solid, bed_from_body, lift_mm, notes: &[&str]| {
-        Body::made(name, summary, Process::Fdm, solid)
+    let tool = |name: Name, solid, bed_from_body, lift_mm, notes: &[&str]| {
+        name.made(Process::Fdm, solid)
             .from(&p.mold.material)
             .placed([COATING.in_place().lifted(lift_mm)])
             .colored(TOOL_GREY)
@@ -256,17 +250,9 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
             .notes(notes.iter().copied())
     };
     [
+        tool(CONTAINER, container, flipped(), 40.0, &["four perimeters, so that it holds solvent"]),
         tool(
-            "coating-container",
-            "holds the black mixture",
-            container,
-            flipped(),
-            40.0,
-            &["four perimeters, so that it holds solvent"],
-        ),
-        tool(
-            "coating-holder",
-            "hangs a module into the container by its connector",
+            HOLDER,
             holder.minus(slot.named("slot")),
             Pose::identity(),
             -20.0,

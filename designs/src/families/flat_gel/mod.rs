@@ -1,5 +1,6 @@
 //! Flat-gel sensors: a coated pad of gel on a clear plate above a camera (9DTact, DIGIT, GelSight).
 
+mod bodies;
 mod chain;
 mod constraints;
 mod layout;
@@ -8,21 +9,13 @@ mod parameters;
 
 use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
 
-use crate::assembling::{AssemblyName, SENSOR, in_sensor};
+use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::{self, camera_at, merged, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::{BASE, SHELL};
 use layout::Layout;
 use parameters::FlatGel;
-
-/// Casting the gel.
-const GEL_MOLD: AssemblyName = AssemblyName("gel-mold");
-
-/// Casting the coat around it.
-const COAT_MOLD: AssemblyName = AssemblyName("coat-mold");
-
-/// Printing the markers.
-const MARKING: AssemblyName = AssemblyName("marking");
 
 /// The family of 9DTact, DIGIT and GelSight.
 pub(crate) struct FlatGelFamily;
@@ -47,7 +40,7 @@ impl Family for FlatGelFamily {
 /// Everything a flat-gel sensor consists of.
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
-    let fits = [housing.joint().press_fit("shell"), board.joint().press_fit("base")];
+    let fits = [housing.joint().press_fit(SHELL), board.joint().press_fit(BASE)];
     let bodies = housing_parts(layout)
         .into_iter()
         .chain([pad::plate(p, layout)])
@@ -84,11 +77,9 @@ fn housing_parts(layout: &Layout) -> [Body; 2] {
     let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z + over]);
     let cut = [opening, chamber.named("chamber")];
     [
+        housing.shell(SHELL, cut, light.step_z()).placed([in_sensor()]),
         housing
-            .shell("holds plate and light, closes over the camera", cut, light.step_z())
-            .placed([in_sensor()]),
-        housing
-            .base("carries the camera, closes the shell", layout.camera.posts())
+            .base(BASE, layout.camera.posts())
             .cut(layout.camera.joint().held().unmarked())
             .placed([in_sensor().lifted(-46.0)]),
     ]

@@ -2,13 +2,12 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{CoatBy, FlatGel};
-use super::{COAT_MOLD, GEL_MOLD, MARKING};
-use crate::assembling::{AssemblyName, in_sensor};
+use crate::assembling::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
 use crate::blocks::frame_mold::Frames;
-use crate::materials::castable;
 
 /// The assemblies in which the molds' floor lies under the gel.
 fn molds(p: &FlatGel) -> &'static [AssemblyName] {
@@ -24,14 +23,15 @@ pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
         mold: &p.mold,
         cavity: layout.pad.half,
         lowest_mm: layout.seen_z,
-        shrinkage: castable(&p.pad.material).map_or(0.0, |m| m.shrinkage),
+        shrinkage: shrinkage(&p.pad.material),
     }
 }
 
 /// The plate.
 pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
     let solid = layout.plate.prism([layout.plate_bottom_z, layout.plate_top_z]);
-    Body::made("plate", "clear plate that carries the gel", Process::Laser, solid)
+    PLATE
+        .made(Process::Laser, solid)
         .from(&p.plate.material)
         .placed([in_sensor().lifted(14.0)])
         .colored(GLASS)
@@ -42,9 +42,9 @@ pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
 /// Floor, frames and dowels, and the stencil if there are markers.
 pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let frames = frames(p, layout);
-    let gel = frames.frame("mold-gel", layout.gel.path(), layout.seen_z, GEL_MOLD);
+    let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.seen_z, GEL_MOLD);
     let coat = (p.coat.by == CoatBy::Pour)
-        .then(|| frames.frame("mold-coat", layout.pad.path(), layout.top_z, COAT_MOLD));
+        .then(|| frames.frame(COAT_FRAME, layout.pad.path(), layout.top_z, COAT_MOLD));
     let stencil = p.markers.stencil(layout.gel, layout.seen_z);
     let stencil = stencil.map(|body| body.placed([MARKING.in_place().lifted(8.0)]));
     [frames.floor(molds(p)), gel, frames.dowels(molds(p))]
@@ -67,12 +67,14 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
 
     let plate = layout.plate.prism([layout.plate_bottom_z - over, layout.plate_top_z]);
     let bed = layout.opening.prism([layout.plate_bottom_z, 0.0]).minus(plate);
-    let bed = Body::cast("bed", "clear gel on and around the plate, up to the shell's rim", bed)
+    let bed = BED
+        .cast(bed)
         .from(&p.bed.material)
         .placed([in_sensor().lifted(26.0)])
         .colored([190, 215, 235])
         .opaque(0.8);
-    let gel = Body::cast("gel", "soft gel under the coat", layout.gel.prism([0.0, layout.seen_z]))
+    let gel = GEL
+        .cast(layout.gel.prism([0.0, layout.seen_z]))
         .from(&p.pad.material)
         .placed([in_sensor().lifted(36.0)])
         .placed(molds(p).iter().map(|name| name.in_place()))
@@ -88,7 +90,8 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
         .prism([0.0, layout.top_z])
         .minus(layout.gel.prism([-over, layout.seen_z]))
         .minus_all(p.markers.tools(layout.seen_z));
-    let coat = Body::cast("coat", "opaque coat that touches", coat)
+    let coat = COAT
+        .cast(coat)
         .from(&p.coat.material)
         .placed([in_sensor().lifted(64.0)])
         .placed(coating)

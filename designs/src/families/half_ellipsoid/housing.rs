@@ -1,13 +1,16 @@
 //! Shell, shell holder, base, camera holder, diffusion ring and LED board.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Landmark, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Landmark, Path, Pose, Process, Profile, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
-use super::{SENSOR, WHITE, flipped};
-use crate::blocks::{BLACK, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
+use crate::assembling::{Name, SENSOR, flipped};
+use crate::blocks::{BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
 use crate::fits::{Fit, gap_mm};
+
+const WHITE: Color = [240, 240, 236];
 
 /// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
@@ -32,11 +35,11 @@ pub fn pocket_radii_mm(layout: &Layout) -> [f64; 2] {
     [layout.post_radius + 1.0, layout.base_radius - 1.2]
 }
 
-fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -> Body {
-    Body::made(name, summary, Process::Sla, solid)
+fn part(name: Name, solid: Solid, material: &str, lift_mm: f64) -> Body {
+    name.made(Process::Sla, solid)
         .from(material)
         .placed([SENSOR.in_place().lifted(lift_mm)])
-        .colored(BLACK)
+        .colored(BLACK_PLASTIC)
 }
 
 /// Everything of the housing.
@@ -59,8 +62,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
     let cavity = layout.ellipsoid.cavity(layout.cavity_depth, mill, layout.foot_z - CUT_OVERLAP_MM);
     part(
-        "shell",
-        "rigid transparent skeleton that carries the elastomers",
+        SHELL,
         Solid::union([dome, foot.named("foot")]).minus(cavity.named("inside")),
         &p.shell.material,
         16.0,
@@ -85,19 +87,13 @@ fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         [layout.holder_radius, 0.0],
     ];
     let through = layout.holder_radius - layout.base_radius + CUT_OVERLAP_MM;
-    part(
-        "shell-holder",
-        "ring that the shell is glued into; comes off with the bolts to change the elastomer",
-        Solid::revolution(Path::polygon(&outline)),
-        &p.holder.material,
-        -14.0,
-    )
-    .with_handles(1)
-    .cut(Joints::new(p, layout).holder.passed(through, gap_mm(Process::Sla, Fit::Snug)))
-    .notes([
-        "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
-        "instant adhesive around the shell's foot",
-    ])
+    part(HOLDER, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -14.0)
+        .with_handles(1)
+        .cut(Joints::new(p, layout).holder.passed(through, gap_mm(Process::Sla, Fit::Snug)))
+        .notes([
+            "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
+            "instant adhesive around the shell's foot",
+        ])
 }
 
 /// The white ring over the LEDs; UV light, which it would absorb, passes through holes.
@@ -120,8 +116,7 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let lifted: Vec<Pose> =
         uv.iter().map(|pose| pose.then_in(Pose::translation(0.0, 0.0, above))).collect();
     part(
-        "diffusion-ring",
-        "spreads the white LEDs' light; lets the UV LEDs' light through holes",
+        DIFFUSER,
         Solid::revolution(Path::polygon(&outline)).minus_all(copies("uv hole", &lifted, &hole)),
         &p.diffuser.material,
         -28.0,
@@ -144,18 +139,12 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         [layout.post_bore_radius, back],
         [layout.cable_radius, back],
     ];
-    part(
-        "camera-holder",
-        "post that holds the camera above the diffusion ring",
-        Solid::revolution(Path::polygon(&outline)),
-        &p.holder.material,
-        -44.0,
-    )
-    .with_handles(1)
-    .notes([
-        "upright, the wide bore up",
-        "thread the cable from above before the plug is soldered on; the camera ends flush",
-    ])
+    part(POST, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -44.0)
+        .with_handles(1)
+        .notes([
+            "upright, the wide bore up",
+            "thread the cable from above before the plug is soldered on; the camera ends flush",
+        ])
 }
 
 /// Where the board's wires pass, mm: over the slot in the base.
@@ -187,8 +176,7 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
         Landmark::at(format!("{kind} led {}", i / 2 + 1), &pose)
     });
     part(
-        "led-board",
-        "round circuit board with white and UV LEDs",
+        LED_BOARD,
         Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
         &p.led_board.material,
         -50.0,
@@ -248,8 +236,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
     });
     let joints = Joints::new(p, layout);
     part(
-        "base",
-        "plug that carries camera, board and diffusion ring, and closes the holder",
+        BASE,
         Solid::revolution(Path::polygon(&outline)).minus(wires.named("wire slot")),
         &p.holder.material,
         -66.0,

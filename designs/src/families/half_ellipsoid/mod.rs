@@ -1,5 +1,6 @@
 //! Half-ellipsoid sensors: elastomers on a machined shell, LEDs and a camera below it (UVDtact).
 
+mod bodies;
 mod chain;
 mod components;
 mod constraints;
@@ -12,36 +13,14 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Color, DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
+use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
-use crate::assembling::{AssemblyName, SENSOR, flipped};
 use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
 use layout::Layout;
 use parameters::HalfEllipsoid;
-
-const WHITE: Color = [240, 240, 236];
-
-/// The elastomer with slots.
-const INNER: &str = "inner-elastomer";
-/// The elastomer with pegs.
-const OUTER: &str = "outer-elastomer";
-/// The silicone mold inside the inner elastomer.
-const CORE: &str = "silicone-core";
-/// The wall around the cups' negatives.
-const SLEEVE: &str = "casting-sleeve";
-
-/// Casting the silicone molds on and in their negatives.
-const CAST_INNER_CUP: AssemblyName = AssemblyName("cast-cup-inner");
-const CAST_OUTER_CUP: AssemblyName = AssemblyName("cast-cup-outer");
-const CAST_BLACK_CUP: AssemblyName = AssemblyName("cast-cup-black");
-const CAST_CORE: AssemblyName = AssemblyName("cast-core");
-/// Casting the layers.
-const INNER_MOLD: AssemblyName = AssemblyName("inner-mold");
-const OUTER_MOLD: AssemblyName = AssemblyName("outer-mold");
-const BLACK_MOLD: AssemblyName = AssemblyName("black-mold");
 
 /// The family of UVDtact.
 pub(crate) struct HalfEllipsoidFamily;
@@ -74,7 +53,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         .chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        press_fits: Joints::new(p, &layout).holder.press_fit("base").into_iter().collect(),
+        press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
         ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
     }

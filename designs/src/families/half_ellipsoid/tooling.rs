@@ -4,16 +4,13 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
-use super::{
-    AssemblyName, BLACK_MOLD, CAST_BLACK_CUP, CAST_CORE, CAST_INNER_CUP, CAST_OUTER_CUP, INNER,
-    INNER_MOLD, OUTER, OUTER_MOLD, flipped,
-};
+use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::{TOOL_GREY, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
-use crate::materials::castable;
 
 /// Height of the lip that centres the sleeve, and how far the core's negative rises above the
 /// silicone, mm.
@@ -38,26 +35,26 @@ impl Boundary {
     pub const ALL: [Self; 3] = [Self::Inner, Self::Outer, Self::Black];
 
     /// Layer, silicone mold and the mold's printed negative.
-    fn bodies(self) -> [&'static str; 3] {
+    fn bodies(self) -> [Name; 3] {
         match self {
-            Self::Inner => [INNER, "silicone-cup-inner", "negative-cup-inner"],
-            Self::Outer => [OUTER, "silicone-cup-outer", "negative-cup-outer"],
-            Self::Black => ["black-gel", "silicone-cup-black", "negative-cup-black"],
+            Self::Inner => [INNER, INNER_CUP, INNER_NEGATIVE],
+            Self::Outer => [OUTER, OUTER_CUP, OUTER_NEGATIVE],
+            Self::Black => [BLACK, BLACK_CUP, BLACK_NEGATIVE],
         }
     }
 
     /// The layer that it bounds.
-    pub fn layer(self) -> &'static str {
+    pub fn layer(self) -> Name {
         self.bodies()[0]
     }
 
     /// The silicone mold.
-    pub fn cup(self) -> &'static str {
+    pub fn cup(self) -> Name {
         self.bodies()[1]
     }
 
     /// The printed negative of that mold.
-    pub fn negative(self) -> &'static str {
+    pub fn negative(self) -> Name {
         self.bodies()[2]
     }
 
@@ -141,8 +138,8 @@ pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     parts
 }
 
-fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Body {
-    Body::made(name, summary, Process::Sla, solid)
+fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
+    name.made(Process::Sla, solid)
         .from(&p.tooling.resin)
         .colored(TOOL_GREY)
         .note(
@@ -154,8 +151,7 @@ fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Body {
 
 /// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
 fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
-    let of = |name: &str| castable(name).map_or(0.0, |material| material.shrinkage);
-    1.0 - (1.0 - of(&p.tooling.silicone_material)) * (1.0 - of(layer))
+    1.0 - (1.0 - shrinkage(&p.tooling.silicone_material)) * (1.0 - shrinkage(layer))
 }
 
 /// The dome on a plate that a silicone cup is cast around.
@@ -184,18 +180,10 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
         Boundary::Inner => marks("marker", &markers::poses(p, layout)),
         _ => Vec::new(),
     };
-    tool(
-        p,
-        boundary.negative(),
-        format!(
-            "the silicone mold for the outside of the {} is cast around it",
-            boundary.layer().replace('-', " ")
-        ),
-        Solid::union(pieces),
-    )
-    .placed([boundary.casting().in_place()])
-    .marked(landmarks)
-    .for_shrinkage(double_shrinkage(p, material))
+    tool(p, boundary.negative(), Solid::union(pieces))
+        .placed([boundary.casting().in_place()])
+        .marked(landmarks)
+        .for_shrinkage(double_shrinkage(p, material))
 }
 
 /// The vessel that the silicone core is cast in.
@@ -213,8 +201,7 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
         .minus_all(keys(p, layout));
     tool(
         p,
-        "negative-core",
-        "the silicone core, inner boundary of the inner elastomer, is cast in it".into(),
+        CORE_NEGATIVE,
         Solid::union(std::iter::once(body).chain(vent_pins(p, layout, PIN_SPARE_MM))),
     )
     .placed([CAST_CORE.in_place().lifted(45.0)])
@@ -228,13 +215,8 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let outer = inner + p.tooling.wall.mm();
     let top = layout.silicone_top_z;
     let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
-    tool(
-        p,
-        "casting-sleeve",
-        "holds the silicone around a negative; filled to its rim".into(),
-        Solid::revolution(Path::polygon(&outline)),
-    )
-    .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))
-    .with_handles(1)
-    .note("push the cured silicone out with two thumbs")
+    tool(p, SLEEVE, Solid::revolution(Path::polygon(&outline)))
+        .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))
+        .with_handles(1)
+        .note("push the cured silicone out with two thumbs")
 }

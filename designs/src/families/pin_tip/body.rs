@@ -2,19 +2,19 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{flipped, in_sensor};
-use crate::blocks::{MASK_GREEN, holes, marks, ring};
+use crate::blocks::{MASK_GREEN, holes, led_ring, marks};
 
 const ABS_GREY: Color = [104, 110, 120];
 const MOUNT_GREY: Color = [150, 156, 164];
 
 /// The LEDs on their board, z axis up, x axis outwards.
 pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
-    let first = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
-    ring(p.leds.count, 0.0, first)
+    led_ring!(p.leds).poses(layout.board_top_z, 0.0)
 }
 
 /// Spigot, shaft, cone and housing in one print.
@@ -57,24 +57,19 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         post.clone().at(at.x, at.y, layout.camera_board_top_z).named(format!("post {i}"))
     });
     let lugs = tip.male().at_z(layout.ring_bottom_z);
-    Body::made(
-        "body",
-        "shaft between tip and camera; locks the tip, houses LEDs and camera",
-        Process::Fdm,
-        outside.plus(lugs).minus(cavity.minus_all(posts)),
-    )
-    .from(&p.body.material)
-    .placed([in_sensor().lifted(-30.0)])
-    .colored(ABS_GREY)
-    // The spigot down: cone, posts and both bayonets then print without support.
-    .lying(flipped())
-    .note("print with the spigot down, without support")
-    .note("paint the shaft's inside matt black if the filament is bright")
-    // The bore for the light, and the slot for the cable.
-    .with_handles(2)
-    .cut(screws.held())
-    .cut(holes(mount.female_tools(bottom)))
-    .cut(holes([cable_slot(p, layout)]))
+    BODY.made(Process::Fdm, outside.plus(lugs).minus(cavity.minus_all(posts)))
+        .from(&p.body.material)
+        .placed([in_sensor().lifted(-30.0)])
+        .colored(ABS_GREY)
+        // The spigot down: cone, posts and both bayonets then print without support.
+        .lying(flipped())
+        .note("print with the spigot down, without support")
+        .note("paint the shaft's inside matt black if the filament is bright")
+        // The bore for the light, and the slot for the cable.
+        .with_handles(2)
+        .cut(screws.held())
+        .cut(holes(mount.female_tools(bottom)))
+        .cut(holes([cable_slot(p, layout)]))
 }
 
 /// The passage for the cable, between camera board and mount.
@@ -95,19 +90,18 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
 pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
     let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
-    Body::made(
-        "led-board",
-        "annular circuit board that carries the LEDs",
-        Process::Pcb,
-        Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z),
-    )
-    .from(&p.led_board.material)
-    .placed([in_sensor().lifted(-12.0)])
-    .marked(marks("led", &led_poses(p, layout)))
-    .colored(MASK_GREEN)
-    .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
-    .note("press it in from above until it meets the ledge")
-    .with_handles(1)
+    LED_BOARD
+        .made(
+            Process::Pcb,
+            Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z),
+        )
+        .from(&p.led_board.material)
+        .placed([in_sensor().lifted(-12.0)])
+        .marked(marks("led", &led_poses(p, layout)))
+        .colored(MASK_GREEN)
+        .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
+        .note("press it in from above until it meets the ledge")
+        .with_handles(1)
 }
 
 /// The flange that the body locks onto.
@@ -125,15 +119,11 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Body {
         [inner, layout.plate_top_z],
         [0.0, layout.plate_top_z],
     ]));
-    Body::made(
-        "robot-mount",
-        "flange that is bolted to the robot; the body locks onto it",
-        Process::Fdm,
-        outside.plus(joint.male().at_z(layout.body_bottom_z)),
-    )
-    .from(&p.body.material)
-    .placed([in_sensor().lifted(-112.0)])
-    .colored(MOUNT_GREY)
-    .note("print on its plate; the lugs stand out far enough to print freely")
-    .cut(Joints::new(p, layout).robot.passed())
+    ROBOT_MOUNT
+        .made(Process::Fdm, outside.plus(joint.male().at_z(layout.body_bottom_z)))
+        .from(&p.body.material)
+        .placed([in_sensor().lifted(-112.0)])
+        .colored(MOUNT_GREY)
+        .note("print on its plate; the lugs stand out far enough to print freely")
+        .cut(Joints::new(p, layout).robot.passed())
 }

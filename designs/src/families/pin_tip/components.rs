@@ -2,12 +2,13 @@
 
 use fabkit_geometry::{Body, Color, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::body::led_poses;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{SENSOR, in_sensor};
-use crate::blocks::{INTO_MM, LED_YELLOW, RUBBER, board_camera, bought};
+use crate::blocks::{INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::ORing;
 
@@ -38,14 +39,12 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
         c.focal_length.mm(),
         c.lens_view
     );
-    let led = Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm());
     [
         vec![
-            bought("led", &p.leds.model, led, led_poses(p, layout).iter().map(below(-7.0)))
-                .colored(LED_YELLOW),
-            bought("o-ring", ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)])
-                .colored(RUBBER),
-            bought("camera", camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
+            led_ring!(p.leds).body(led_poses(p, layout).iter().map(below(-7.0))),
+            O_RING.bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)]).colored(RUBBER),
+            CAMERA
+                .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
                 .colored(BOARD_BLUE),
         ],
         joints.camera.bought(below(-90.0), below(-90.0)),

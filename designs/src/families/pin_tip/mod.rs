@@ -1,6 +1,7 @@
 //! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel
 //! (the TacTip family).
 
+mod bodies;
 mod body;
 mod chain;
 mod components;
@@ -14,20 +15,15 @@ use fabkit_geometry::{
     Body, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, PrintGroup, Process, Sensor,
 };
 
-use crate::assembling::{AssemblyName, names};
+use crate::assembling::names;
 use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::{BODY, LED_BOARD, TIP};
 use joints::Joints;
 use layout::Layout;
 use parameters::PinTip;
-
-/// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
-const FILLING: AssemblyName = AssemblyName("filling");
-
-/// The printed tip, in one piece.
-const TIP: [&str; 3] = ["skin", "dots", "ring"];
 
 /// The family of the TacTip.
 pub(crate) struct PinTipFamily;
@@ -99,8 +95,8 @@ fn touch(layout: &Layout) -> DomeSurface {
 /// The overlaps that are meant.
 fn press_fits(p: &PinTip, layout: &Layout) -> Vec<PressFit> {
     let board = -gap_mm(Process::Pcb, Fit::Press);
-    std::iter::once(press_fit("led-board", "body", board, "the board is pressed in"))
-        .chain(Joints::new(p, layout).camera.press_fit("body"))
+    std::iter::once(press_fit(LED_BOARD, BODY, board, "the board is pressed in"))
+        .chain(Joints::new(p, layout).camera.press_fit(BODY))
         .collect()
 }
 

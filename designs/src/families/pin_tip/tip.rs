@@ -7,15 +7,15 @@ use fabkit_geometry::{
     Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
-use super::FILLING;
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::PinTip;
-use crate::assembling::{flipped, in_sensor};
+use crate::assembling::{Name, flipped, in_sensor};
 use crate::blocks::{GLASS, copies};
 
 const SKIN_BLACK: Color = [70, 72, 78];
 const VERO_WHITE: Color = [244, 244, 240];
-const GEL: Color = [170, 210, 235];
+const GEL_BLUE: Color = [170, 210, 235];
 
 /// How far a pin reaches into the skin, as a share of the skin's thickness.
 const PIN_ROOT_SHARE: f64 = 0.5;
@@ -39,8 +39,8 @@ fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) ->
 
 /// Skin and pins, dots, ring.
 pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
-    let part = |name: &str, summary: &str, solid: Solid, lift_mm: f64| {
-        Body::made(name, summary, Process::PolyJet, solid)
+    let part = |name: Name, solid: Solid, lift_mm: f64| {
+        name.made(Process::PolyJet, solid)
             .from(&p.tip.rigid_material)
             .placed([in_sensor().lifted(lift_mm), FILLING.at(flipped()).lifted(-lift_mm)])
             .colored(VERO_WHITE)
@@ -53,14 +53,12 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
     let (from, to) = (p.pins.length.mm(), p.pins.length.mm() + p.pins.dot_thickness.mm());
     let dots = Solid::union(columns(p, layout, "dot", from, to));
     [
-        part("skin", "soft hemisphere with a pin for each dot", skin(p, layout), 84.0)
-            .from(p.tip.soft_material.clone())
-            .colored(SKIN_BLACK),
-        part("dots", "white ends of the pins, which the camera sees", dots, 62.0)
+        part(SKIN, skin(p, layout), 84.0).from(p.tip.soft_material.clone()).colored(SKIN_BLACK),
+        part(DOTS, dots, 62.0)
             .marked(dot_landmarks(p, layout))
             // Each dot is a piece of its own, without a hole.
             .in_shells(Shells::pieces(dot_landmarks(p, layout).len())),
-        part("ring", "rigid ring that holds the lens and locks onto the body", ring(layout), 24.0)
+        part(RING, ring(layout), 24.0)
             .marked(vec![Landmark {
                 name: "mouth".into(),
                 point: Point3::new(0.0, 0.0, layout.ring_bottom_z),
@@ -121,15 +119,11 @@ pub fn gel(p: &PinTip, layout: &Layout) -> Body {
         .arc([0.0, inner], [0.0, 0.0], true)
         .close();
     let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    Body::cast(
-        "gel",
-        "clear filling that springs the skin back",
-        Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)),
-    )
-    .from(&p.fill.material)
-    .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
-    .colored(GEL)
-    .opaque(0.35)
+    GEL.cast(Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)))
+        .from(&p.fill.material)
+        .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
+        .colored(GEL_BLUE)
+        .opaque(0.35)
     // Pins make dimples, not holes.
 }
 
@@ -148,15 +142,10 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
             profile.with_hole(Path::circle(centre, hole))
         });
     let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z);
-    Body::made(
-        "lens",
-        "flat window that closes the tip; gel is filled through its holes",
-        Process::Laser,
-        solid,
-    )
-    .from(&p.lens.material)
-    .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
-    .colored(GLASS)
-    .note("cut with the film on; peel it off before gluing")
-    .with_handles(2)
+    LENS.made(Process::Laser, solid)
+        .from(&p.lens.material)
+        .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
+        .colored(GLASS)
+        .note("cut with the film on; peel it off before gluing")
+        .with_handles(2)
 }

@@ -2,17 +2,15 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Placement, Pose, Process, Solid, Vector3};
 
+use super::bodies::*;
 use super::channels::Side;
 use super::housing::{BAR_EXPLODE_MM, sensor_from_wall};
 use super::joints::{CORNER, Joints};
 use super::layers::{display_channel_y, display_inlet, tube_poses};
 use super::layout::{Layout, camera_board_top_mm};
 use super::parameters::SheetMold;
-use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
-use crate::assembling::flipped;
-use crate::blocks::{
-    BRASS, CAMERA_GREEN, INTO_MM, LED_YELLOW, board_camera, bought, merged, upright,
-};
+use crate::assembling::{Name, SENSOR, flipped};
+use crate::blocks::{BRASS, CAMERA_GREEN, INTO_MM, LED_YELLOW, board_camera, merged, upright};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::HexSpacer;
 
@@ -77,9 +75,9 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     });
     let spacers =
         cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on(camera, pose, -8.0)));
-    let spacer = |name: &str, length: f64, placements: Vec<Placement>| {
+    let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
         let text = format!("hexagonal spacer M3, female both ends, {length} mm");
-        bought(name, text, HexSpacer::M3.solid(length), placements).colored(BRASS)
+        name.bought(text, HexSpacer::M3.solid(length), placements).colored(BRASS)
     };
 
     let tube_ends = Side::BOTH.into_iter().flat_map(|side| {
@@ -99,10 +97,10 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .map(|c| on_display(upright(c, layout.cover_top)).lifted(80.0))
         .to_vec();
     let mut all = vec![
-        bought("camera", camera_specification(p), camera(p, layout), cameras.clone())
+        CAMERA
+            .bought(camera_specification(p), camera(p, layout), cameras.clone())
             .colored(CAMERA_GREEN),
-        bought(
-            "spacer-m2",
+        CAMERA_SPACER.bought(
             format!("round spacer, 2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
             tube(1.1, 2.0, p.camera.spacer.mm()),
             spacers,
@@ -110,10 +108,9 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     ];
     all.extend(fasteners(p, layout, &cameras));
     all.extend([
-        spacer("box-spacer", p.housing.height.mm(), box_spacers),
-        spacer("stand-spacer", p.display.camera_spacer.mm(), stand_spacers),
-        bought(
-            "tube",
+        spacer(BOX_SPACER, p.housing.height.mm(), box_spacers),
+        spacer(STAND_SPACER, p.display.camera_spacer.mm(), stand_spacers),
+        TUBE.bought(
             format!(
                 "silicone tube, {} x {} mm, {} mm long; shown are its two ends",
                 p.tubes.inner_diameter.mm(),
@@ -130,8 +127,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .times(inlets.len() as u32)
         .colored([228, 222, 210])
         .opaque(0.7),
-        bought(
-            "needle",
+        NEEDLE.bought(
             format!(
                 "steel tube (blunt dispensing needle), {} mm outside, {} mm inside, cut to {} mm",
                 p.tubes.needle_outer_diameter.mm(),
@@ -145,17 +141,17 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)),
         ),
-        bought(
-            "led-strip",
-            format!(
-                "self-adhesive LED strip, white, diffuse, {} x {} mm, with a resistor for 5 V",
-                p.housing.led_strip_length.mm(),
-                p.housing.led_strip_width.mm()
-            ),
-            led_strip(p),
-            (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
-        )
-        .colored(LED_YELLOW),
+        LED_STRIP
+            .bought(
+                format!(
+                    "self-adhesive LED strip, white, diffuse, {} x {} mm, with a resistor for 5 V",
+                    p.housing.led_strip_length.mm(),
+                    p.housing.led_strip_width.mm()
+                ),
+                led_strip(p),
+                (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
+            )
+            .colored(LED_YELLOW),
     ]);
     all
 }

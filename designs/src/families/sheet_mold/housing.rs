@@ -6,11 +6,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{Angle, Body, Path, Placement, Pose, Process, Profile, Vector3};
 
-use super::SENSOR;
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::SheetMold;
 use super::sheets::{sheet, square, with_bolts, with_holes};
+use crate::assembling::SENSOR;
 use crate::blocks::BLACK;
 use crate::fits::{Fit, gap_mm};
 
@@ -28,8 +29,8 @@ const WALLS: u32 = 4;
 
 /// Plates, walls and clamping bars.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
-    let cut = |name, summary, profile, thickness_mm: f64| {
-        sheet(name, summary, profile, thickness_mm, &p.housing.material).colored(BLACK)
+    let cut = |name, profile, thickness_mm: f64| {
+        sheet(name, profile, thickness_mm, &p.housing.material).colored(BLACK)
     };
     let thickness = p.housing.sheet.mm();
     let window = Path::rectangle([0.0; 2], [p.housing.window.mm(); 2], 0.0);
@@ -39,44 +40,19 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
     };
     vec![
-        cut(
-            "box-ceiling",
-            "carries the interface around its window",
-            slotted().with_hole(window),
-            thickness,
-        )
-        .placed([SENSOR.at_z(layout.ceiling_z)]),
-        cut(
-            "box-floor",
-            "carries the camera",
-            Joints::new(p, layout).camera.pierced(slotted()),
-            thickness,
-        )
-        .placed([SENSOR.at_z(layout.bottom_z).lifted(-34.0)]),
-        cut(
-            "box-wall-cable",
-            "wall with the way out for the camera's and the LEDs' cables",
-            Profile::new(wall(p, layout, true)),
-            thickness,
-        )
-        .placed([wall_placement(layout, 0)]),
-        cut(
-            "box-wall",
-            "wall; its fingers mesh with those of its neighbours",
-            Profile::new(wall(p, layout, false)),
-            thickness,
-        )
-        .placed((1..WALLS).map(|i| wall_placement(layout, i)))
-        .one_per_place(),
-        cut(
-            "clamp-bar",
-            "holds the interface down on the box",
-            clamp_bar(p, layout),
-            p.housing.clamp.mm(),
-        )
-        .placed([0, 2].map(bar))
-        .one_per_place()
-        .note("one on either side without tubes"),
+        cut(BOX_CEILING, slotted().with_hole(window), thickness)
+            .placed([SENSOR.at_z(layout.ceiling_z)]),
+        cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted()), thickness)
+            .placed([SENSOR.at_z(layout.bottom_z).lifted(-34.0)]),
+        cut(CABLE_WALL, Profile::new(wall(p, layout, true)), thickness)
+            .placed([wall_placement(layout, 0)]),
+        cut(BOX_WALL, Profile::new(wall(p, layout, false)), thickness)
+            .placed((1..WALLS).map(|i| wall_placement(layout, i)))
+            .one_per_place(),
+        cut(CLAMP_BAR, clamp_bar(p, layout), p.housing.clamp.mm())
+            .placed([0, 2].map(bar))
+            .one_per_place()
+            .note("one on either side without tubes"),
     ]
 }
 

@@ -2,10 +2,11 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Point3, Pose, Shells, Solid, Vector3};
 
+use super::bodies::*;
 use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
 use super::layout::{Layout, channel_count, marker_centres};
 use super::parameters::SheetMold;
-use super::{AssemblyName, CHANNEL_MOLD, MARKER_MOLD, SENSOR};
+use crate::assembling::{AssemblyName, Name, SENSOR};
 
 /// How far a marker's cylinder reaches into the layer it stands on, mm.
 const JOIN_MM: f64 = 0.5;
@@ -15,25 +16,18 @@ const RED: Color = [214, 60, 60];
 /// All layers, from the camera to the finger, the display's liquid last.
 pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let channels = left_channels(p);
-    let layer = |name: &str, summary: &str, solid, material: &str, color, opacity| {
-        Body::cast(name, summary, solid).from(material).colored(color).opaque(opacity)
+    let layer = |name: Name, solid, material: &str, color, opacity| {
+        name.cast(solid).from(material).colored(color).opaque(opacity)
     };
     let placed = |layer: Body, lift_mm: f64, molds: &[AssemblyName]| {
         let in_molds = molds.iter().map(|mold| mold.in_place());
         let placements = std::iter::once(SENSOR.in_place().lifted(lift_mm)).chain(in_molds);
         layer.placed(placements)
     };
-    let marker_layer = layer(
-        "marker-layer",
-        "dark layer with markers on its underside; closes the channels from below",
-        marker_layer(p, layout),
-        &p.marker_layer.material,
-        [70, 72, 80],
-        1.0,
-    );
+    let marker_layer =
+        layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
     let paint = layer(
-        "marker-paint",
-        "white ends of the markers, which the camera tracks",
+        MARKER_PAINT,
         discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
         &p.markers.paint_material,
         [245, 245, 240],
@@ -41,8 +35,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     )
     .in_shells(Shells::pieces(marker_centres(p).len()));
     let channel_layer = layer(
-        "channel-layer",
-        "clear layer that is touched, with the channels on its underside",
+        CHANNEL_LAYER,
         channel_layer(p, layout, &channels),
         &p.channel_layer.material,
         [196, 214, 226],
@@ -54,37 +47,18 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         placed(channel_layer, 58.0, &[CHANNEL_MOLD]),
     ];
     for side in Side::BOTH {
-        let glue = layer(
-            &format!("tube-glue-{}", side.word()),
-            "seals the tubes in their channels",
-            tube_glue(p, layout, side),
-            &p.tubes.glue,
-            [200, 200, 190],
-            0.8,
-        )
-        // A sleeve around each tube.
-        .with_handles(p.channels.per_side as i32)
-        .in_shells(Shells::pieces(p.channels.per_side as usize));
-        let liquid = layer(
-            &format!("liquid-{}", side.word()),
-            "coloured water in the channels that enter from this side",
-            liquid(p, layout, &channels, side),
-            "water, dyed red",
-            RED,
-            0.9,
-        )
-        .in_shells(Shells::pieces(channels.len()));
+        let glue =
+            layer(side.glue(), tube_glue(p, layout, side), &p.tubes.glue, [200, 200, 190], 0.8)
+                // A sleeve around each tube.
+                .with_handles(p.channels.per_side as i32)
+                .in_shells(Shells::pieces(p.channels.per_side as usize));
+        let liquid =
+            layer(side.liquid(), liquid(p, layout, &channels, side), "water, dyed red", RED, 0.9)
+                .in_shells(Shells::pieces(channels.len()));
         all.push(placed(glue, 44.0, &[]));
         all.push(placed(liquid, 44.0, &[]));
     }
-    let display = layer(
-        "liquid-display",
-        "coloured water in the display while nothing is touched",
-        display_liquid(p),
-        "water, dyed red",
-        RED,
-        0.9,
-    );
+    let display = layer(DISPLAY_LIQUID, display_liquid(p), "water, dyed red", RED, 0.9);
     let place = SENSOR.at(layout.sensor_from_display).lifted(34.0);
     let shells = Shells::pieces(channel_count(p) as usize);
     all.push(display.placed([place]).in_shells(shells));

@@ -1,6 +1,7 @@
 //! Sheet-mold sensors: a soft interface with liquid channels over markers, cast between laser-cut
 //! sheets, on a box with a camera, with a display that a second camera watches (Soter et al.).
 
+mod bodies;
 mod chain;
 mod channels;
 mod components;
@@ -16,17 +17,12 @@ mod sheets;
 
 use fabkit_geometry::Sensor;
 
-use crate::assembling::{AssemblyName, SENSOR};
 use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::{NEEDLE, TUBE};
 use layout::Layout;
 use parameters::SheetMold;
-
-/// The stack that casts the layer with the channels.
-const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
-/// The stack that casts the layer with the markers.
-const MARKER_MOLD: AssemblyName = AssemblyName("marker-mold");
 
 /// The family of the fluidic sensor.
 pub(crate) struct SheetMoldFamily;
@@ -64,7 +60,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let reason = "the tube is stretched over the needle";
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: vec![press_fit("needle", "tube", stretch_mm, reason)],
+        press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         ..blocks::sensor(header, camera, bodies)
     }
 }

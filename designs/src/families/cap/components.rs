@@ -44,15 +44,17 @@ fn camera(p: &Cap, layout: &Layout) -> Solid {
     let camera = &p.camera;
     let [lens_radius, mount_radius] =
         [camera.lens_diameter, camera.mount_diameter].map(|d| d.mm() / 2.0);
-    let lens = Solid::rod(lens_radius, [layout.mount_front_z - INTO_MM, layout.lens_front_z]);
-    let mount = Solid::rod(mount_radius, [layout.housing_front_z - INTO_MM, layout.mount_front_z]);
+    let lens = Solid::rod(lens_radius, [layout.mount_front_z_mm - INTO_MM, layout.lens_front_z_mm]);
+    let mount =
+        Solid::rod(mount_radius, [layout.housing_front_z_mm - INTO_MM, layout.mount_front_z_mm]);
     let outline =
         Path::rectangle([0.0; 2], [camera.housing_size.mm(); 2], camera.housing_corner.mm());
-    let housing = Solid::extrusion(outline, camera.housing_height.mm()).at_z(layout.housing_back_z);
+    let housing =
+        Solid::extrusion(outline, camera.housing_height.mm()).at_z(layout.housing_back_z_mm);
     let [length, width] = CONNECTOR_MM;
     let height = camera.connector_height.mm();
     let connector =
-        Solid::cuboid(length, width, height + INTO_MM).at_z(layout.housing_back_z - height);
+        Solid::cuboid(length, width, height + INTO_MM).at_z(layout.housing_back_z_mm - height);
     Solid::union([
         housing.named("housing"),
         mount.named("mount"),

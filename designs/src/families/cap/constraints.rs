@@ -34,9 +34,10 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     let materials = [("skin.material", &p.skin.material), ("paint.material", &p.paint.material)];
     require_castable(&materials, report);
     limits! { report, p:
-        skin.height <= layout.foot_radius, "more than a hemisphere cannot be drawn out of its mold";
+        skin.height <=
+            layout.foot_radius_mm, "more than a hemisphere cannot be drawn out of its mold";
     }
-    if layout.sphere_z > 0.0 {
+    if layout.sphere_z_mm > 0.0 {
         return; // Everything below would follow from it.
     }
     dimples(p, &layout, report);
@@ -49,7 +50,7 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
 
 /// Distance of the nearest two dimples on the gel's surface, mm.
 pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> f64 {
-    let between_rings = 2.0 * layout.sphere_radius * (layout.ring_tilt_rad(p, 1) / 2.0).sin();
+    let between_rings = 2.0 * layout.sphere_radius_mm * (layout.ring_tilt_rad(p, 1) / 2.0).sin();
     (1..=p.dimples.rings).map(|k| layout.ring_pitch_mm(p, k)).fold(between_rings, f64::min)
 }
 
@@ -57,14 +58,14 @@ pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> f64 {
 pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, index: u32) -> f64 {
     let tilt = layout.ring_tilt_rad(p, index);
     let radius = p.dimples.width.mm() / 2.0;
-    let mouth = layout.sphere_radius * tilt.cos() - radius * tilt.sin();
+    let mouth = layout.sphere_radius_mm * tilt.cos() - radius * tilt.sin();
     let tip = match p.dimples.direction {
         Direction::IntoGel => {
-            (layout.sphere_radius - p.dimples.height.mm() + radius) * tilt.cos() - radius
+            (layout.sphere_radius_mm - p.dimples.height.mm() + radius) * tilt.cos() - radius
         }
         Direction::OutOfGel => mouth,
     };
-    layout.sphere_z + mouth.min(tip)
+    layout.sphere_z_mm + mouth.min(tip)
 }
 
 fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
@@ -73,7 +74,7 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
     let (nearest, shrinks) = (
         nearest_dimples_mm(p, layout),
         match dimples.direction {
-            Direction::IntoGel => 1.0 - dimples.height.mm() / layout.sphere_radius,
+            Direction::IntoGel => 1.0 - dimples.height.mm() / layout.sphere_radius_mm,
             Direction::OutOfGel => 1.0,
         },
     );
@@ -112,59 +113,60 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let leds = &p.leds;
     let count = f64::from(leds.count);
     let half = (leds.strip_length.mm() + APART_MM) / 2.0;
-    let recess = half_chord(layout.recess_radius, layout.strip_back);
+    let recess = half_chord(layout.recess_radius_mm, layout.strip_back_mm);
     // The straight line from the optical centre to the outermost ring passes inside the LEDs; the
     // plate only bends it inwards.
     let tilt = layout.ring_tilt_rad(p, p.dimples.rings);
-    let ring = layout.sphere_radius * tilt.sin();
-    let ring_z = layout.sphere_z + layout.sphere_radius * tilt.cos();
+    let ring = layout.sphere_radius_mm * tilt.sin();
+    let ring_z = layout.sphere_z_mm + layout.sphere_radius_mm * tilt.cos();
     let depth = p.camera.depth.mm();
     let share = |z: f64| (z + depth) / (ring_z + depth);
-    let led_top = layout.led_z + leds.package_size.mm() / 2.0;
+    let led_top = layout.led_z_mm + leds.package_size.mm() / 2.0;
     limits! { report, p:
         // Strips are chords of the chamber; neighbours touch first at their inner ends.
-        leds.count <= PI / half.atan2(layout.chamber_radius),
+        leds.count <= PI / half.atan2(layout.chamber_radius_mm),
             "the strips must fit around the chamber without overlapping";
         leds.package_size <=
-            leds.strip_width.mm().min(2.0 * (layout.led_front * (PI / count).tan() - APART_MM)),
+            leds.strip_width.mm().min(2.0 * (layout.led_front_mm * (PI / count).tan() - APART_MM)),
             "packages must stay on their strips and apart from each other";
         leds.strip_length >= leds.package_size.mm(), "the package sits on its strip";
         leds.strip_length <= 2.0 * (recess - gap_mm(Process::Fdm, Fit::Slide)),
             "the strip is pushed in from the plate's recess";
-        leds.below_plate <= layout.plate_bottom_z - layout.housing_front_z
+        leds.below_plate <= layout.plate_bottom_z_mm - layout.housing_front_z_mm
             - leds.strip_width.mm() - PRINTED_WALL_MM,
             "the strips must end above the camera's housing";
-        leds.package_height <= layout.chamber_radius - ring * share(led_top) - APART_MM,
+        leds.package_height <= layout.chamber_radius_mm - ring * share(led_top) - APART_MM,
             "the LEDs must not hide the outermost dimples from the camera";
-        holder.aperture_diameter >= 2.0 * (ring * share(layout.plate_bottom_z) + APART_MM),
+        holder.aperture_diameter >= 2.0 * (ring * share(layout.plate_bottom_z_mm) + APART_MM),
             "the ledge must not hide the outermost dimples from the camera";
     }
 }
 
 fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
     let half_width = p.holder.width.mm() / 2.0;
-    let painted =
-        ((layout.sphere_radius + p.paint.thickness.mm()).powi(2) - layout.sphere_z.powi(2)).sqrt();
+    let painted = ((layout.sphere_radius_mm + p.paint.thickness.mm()).powi(2)
+        - layout.sphere_z_mm.powi(2))
+    .sqrt();
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
     let passage = CASING_SCREW.clearance_hole_mm() / 2.0;
-    let centre = layout.pocket_half - layout.pocket_corner;
+    let centre = layout.pocket_half_mm - layout.pocket_corner_mm;
     let inset = half_width - p.holder.screw_spacing.mm() / 2.0;
     limits! { report, p:
-        plate.diameter <= (2.0 * layout.foot_radius)
+        plate.diameter <= (2.0 * layout.foot_radius_mm)
             .min(2.0 * (half_width - PRINTED_WALL_MM - gap_mm(Process::Fdm, Fit::Slide))),
             "the skin covers the plate's edge, and the holder needs a wall around it";
         holder.width >= 2.0 * (painted + APART_MM),
             "the painted skin must not stand over the casing";
-        holder.aperture_diameter <= 2.0 * (layout.plate_radius - PRINTED_WALL_MM),
+        holder.aperture_diameter <= 2.0 * (layout.plate_radius_mm - PRINTED_WALL_MM),
             "the plate is glued to a ledge at least 0.8 mm wide";
-        leds.strip_thickness <= half_width - layout.chamber_radius - PRINTED_WALL_MM,
+        leds.strip_thickness <= half_width - layout.chamber_radius_mm - PRINTED_WALL_MM,
             "the LEDs' pockets need a wall behind them";
-        holder.width >= 2.0 * (layout.pocket_half + WIRE_GROOVE_MM[0] + PRINTED_WALL_MM),
+        holder.width >= 2.0 * (layout.pocket_half_mm + WIRE_GROOVE_MM[0] + PRINTED_WALL_MM),
             "the wires' groove beside the camera needs a wall";
         holder.screw_spacing <= 2.0 * (half_width - head - PRINTED_WALL_MM),
             "the screws' heads need a wall outside";
         holder.screw_spacing >=
-            2.0 * centre + SQRT_2 * (layout.pocket_corner + passage + PRINTED_WALL_MM),
+            2.0 * centre + SQRT_2 * (layout.pocket_corner_mm + passage + PRINTED_WALL_MM),
             "the screws need a wall beside the camera";
         // A corner rounder than that around the screw's own centre comes nearer to its head.
         holder.corner <= inset + (inset - head - PRINTED_WALL_MM).max(0.0) / (SQRT_2 - 1.0),
@@ -174,7 +176,7 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
 
 fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
     let camera = &p.camera;
-    let wide = 2.0 * (layout.led_front - APART_MM);
+    let wide = 2.0 * (layout.led_front_mm - APART_MM);
     // Corners of the housing, beyond the chamber, are what clamps the camera.
     let reach = (camera.housing_size.mm() / 2.0 - camera.housing_corner.mm()) * SQRT_2
         + camera.housing_corner.mm();
@@ -184,20 +186,21 @@ fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
             "the lens must not touch the plate";
         camera.lens_diameter <= wide.min(camera.mount_diameter.mm()),
             "the lens passes its mount and the LEDs";
-        camera.mount_diameter <= (2.0 * layout.chamber_radius - 1.0).min(camera.housing_size.mm()),
+        camera.mount_diameter <=
+            (2.0 * layout.chamber_radius_mm - 1.0).min(camera.housing_size.mm()),
             "the mount stands on the housing, in the chamber";
         holder.aperture_diameter <= 2.0 * (reach - 1.5),
             "the housing's corners must rest 1.5 mm deep on holder and base";
-        holder.height >= engaged - layout.housing_front_z,
+        holder.height >= engaged - layout.housing_front_z_mm,
             "the holder must centre the camera's housing over 1 mm";
-        holder.height <= -layout.housing_back_z - engaged,
+        holder.height <= -layout.housing_back_z_mm - engaged,
             "the base must centre the camera's housing over 1 mm";
     }
 }
 
 fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     let grip = CASING_SCREW.length_mm - BITE_MM;
-    let room = half_chord(layout.chamber_radius, layout.chamber_radius / 2.0);
+    let room = half_chord(layout.chamber_radius_mm, layout.chamber_radius_mm / 2.0);
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
     let pilot = Joints::new(p, layout).mounting.holes().radius_mm;
     limits! { report, p:
@@ -208,7 +211,7 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
             2.0 * room.min(p.holder.screw_spacing.mm() / 2.0 - head - PRINTED_WALL_MM),
             "the window opens into the round room behind the camera, between two screws";
         base.window_width >= CONNECTOR_MM[0] + 1.0, "the camera's plug must pass the window";
-        base.mount_radius <= layout.chamber_radius - pilot,
+        base.mount_radius <= layout.chamber_radius_mm - pilot,
             "a mounting hole ends in the room behind the camera";
         base.mount_radius >= (pilot + PRINTED_WALL_MM) / (PI / f64::from(p.base.mount_holes)).sin(),
             "mounting holes need walls between them";
@@ -219,23 +222,23 @@ fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
     let (mold, (bolt, nut)) = (&p.mold, MOLD_BOLT);
     let hole = mold.lid_hole.mm().max(mold.block_hole.mm()) / 2.0;
     let pocket = Joints::new(p, layout).mold.holes().radius_mm;
-    let seen = layout.foot_radius - layout.chamber_radius;
+    let seen = layout.foot_radius_mm - layout.chamber_radius_mm;
     let apart = 2.0 * vent_circle_mm(layout) * (PI / f64::from(mold.vents)).sin();
     limits! { report, p:
         mold.height >= p.skin.height.mm() + mold.wall.mm(),
             "the block needs a floor below the cavity";
-        mold.height >= layout.nut_z + nut.height_mm,
+        mold.height >= layout.nut_z_mm + nut.height_mm,
             "the nuts must lie inside the block, which stands on that side";
         mold.lid_thickness <= bolt.length_mm - nut.height_mm - mold.spacer.mm() - 2.0,
             "an M3x16 must reach through lid, spacer and 2 mm of block into its nut";
-        mold.bolt_circle >= 2.0 * (layout.spacer_bore + hole + 1.0),
+        mold.bolt_circle >= 2.0 * (layout.spacer_bore_mm + hole + 1.0),
             "bolts need a wall beside the trough";
         mold.diameter >= mold.bolt_circle.mm() + 2.0 * (pocket + 1.0),
             "the nuts' pockets need a wall outside";
         mold.pry_width <=
             2.0 * (mold.bolt_circle.mm() / 2.0 * (PI / f64::from(mold.bolts)).sin() - pocket - 1.0),
             "pry slots lie between bolts";
-        mold.pry_depth <= layout.mold_radius - layout.spacer_bore - 1.0,
+        mold.pry_depth <= layout.mold_radius_mm - layout.spacer_bore_mm - 1.0,
             "the block's pry slots must end outside the trough";
         mold.vent_diameter <= seen - 0.2,
             "vents open between what the camera sees and the gel's edge";

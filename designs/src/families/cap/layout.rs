@@ -14,75 +14,75 @@ layout! {
     /// round chamber; the camera's housing is clamped between the holder's and the base's corners.
     pub struct Layout from p: &Cap {
         /// Radius of the skin's foot.
-        foot_radius = p.skin.base_diameter.mm() / 2.0;
+        foot_radius_mm = p.skin.base_diameter.mm() / 2.0;
         let height = p.skin.height.mm();
         // Intersecting chords: foot^2 = height (2 radius - height).
         /// Radius of the sphere that the skin is a cap of.
-        sphere_radius = (foot_radius.powi(2) + height.powi(2)) / (2.0 * height);
+        sphere_radius_mm = (foot_radius_mm.powi(2) + height.powi(2)) / (2.0 * height);
         /// Height of the sphere's centre, below the foot for less than a hemisphere.
-        sphere_z = height - sphere_radius;
+        sphere_z_mm = height - sphere_radius_mm;
 
         /// Outside of the plate.
-        plate_radius = p.plate.diameter.mm() / 2.0;
+        plate_radius_mm = p.plate.diameter.mm() / 2.0;
         let slide = gap_mm(Process::Fdm, Fit::Slide);
         /// Inside of the holder around the plate.
-        recess_radius = plate_radius + slide;
+        recess_radius_mm = plate_radius_mm + slide;
         /// Inside of the holder below the plate.
-        chamber_radius = p.holder.aperture_diameter.mm() / 2.0;
+        chamber_radius_mm = p.holder.aperture_diameter.mm() / 2.0;
         /// Bottom of the plate, top of the ledge.
-        plate_bottom_z = -p.plate.thickness.mm();
+        plate_bottom_z_mm = -p.plate.thickness.mm();
         // A strip's face touches the chamber's wall in the middle.
         /// Distance of a strip's back from the axis.
-        strip_back = chamber_radius + p.leds.strip_thickness.mm();
+        strip_back_mm = chamber_radius_mm + p.leds.strip_thickness.mm();
         /// Distance of the LEDs' light-emitting faces from the axis.
-        led_front = chamber_radius - p.leds.package_height.mm();
+        led_front_mm = chamber_radius_mm - p.leds.package_height.mm();
         /// Height of the LEDs' centres.
-        led_z = plate_bottom_z - p.leds.below_plate.mm() - p.leds.strip_width.mm() / 2.0;
+        led_z_mm = plate_bottom_z_mm - p.leds.below_plate.mm() - p.leds.strip_width.mm() / 2.0;
 
         /// Front of the lens.
-        lens_front_z = p.camera.pupil_behind_front.mm() - p.camera.depth.mm();
+        lens_front_z_mm = p.camera.pupil_behind_front.mm() - p.camera.depth.mm();
         /// Front of the lens mount.
-        mount_front_z = lens_front_z - p.camera.lens_protrusion.mm();
+        mount_front_z_mm = lens_front_z_mm - p.camera.lens_protrusion.mm();
         /// Front of the camera's housing, which the holder's corners bear on.
-        housing_front_z = mount_front_z - p.camera.mount_height.mm();
+        housing_front_z_mm = mount_front_z_mm - p.camera.mount_height.mm();
         /// Back of the camera's housing, which rests on the base's corners.
-        housing_back_z = housing_front_z - p.camera.housing_height.mm();
+        housing_back_z_mm = housing_front_z_mm - p.camera.housing_height.mm();
         /// Half the edge of the pocket around the housing.
-        pocket_half = p.camera.housing_size.mm() / 2.0 + slide;
+        pocket_half_mm = p.camera.housing_size.mm() / 2.0 + slide;
         /// Radius of the pocket's corners.
-        pocket_corner = p.camera.housing_corner.mm() + slide;
+        pocket_corner_mm = p.camera.housing_corner.mm() + slide;
         /// Bottom of the holder, top of the base.
-        joint_z = -p.holder.height.mm();
+        joint_z_mm = -p.holder.height.mm();
         /// Bottom of everything.
-        bottom_z = joint_z - p.base.height.mm();
+        bottom_z_mm = joint_z_mm - p.base.height.mm();
         /// Top of the base's floor.
-        floor_z = bottom_z + p.base.floor.mm();
+        floor_z_mm = bottom_z_mm + p.base.floor.mm();
 
         /// Outside of the mold.
-        mold_radius = p.mold.diameter.mm() / 2.0;
+        mold_radius_mm = p.mold.diameter.mm() / 2.0;
         /// Outside of the lid's boss.
-        boss_radius = foot_radius + p.mold.land.mm();
+        boss_radius_mm = foot_radius_mm + p.mold.land.mm();
         /// Inside of the spacer.
-        spacer_bore = boss_radius + p.mold.trough.mm();
+        spacer_bore_mm = boss_radius_mm + p.mold.trough.mm();
         /// Side of the lid's flange that the spacer touches.
-        flange_z = -p.mold.spacer.mm();
+        flange_z_mm = -p.mold.spacer.mm();
         /// Outer side of the lid, where the bolts' heads bear.
-        lid_z = flange_z - p.mold.lid_thickness.mm();
+        lid_z_mm = flange_z_mm - p.mold.lid_thickness.mm();
         // The bolt's tip ends flush with its nut.
         /// Side of the nuts that bears on the block.
-        nut_z = lid_z + MOLD_BOLT.0.length_mm - MOLD_BOLT.1.height_mm;
+        nut_z_mm = lid_z_mm + MOLD_BOLT.0.length_mm - MOLD_BOLT.1.height_mm;
     }
 }
 
 impl Layout {
     /// Angle between the axis and the normal on ring `index` of the dimples, rad.
     pub fn ring_tilt_rad(&self, p: &Cap, index: u32) -> f64 {
-        f64::from(index) * p.dimples.spacing.mm() / self.sphere_radius
+        f64::from(index) * p.dimples.spacing.mm() / self.sphere_radius_mm
     }
 
     /// Distance between neighbours of one ring, on the sphere as the crow flies, mm.
     pub fn ring_pitch_mm(&self, p: &Cap, index: u32) -> f64 {
         let half_turn = std::f64::consts::PI / f64::from(6 * index);
-        2.0 * self.sphere_radius * self.ring_tilt_rad(p, index).sin() * half_turn.sin()
+        2.0 * self.sphere_radius_mm * self.ring_tilt_rad(p, index).sin() * half_turn.sin()
     }
 }

@@ -79,18 +79,18 @@ const SOFT_SHARE: f64 = 0.4;
 
 /// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
 fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.sphere_radius + p.paint.thickness.mm();
+    let radius_mm = layout.sphere_radius_mm + p.paint.thickness.mm();
     let half_mm = p.holder.width.mm() / 2.0;
-    let window = Point3::new(0.0, -half_mm, (layout.floor_z + layout.housing_back_z) / 2.0);
+    let window = Point3::new(0.0, -half_mm, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
     DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
-        centre_z_mm: layout.sphere_z,
+        centre_z_mm: layout.sphere_z_mm,
         foot_z_mm: 0.0,
         soft_mm: SOFT_SHARE * p.skin.height.mm(),
         grip: Grip {
             outline: Path::rectangle([0.0; 2], [2.0 * half_mm; 2], p.holder.corner.mm()),
             top_z_mm: 0.0,
-            bottom_z_mm: layout.bottom_z,
+            bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: 0.0,
             key: Some(Pose::z_to(-Vector3::y(), window)),
             threads: Joints::new(p, layout).mounting.held().landmarks,
@@ -103,20 +103,20 @@ fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
     let outermost = p.dimples.rings;
     let step_deg = layout.ring_tilt_rad(p, 1).to_degrees();
     vec![
-        mm("sphere radius", layout.sphere_radius),
-        mm("sphere centre below the foot", -layout.sphere_z),
+        mm("sphere radius", layout.sphere_radius_mm),
+        mm("sphere centre below the foot", -layout.sphere_z_mm),
         ("dimples".into(), skin::dimple_count(p).to_string()),
         ("polar step from ring to ring".into(), format!("{step_deg:.3} deg")),
         mm("nearest neighbours", constraints::nearest_dimples_mm(p, layout)),
         mm("outermost ring above the foot", constraints::lowest_dimple_z(p, layout, outermost)),
-        mm("total height", p.skin.height.mm() + p.paint.thickness.mm() - layout.bottom_z),
-        mm("casing height", -layout.bottom_z),
-        mm("lens front below the plate", layout.plate_bottom_z - layout.lens_front_z),
+        mm("total height", p.skin.height.mm() + p.paint.thickness.mm() - layout.bottom_z_mm),
+        mm("casing height", -layout.bottom_z_mm),
+        mm("lens front below the plate", layout.plate_bottom_z_mm - layout.lens_front_z_mm),
         mm("plug room behind the connector", plug_room_mm(p, layout)),
     ]
 }
 
 /// Room between the camera's connector and the base's floor, mm.
 fn plug_room_mm(p: &Cap, layout: &Layout) -> f64 {
-    layout.housing_back_z - p.camera.connector_height.mm() - layout.floor_z
+    layout.housing_back_z_mm - p.camera.connector_height.mm() - layout.floor_z_mm
 }

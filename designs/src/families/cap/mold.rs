@@ -22,7 +22,7 @@ const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone f
 /// Radius of the circle on which the vents open, mm: midway between what the camera sees and the
 /// gel's edge.
 pub fn vent_circle_mm(layout: &Layout) -> f64 {
-    (layout.chamber_radius + layout.foot_radius) / 2.0
+    (layout.chamber_radius_mm + layout.foot_radius_mm) / 2.0
 }
 
 /// Where the vents meet the gel's foot, z axis up.
@@ -32,7 +32,7 @@ pub fn vent_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
 
 /// The bolts' holes, of another width in the block than in what lies on it.
 fn bolt_holes(p: &Cap, layout: &Layout, diameter_mm: f64) -> Cut {
-    let depth = p.mold.height.mm() - layout.lid_z + CUT_OVERLAP_MM;
+    let depth = p.mold.height.mm() - layout.lid_z_mm + CUT_OVERLAP_MM;
     Joints::new(p, layout).mold.passed_freely(depth, diameter_mm / 2.0).unmarked()
 }
 
@@ -41,7 +41,7 @@ fn bolt_holes(p: &Cap, layout: &Layout, diameter_mm: f64) -> Cut {
 fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) -> Cut {
     holes([0, 1].map(|i| {
         let slot = Solid::cuboid(2.0 * reach_mm, p.mold.pry_width.mm(), height)
-            .at(layout.mold_radius, 0.0, bottom_z)
+            .at(layout.mold_radius_mm, 0.0, bottom_z)
             .turned_z(turn(i * (p.mold.bolts / 2), p.mold.bolts, 0.5));
         slot.named(format!("pry slot {}", i + 1))
     }))
@@ -62,7 +62,7 @@ pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Body; 3] {
 
 /// The block: everything around the gel, so that each dimple leaves its pin.
 fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
-    let solid = Solid::cylinder(layout.mold_radius, p.mold.height.mm());
+    let solid = Solid::cylinder(layout.mold_radius_mm, p.mold.height.mm());
     let (reach, height) = (p.mold.pry_depth.mm(), p.mold.pry_gap.mm() + CUT_OVERLAP_MM);
     tool(p, BLOCK, solid.minus(gel(p, layout, dimples, true)), 26.0)
         .colored(MOLD_BLUE)
@@ -76,10 +76,10 @@ fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
 }
 
 fn spacer(p: &Cap, layout: &Layout) -> Body {
-    let (bore, outside) = (layout.spacer_bore, layout.mold_radius);
+    let (bore, outside) = (layout.spacer_bore_mm, layout.mold_radius_mm);
     let ring = Solid::revolution(Path::polygon(&[
-        [bore, layout.flange_z],
-        [outside, layout.flange_z],
+        [bore, layout.flange_z_mm],
+        [outside, layout.flange_z_mm],
         [outside, 0.0],
         [bore, 0.0],
     ]));
@@ -91,19 +91,19 @@ fn spacer(p: &Cap, layout: &Layout) -> Body {
         .note("grind it down, or add film, if the skin comes out too thick or thin")
         .with_handles(1)
         .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
-        .cut(slots(p, layout, reach, layout.flange_z - CUT_OVERLAP_MM, depth))
+        .cut(slots(p, layout, reach, layout.flange_z_mm - CUT_OVERLAP_MM, depth))
 }
 
 fn lid(p: &Cap, layout: &Layout) -> Body {
     let outline = Path::polygon(&[
-        [0.0, layout.lid_z],
-        [layout.mold_radius, layout.lid_z],
-        [layout.mold_radius, layout.flange_z],
-        [layout.boss_radius, layout.flange_z],
-        [layout.boss_radius, 0.0],
+        [0.0, layout.lid_z_mm],
+        [layout.mold_radius_mm, layout.lid_z_mm],
+        [layout.mold_radius_mm, layout.flange_z_mm],
+        [layout.boss_radius_mm, layout.flange_z_mm],
+        [layout.boss_radius_mm, 0.0],
         [0.0, 0.0],
     ]);
-    let depth = -layout.lid_z + CUT_OVERLAP_MM;
+    let depth = -layout.lid_z_mm + CUT_OVERLAP_MM;
     let vent = Solid::cylinder(p.mold.vent_diameter.mm() / 2.0, depth + CUT_OVERLAP_MM);
     let vents = copies("vent", &vent_poses(p, layout), &vent.at_z(-depth));
     tool(p, LID, Solid::revolution(outline).minus_all(vents), -24.0)

@@ -24,27 +24,27 @@ pub fn dimple_count(p: &Cap) -> u32 {
 /// # Errors
 /// Rings beyond the far pole of the sphere, which the constraints refuse.
 pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
-    let radius = layout.sphere_radius;
+    let radius = layout.sphere_radius_mm;
     let rings = Pattern::SurfaceRings {
         surface: EllipsoidOffset { equatorial_mm: radius, polar_mm: radius, offset_mm: 0.0 },
         spacing_mm: p.dimples.spacing.mm(),
         counts: (0..=p.dimples.rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect(),
     };
-    let sensor_from_sphere = Pose::translation(0.0, 0.0, layout.sphere_z);
+    let sensor_from_sphere = Pose::translation(0.0, 0.0, layout.sphere_z_mm);
     Ok(rings.poses()?.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
 }
 
 /// The gel's cap, on z = 0; a tool goes on below its foot, with a straight wall so that the
 /// spherical face stays the same.
 fn cap(layout: &Layout, is_tool: bool) -> Solid {
-    let radius_mm = layout.sphere_radius;
-    let foot = (radius_mm.powi(2) - layout.sphere_z.powi(2)).sqrt();
+    let radius_mm = layout.sphere_radius_mm;
+    let foot = (radius_mm.powi(2) - layout.sphere_z_mm.powi(2)).sqrt();
     let path = if is_tool {
         Path::from([0.0, -CUT_OVERLAP_MM]).line([foot, -CUT_OVERLAP_MM]).line([foot, 0.0])
     } else {
         Path::from([0.0, 0.0]).line([foot, 0.0])
     };
-    let (apex, centre) = ([0.0, layout.sphere_z + radius_mm], [0.0, layout.sphere_z]);
+    let (apex, centre) = ([0.0, layout.sphere_z_mm + radius_mm], [0.0, layout.sphere_z_mm]);
     Solid::revolution(path.arc(apex, centre, true).close())
 }
 

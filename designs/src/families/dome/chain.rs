@@ -41,7 +41,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
     // Five sixths of the mixture is thinner, and most of a spray misses.
     let coat = liquid(&p.coat.material, 20.0).curing(ROOM_24_H);
     let filling = liquid(&p.filling_gel.material, 0.1).curing(ROOM_24_H);
-    let in_tube = vec![free_surface(layout.tube_bore_radius, 0.0, up)];
+    let in_tube = vec![free_surface(layout.tube_bore_radius_mm, 0.0, up)];
     let around_tube = [INNER_A, INNER_B, INNER_LID, TUBE];
     let around_gel = [OUTER_A, OUTER_B, OUTER_LID, TRANSPARENT_GEL, BLACK_COAT];
 
@@ -64,7 +64,10 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
         .source("III-B.1, figure 4 b2; cure time from the material's data sheet")
         .also(joints.form.names()),
         prepare("prime", None, &[TUBE, INNER_A, INNER_B])
-            .told("clean the tube and prime it with PR-1200 RTV; spray the mold with Ease Release 200")
+            .told(
+                "clean the tube and prime it with PR-1200 RTV; spray the mold with Ease Release \
+                 200",
+            )
             .source("III-B.1"),
         step(
             "pour-transparent-gel",
@@ -103,7 +106,9 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
         )
         .source("III-B.1"),
         demold("lift-lid", TRANSLUCENT_MOLD, vec![rigid(CONNECTOR, up), rigid(OUTER_LID, up)])
-            .told("pull the connector out of the tube and lift the lid; the module stays in its mold")
+            .told(
+                "pull the connector out of the tube and lift the lid; the module stays in its mold",
+            )
             .source("chosen: the mold goes on to centre the shell"),
         prepare("dip-coat", COATING, &[CONTAINER, HOLDER, CONNECTOR, O_RING, TUBE])
             .told(
@@ -116,7 +121,10 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
             .told("fill the tube to its rim")
             .source("III-B.1"),
         bond("join-shell", JOINING, &[COLLAR, DIFFUSER, SHELL, DOWEL], ROOM_24_H)
-            .told("put the collar on, lower diffuser and shell through it onto the wet gel, let it cure")
+            .told(
+                "put the collar on, lower diffuser and shell through it onto the wet gel, let it \
+                 cure",
+            )
             .source("III-B.1: the filling gel glues the tube to the shell; the collar is chosen"),
         demold("open-translucent-mold", JOINING, off_outer)
             .told("lift the collar, part the halves")

@@ -41,9 +41,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
                 "glass test tube, {} mm outside, {} mm wall, cut {} mm from its tip",
                 p.tube.outer_diameter.mm(),
                 p.tube.wall.mm(),
-                layout.wall_height + layout.tube_radius
+                layout.wall_height_mm + layout.tube_radius_mm
             ),
-            dome_shell(layout.tube_bore_radius, layout.tube_radius, layout.wall_height),
+            dome_shell(layout.tube_bore_radius_mm, layout.tube_radius_mm, layout.wall_height_mm),
             vec![],
         )
         .placed([
@@ -74,7 +74,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         O_RING
             .bought(
                 format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
-                ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius])
+                ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius_mm])
                     .at_z(p.connector.plug_length.mm() / 2.0),
                 [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
                     .into_iter()
@@ -86,7 +86,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             .bought(
                 format!(
                     "glass test tube with rim, {} mm outside, {} mm long",
-                    2.0 * layout.transparent_radius,
+                    2.0 * layout.transparent_radius_mm,
                     p.form.tube_length.mm()
                 ),
                 form_tube(p, layout, &form),
@@ -117,9 +117,9 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edge = relief_edge_mm(p) - 2.0;
     let connector = Solid::cuboid(edge, edge / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
-        .at_z(layout.relief_z + 0.5)
+        .at_z(layout.relief_z_mm + 0.5)
         .named("connector");
-    let heights = [layout.camera_board_bottom_z, layout.camera_board_top_z];
+    let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
     board_camera!(p.camera).solid(heights, holes.tools, connector)
 }
 
@@ -134,7 +134,7 @@ fn o_ring(p: &Dome, layout: &Layout) -> ORing {
 
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
 fn form_tube(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
-    let (outer, wall) = (layout.transparent_radius, layout.wall_height);
+    let (outer, wall) = (layout.transparent_radius_mm, layout.wall_height_mm);
     let inner = outer - p.tube.wall.mm();
     let centre = [0.0, wall];
     let outside = Path::from([0.0, form.rim_z])

@@ -44,13 +44,14 @@ pub(super) fn check(p: &Dome, report: &mut Report) {
 fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
     let slide = gap_mm(Process::Fdm, Fit::Slide);
     limits! { report, p:
-        translucent_gel.thickness <= layout.surface_radius - layout.tube_radius - THINNEST_GEL_MM,
+        translucent_gel.thickness <=
+            layout.surface_radius_mm - layout.tube_radius_mm - THINNEST_GEL_MM,
             "the transparent gel below it needs 0.5 mm above the tube";
         coat.thickness <= p.translucent_gel.thickness.mm() / 2.0,
             "the coat is part of the translucent gel's thickness and must not fill half of it";
         tube.wall >= FLANGE_INSET_MM + gap_mm(Process::Fdm, Fit::Free) - slide + 0.5,
             "the connector's flange, no wider than the tube, must rest on a lid or holder";
-        tube.outer_diameter <= 2.0 * layout.diffuser_radius,
+        tube.outer_diameter <= 2.0 * layout.diffuser_radius_mm,
             "the tube stands on the diffuser inside the shell";
     }
 }
@@ -59,13 +60,14 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
     let diameter = p.envelope.diameter.mm();
     let joint = Joints::new(p, layout).shell_base;
     let countersink = joint.screw.sink_depth_mm(gap_mm(Process::Fdm, Fit::Snug));
-    let head = layout.shell_radius - joint.poses[0].translation_mm().x;
+    let head = layout.shell_radius_mm - joint.poses[0].translation_mm().x;
     limits! { report, p:
         shell.outer_diameter <= diameter, "the shell must stay inside the envelope";
         surface.radius <= diameter / 2.0, "the sensing surface must stay inside the envelope";
         base.height <= p.base.height.mm() + p.envelope.height.mm() - layout.total_height(),
             "surface, diffuser, gap, LED board and base together must stay inside the envelope";
-        shell.wall <= layout.shell_radius - layout.tube_radius - gap_mm(Process::Fdm, Fit::Slide),
+        shell.wall <=
+            layout.shell_radius_mm - layout.tube_radius_mm - gap_mm(Process::Fdm, Fit::Slide),
             "the tube stands inside the shell's bore";
         shell.wall >= head + countersink + SINK_LAND_MM,
             "a countersunk M2 head must find material below its cone";
@@ -75,7 +77,7 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
 fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
     let (length, width) = (p.leds.length.mm(), p.leds.width.mm());
     let circle = p.leds.circle_radius.mm();
-    let bore = (layout.shell_bore_radius, "the shell's bore");
+    let bore = (layout.shell_bore_radius_mm, "the shell's bore");
     led_ring!(p.leds).check(p.led_board.bore_radius, bore, report);
     report.require(
         p.leds.count.is_multiple_of(p.shell.ribs),
@@ -95,15 +97,16 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
         leds.height <= p.diffuser.height_above_board.mm() - APART_MM,
             "the LEDs stand below the diffuser";
         shell.rib_width <=
-            2.0 * layout.shell_bore_radius * (step - outer_corner).max(0.0).sin() - 2.0 * APART_MM,
+            2.0 * layout.shell_bore_radius_mm * (step - outer_corner).max(0.0).sin()
+                - 2.0 * APART_MM,
             "a rib must fit between two LEDs";
-        shell.rib_depth <= layout.shell_bore_radius - layout.tube_radius,
+        shell.rib_depth <= layout.shell_bore_radius_mm - layout.tube_radius_mm,
             "the ribs must not stand under the tube, in its light";
         led_board.wire_hole_diameter <= (circle - width / 2.0 - p.led_board.bore_radius.mm()) / 1.5,
             "the wire holes must lie between the board's bore and the LEDs";
         diffuser.notch_radius >= p.diffuser.bore_radius.mm() + APART_MM,
             "a notch reaches outwards from the bore";
-        diffuser.notch_radius <= layout.tube_bore_radius - 0.2,
+        diffuser.notch_radius <= layout.tube_bore_radius_mm - 0.2,
             "the filling gel must not run out beside the tube";
         diffuser.notch_width <=
             1.6 * p.diffuser.bore_radius.mm() * (PI / f64::from(p.diffuser.notches)).sin(),
@@ -117,7 +120,7 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
     let head = Screw::M1_6X5.head_diameter_mm();
     let bite = Screw::M1_6X5.length_mm - camera.board_thickness.mm();
     limits! { report, p:
-        camera.board_size <= (layout.base_radius - PRINTED_WALL_MM) * SQRT_2 - 2.0 * slide,
+        camera.board_size <= (layout.base_radius_mm - PRINTED_WALL_MM) * SQRT_2 - 2.0 * slide,
             "the board's corners must stay inside the base";
         camera.screw_spacing <= camera.board_size.mm() - head,
             "the M1.6 heads must stay on the board";
@@ -134,13 +137,14 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
         camera.depth >= camera.pupil_behind_front.mm() + 0.2,
             "the lens must not touch the filling gel";
         // From the board's seat on the base upwards and downwards there must be room.
-        camera.lens_height >= camera.lens_height.mm() + layout.camera_board_top_z
-            + Screw::M1_6X5.head_height_mm() + APART_MM - layout.base_top_z,
+        camera.lens_height >= camera.lens_height.mm() + layout.camera_board_top_z_mm
+            + Screw::M1_6X5.head_height_mm() + APART_MM - layout.base_top_z_mm,
             "the camera's screws must end below the LED board";
-        camera.lens_height <= camera.lens_height.mm() + layout.relief_z - layout.bottom_z - 1.0,
+        camera.lens_height <=
+            camera.lens_height.mm() + layout.relief_z_mm - layout.bottom_z_mm - 1.0,
             "the base needs 1 mm of floor below the camera's connector";
         camera.lens_height <=
-            camera.lens_height.mm() + layout.camera_board_bottom_z - layout.bottom_z - bite,
+            camera.lens_height.mm() + layout.camera_board_bottom_z_mm - layout.bottom_z_mm - bite,
             "the M1.6x5 screws must not stand out of the base's bottom";
     }
 }
@@ -149,9 +153,9 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
     let joints = Joints::new(p, layout);
     let (nuts, mounts) = (joints.shell_base.holes(), joints.mounting.holes());
     let nut_top = nuts.poses[0].translation_mm().z + nuts.radius_mm;
-    let room = layout.camera_board_bottom_z - nut_top - 0.5;
+    let room = layout.camera_board_bottom_z_mm - nut_top - 0.5;
     // A nut's hole ends outside of whatever else goes through the base.
-    let nut_end = layout.base_radius - nuts.depth_mm - 0.1;
+    let nut_end = layout.base_radius_mm - nuts.depth_mm - 0.1;
     let pilot = p.camera.screw_spacing.mm() / SQRT_2 + joints.camera.holes().radius_mm;
     let corner = relief_edge_mm(p) / SQRT_2;
     let m3 = mounts.radius_mm;
@@ -164,7 +168,7 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
             "the slot must end inside the recess behind the camera";
         base.cable_slot_width <= p.base.cable_slot_length.mm() - 0.5,
             "the slot's width is its shorter side";
-        base.mount_radius <= layout.base_radius - m3 - PRINTED_WALL_MM,
+        base.mount_radius <= layout.base_radius_mm - m3 - PRINTED_WALL_MM,
             "a mounting hole needs a wall outside";
         base.mount_radius >= corner.min(relief_edge_mm(p) / 2.0 + 1.0) + m3 + PRINTED_WALL_MM,
             "a mounting hole must clear the recess behind the camera";
@@ -224,19 +228,19 @@ fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
 }
 
 fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
-    crate::blocks::mold::check(&p.mold, layout.surface_radius, layout.apex_z(), report);
+    crate::blocks::mold::check(&p.mold, layout.surface_radius_mm, layout.apex_z(), report);
     vents(p, layout, report);
 }
 
 /// Vents open between what stands in the mold and the cavity's wall.
 fn vents(p: &Dome, layout: &Layout, report: &mut Report) {
     let mold = &p.mold;
-    let transparent = layout.transparent_radius - layout.tube_radius;
+    let transparent = layout.transparent_radius_mm - layout.tube_radius_mm;
     if transparent < THINNEST_GEL_MM {
         return; // Reported already; every limit below would follow from it.
     }
     let thinnest = transparent.min(p.translucent_gel.thickness.mm());
-    let circle = (layout.tube_radius + layout.transparent_radius) / 2.0;
+    let circle = (layout.tube_radius_mm + layout.transparent_radius_mm) / 2.0;
     limits! { report, p:
         mold.vent_diameter <=
             (thinnest - 0.2).min(transparent - 2.0 * (OVERFLOW_MARGIN_MM - FLANGE_INSET_MM)),
@@ -255,16 +259,16 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     require_o_ring(cord_path, ("groove", bottom), "connector.o_ring_squeeze", report);
     let lead = form.headroom.mm() + form.plate.mm();
     limits! { report, p:
-        connector.plug_length <= layout.wall_height,
+        connector.plug_length <= layout.wall_height_mm,
             "the plug must end in the tube's straight part";
         connector.plug_length >= GROOVE_CORDS * cord + 2.0 * PRINTED_WALL_MM,
             "the O-ring's groove needs walls on both sides";
         connector.air_channel_diameter <=
             bottom.min(connector.handle_diameter.mm()) - 2.4,
             "the air channel needs 1.2 mm of wall around it";
-        connector.handle_diameter <= 2.0 * (layout.tube_radius - FLANGE_INSET_MM) - 1.0,
+        connector.handle_diameter <= 2.0 * (layout.tube_radius_mm - FLANGE_INSET_MM) - 1.0,
             "the handle stands on the flange";
-        form.tube_length >= layout.wall_height + layout.transparent_radius + lead + 4.0,
+        form.tube_length >= layout.wall_height_mm + layout.transparent_radius_mm + lead + 4.0,
             "the glass tube must reach from the mold's tip through the bridge";
         form.silicone >= gap_mm(Process::Fdm, Fit::Slide) + form.plate.mm() + 4.0,
             "silicone is poured through windows between the tube's sleeve and the cup";

@@ -10,7 +10,7 @@ use crate::assembling::{AssemblyName, in_sensor};
 
 /// All layers, the innermost first; the coat ends in the surface that is touched.
 pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
-    let wall = layout.wall_height;
+    let wall = layout.wall_height_mm;
     // In every tool the layers stay together; only the sensor's picture takes them apart. A dome and
     // a bowl have no handles.
     let placed = |layer: Body, color: Color, opacity: f64, lift_mm: f64, tools: &[AssemblyName]| {
@@ -20,7 +20,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
     };
     vec![
         placed(
-            FILLING_GEL.cast(dome(layout.tube_bore_radius, wall)).from(&p.filling_gel.material),
+            FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).from(&p.filling_gel.material),
             [214, 226, 236],
             0.35,
             26.0,
@@ -28,7 +28,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
         ),
         placed(
             TRANSPARENT_GEL
-                .cast(dome_shell(layout.tube_radius, layout.transparent_radius, wall))
+                .cast(dome_shell(layout.tube_radius_mm, layout.transparent_radius_mm, wall))
                 .from(&p.transparent_gel.material),
             [150, 200, 235],
             0.35,
@@ -37,7 +37,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
         ),
         placed(
             TRANSLUCENT_GEL
-                .cast(dome_shell(layout.transparent_radius, layout.translucent_radius, wall))
+                .cast(dome_shell(layout.transparent_radius_mm, layout.translucent_radius_mm, wall))
                 .from(&p.translucent_gel.material),
             [240, 236, 225],
             0.6,
@@ -49,7 +49,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
                 .cast(
                     touch
                         .solid(0.0, touch.foot_z_mm)
-                        .minus(dome_tool(layout.translucent_radius, wall)),
+                        .minus(dome_tool(layout.translucent_radius_mm, wall)),
                 )
                 .from(&p.coat.material),
             [62, 64, 70],

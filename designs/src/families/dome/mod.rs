@@ -81,18 +81,18 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
 
 /// What is touched, and what fixtures hold on to: the shell stands on its lower rim.
 fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.surface_radius;
+    let radius_mm = layout.surface_radius_mm;
     DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
-        centre_z_mm: layout.wall_height,
+        centre_z_mm: layout.wall_height_mm,
         foot_z_mm: 0.0,
         // What lies deeper is stiffer by an order of magnitude and shows no change of brightness.
         soft_mm: p.translucent_gel.thickness.mm(),
         grip: Grip {
-            outline: Path::circle([0.0, 0.0], layout.shell_radius),
+            outline: Path::circle([0.0, 0.0], layout.shell_radius_mm),
             top_z_mm: 0.0,
-            bottom_z_mm: layout.bottom_z,
-            clear_radius_mm: layout.shell_bore_radius,
+            bottom_z_mm: layout.bottom_z_mm,
+            clear_radius_mm: layout.shell_bore_radius_mm,
             key: None,
             threads: Joints::new(p, layout).mounting.held().landmarks,
         },
@@ -107,16 +107,16 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
             lid: INNER_LID,
             assembly: TRANSPARENT_MOLD,
             shrinkage: shrinkage(&p.transparent_gel.material),
-            radius: layout.transparent_radius,
-            core_radius: layout.tube_radius,
+            radius: layout.transparent_radius_mm,
+            core_radius: layout.tube_radius_mm,
         },
         Cavity {
             halves: [OUTER_A, OUTER_B],
             lid: OUTER_LID,
             assembly: TRANSLUCENT_MOLD,
             shrinkage: shrinkage(&p.translucent_gel.material),
-            radius: layout.surface_radius,
-            core_radius: layout.transparent_radius,
+            radius: layout.surface_radius_mm,
+            core_radius: layout.transparent_radius_mm,
         },
     ]
 }
@@ -144,12 +144,12 @@ fn derived(p: &Dome) -> Vec<(String, String)> {
         mm("apex above the foot", layout.apex_z()),
         mm("total height", layout.total_height()),
         mm("shell height", layout.shell_height()),
-        mm("shell bore radius", layout.shell_bore_radius),
-        mm("translucent gel outer radius", layout.translucent_radius),
-        mm("transparent gel outer radius", layout.transparent_radius),
-        mm("transparent gel thickness", layout.transparent_radius - layout.tube_radius),
-        mm("tube inner radius", layout.tube_bore_radius),
-        mm("lens front below the foot", -layout.lens_front_z),
-        mm("camera board top below the foot", -layout.camera_board_top_z),
+        mm("shell bore radius", layout.shell_bore_radius_mm),
+        mm("translucent gel outer radius", layout.translucent_radius_mm),
+        mm("transparent gel outer radius", layout.transparent_radius_mm),
+        mm("transparent gel thickness", layout.transparent_radius_mm - layout.tube_radius_mm),
+        mm("tube inner radius", layout.tube_bore_radius_mm),
+        mm("lens front below the foot", -layout.lens_front_z_mm),
+        mm("camera board top below the foot", -layout.camera_board_top_z_mm),
     ]
 }

@@ -52,7 +52,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> 
     name.made(
         Process::Fdm,
         molds::half(&p.mold, which)
-            .minus(dome_tool(cavity.radius, layout.wall_height).named("cavity")),
+            .minus(dome_tool(cavity.radius, layout.wall_height_mm).named("cavity")),
     )
     .from(&p.mold.material)
     .placed(
@@ -130,7 +130,7 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
     let floor = 1.0;
     let thickness = grip + floor;
     let bore = Solid::cylinder(
-        layout.shell_radius + gap_mm(Process::Fdm, Fit::Slide),
+        layout.shell_radius_mm + gap_mm(Process::Fdm, Fit::Slide),
         thickness + 2.0 * CUT_OVERLAP_MM,
     )
     .at_z(-thickness - CUT_OVERLAP_MM);

@@ -31,7 +31,7 @@ const POUR_WINDOWS: u32 = 3;
 
 /// Radius of the connector's plug, mm: it slides into the tube.
 pub fn plug_radius_mm(layout: &Layout) -> f64 {
-    layout.tube_bore_radius - gap_mm(Process::Fdm, Fit::Slide)
+    layout.tube_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide)
 }
 
 /// Width of the O-ring's groove, in cords: a squeezed cord grows wider.
@@ -39,7 +39,7 @@ pub const GROOVE_CORDS: f64 = 1.3;
 
 /// Radius of the bottom of the O-ring's groove, mm.
 pub fn groove_radius_mm(p: &Dome, layout: &Layout) -> f64 {
-    layout.tube_bore_radius - p.connector.o_ring_cord.mm() * (1.0 - p.connector.o_ring_squeeze)
+    layout.tube_bore_radius_mm - p.connector.o_ring_cord.mm() * (1.0 - p.connector.o_ring_squeeze)
 }
 
 /// The handle that the tube hangs on while gel is cast around it: an O-ring grips the tube's
@@ -49,7 +49,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
     let groove = groove_radius_mm(p, layout);
     let groove_half = GROOVE_CORDS / 2.0 * p.connector.o_ring_cord.mm();
     let groove_z = p.connector.plug_length.mm() / 2.0;
-    let flange_radius = layout.tube_radius - FLANGE_INSET_MM;
+    let flange_radius = layout.tube_radius_mm - FLANGE_INSET_MM;
     let (handle, air) =
         (p.connector.handle_diameter.mm() / 2.0, p.connector.air_channel_diameter.mm() / 2.0);
     let flange_top = -p.mold.lid_thickness.mm();
@@ -106,8 +106,8 @@ impl FormLayout {
 
     /// Derives the form.
     pub fn new(p: &Dome, layout: &Layout) -> Self {
-        let silicone_radius = layout.transparent_radius + p.form.silicone.mm();
-        let tip_z = layout.wall_height + layout.transparent_radius;
+        let silicone_radius = layout.transparent_radius_mm + p.form.silicone.mm();
+        let tip_z = layout.wall_height_mm + layout.transparent_radius_mm;
         let rim_z = tip_z - p.form.tube_length.mm();
         let cup_rim_z = -p.form.headroom.mm();
         Self {
@@ -168,7 +168,7 @@ fn cup(p: &Dome, form: &FormLayout) -> Solid {
 }
 
 fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
-    let bore = layout.transparent_radius + gap_mm(Process::Fdm, Fit::Slide);
+    let bore = layout.transparent_radius_mm + gap_mm(Process::Fdm, Fit::Slide);
     let sleeve = bore + p.form.plate.mm();
     let plate = Path::polygon(&[
         [bore, form.cup_rim_z],
@@ -198,8 +198,9 @@ pub fn silicone_mold(p: &Dome, layout: &Layout) -> Body {
     let form = FormLayout::new(p, layout);
     SILICONE_MOLD
         .cast(
-            Solid::cylinder(form.silicone_radius, form.silicone_top_z)
-                .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
+            Solid::cylinder(form.silicone_radius, form.silicone_top_z).minus(
+                dome_tool(layout.transparent_radius_mm, layout.wall_height_mm).named("cavity"),
+            ),
         )
         .from(&p.form.silicone_material)
         .placed([FORM.in_place().lifted(30.0)])
@@ -210,7 +211,7 @@ pub fn silicone_mold(p: &Dome, layout: &Layout) -> Body {
 /// Container for the black mixture, and the holder that hangs a module into it by its connector.
 pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let wall = p.coating.wall.mm();
-    let inner = layout.surface_radius + p.coating.gap.mm();
+    let inner = layout.surface_radius_mm + p.coating.gap.mm();
     let (rim_z, floor_z) = (-HOLDER_GAP_MM, layout.apex_z() + p.coating.gap.mm());
     let container = Solid::revolution(Path::polygon(&[
         [0.0, floor_z],

@@ -39,11 +39,14 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
     let off_floor = || peeled(FLOOR, -up, &p.pad.material);
     let is_sprayed = p.coat.by == CoatBy::Spray;
     let off_frame = [rigid(GEL_FRAME, up)].into_iter().chain(is_sprayed.then(off_floor));
-    let gel = pour(&p.pad.material, &[FLOOR, GEL_FRAME], GEL, surface(layout, layout.seen_z));
+    let gel = pour(&p.pad.material, &[FLOOR, GEL_FRAME], GEL, surface(layout, layout.seen_z_mm));
     let mut steps = vec![
         make("print and cut all parts").source("chosen"),
         prepare("release", GEL_MOLD, &[FLOOR, GEL_FRAME, DOWEL])
-            .told("press the dowels into the floor, slide the frame onto them, spray both with mold release")
+            .told(
+                "press the dowels into the floor, slide the frame onto them, spray both with mold \
+                 release",
+            )
             .source("chosen"),
         step("pour-gel", GEL_MOLD, &[FLOOR, GEL_FRAME], gel)
             .told("fill the frame to its brim on a level table, scrape the surplus off")
@@ -62,10 +65,13 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
     if !is_sprayed {
         let inked = p.markers.exist().then_some(MARKERS);
         let walls: Vec<Name> = [FLOOR, COAT_FRAME, GEL].into_iter().chain(inked).collect();
-        let coat = pour(&p.coat.material, &walls, COAT, surface(layout, layout.top_z));
+        let coat = pour(&p.coat.material, &walls, COAT, surface(layout, layout.top_z_mm));
         steps.extend([
             step("pour-coat", COAT_MOLD, &[FLOOR, COAT_FRAME, DOWEL], coat)
-                .told("slide the wider frame onto the dowels, fill it to its brim around and over the gel")
+                .told(
+                    "slide the wider frame onto the dowels, fill it to its brim around and over \
+                     the gel",
+                )
                 .source("chosen"),
             demold("open-coat-mold", COAT_MOLD, vec![rigid(COAT_FRAME, up), off_floor()])
                 .told("pry the frame up, peel the pad off the floor from one corner")
@@ -106,12 +112,17 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
              colours take turns from wall to wall",
         ),
         LightFrom::Below => assemble("fit-light", SENSOR, &[LED, LED_BOARD, SHELL])
-            .told("solder LEDs and wires to the board, push it up against the shell's step, fix it"),
+            .told(
+                "solder LEDs and wires to the board, push it up against the shell's step, fix it",
+            ),
     };
     steps.extend([
         light.source("chosen"),
         assemble("fit-camera", SENSOR, &[CAMERA, BASE])
-            .told("screw the camera's board onto the base's posts, plug the cable in, focus on the gel")
+            .told(
+                "screw the camera's board onto the base's posts, plug the cable in, focus on the \
+                 gel",
+            )
             .source("chosen")
             .also(layout.camera.joint().names()),
         assemble("close", SENSOR, &[SHELL, BASE])

@@ -41,7 +41,7 @@ pub(super) fn check(p: &FlatGel, report: &mut Report) {
         return; // The rest would follow from it.
     }
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
-    housing.check(layout.plate_bottom_z, &p.camera, report);
+    housing.check(layout.plate_bottom_z_mm, &p.camera, report);
     layout.camera.check(base_mm, housing.room, &EDGES, report);
     layout.light.check([(EDGES[0], p.pad.length), (EDGES[1], p.pad.width)], report);
     p.markers.check(layout.gel, layout.seen_mm(), report);
@@ -72,8 +72,8 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
 fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
     let (plate, chamber) = (&p.plate, layout.light.chamber);
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
-    let front_mm = layout.plate_bottom_z - layout.camera.front_z;
-    let distance_mm = layout.seen_z - layout.camera.pupil_z;
+    let front_mm = layout.plate_bottom_z_mm - layout.camera.front_z;
+    let distance_mm = layout.seen_z_mm - layout.camera.pupil_z;
     limits! { report, p:
         plate.overlap <= plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
             "the camera must see something past the ledge";

@@ -73,8 +73,8 @@ fn nominal(layout: &Layout) -> NominalCamera {
 /// Shell and base.
 fn housing_parts(layout: &Layout) -> [Body; 2] {
     let (housing, light, over) = (&layout.housing, &layout.light, fabkit_geometry::CUT_OVERLAP_MM);
-    let opening = layout.opening.prism([layout.plate_bottom_z, over]).named("plate opening");
-    let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z + over]);
+    let opening = layout.opening.prism([layout.plate_bottom_z_mm, over]).named("plate opening");
+    let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z_mm + over]);
     let cut = [opening, chamber.named("chamber")];
     [
         housing.shell(SHELL, cut, light.step_z()).placed([in_sensor()]),
@@ -103,9 +103,9 @@ const SOFT_SHARE: f64 = 0.5;
 fn touch(p: &FlatGel, layout: &Layout) -> PlaneSurface {
     PlaneSurface {
         outline: layout.pad.path(),
-        top_z_mm: layout.top_z,
+        top_z_mm: layout.top_z_mm,
         foot_z_mm: 0.0,
-        soft_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.seen_z,
+        soft_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.seen_z_mm,
         grip: layout.housing.grip(),
     }
 }
@@ -126,11 +126,11 @@ fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
     vec![
         by("housing", housing.outside.half),
         mm("height of the shell", -housing.joint_z),
-        mm("total height", layout.top_z - housing.bottom_z),
+        mm("total height", layout.top_z_mm - housing.bottom_z),
         by("plate", layout.plate.half),
         by("gel under the coat", layout.gel.half),
-        mm("optical centre below the gel's outside", layout.seen_z - camera.pupil_z),
-        mm("lens front below the plate", layout.plate_bottom_z - camera.front_z),
+        mm("optical centre below the gel's outside", layout.seen_z_mm - camera.pupil_z),
+        mm("lens front below the plate", layout.plate_bottom_z_mm - camera.front_z),
         by("seen on the gel", layout.seen_mm()),
         count("markers", "markers"),
         count("led", "leds"),

@@ -22,14 +22,14 @@ pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
     Frames {
         mold: &p.mold,
         cavity: layout.pad.half,
-        lowest_mm: layout.seen_z,
+        lowest_mm: layout.seen_z_mm,
         shrinkage: shrinkage(&p.pad.material),
     }
 }
 
 /// The plate.
 pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
-    let solid = layout.plate.prism([layout.plate_bottom_z, layout.plate_top_z]);
+    let solid = layout.plate.prism([layout.plate_bottom_z_mm, layout.plate_top_z_mm]);
     PLATE
         .made(Process::Laser, solid)
         .from(&p.plate.material)
@@ -42,10 +42,10 @@ pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
 /// Floor, frames and dowels, and the stencil if there are markers.
 pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let frames = frames(p, layout);
-    let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.seen_z, GEL_MOLD);
+    let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.seen_z_mm, GEL_MOLD);
     let coat = (p.coat.by == CoatBy::Pour)
-        .then(|| frames.frame(COAT_FRAME, layout.pad.path(), layout.top_z, COAT_MOLD));
-    let stencil = p.markers.stencil(layout.gel, layout.seen_z);
+        .then(|| frames.frame(COAT_FRAME, layout.pad.path(), layout.top_z_mm, COAT_MOLD));
+    let stencil = p.markers.stencil(layout.gel, layout.seen_z_mm);
     let stencil = stencil.map(|body| body.placed([MARKING.in_place().lifted(8.0)]));
     [frames.floor(molds(p)), gel, frames.dowels(molds(p))]
         .into_iter()
@@ -65,8 +65,8 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let marking = p.markers.exist().then(|| MARKING.in_place());
     let coating = (p.coat.by == CoatBy::Pour).then(|| COAT_MOLD.in_place());
 
-    let plate = layout.plate.prism([layout.plate_bottom_z - over, layout.plate_top_z]);
-    let bed = layout.opening.prism([layout.plate_bottom_z, 0.0]).minus(plate);
+    let plate = layout.plate.prism([layout.plate_bottom_z_mm - over, layout.plate_top_z_mm]);
+    let bed = layout.opening.prism([layout.plate_bottom_z_mm, 0.0]).minus(plate);
     let bed = BED
         .cast(bed)
         .from(&p.bed.material)
@@ -74,7 +74,7 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
         .colored([190, 215, 235])
         .opaque(0.8);
     let gel = GEL
-        .cast(layout.gel.prism([0.0, layout.seen_z]))
+        .cast(layout.gel.prism([0.0, layout.seen_z_mm]))
         .from(&p.pad.material)
         .placed([in_sensor().lifted(36.0)])
         .placed(molds(p).iter().map(|name| name.in_place()))
@@ -83,13 +83,13 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
         .opaque(0.85);
     let ink = p
         .markers
-        .ink(layout.seen_z)
+        .ink(layout.seen_z_mm)
         .map(|ink| ink.placed([in_sensor().lifted(40.0)]).placed(marking).placed(coating.clone()));
     let coat = layout
         .pad
-        .prism([0.0, layout.top_z])
-        .minus(layout.gel.prism([-over, layout.seen_z]))
-        .minus_all(p.markers.tools(layout.seen_z));
+        .prism([0.0, layout.top_z_mm])
+        .minus(layout.gel.prism([-over, layout.seen_z_mm]))
+        .minus_all(p.markers.tools(layout.seen_z_mm));
     let coat = COAT
         .cast(coat)
         .from(&p.coat.material)

@@ -34,9 +34,9 @@ fn opening(name: &str, point: Point3<f64>, axis: Vector3<f64>, radius_mm: f64) -
 /// vent, which on the thin layers' circle serves two layers.
 fn foot_vents(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Vec<Opening> {
     let (circle, inner, outer) = match boundary {
-        Boundary::Inner => (0, layout.shell_offset, layout.inner_offset),
-        Boundary::Outer => (1, layout.inner_offset, layout.outer_offset),
-        Boundary::Black => (1, layout.outer_offset, layout.black_offset),
+        Boundary::Inner => (0, layout.shell_offset_mm, layout.inner_offset_mm),
+        Boundary::Outer => (1, layout.inner_offset_mm, layout.outer_offset_mm),
+        Boundary::Black => (1, layout.outer_offset_mm, layout.black_offset_mm),
     };
     let beside = layout.foot_of((inner + outer) / 2.0) - vent_circles_mm(layout)[circle];
     let radius_mm = p.tooling.vent_diameter.mm() / 2.0 + beside.abs();
@@ -65,8 +65,8 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
 
 fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2] {
     let (cup, walls, place) = (boundary.cup(), [boundary.negative(), SLEEVE], boundary.casting());
-    let top = Point3::new(0.0, 0.0, layout.silicone_top_z);
-    let open = vec![opening("free surface", top, up(), layout.silicone_radius)];
+    let top = Point3::new(0.0, 0.0, layout.silicone_top_z_mm);
+    let open = vec![opening("free surface", top, up(), layout.silicone_radius_mm)];
     let pour = silicone(p).fills(&walls, cup, up(), open);
     // The silicone stretches, not the negative.
     let pulls = vec![rigid(SLEEVE, up()), peel(p, cup, up())];
@@ -84,8 +84,8 @@ fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step
 }
 
 fn silicone_core(p: &HalfEllipsoid, layout: &Layout) -> [Step; 2] {
-    let surface = Point3::new(0.0, 0.0, layout.core_flange_z);
-    let open = vec![opening("free surface", surface, -up(), layout.silicone_radius)];
+    let surface = Point3::new(0.0, 0.0, layout.core_flange_z_mm);
+    let open = vec![opening("free surface", surface, -up(), layout.silicone_radius_mm)];
     let pour = silicone(p).fills(&[CORE_NEGATIVE], CORE, -up(), open);
     [
         step("pour-silicone-core", CAST_CORE, &[CORE_NEGATIVE], pour)
@@ -110,7 +110,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
             "III-C, figure 3 (iii)",
         ),
         Boundary::Outer => {
-            let tip = Point3::new(0.0, 0.0, layout.ellipsoid.polar + layout.outer_offset);
+            let tip = Point3::new(0.0, 0.0, layout.ellipsoid.polar + layout.outer_offset_mm);
             openings.push(opening("tip vent", tip, up(), p.tooling.tip_vent_diameter.mm() / 2.0));
             (
                 &[cup, CORE, INNER],

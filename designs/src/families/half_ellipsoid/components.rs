@@ -35,7 +35,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         c.diameter.mm(),
         c.length.mm()
     );
-    let front = Pose::translation(0.0, 0.0, layout.camera_front_z);
+    let front = Pose::translation(0.0, 0.0, layout.camera_front_z_mm);
     let drawn_out = |pose: &Pose| SENSOR.drawn_out(pose, BOLT_OUT_MM).lifted(-14.0);
     [
         vec![
@@ -55,7 +55,7 @@ fn camera(p: &HalfEllipsoid, layout: &Layout) -> Solid {
     let length = p.camera.length.mm();
     let head = Solid::cylinder(p.camera.diameter.mm() / 2.0, length).at_z(-length);
     // To the bottom of the base and a little further.
-    let end = layout.bottom_z - layout.camera_front_z - 6.0;
+    let end = layout.bottom_z_mm - layout.camera_front_z_mm - 6.0;
     let cable = Solid::cylinder(p.camera.cable_diameter.mm() / 2.0, INTO_MM - length - end);
     Solid::union([head, cable.at_z(end).named("cable")])
 }

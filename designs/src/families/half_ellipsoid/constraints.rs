@@ -50,9 +50,9 @@ fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     limits! { report, p:
         surface.height >= 0.6 * p.surface.diameter.mm(),
             "the surface is a half ellipsoid that is longer than wide";
-        inner_elastomer.thickness <= reach + layout.shell_offset + inner,
+        inner_elastomer.thickness <= reach + layout.shell_offset_mm + inner,
             "below the tip's radius of curvature a parallel surface has an edge";
-        shell.thickness <= layout.foot_of(layout.shell_offset) - p.camera.diameter.mm(),
+        shell.thickness <= layout.foot_of(layout.shell_offset_mm) - p.camera.diameter.mm(),
             "the shell needs a bore twice as wide as the camera";
     }
 }
@@ -130,11 +130,11 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "the foot below the shoulder needs 1 mm of wall";
         shell.ball_mill_diameter <= 1.8 * layout.bore_radius(),
             "the ball mill must move inside the shell's bore";
-        holder.outer_diameter >= 2.0 * (layout.foot_of(layout.shell_offset) + RESIN_WALL_MM),
+        holder.outer_diameter >= 2.0 * (layout.foot_of(layout.shell_offset_mm) + RESIN_WALL_MM),
             "the shell's shoulder and the elastomers' feet stand on the holder";
-        holder.skirt >= layout.holder_radius - head + countersink + RESIN_WALL_MM,
+        holder.skirt >= layout.holder_radius_mm - head + countersink + RESIN_WALL_MM,
             "a countersunk M1.2 head must find material below its cone";
-        holder.skirt <= layout.holder_radius - layout.collar_radius - RESIN_WALL_MM,
+        holder.skirt <= layout.holder_radius_mm - layout.collar_radius_mm - RESIN_WALL_MM,
             "a step between collar and skirt keeps the electronics apart from the shell";
     }
 }
@@ -144,9 +144,9 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();
     // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
-    let room = (circle * (PI / count).sin()).min(circle - layout.post_radius - 0.3);
+    let room = (circle * (PI / count).sin()).min(circle - layout.post_radius_mm - 0.3);
     limits! { report, p:
-        leds.circle_radius <= layout.diffuser_wall_radius - APART_MM - radius,
+        leds.circle_radius <= layout.diffuser_wall_radius_mm - APART_MM - radius,
             "the LEDs stand inside the diffusion ring's wall";
         leds.diameter <= 2.0 * (room - APART_MM / 2.0),
             format!("{count} LEDs on one circle around the camera must not overlap");
@@ -158,17 +158,18 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 
 fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     limits! { report, p:
-        camera.front_depth <= -layout.diffuser_top_z,
+        camera.front_depth <= -layout.diffuser_top_z_mm,
             "the diffusion ring must not stand in the camera's view";
-        camera.length <= layout.camera_front_z - layout.post_end_z - 1.0,
+        camera.length <= layout.camera_front_z_mm - layout.post_end_z_mm - 1.0,
             "the camera rests in its post, above the passage for the cable";
         camera.cable_diameter <=
-            p.camera.cable_diameter.mm() + 2.0 * (layout.post_bore_radius - layout.cable_radius) - 0.2,
+            p.camera.cable_diameter.mm()
+                + 2.0 * (layout.post_bore_radius_mm - layout.cable_radius_mm) - 0.2,
             "the camera rests on the step around its cable";
         camera.diameter <=
-            2.0 * (layout.bore_radius() - layout.post_radius) + p.camera.diameter.mm() - 1.0,
+            2.0 * (layout.bore_radius() - layout.post_radius_mm) + p.camera.diameter.mm() - 1.0,
             "light passes between the post and the shell's bore";
-        camera_holder.socket_depth <= layout.base_top_z - layout.bottom_z - 1.0,
+        camera_holder.socket_depth <= layout.base_top_z_mm - layout.bottom_z_mm - 1.0,
             "the post's socket needs a floor";
     }
 }
@@ -190,7 +191,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "two holes in the board stand over the slot";
         base.wire_slot_length <= 2.0 * half_chord(pocket_outer, slot),
             "the wires' slot opens into the pocket";
-        base.mount_radius <= layout.holder_radius - 1.0 - mount - RESIN_WALL_MM,
+        base.mount_radius <= layout.holder_radius_mm - 1.0 - mount - RESIN_WALL_MM,
             "mounting holes need a wall beside the pry slots";
     }
     // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
@@ -217,7 +218,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         || "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`".into(),
     );
     // Mounting holes end below the bolts unless they stand well between them.
-    let between = layout.bolt_z - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z;
+    let between = layout.bolt_z_mm - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z_mm;
     let nearest_turn = (0..p.base.mount_holes)
         .flat_map(|i| (0..p.base.bolts).map(move |j| (i, j)))
         .map(|(i, j)| {
@@ -245,9 +246,9 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let tooling = &p.tooling;
     let key = tooling.key_diameter.mm() / 2.0;
-    let surface = layout.foot_of(layout.black_offset);
-    let thinnest =
-        (layout.inner_offset - layout.shell_offset).min(layout.black_offset - layout.inner_offset);
+    let surface = layout.foot_of(layout.black_offset_mm);
+    let thinnest = (layout.inner_offset_mm - layout.shell_offset_mm)
+        .min(layout.black_offset_mm - layout.inner_offset_mm);
     limits! { report, p:
         tooling.silicone_diameter >= 2.0 * (surface + 2.0 * key + 3.0),
             "keys stand between the surface and the side, 1.5 mm from both";

@@ -41,7 +41,7 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
     [
         layer(
             INNER,
-            above_base(slotted.clone()).minus(whole(layout.shell_offset)),
+            above_base(slotted.clone()).minus(whole(layout.shell_offset_mm)),
             &p.inner_elastomer.material,
         )
         .colored(RED_ELASTOMER)
@@ -49,7 +49,7 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
         .placed(placed(44.0, &[INNER_MOLD, OUTER_MOLD, BLACK_MOLD])),
         layer(
             OUTER,
-            above_base(whole(layout.outer_offset)).minus(slotted),
+            above_base(whole(layout.outer_offset_mm)).minus(slotted),
             &p.outer_elastomer.material,
         )
         .colored(BLUE_ELASTOMER)
@@ -59,7 +59,7 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
             BLACK,
             // Not the touched surface's own solid: OpenCascade cuts an ellipsoid from an ellipsoid, but
             // not from the same shape as a revolved profile. A test holds both against each other.
-            above_base(whole(layout.black_offset)).minus(whole(layout.outer_offset)),
+            above_base(whole(layout.black_offset_mm)).minus(whole(layout.outer_offset_mm)),
             &p.black_gel.material,
         )
         .colored(BLACK_GREY)
@@ -72,9 +72,9 @@ const TOOL_LIFT_MM: f64 = 45.0;
 
 /// The inner boundary of the inner elastomer, on a flange that closes all three molds.
 fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let flange =
-        Solid::cylinder(layout.silicone_radius, -layout.core_flange_z).at_z(layout.core_flange_z);
-    let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset).named("core")];
+    let flange = Solid::cylinder(layout.silicone_radius_mm, -layout.core_flange_z_mm)
+        .at_z(layout.core_flange_z_mm);
+    let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset_mm).named("core")];
     layer(
         CORE,
         Solid::union(pieces.into_iter().chain(keys(p, layout))).minus_all(vent_pins(
@@ -91,11 +91,11 @@ fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 /// The outer boundary of one elastomer.
 fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
-    let block = Solid::cylinder(layout.silicone_radius, layout.silicone_top_z);
+    let block = Solid::cylinder(layout.silicone_radius_mm, layout.silicone_top_z_mm);
     let cavity = match boundary {
         Boundary::Inner => markers::slotted(p, layout),
-        Boundary::Outer => layout.ellipsoid.whole(layout.outer_offset),
-        Boundary::Black => layout.ellipsoid.whole(layout.black_offset),
+        Boundary::Outer => layout.ellipsoid.whole(layout.outer_offset_mm),
+        Boundary::Black => layout.ellipsoid.whole(layout.black_offset_mm),
     };
     let vent = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
     let vents = i32::from(vent.is_some());

@@ -30,73 +30,73 @@ layout! {
         ellipsoid: Ellipsoid =
             Ellipsoid { equatorial: p.surface.diameter.mm() / 2.0, polar: p.surface.height.mm() };
         /// Offset of the black gel's outside: the finished surface.
-        black_offset = match p.surface.measured_to {
+        black_offset_mm = match p.surface.measured_to {
             MeasuredTo::BlackGel => 0.0,
             MeasuredTo::OuterElastomer => p.black_gel.thickness.mm(),
         };
         /// Offset of the outer elastomer's outside.
-        outer_offset = black_offset - p.black_gel.thickness.mm();
+        outer_offset_mm = black_offset_mm - p.black_gel.thickness.mm();
         /// Offset of the inner elastomer's outside.
-        inner_offset = outer_offset - p.outer_elastomer.thickness.mm();
+        inner_offset_mm = outer_offset_mm - p.outer_elastomer.thickness.mm();
         /// Offset of the shell's outside.
-        shell_offset = inner_offset - p.inner_elastomer.thickness.mm();
+        shell_offset_mm = inner_offset_mm - p.inner_elastomer.thickness.mm();
         /// Depth of the shell's inside below the ellipsoid.
-        cavity_depth = p.shell.thickness.mm() - shell_offset;
+        cavity_depth_mm = p.shell.thickness.mm() - shell_offset_mm;
 
         /// Outside of the shell's foot.
-        foot_radius = ellipsoid.equatorial + shell_offset - p.shell.shoulder.mm();
+        foot_radius_mm = ellipsoid.equatorial + shell_offset_mm - p.shell.shoulder.mm();
         /// Lower end of the foot.
-        foot_z = -p.shell.foot_height.mm();
+        foot_z_mm = -p.shell.foot_height.mm();
         /// Outside of holder and flange.
-        holder_radius = p.holder.outer_diameter.mm() / 2.0;
+        holder_radius_mm = p.holder.outer_diameter.mm() / 2.0;
         /// Inside of the holder's collar.
-        collar_radius = foot_radius + gap_mm(Process::Sla, Fit::Snug);
+        collar_radius_mm = foot_radius_mm + gap_mm(Process::Sla, Fit::Snug);
         /// Step between collar and skirt.
-        step_z = foot_z - FOOT_SPARE_MM;
+        step_z_mm = foot_z_mm - FOOT_SPARE_MM;
         /// Inside of the skirt.
-        skirt_radius = holder_radius - p.holder.skirt.mm();
+        skirt_radius_mm = holder_radius_mm - p.holder.skirt.mm();
         /// Outside of diffuser and board.
-        board_radius = skirt_radius - gap_mm(Process::Sla, Fit::Free);
+        board_radius_mm = skirt_radius_mm - gap_mm(Process::Sla, Fit::Free);
         /// Outside of the base's plug.
-        base_radius = skirt_radius - gap_mm(Process::Sla, Fit::Slide);
+        base_radius_mm = skirt_radius_mm - gap_mm(Process::Sla, Fit::Slide);
 
         /// Top of the diffuser.
-        diffuser_top_z = step_z - STEP_GAP_MM;
+        diffuser_top_z_mm = step_z_mm - STEP_GAP_MM;
         /// Underside of the diffuser's plate.
-        diffuser_plate_z = diffuser_top_z - p.diffuser.thickness.mm();
+        diffuser_plate_z_mm = diffuser_top_z_mm - p.diffuser.thickness.mm();
         /// Inside of the diffuser's wall.
-        diffuser_wall_radius = board_radius - p.diffuser.wall.mm();
+        diffuser_wall_radius_mm = board_radius_mm - p.diffuser.wall.mm();
         /// Top of the board, where the LEDs stand.
-        board_top_z = diffuser_plate_z - p.diffuser.gap.mm() - p.leds.height.mm();
+        board_top_z_mm = diffuser_plate_z_mm - p.diffuser.gap.mm() - p.leds.height.mm();
         /// Top of the base, where the board lies.
-        base_top_z = board_top_z - p.led_board.thickness.mm();
+        base_top_z_mm = board_top_z_mm - p.led_board.thickness.mm();
         /// Floor of the pocket for the board's parts.
-        pocket_z = base_top_z - p.base.pocket_depth.mm();
+        pocket_z_mm = base_top_z_mm - p.base.pocket_depth.mm();
         /// Axes of the bolts.
-        bolt_z = pocket_z - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
+        bolt_z_mm = pocket_z_mm - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
         /// End of the skirt, top of the flange.
-        flange_z =
-            bolt_z - BOLT.sink_diameter_mm(gap_mm(Process::Sla, Fit::Snug)) / 2.0 - BOLT_WALL_MM;
+        flange_z_mm =
+            bolt_z_mm - BOLT.sink_diameter_mm(gap_mm(Process::Sla, Fit::Snug)) / 2.0 - BOLT_WALL_MM;
         /// Bottom of everything.
-        bottom_z = flange_z - p.base.flange.mm();
+        bottom_z_mm = flange_z_mm - p.base.flange.mm();
 
         /// Inside of it.
-        post_bore_radius = p.camera.diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Snug);
+        post_bore_radius_mm = p.camera.diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Snug);
         /// Outside of the post that carries the camera.
-        post_radius = post_bore_radius + p.camera_holder.wall.mm();
+        post_radius_mm = post_bore_radius_mm + p.camera_holder.wall.mm();
         /// Front of camera and post.
-        camera_front_z = -p.camera.front_depth.mm();
+        camera_front_z_mm = -p.camera.front_depth.mm();
         /// Lower end of the post, in the base.
-        post_end_z = base_top_z - p.camera_holder.socket_depth.mm();
+        post_end_z_mm = base_top_z_mm - p.camera_holder.socket_depth.mm();
         /// Radius of the passage for the camera's cable.
-        cable_radius = p.camera.cable_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Free);
+        cable_radius_mm = p.camera.cable_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Free);
 
         /// Outside of the silicone molds.
-        silicone_radius = p.tooling.silicone_diameter.mm() / 2.0;
+        silicone_radius_mm = p.tooling.silicone_diameter.mm() / 2.0;
         /// Far end of the silicone molds.
-        silicone_top_z = ellipsoid.polar + black_offset + p.tooling.silicone_floor.mm();
+        silicone_top_z_mm = ellipsoid.polar + black_offset_mm + p.tooling.silicone_floor.mm();
         /// Far side of the core's flange.
-        core_flange_z = -p.tooling.core_flange.mm();
+        core_flange_z_mm = -p.tooling.core_flange.mm();
     }
 }
 
@@ -108,6 +108,6 @@ impl Layout {
 
     /// Inside of the shell's foot, mm.
     pub fn bore_radius(&self) -> f64 {
-        self.ellipsoid.equatorial - self.cavity_depth
+        self.ellipsoid.equatorial - self.cavity_depth_mm
     }
 }

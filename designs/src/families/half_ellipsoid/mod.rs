@@ -45,7 +45,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let mut parts = housing::parts(p, &layout);
     parts.extend(tooling::parts(p, &layout));
-    let pupil_z = layout.camera_front_z - p.camera.pupil_behind_front.mm();
+    let pupil_z = layout.camera_front_z_mm - p.camera.pupil_behind_front.mm();
     let size = [p.camera.width_px, p.camera.height_px];
     let bodies = parts
         .into_iter()
@@ -66,15 +66,15 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
         dome: EllipsoidOffset {
             equatorial_mm: layout.ellipsoid.equatorial,
             polar_mm: layout.ellipsoid.polar,
-            offset_mm: layout.black_offset,
+            offset_mm: layout.black_offset_mm,
         },
         centre_z_mm: 0.0,
         foot_z_mm: 0.0,
         soft_mm: gels.iter().map(|thickness| thickness.mm()).sum(),
         grip: Grip {
-            outline: Path::circle([0.0, 0.0], layout.holder_radius),
+            outline: Path::circle([0.0, 0.0], layout.holder_radius_mm),
             top_z_mm: 0.0,
-            bottom_z_mm: layout.bottom_z,
+            bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: p.base.mount_radius.mm(),
             key: None,
             threads: Joints::new(p, layout).mounting.held().landmarks,
@@ -86,20 +86,20 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
 fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
     let layout = Layout::new(p);
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
-    let outside = layout.ellipsoid.polar + layout.shell_offset;
+    let outside = layout.ellipsoid.polar + layout.shell_offset_mm;
     let mut figures = vec![
-        mm("outer diameter", 2.0 * layout.foot_of(layout.black_offset)),
-        mm("tip above the base circle", layout.ellipsoid.polar + layout.black_offset),
-        mm("total height", layout.ellipsoid.polar + layout.black_offset - layout.bottom_z),
+        mm("outer diameter", 2.0 * layout.foot_of(layout.black_offset_mm)),
+        mm("tip above the base circle", layout.ellipsoid.polar + layout.black_offset_mm),
+        mm("total height", layout.ellipsoid.polar + layout.black_offset_mm - layout.bottom_z_mm),
         mm("tip's radius of curvature", layout.ellipsoid.tip_curvature_radius()),
         mm("shell bore radius", layout.bore_radius()),
         mm(
             "shell thickness at the tip",
-            outside - layout.ellipsoid.cavity_tip_z(layout.cavity_depth, mill),
+            outside - layout.ellipsoid.cavity_tip_z(layout.cavity_depth_mm, mill),
         ),
         mm("slot depth", markers::depth(&p.markers)),
-        mm("LED board radius", layout.board_radius),
-        mm("LED board top below the base circle", -layout.board_top_z),
+        mm("LED board radius", layout.board_radius_mm),
+        mm("LED board top below the base circle", -layout.board_top_z_mm),
     ];
     if let Ok(spread) = markers::spread(&layout, p.markers.count) {
         figures.push(mm("marker spacing along the meridian", spread.spacing));

@@ -94,7 +94,7 @@ pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
 
 /// Radius of the circle of the keys, mm: midway between surface and side.
 pub fn key_circle_mm(layout: &Layout) -> f64 {
-    (layout.foot_of(layout.black_offset) + layout.silicone_radius) / 2.0
+    (layout.foot_of(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
 }
 
 /// Radii of the two circles of vents, mm: one over the foot of the inner elastomer, one over the
@@ -102,8 +102,8 @@ pub fn key_circle_mm(layout: &Layout) -> f64 {
 pub fn vent_circles_mm(layout: &Layout) -> [f64; 2] {
     let foot = |offset| layout.foot_of(offset);
     [
-        (foot(layout.shell_offset) + foot(layout.inner_offset)) / 2.0,
-        (foot(layout.inner_offset) + foot(layout.black_offset)) / 2.0,
+        (foot(layout.shell_offset_mm) + foot(layout.inner_offset_mm)) / 2.0,
+        (foot(layout.inner_offset_mm) + foot(layout.black_offset_mm)) / 2.0,
     ]
 }
 
@@ -117,7 +117,7 @@ pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout, circle: usize) -> Vec<Pose
 
 /// The vents through the core's flange, `beyond_mm` longer on the far side.
 pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
-    let heights = [layout.core_flange_z - beyond_mm, CUT_OVERLAP_MM];
+    let heights = [layout.core_flange_z_mm - beyond_mm, CUT_OVERLAP_MM];
     let pin = Solid::rod(p.tooling.vent_diameter.mm() / 2.0, heights);
     copies("vent", &[0, 1].map(|circle| vent_poses(p, layout, circle)).concat(), &pin)
 }
@@ -125,8 +125,8 @@ pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Soli
 /// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
 /// silicone.
 pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
-    let bottom = layout.ellipsoid.polar + layout.inner_offset;
-    let top = layout.silicone_top_z + PIN_SPARE_MM;
+    let bottom = layout.ellipsoid.polar + layout.inner_offset_mm;
+    let top = layout.silicone_top_z_mm + PIN_SPARE_MM;
     Solid::rod(p.tooling.tip_vent_diameter.mm() / 2.0, [bottom, top]).named("tip vent")
 }
 
@@ -156,7 +156,7 @@ fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
 
 /// The dome on a plate that a silicone cup is cast around.
 fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
-    let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
+    let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let lip = radius + wall + gap_mm(Process::Sla, Fit::Slide);
     let plate = Solid::revolution(Path::polygon(&[
         [0.0, -wall],
@@ -170,9 +170,11 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
     let (dome, material) = match boundary {
         Boundary::Inner => (on_plate(markers::slotted(p, layout)), &p.inner_elastomer.material),
         Boundary::Outer => {
-            (layout.ellipsoid.dome_tool(layout.outer_offset), &p.outer_elastomer.material)
+            (layout.ellipsoid.dome_tool(layout.outer_offset_mm), &p.outer_elastomer.material)
         }
-        Boundary::Black => (layout.ellipsoid.dome_tool(layout.black_offset), &p.black_gel.material),
+        Boundary::Black => {
+            (layout.ellipsoid.dome_tool(layout.black_offset_mm), &p.black_gel.material)
+        }
     };
     let pin = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
     let pieces = [plate, dome.named("dome")].into_iter().chain(keys(p, layout)).chain(pin);
@@ -188,16 +190,16 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
 
 /// The vessel that the silicone core is cast in.
 fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
-    let mouth = layout.core_flange_z - LIP_MM;
-    let top = layout.ellipsoid.polar + layout.shell_offset + wall;
+    let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
+    let mouth = layout.core_flange_z_mm - LIP_MM;
+    let top = layout.ellipsoid.polar + layout.shell_offset_mm + wall;
     let vessel = Solid::rod(radius + wall, [mouth, top]);
     let recess = Solid::cylinder(radius, CUT_OVERLAP_MM - mouth)
         .at_z(mouth - CUT_OVERLAP_MM)
         .named("flange");
     let body = vessel
         .minus(recess)
-        .minus(layout.ellipsoid.dome_tool(layout.shell_offset).named("core"))
+        .minus(layout.ellipsoid.dome_tool(layout.shell_offset_mm).named("core"))
         .minus_all(keys(p, layout));
     tool(
         p,
@@ -211,9 +213,9 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 /// The wall around the negatives of the cups.
 fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let inner = layout.silicone_radius;
+    let inner = layout.silicone_radius_mm;
     let outer = inner + p.tooling.wall.mm();
-    let top = layout.silicone_top_z;
+    let top = layout.silicone_top_z_mm;
     let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
     tool(p, SLEEVE, Solid::revolution(Path::polygon(&outline)))
         .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))

@@ -17,7 +17,7 @@ fn openings(p: &PinTip, layout: &Layout) -> Vec<Opening> {
     let turned = flipped();
     let opening = |(name, [x, y]): (&str, [f64; 2])| Opening {
         name: name.into(),
-        point: turned.point(Point3::new(x, y, layout.lens_top_z)),
+        point: turned.point(Point3::new(x, y, layout.lens_top_z_mm)),
         axis: turned.vector(-Vector3::z()),
         radius_mm: p.lens.hole_diameter.mm() / 2.0,
     };

@@ -20,10 +20,11 @@ const PLUG_MARGIN_MM: f64 = 2.0;
 /// Everything bought.
 pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let (c, joints) = (&p.camera, Joints::new(p, layout));
-    let ring = ORing::or_unstocked(p.seal.cord.mm(), 2.0 * layout.neck_radius);
+    let ring = ORing::or_unstocked(p.seal.cord.mm(), 2.0 * layout.neck_radius_mm);
     let below = |lift_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(lift_mm);
-    let seal_z = (layout.lens_bottom_z + layout.seal_z) / 2.0;
-    let seal = ring.between_planes(layout.neck_radius, layout.lens_bottom_z - layout.seal_z);
+    let seal_z = (layout.lens_bottom_z_mm + layout.seal_z_mm) / 2.0;
+    let seal =
+        ring.between_planes(layout.neck_radius_mm, layout.lens_bottom_z_mm - layout.seal_z_mm);
     let ring_text = format!(
         "O-ring {} x {} mm, {}, silicone, black",
         ring.inside_mm, ring.cord_mm, ring.standard
@@ -62,8 +63,8 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
     let holes = screws.poses.iter().map(|pose| tool.clone().placed(*pose)).collect();
     let heads = c.screw_spacing.mm() - screws.screw.head_diameter_mm();
     let plug = Solid::cuboid(5.0, heads - PLUG_MARGIN_MM, room - PLUG_MARGIN_MM + INTO_MM)
-        .at_z(layout.camera_board_bottom_z - room + PLUG_MARGIN_MM)
+        .at_z(layout.camera_board_bottom_z_mm - room + PLUG_MARGIN_MM)
         .named("plug");
-    let heights = [layout.camera_board_bottom_z, layout.camera_board_top_z];
+    let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
     board_camera!(p.camera).solid(heights, holes, plug)
 }

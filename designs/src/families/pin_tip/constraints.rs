@@ -32,15 +32,16 @@ pub(super) fn check(p: &PinTip, report: &mut Report) {
 }
 
 fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
-    let half = layout.pin_diameter / 2.0;
+    let half = layout.pin_diameter_mm / 2.0;
     // The root's rim is the point of a pin that comes nearest to the outside.
-    let room = layout.outer_radius.hypot(half) - (half * half + layout.skin_radius.powi(2)).sqrt();
+    let room =
+        layout.outer_radius_mm.hypot(half) - (half * half + layout.skin_radius_mm.powi(2)).sqrt();
     let closest = closest_pins_mm(p, layout);
-    let radius = layout.skin_radius;
+    let radius = layout.skin_radius_mm;
     // Pins lean towards each other: distances shrink with the distance from the centre.
-    let depth = radius * (1.0 - (layout.pin_diameter + DOTS_APART_MM) / closest);
+    let depth = radius * (1.0 - (layout.pin_diameter_mm + DOTS_APART_MM) / closest);
     limits! { report, p:
-        pins.reach <= layout.skin_radius * FRAC_PI_2 - half,
+        pins.reach <= layout.skin_radius_mm * FRAC_PI_2 - half,
             "a pin that stands lower misses the skin";
         skin.thickness >= p.skin.thickness.mm() + pin_root_mm(p) - room + APART_MM,
             "the pins' roots must stay inside the skin";
@@ -52,13 +53,13 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
 /// Smallest distance of two pins at the skin's inside, mm: along the surface from circle to circle,
 /// straight on a circle.
 fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
-    let spacing = layout.pin_spacing;
+    let spacing = layout.pin_spacing_mm;
     // The chord between two circles; pins on neighbouring circles are never nearer.
-    let across = 2.0 * layout.skin_radius * (spacing / (2.0 * layout.skin_radius)).sin();
+    let across = 2.0 * layout.skin_radius_mm * (spacing / (2.0 * layout.skin_radius_mm)).sin();
     (1..=layout.pin_rings(p))
         .map(|k| {
-            let radius =
-                layout.skin_radius * (f64::from(k) * spacing / layout.skin_radius).sin().abs();
+            let radius = layout.skin_radius_mm
+                * (f64::from(k) * spacing / layout.skin_radius_mm).sin().abs();
             let count = (2.0 * PI * radius / spacing).round().max(1.0);
             2.0 * radius * (PI / count).sin()
         })
@@ -67,20 +68,20 @@ fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
 }
 
 fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
-    let groove_ceiling = layout.ring_bottom_z + layout.tip_joint.groove_top;
+    let groove_ceiling = layout.ring_bottom_z_mm + layout.tip_joint.groove_top;
     limits! { report, p:
         skin.upstand <= p.skin.thickness.mm() - 0.3, "the skin's skirt around it needs 0.3 mm";
         skin.skirt_height <= -groove_ceiling - 0.5,
             "the skirt must end above the bayonet's grooves";
-        lens.hole_radius <= layout.ledge_radius - p.lens.hole_diameter.mm() / 2.0 - APART_MM,
+        lens.hole_radius <= layout.ledge_radius_mm - p.lens.hole_diameter.mm() / 2.0 - APART_MM,
             "the holes must open into the gel, not onto the ledge";
         lens.hole_radius >=
-            layout.sight_radius(p, layout.lens_bottom_z) + p.lens.hole_diameter.mm() / 2.0,
+            layout.sight_radius(p, layout.lens_bottom_z_mm) + p.lens.hole_diameter.mm() / 2.0,
             "the holes must stay out of the camera's sight of the dots";
         lens.ledge >= gap_mm(Process::Laser, Fit::Slide) + 0.4,
             "the glue needs 0.4 mm of the lens's rim";
-        tip.diameter >= 2.0 * (layout.sight_radius(p, layout.lens_top_z) - layout.ledge_radius
-            + layout.outer_radius),
+        tip.diameter >= 2.0 * (layout.sight_radius(p, layout.lens_top_z_mm) - layout.ledge_radius_mm
+            + layout.outer_radius_mm),
             "the ledge must stay out of the camera's sight of the dots";
     }
 }
@@ -88,18 +89,19 @@ fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
 fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
     led_ring!(p.leds).check(
         p.led_board.bore_radius,
-        (layout.board_seat_radius, "the body"),
+        (layout.board_seat_radius_mm, "the body"),
         report,
     );
-    let neck = ("neck", 2.0 * layout.neck_radius);
+    let neck = ("neck", 2.0 * layout.neck_radius_mm);
     require_o_ring(("seal.cord", p.seal.cord), neck, "tip.diameter", report);
     limits! { report, p:
-        leds.gap >= p.leds.gap.mm() + layout.board_top_z - layout.neck_top_z,
+        leds.gap >= p.leds.gap.mm() + layout.board_top_z_mm - layout.neck_top_z_mm,
             "the board must be pressed in up to its upper side";
-        body.shaft_wall >= layout.shaft_radius - layout.board_seat_radius + 0.5,
+        body.shaft_wall >= layout.shaft_radius_mm - layout.board_seat_radius_mm + 0.5,
             "the LED board needs a ledge of 0.5 mm in the shaft";
         body.neck_wall >= PRINTED_WALL_MM, "the neck must be printable";
-        led_board.bore_radius <= layout.shaft_bore_radius - 0.5, "the board must rest on its ledge";
+        led_board.bore_radius <=
+            layout.shaft_bore_radius_mm - 0.5, "the board must rest on its ledge";
     }
 }
 
@@ -114,7 +116,7 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
         camera.lens_view >= 2.0 * (tangent * SQRT_2).atan().to_degrees(),
             "the lens must light the chip's corners";
         led_board.bore_radius >=
-            layout.sight_radius(p, layout.board_top_z + p.leds.height.mm()) + APART_MM,
+            layout.sight_radius(p, layout.board_top_z_mm + p.leds.height.mm()) + APART_MM,
             "board and LEDs must stay out of the camera's sight of the dots";
     }
 }
@@ -125,28 +127,29 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
     // The holder's corners lie where the cone has opened as far as they reach.
     let corner = camera.holder_size.mm() / SQRT_2 + slide;
-    let opened_z = layout.bore_bottom_z - (corner - layout.shaft_bore_radius).max(0.0);
-    let holder_top = layout.camera_board_top_z + camera.holder_height.mm();
+    let opened_z = layout.bore_bottom_z_mm - (corner - layout.shaft_bore_radius_mm).max(0.0);
+    let holder_top = layout.camera_board_top_z_mm + camera.holder_height.mm();
     // Each post ends in the cone above it, with room for the screw's tip.
     let post = p.body.post_diameter.mm() / 2.0;
     let reach = camera.screw_spacing.mm() / SQRT_2 + pilot.radius_mm;
-    let outside_z = layout.shaft_bottom_z - (reach - layout.shaft_radius);
-    let tip_z = layout.camera_board_top_z + pilot.depth_mm - camera.board_thickness.mm();
+    let outside_z = layout.shaft_bottom_z_mm - (reach - layout.shaft_radius_mm);
+    let tip_z = layout.camera_board_top_z_mm + pilot.depth_mm - camera.board_thickness.mm();
     limits! { report, p:
-        body.shaft_diameter <= 2.0 * layout.outer_radius,
+        body.shaft_diameter <= 2.0 * layout.outer_radius_mm,
             "the tip must be the widest thing near the surface";
         body.shaft_diameter >= 2.0 * (layout.tip_joint.bore_radius + APART_MM),
             "the shaft must reach under the tip's ring";
-        camera.barrel_diameter <= 2.0 * (layout.shaft_bore_radius - slide),
+        camera.barrel_diameter <= 2.0 * (layout.shaft_bore_radius_mm - slide),
             "the lens barrel stands in the shaft";
         camera.holder_height <= camera.holder_height.mm() + opened_z - holder_top,
             "the lens holder must stay inside the cone";
         camera.holder_height <= camera.lens_height.mm() - 0.5,
             "the barrel must stand out of its holder";
         body.shaft_length <=
-            p.body.shaft_length.mm() + layout.cavity_top_z - layout.camera_board_top_z - APART_MM,
+            p.body.shaft_length.mm() + layout.cavity_top_z_mm - layout.camera_board_top_z_mm
+                - APART_MM,
             "the housing must be as wide as the camera board where that stands";
-        body.shaft_length >= layout.neck_top_z - layout.shoulder_z + 2.0,
+        body.shaft_length >= layout.neck_top_z_mm - layout.shoulder_z_mm + 2.0,
             "the shaft must reach below the tip's ring";
         body.post_diameter >= 2.0 * pilot.radius_mm + 2.0 * PRINTED_WALL_MM,
             "a post needs a wall around its screw";
@@ -156,7 +159,8 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
             "the screws' heads must stay on the board";
         camera.screw_spacing >= camera.holder_size.mm() + p.body.post_diameter.mm() + 2.0 * slide,
             "the posts must clear the lens holder";
-        camera.lens_height >= camera.lens_height.mm() + tip_z + PRINTED_WALL_MM * SQRT_2 - outside_z,
+        camera.lens_height >=
+            camera.lens_height.mm() + tip_z + PRINTED_WALL_MM * SQRT_2 - outside_z,
             "the camera's screws must end inside the cone";
         body.cable_slot_width <= layout.mount_joint.bore_radius,
             "the slot must leave the housing's wall standing";

@@ -36,13 +36,13 @@ layout! {
     /// body's spigot; LED board, shaft, camera and robot mount follow downwards.
     pub struct Layout from p: &PinTip {
         /// Outside of skin and ring.
-        outer_radius = p.tip.diameter.mm() / 2.0;
+        outer_radius_mm = p.tip.diameter.mm() / 2.0;
         /// Inside of the skin, where the pins stand.
-        skin_radius = outer_radius - p.skin.thickness.mm();
+        skin_radius_mm = outer_radius_mm - p.skin.thickness.mm();
         /// Between the ring's upstand and the skin's skirt.
-        upstand_radius = skin_radius + p.skin.upstand.mm();
+        upstand_radius_mm = skin_radius_mm + p.skin.upstand.mm();
         /// Lower end of the skirt.
-        skirt_z = -p.skin.skirt_height.mm();
+        skirt_z_mm = -p.skin.skirt_height.mm();
 
         let (diameter, spacing) = match p.pins.layout {
             PinLayout::A => (1.0, 3.0),
@@ -52,78 +52,79 @@ layout! {
             PinLayout::Free => (p.pins.diameter.mm(), p.pins.spacing.mm()),
         };
         /// Diameter of a pin and its dot.
-        pin_diameter = diameter;
+        pin_diameter_mm = diameter;
         /// Distance of neighbouring circles of pins along the skin's inside.
-        pin_spacing = spacing;
+        pin_spacing_mm = spacing;
 
         /// Ring and body.
-        tip_joint: Joint = Joint::within(&p.bayonet, outer_radius);
+        tip_joint: Joint = Joint::within(&p.bayonet, outer_radius_mm);
         /// The opening that the lens closes.
-        ledge_radius = tip_joint.bore_radius - p.lens.ledge.mm();
+        ledge_radius_mm = tip_joint.bore_radius - p.lens.ledge.mm();
         /// Outside of the lens.
-        lens_radius = tip_joint.bore_radius - gap_mm(Process::Laser, Fit::Slide);
+        lens_radius_mm = tip_joint.bore_radius - gap_mm(Process::Laser, Fit::Slide);
         /// Upper face of the lens: gel above, and the ledge.
-        lens_top_z = -p.fill.depth.mm();
+        lens_top_z_mm = -p.fill.depth.mm();
         /// Lower face of the lens.
-        lens_bottom_z = lens_top_z - p.lens.thickness.mm();
+        lens_bottom_z_mm = lens_top_z_mm - p.lens.thickness.mm();
         // Plastic above the groove as high as the hook below it, so that neither is the weaker.
         let seat_to_groove = p.bayonet.hook_height.mm();
         /// Lower end of the ring, the mouth of its bayonet.
-        ring_bottom_z = lens_bottom_z - seat_to_groove - tip_joint.groove_top;
+        ring_bottom_z_mm = lens_bottom_z_mm - seat_to_groove - tip_joint.groove_top;
         let cord = p.seal.cord.mm();
         /// Outside of the neck that holds the O-ring.
-        neck_radius = tip_joint.bore_radius - CORD_ROOM * cord;
+        neck_radius_mm = tip_joint.bore_radius - CORD_ROOM * cord;
         /// Where the O-ring lies on the body.
-        seal_z = lens_bottom_z - cord * (1.0 - p.seal.squeeze);
+        seal_z_mm = lens_bottom_z_mm - cord * (1.0 - p.seal.squeeze);
         /// Upper end of the body.
-        neck_top_z = seal_z + NECK_SHARE * cord;
+        neck_top_z_mm = seal_z_mm + NECK_SHARE * cord;
         /// Where the ring would meet the body.
-        shoulder_z = ring_bottom_z - HOOK_PLAY_MM;
+        shoulder_z_mm = ring_bottom_z_mm - HOOK_PLAY_MM;
 
         /// The bore that it is pressed into.
-        board_seat_radius = neck_radius - p.body.neck_wall.mm();
+        board_seat_radius_mm = neck_radius_mm - p.body.neck_wall.mm();
         /// Outside of the LED board.
-        board_radius = board_seat_radius - gap_mm(Process::Pcb, Fit::Press);
+        board_radius_mm = board_seat_radius_mm - gap_mm(Process::Pcb, Fit::Press);
         /// Upper side of the LED board.
-        board_top_z = lens_bottom_z - p.leds.gap.mm() - p.leds.height.mm();
+        board_top_z_mm = lens_bottom_z_mm - p.leds.gap.mm() - p.leds.height.mm();
         /// Lower side of the LED board, and its ledge in the body.
-        board_bottom_z = board_top_z - p.led_board.thickness.mm();
+        board_bottom_z_mm = board_top_z_mm - p.led_board.thickness.mm();
 
         /// Outside of the shaft.
-        shaft_radius = p.body.shaft_diameter.mm() / 2.0;
+        shaft_radius_mm = p.body.shaft_diameter.mm() / 2.0;
         /// Inside of the shaft.
-        shaft_bore_radius = shaft_radius - p.body.shaft_wall.mm();
+        shaft_bore_radius_mm = shaft_radius_mm - p.body.shaft_wall.mm();
         /// Lower end of the shaft, where the cone begins outside.
-        shaft_bottom_z = neck_top_z - p.body.shaft_length.mm();
+        shaft_bottom_z_mm = neck_top_z_mm - p.body.shaft_length.mm();
         // Both cones rise at 45 degrees; the wall is thinner than it measures along z by sqrt 2.
         /// Where the cone begins inside.
-        bore_bottom_z = shaft_bottom_z
+        bore_bottom_z_mm = shaft_bottom_z_mm
             - CONE_RISE_PER_RUN * (p.body.shaft_wall.mm() * SQRT_2 - p.body.shaft_wall.mm());
         let half_diagonal = p.camera.board_size.mm() / 2.0 * SQRT_2;
         let mount_bore = half_diagonal + gap_mm(Process::Fdm, Fit::Free);
         /// Housing and robot mount.
         mount_joint: Joint = Joint::in_bore(&p.bayonet, mount_bore);
         /// Where the cone ends outside.
-        cone_bottom_z =
-            shaft_bottom_z - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius);
+        cone_bottom_z_mm =
+            shaft_bottom_z_mm - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius_mm);
         /// Where the cone ends inside.
-        cavity_top_z = bore_bottom_z - CONE_RISE_PER_RUN * (mount_bore - shaft_bore_radius);
+        cavity_top_z_mm =
+            bore_bottom_z_mm - CONE_RISE_PER_RUN * (mount_bore - shaft_bore_radius_mm);
 
         /// Optical centre of the camera.
-        pupil_z = -p.camera.depth.mm();
+        pupil_z_mm = -p.camera.depth.mm();
         /// Front face of the camera's lens.
-        lens_front_z = pupil_z + p.camera.pupil_behind_front.mm();
+        lens_front_z_mm = pupil_z_mm + p.camera.pupil_behind_front.mm();
         /// Side of the camera board that rests on the posts.
-        camera_board_top_z = lens_front_z - p.camera.lens_height.mm();
+        camera_board_top_z_mm = lens_front_z_mm - p.camera.lens_height.mm();
         /// Side of the camera board that the screws bear on.
-        camera_board_bottom_z = camera_board_top_z - p.camera.board_thickness.mm();
+        camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board_thickness.mm();
         /// Lower end of the body, the mouth of its bayonet.
-        body_bottom_z =
-            camera_board_bottom_z - p.body.wiring_room.mm() - p.mount.spigot_height.mm();
+        body_bottom_z_mm =
+            camera_board_bottom_z_mm - p.body.wiring_room.mm() - p.mount.spigot_height.mm();
         /// Upper side of the mount's plate.
-        plate_top_z = body_bottom_z - HOOK_PLAY_MM;
+        plate_top_z_mm = body_bottom_z_mm - HOOK_PLAY_MM;
         /// Lower side of the mount's plate, on the robot's flange.
-        plate_bottom_z = plate_top_z - p.mount.plate.mm();
+        plate_bottom_z_mm = plate_top_z_mm - p.mount.plate.mm();
     }
 }
 
@@ -131,7 +132,7 @@ impl Layout {
     /// Where the slope from the skin to the lens's opening ends. Filled with the lens on top, air
     /// runs along it to the holes.
     pub fn slope_bottom_z(&self) -> f64 {
-        SLOPE_SHARE * self.lens_top_z
+        SLOPE_SHARE * self.lens_top_z_mm
     }
 
     /// Where the pins stand on the skin's inside, from the apex outwards, z axes out of the tip.
@@ -140,30 +141,30 @@ impl Layout {
     /// Circles beyond the skin, or too many pins.
     pub fn pin_poses(&self, p: &PinTip) -> Result<Vec<Pose>, InvalidPattern> {
         let surface = EllipsoidOffset {
-            equatorial_mm: self.skin_radius,
-            polar_mm: self.skin_radius,
+            equatorial_mm: self.skin_radius_mm,
+            polar_mm: self.skin_radius_mm,
             offset_mm: 0.0,
         };
         let rings = self.pin_rings(p);
-        Pattern::even_surface_rings(surface, rings, self.pin_spacing)?.poses()
+        Pattern::even_surface_rings(surface, rings, self.pin_spacing_mm)?.poses()
     }
 
     /// Circles of pins around the one at the apex.
     pub fn pin_rings(&self, p: &PinTip) -> u32 {
         // Limits of both parameters keep the quotient below 200.
-        (p.pins.reach.mm() / self.pin_spacing + 1e-9).floor() as u32
+        (p.pins.reach.mm() / self.pin_spacing_mm + 1e-9).floor() as u32
     }
 
     /// Distance of the dots' outer faces from the hemisphere's centre, mm.
     pub fn dot_sphere_radius(&self, p: &PinTip) -> f64 {
-        self.skin_radius - p.pins.length.mm() - p.pins.dot_thickness.mm()
+        self.skin_radius_mm - p.pins.length.mm() - p.pins.dot_thickness.mm()
     }
 
     /// Distance from the axis and height, mm, of the outermost point of a dot on a circle that lies
     /// `arc_mm` from the apex along the skin's inside.
     pub fn dot_rim(&self, p: &PinTip, arc_mm: f64) -> [f64; 2] {
-        let (sin, cos) = (arc_mm / self.skin_radius).sin_cos();
-        let (radius, half) = (self.dot_sphere_radius(p), self.pin_diameter / 2.0);
+        let (sin, cos) = (arc_mm / self.skin_radius_mm).sin_cos();
+        let (radius, half) = (self.dot_sphere_radius(p), self.pin_diameter_mm / 2.0);
         [radius * sin + half * cos, radius * cos - half * sin]
     }
 
@@ -189,7 +190,7 @@ impl Layout {
 
     /// Distance from the axis and height, mm, of the outermost point of the outermost dots.
     pub fn outermost_dot(&self, p: &PinTip) -> [f64; 2] {
-        self.dot_rim(p, f64::from(self.pin_rings(p)) * self.pin_spacing)
+        self.dot_rim(p, f64::from(self.pin_rings(p)) * self.pin_spacing_mm)
     }
 
     /// Distance from the axis, mm, at the height `z` of a ray that leaves the pupil with a slope
@@ -201,9 +202,9 @@ impl Layout {
             let bent = sine / index;
             bent / (1.0 - bent * bent).sqrt()
         };
-        slope * (z.min(self.lens_bottom_z) - self.pupil_z)
-            + within(ACRYLIC_INDEX) * (z.min(self.lens_top_z) - self.lens_bottom_z).max(0.0)
-            + within(GEL_INDEX) * (z - self.lens_top_z).max(0.0)
+        slope * (z.min(self.lens_bottom_z_mm) - self.pupil_z_mm)
+            + within(ACRYLIC_INDEX) * (z.min(self.lens_top_z_mm) - self.lens_bottom_z_mm).max(0.0)
+            + within(GEL_INDEX) * (z - self.lens_top_z_mm).max(0.0)
     }
 
     /// Radius at the height `z` of the cone of rays from the pupil to the outermost dots, mm.
@@ -211,7 +212,7 @@ impl Layout {
         let [rim, rim_z] = self.outermost_dot(p);
         // Bisection on an increasing function; bent rays start steeper than straight ones, but not
         // twice as steep.
-        let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z));
+        let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z_mm));
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if self.ray_radius(middle, rim_z) < rim {

@@ -58,7 +58,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         .collect();
     // The camera looks at the tip.
     let size = [p.camera.pixels; 2];
-    let camera = camera_at(layout.pupil_z, size, Layout::diagonal_view(p));
+    let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p));
     let bodies =
         parts.into_iter().chain([tip::gel(p, &layout)]).chain(components::components(p, &layout));
     Sensor {
@@ -75,17 +75,17 @@ const PRESS_MM: f64 = 5.0;
 
 /// What is touched, and what fixtures hold on to: the tip's rigid ring, wider than the shaft below.
 fn touch(layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.outer_radius;
+    let radius_mm = layout.outer_radius_mm;
     DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
         centre_z_mm: 0.0,
-        foot_z_mm: layout.skirt_z,
+        foot_z_mm: layout.skirt_z_mm,
         soft_mm: PRESS_MM,
         grip: Grip {
             outline: Path::circle([0.0, 0.0], radius_mm),
-            top_z_mm: layout.skirt_z,
-            bottom_z_mm: layout.ring_bottom_z,
-            clear_radius_mm: layout.shaft_radius,
+            top_z_mm: layout.skirt_z_mm,
+            bottom_z_mm: layout.ring_bottom_z_mm,
+            clear_radius_mm: layout.shaft_radius_mm,
             key: None,
             threads: Vec::new(),
         },
@@ -108,8 +108,8 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
     let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);
     vec![
         ("pins".into(), pins.to_string()),
-        mm("pin diameter", layout.pin_diameter),
-        mm("pin spacing", layout.pin_spacing),
+        mm("pin diameter", layout.pin_diameter_mm),
+        mm("pin spacing", layout.pin_spacing_mm),
         mm("diameter of the circle around all dots", 2.0 * rim),
         mm("width that the camera sees at the outermost dots", seen),
         ("angle that the camera sees".into(), format!("{:.2} deg", Layout::view(p).deg())),
@@ -118,7 +118,7 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
         mm("housing diameter", 2.0 * layout.mount_joint.outer_radius),
         mm(
             "height from the mount's plate to the apex",
-            layout.outer_radius - layout.plate_bottom_z,
+            layout.outer_radius_mm - layout.plate_bottom_z_mm,
         ),
     ]
 }

@@ -33,7 +33,7 @@ fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
 /// A cylinder as thick as the pins at each of their places, between two heights above the skin's
 /// inside (positive into the tip).
 fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
-    let column = Solid::cylinder(layout.pin_diameter / 2.0, to_mm - from_mm).at_z(-to_mm);
+    let column = Solid::cylinder(layout.pin_diameter_mm / 2.0, to_mm - from_mm).at_z(-to_mm);
     copies(word, &pins(p, layout), &column)
 }
 
@@ -61,7 +61,7 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
         part(RING, ring(layout), 24.0)
             .marked(vec![Landmark {
                 name: "mouth".into(),
-                point: Point3::new(0.0, 0.0, layout.ring_bottom_z),
+                point: Point3::new(0.0, 0.0, layout.ring_bottom_z_mm),
                 axis: -Vector3::z(),
             }])
             .with_handles(1),
@@ -69,13 +69,14 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
 }
 
 fn skin(p: &PinTip, layout: &Layout) -> Solid {
-    let (inner, outer, upstand) = (layout.skin_radius, layout.outer_radius, layout.upstand_radius);
+    let (inner, outer, upstand) =
+        (layout.skin_radius_mm, layout.outer_radius_mm, layout.upstand_radius_mm);
     let bowl = Path::from([inner, 0.0])
         .arc([0.0, inner], [0.0, 0.0], true)
         .line([0.0, outer])
         .arc([outer, 0.0], [0.0, 0.0], false)
-        .line([outer, layout.skirt_z])
-        .line([upstand, layout.skirt_z])
+        .line([outer, layout.skirt_z_mm])
+        .line([upstand, layout.skirt_z_mm])
         .line([upstand, 0.0])
         .close();
     let pins = columns(p, layout, "pin", -pin_root_mm(p), p.pins.length.mm());
@@ -85,17 +86,17 @@ fn skin(p: &PinTip, layout: &Layout) -> Solid {
 fn ring(layout: &Layout) -> Solid {
     let bore = layout.tip_joint.bore_radius;
     let outline = Path::polygon(&[
-        [layout.skin_radius, 0.0],
-        [layout.upstand_radius, 0.0],
-        [layout.upstand_radius, layout.skirt_z],
-        [layout.outer_radius, layout.skirt_z],
-        [layout.outer_radius, layout.ring_bottom_z],
-        [bore, layout.ring_bottom_z],
-        [bore, layout.lens_top_z],
-        [layout.ledge_radius, layout.lens_top_z],
-        [layout.ledge_radius, layout.slope_bottom_z()],
+        [layout.skin_radius_mm, 0.0],
+        [layout.upstand_radius_mm, 0.0],
+        [layout.upstand_radius_mm, layout.skirt_z_mm],
+        [layout.outer_radius_mm, layout.skirt_z_mm],
+        [layout.outer_radius_mm, layout.ring_bottom_z_mm],
+        [bore, layout.ring_bottom_z_mm],
+        [bore, layout.lens_top_z_mm],
+        [layout.ledge_radius_mm, layout.lens_top_z_mm],
+        [layout.ledge_radius_mm, layout.slope_bottom_z()],
     ]);
-    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z))
+    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z_mm))
 }
 
 /// The centre of each dot's outer face, and the direction in which the pin points.
@@ -111,10 +112,10 @@ fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
 
 /// The gel between skin and lens, around pins and dots.
 pub fn gel(p: &PinTip, layout: &Layout) -> Body {
-    let inner = layout.skin_radius;
-    let core = Path::from([0.0, layout.lens_top_z])
-        .line([layout.ledge_radius, layout.lens_top_z])
-        .line([layout.ledge_radius, layout.slope_bottom_z()])
+    let inner = layout.skin_radius_mm;
+    let core = Path::from([0.0, layout.lens_top_z_mm])
+        .line([layout.ledge_radius_mm, layout.lens_top_z_mm])
+        .line([layout.ledge_radius_mm, layout.slope_bottom_z()])
         .line([inner, 0.0])
         .arc([0.0, inner], [0.0, 0.0], true)
         .close();
@@ -138,10 +139,10 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
     let hole = p.lens.hole_diameter.mm() / 2.0;
     let outline = lens_holes(p)
         .into_iter()
-        .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius)), |profile, centre| {
+        .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius_mm)), |profile, centre| {
             profile.with_hole(Path::circle(centre, hole))
         });
-    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z);
+    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z_mm);
     LENS.made(Process::Laser, solid)
         .from(&p.lens.material)
         .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])

@@ -98,8 +98,8 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let dark = Liquid { mix: dark_mix(p), ..liquid(&p.marker_layer.material, SCRAPED_WASTE) };
     // Most of it stays on the roller.
     let paint = liquid(&p.markers.paint_material, 20.0);
-    let channel_top = vec![stack_top(p.channel_layer.side, layout.touch_z)];
-    let marker_top = vec![stack_top(p.marker_layer.side, layout.bond_z)];
+    let channel_top = vec![stack_top(p.channel_layer.side, layout.touch_z_mm)];
+    let marker_top = vec![stack_top(p.marker_layer.side, layout.bond_z_mm)];
     vec![
         make("cut all sheets; seal the wooden ones with acrylic lacquer")
             .source("II-A; the seal is chosen: bare wood can keep platinum silicone from curing"),
@@ -122,7 +122,10 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             )
             .source("chosen"),
         assemble("stack-marker-mold", MARKER_MOLD, &marker_walls)
-            .told("bolt floor, marker plate and frame together, spray release agent, lay the stack level")
+            .told(
+                "bolt floor, marker plate and frame together, spray release agent, lay the stack \
+                 level",
+            )
             .source("II-A: wood, which the laser does not warp")
             .also(of_markers.names()),
         step(
@@ -134,7 +137,10 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
         .told("pour, draw the air out of the marker holes in the vacuum chamber, scrape level")
         .source("II-A; pigment and its share chosen: the background must be dark and opaque"),
         demold("open-marker-mold", MARKER_MOLD, open_stack(marker_walls))
-            .told("undo the bolts; take the floor off, ease the plate off the markers, lift the frame off")
+            .told(
+                "undo the bolts; take the floor off, ease the plate off the markers, lift the \
+                 frame off",
+            )
             .source("chosen"),
         step("paint-markers", SENSOR, &[MARKER_LAYER], paint.coats(&[MARKER_LAYER], MARKER_PAINT))
             .told("roll white silicone paint onto the ends of the markers")
@@ -230,7 +236,9 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let glued = Cure { hours: 24.0, celsius: 23.0 };
     vec![
         bond("cement-display", SENSOR, &walls[..3], glued)
-            .told("draw the three sheets together with bolts, let solvent cement run in between them")
+            .told(
+                "draw the three sheets together with bolts, let solvent cement run in between them",
+            )
             .source(
                 "chosen: channels closed at their far ends, air in them drives the liquid back (II-A)",
             )

@@ -64,9 +64,9 @@ fn on(camera: &Placement, pose: Pose, out_mm: f64) -> Placement {
 /// Everything bought.
 pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let on_display = |pose: Pose| SENSOR.at(layout.sensor_from_display.then_in(pose));
-    let above_display = Pose::translation(0.0, 0.0, layout.stand_z).then_in(flipped());
+    let above_display = Pose::translation(0.0, 0.0, layout.stand_z_mm).then_in(flipped());
     let cameras =
-        [SENSOR.at_z(layout.floor_z).lifted(-12.0), on_display(above_display).lifted(84.0)];
+        [SENSOR.at_z(layout.floor_z_mm).lifted(-12.0), on_display(above_display).lifted(84.0)];
     // Spacers stand below the nuts, on the plate.
     let holes = Joints::new(p, layout).camera;
     let on_plate = holes.poses.iter().map(|pose| {
@@ -87,14 +87,14 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let inlets: Vec<[f64; 2]> =
         display_channel_y(p).into_iter().map(|y| display_inlet(p, y)).collect();
     let display_tubes =
-        inlets.iter().map(|&c| on_display(upright(c, layout.cover_top)).lifted(92.0));
-    let needle_z = layout.cover_top - p.display.sheet.mm();
+        inlets.iter().map(|&c| on_display(upright(c, layout.cover_top_mm)).lifted(92.0));
+    let needle_z = layout.cover_top_mm - p.display.sheet.mm();
 
     let box_spacers =
-        layout.bolts().map(|c| SENSOR.at(upright(c, layout.floor_z)).lifted(-10.0)).to_vec();
+        layout.bolts().map(|c| SENSOR.at(upright(c, layout.floor_z_mm)).lifted(-10.0)).to_vec();
     let stand_spacers = layout
         .display_bolts(p)
-        .map(|c| on_display(upright(c, layout.cover_top)).lifted(80.0))
+        .map(|c| on_display(upright(c, layout.cover_top_mm)).lifted(80.0))
         .to_vec();
     let mut all = vec![
         CAMERA

@@ -27,7 +27,7 @@ pub fn needle_hole_mm(p: &SheetMold) -> f64 {
 /// The three sheets, from below, and the camera's plate.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let plate = || {
-        let outline = Path::rectangle([0.0; 2], layout.display_size, CORNER_MM);
+        let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
         with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm())
     };
     let place = |z: f64, lift_mm: f64| {
@@ -62,7 +62,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             p.housing.sheet.mm(),
             &p.housing.material,
         )
-        .placed(place(layout.stand_z, 96.0))
+        .placed(place(layout.stand_z_mm, 96.0))
         .colored(BLACK),
     ]
 }

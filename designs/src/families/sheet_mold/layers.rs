@@ -28,7 +28,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
     let paint = layer(
         MARKER_PAINT,
-        discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
+        discs(p, layout.marker_end_z_mm - p.markers.paint.mm(), p.markers.paint.mm()),
         &p.markers.paint_material,
         [245, 245, 240],
         1.0,
@@ -78,7 +78,7 @@ fn discs(p: &SheetMold, bottom_z: f64, height_mm: f64) -> Solid {
 fn marker_layer(p: &SheetMold, layout: &Layout) -> Solid {
     let outline = Path::rectangle([0.0; 2], [p.marker_layer.side.mm(); 2], 0.0);
     let plate = Solid::extrusion(outline, p.marker_layer.thickness.mm());
-    let markers = discs(p, layout.marker_end_z, p.markers.height.mm() + JOIN_MM);
+    let markers = discs(p, layout.marker_end_z_mm, p.markers.height.mm() + JOIN_MM);
     match markers {
         Solid::Union(markers) => Solid::union([vec![plate], markers].concat()),
         one => plate.plus(one),
@@ -88,13 +88,14 @@ fn marker_layer(p: &SheetMold, layout: &Layout) -> Solid {
 fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid {
     let side = p.channel_layer.side.mm();
     let outline = Path::rectangle([0.0; 2], [side; 2], 0.0);
-    let block = Solid::extrusion(outline, layout.touch_z - layout.bond_z).at_z(layout.bond_z);
+    let block =
+        Solid::extrusion(outline, layout.touch_z_mm - layout.bond_z_mm).at_z(layout.bond_z_mm);
     let root_x = -side / 2.0 - CUT_OVERLAP_MM;
     let grooves = Side::BOTH.into_iter().flat_map(|entrance| {
         channels.iter().enumerate().map(move |(k, channel)| {
             let outline = turned(channel.outline(root_x), entrance).close();
             Solid::extrusion(outline, p.channels.height.mm() + CUT_OVERLAP_MM)
-                .at_z(layout.bond_z - CUT_OVERLAP_MM)
+                .at_z(layout.bond_z_mm - CUT_OVERLAP_MM)
                 .named(format!("channel {} {}", entrance.word(), k + 1))
         })
     });
@@ -106,7 +107,7 @@ fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> S
     let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     Solid::union(channels.iter().enumerate().map(|(k, channel)| {
         Solid::extrusion(turned(channel.outline(root_x), side).close(), p.channels.height.mm())
-            .at_z(layout.bond_z)
+            .at_z(layout.bond_z_mm)
             .named(format!("channel {} {}", side.word(), k + 1))
     }))
 }
@@ -126,7 +127,7 @@ pub fn tube_volume_mm3(p: &SheetMold) -> f64 {
 /// Where the tubes of one side begin: origin at the end of the tube in its channel, z axis out.
 pub fn tube_poses(p: &SheetMold, layout: &Layout, side: Side) -> Vec<Pose> {
     let x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
-    let z = layout.bond_z + p.channels.height.mm() / 2.0;
+    let z = layout.bond_z_mm + p.channels.height.mm() / 2.0;
     (0..p.channels.per_side)
         .map(|k| {
             let [x, y] = side.turn([x, port_y(p, k)]);
@@ -144,7 +145,7 @@ fn tube_glue(p: &SheetMold, layout: &Layout, side: Side) -> Solid {
         let outer = side.sign() * p.channel_layer.side.mm() / 2.0;
         let end = pose.point(Point3::origin());
         let (low, high) = (outer.min(end.x), outer.max(end.x));
-        let bottom = layout.bond_z;
+        let bottom = layout.bond_z_mm;
         Solid::cuboid_between(
             [low, end.y - width / 2.0, bottom],
             [high, end.y + width / 2.0, bottom + height],

@@ -22,62 +22,62 @@ layout! {
     /// camera; the channels lie above.
     pub struct Layout from p: &SheetMold {
         /// Ends of the markers.
-        marker_end_z = -p.markers.height.mm();
+        marker_end_z_mm = -p.markers.height.mm();
         /// Between the two soft layers.
-        bond_z = p.marker_layer.thickness.mm();
+        bond_z_mm = p.marker_layer.thickness.mm();
         /// Top of the channels.
-        channel_top_z = bond_z + p.channels.height.mm();
+        channel_top_z_mm = bond_z_mm + p.channels.height.mm();
         /// The surface that is touched.
-        touch_z = channel_top_z + p.channel_layer.roof.mm();
+        touch_z_mm = channel_top_z_mm + p.channel_layer.roof.mm();
 
         /// Half the distance between two bolts.
-        bolt = p.plate.bolt_spacing.mm() / 2.0;
+        bolt_mm = p.plate.bolt_spacing.mm() / 2.0;
         /// Inside of the box's walls, from its axis.
-        wall_inner = bolt + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
+        wall_inner_mm = bolt_mm + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
         let sheet = p.housing.sheet.mm();
         /// Outside of the box's walls.
-        wall_outer = wall_inner + sheet;
+        wall_outer_mm = wall_inner_mm + sheet;
         /// Underside of the plate that carries the interface.
-        ceiling_z = -sheet;
+        ceiling_z_mm = -sheet;
         /// Top of the plate that carries the camera.
-        floor_z = ceiling_z - p.housing.height.mm();
+        floor_z_mm = ceiling_z_mm - p.housing.height.mm();
         /// Underside of that plate; the display's lies at the same height.
-        bottom_z = floor_z - sheet;
+        bottom_z_mm = floor_z_mm - sheet;
         let pupil_above_seat =
             camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
         /// Entrance pupil of the camera below the markers.
-        pupil_z = floor_z + pupil_above_seat;
+        pupil_z_mm = floor_z_mm + pupil_above_seat;
 
         let border = 2.0 * p.display.border.mm();
         let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm();
         /// Edges of the display's sheets, along and across its channels.
-        display_size: [f64; 2] = [
+        display_size_mm: [f64; 2] = [
             p.display.channel_length.mm() + 2.0 * border,
             // The bolts stand beyond the channels' ends.
             across + p.display.channel_width.mm() + border,
         ];
         /// Top of the display's cover above its underside.
-        cover_top = 3.0 * p.display.sheet.mm();
+        cover_top_mm = 3.0 * p.display.sheet.mm();
         /// Underside of the plate above the display, above the display's underside.
-        stand_z = cover_top + p.display.camera_spacer.mm();
+        stand_z_mm = cover_top_mm + p.display.camera_spacer.mm();
         /// Entrance pupil of the camera above the display, above the display's underside.
-        display_pupil_z = stand_z - pupil_above_seat;
-        let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size[1] / 2.0;
+        display_pupil_z_mm = stand_z_mm - pupil_above_seat;
+        let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size_mm[1] / 2.0;
         /// The display's frame: its centre, on its underside, x along the channels.
-        sensor_from_display: Pose = Pose::translation(0.0, y, bottom_z);
+        sensor_from_display: Pose = Pose::translation(0.0, y, bottom_z_mm);
     }
 }
 
 impl Layout {
     /// Corners where bolts stand: of the square plates.
     pub fn bolts(&self) -> [[f64; 2]; 4] {
-        corners([self.bolt, self.bolt])
+        corners([self.bolt_mm, self.bolt_mm])
     }
 
     /// Corners where bolts stand, in the display's frame.
     pub fn display_bolts(&self, p: &SheetMold) -> [[f64; 2]; 4] {
         let border = p.display.border.mm();
-        corners([self.display_size[0] / 2.0 - border, self.display_size[1] / 2.0 - border])
+        corners([self.display_size_mm[0] / 2.0 - border, self.display_size_mm[1] / 2.0 - border])
     }
 }
 

@@ -49,7 +49,7 @@ impl Family for SheetMoldFamily {
 fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let size = [p.camera.width_px, p.camera.height_px];
     // The camera looks up at the markers.
-    let camera = camera_at(layout.pupil_z, size, p.camera.field_of_view);
+    let camera = camera_at(layout.pupil_z_mm, size, p.camera.field_of_view);
     let bodies = molds::sheets(p, layout)
         .into_iter()
         .chain(housing::sheets(p, layout))
@@ -69,15 +69,18 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
 fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
     let display_area_mm2 = p.display.channel_width.mm() * p.display.sheet.mm();
     vec![
-        mm("thickness of the interface", layout.touch_z),
-        mm("height of the box with the interface", layout.touch_z - layout.bottom_z),
-        mm("from the camera's pupil to the markers", layout.marker_end_z - layout.pupil_z),
-        mm("from the second pupil to the liquid", layout.display_pupil_z - layout.cover_top / 2.0),
+        mm("thickness of the interface", layout.touch_z_mm),
+        mm("height of the box with the interface", layout.touch_z_mm - layout.bottom_z_mm),
+        mm("from the camera's pupil to the markers", layout.marker_end_z_mm - layout.pupil_z_mm),
+        mm(
+            "from the second pupil to the liquid",
+            layout.display_pupil_z_mm - layout.cover_top_mm / 2.0,
+        ),
         mm("smallest wall between two channels", constraints::thinnest_wall_mm(p)),
         ("water in the channels".into(), format!("{:.1} mm3", 2.0 * layers::side_volume_mm3(p))),
         ("water in one tube".into(), format!("{:.1} mm3", layers::tube_volume_mm3(p))),
         mm("travel in the display for 10 mm3", 10.0 / display_area_mm2),
-        mm("length of the display", layout.display_size[0]),
-        mm("width of the display", layout.display_size[1]),
+        mm("length of the display", layout.display_size_mm[0]),
+        mm("width of the display", layout.display_size_mm[1]),
     ]
 }

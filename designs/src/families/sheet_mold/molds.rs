@@ -32,8 +32,8 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     vec![
         cut(MOLD_FLOOR, Profile::new(square(p)), floor_mm, wood)
             .placed([
-                CHANNEL_MOLD.at_z(layout.bond_z - floor_mm).lifted(-18.0),
-                MARKER_MOLD.at_z(layout.marker_end_z - floor_mm).lifted(-18.0),
+                CHANNEL_MOLD.at_z(layout.bond_z_mm - floor_mm).lifted(-18.0),
+                MARKER_MOLD.at_z(layout.marker_end_z_mm - floor_mm).lifted(-18.0),
             ])
             .times(2)
             .note(SEAL),
@@ -44,7 +44,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             p.channels.height.mm(),
             acrylic,
         )
-        .placed([CHANNEL_MOLD.at_z(layout.bond_z)])
+        .placed([CHANNEL_MOLD.at_z(layout.bond_z_mm)])
         .colored(MOLD_BLUE)
         .note("peel the protective film off")
         .note("silicone creeps under the fingers: trim that film off the channels after casting"),
@@ -54,7 +54,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             p.channel_layer.roof.mm(),
             acrylic,
         )
-        .placed([CHANNEL_MOLD.at_z(layout.channel_top_z).lifted(18.0)])
+        .placed([CHANNEL_MOLD.at_z(layout.channel_top_z_mm).lifted(18.0)])
         .colored(MOLD_BLUE)
         .note("silicone is poured in here and scraped off level with the top"),
         cut(
@@ -67,7 +67,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             p.markers.height.mm(),
             wood,
         )
-        .placed([MARKER_MOLD.at_z(layout.marker_end_z)])
+        .placed([MARKER_MOLD.at_z(layout.marker_end_z_mm)])
         .marked(marker_landmarks(&centres))
         .note(SEAL),
         cut(

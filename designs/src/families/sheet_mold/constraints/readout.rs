@@ -43,7 +43,7 @@ pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
         display.border >= HexSpacer::M3.corner_radius_mm() + BOLT_WEB_MM,
             "spacers stand between the channels and the edge";
         camera.board_size <=
-            layout.display_size[1].min(layout.display_size[0]) - 4.0 * p.display.border.mm(),
+            layout.display_size_mm[1].min(layout.display_size_mm[0]) - 4.0 * p.display.border.mm(),
             "the board hangs between the spacers above the display";
         camera.hole_spacing <= p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
             "the nuts bear on the board";
@@ -62,7 +62,7 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
             display_field_mm(p) / half_angle.tan() + pupil - p.display.sheet.mm(),
             "the second camera must see every channel of the display";
         camera.board_size <=
-            SQRT_2 * (SQRT_2 * layout.bolt - HexSpacer::M3.corner_radius_mm() - APART_MM),
+            SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM),
             "the board lies between the corner spacers";
         camera.pupil_behind_front <= p.camera.lens_height.mm(), "the pupil lies in the lens";
         camera.holder_height <= p.camera.lens_height.mm() - 0.5,

@@ -24,7 +24,8 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
         // Across the corner from the cavity's corner to the hole.
         plate.bolt_spacing >= p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
             "bolts stand outside of the cavity's corners";
-        plate.side >= 2.0 * (layout.wall_outer + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
+        plate.side >=
+            2.0 * (layout.wall_outer_mm + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
             "plates reach beyond the walls' slots, which lie outside of the bolts";
         plate.pry_depth <= (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
             "the notches must not open the cavity";
@@ -37,18 +38,18 @@ pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let spacer = HexSpacer::M3.corner_radius_mm();
     let fingers = f64::from(p.housing.fingers);
     limits! { report, p:
-        housing.window <= 2.0 * (layout.bolt - spacer),
+        housing.window <= 2.0 * (layout.bolt_mm - spacer),
             "the spacers in the corners bear on the ceiling outside of the window";
-        housing.tab <= layout.wall_inner - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
+        housing.tab <= layout.wall_inner_mm - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
             "the cable leaves between a wall's two tabs";
         housing.cable_height <= led_top_mm(p) - p.housing.led_strip_width.mm() - APART_MM,
             "the LED strips lie above the cable";
-        housing.led_strip_length <= 2.0 * (layout.bolt - spacer),
+        housing.led_strip_length <= 2.0 * (layout.bolt_mm - spacer),
             "the strips fit between the corner spacers";
         housing.led_strip_width <= p.housing.height.mm() / 2.0,
             "the strips stay in the lower half of the box, out of the camera's sight";
         housing.clamp_gap <=
-            layout.bolt - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
+            layout.bolt_mm - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
             "a bar reaches inwards from its bolts";
         housing.height >= 2.0 * HexSpacer::M3.thread_depth_mm,
             "the spacers have a thread at either end";

@@ -15,8 +15,8 @@ mod rect;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, Landmark, Length, NominalCamera, Placement, Point3, Pose, PressFit,
-    Sensor, Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, Length, NominalCamera, Placement, Point3,
+    Pose, PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
@@ -164,6 +164,11 @@ pub fn press_fit(
     reason: &str,
 ) -> PressFit {
     PressFit { inner: inner.into(), outer: outer.into(), interference_mm, reason: reason.into() }
+}
+
+/// A sphere, as surfaces that are touched and patterns on them describe it.
+pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
+    EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 }
 }
 
 /// A camera on the axis that looks along +z; its image's right is the sensor's +x.

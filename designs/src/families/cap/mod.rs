@@ -12,9 +12,9 @@ mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose, Sensor, Vector3};
+use fabkit_geometry::{DomeSurface, Grip, Path, Point3, Pose, Sensor, Vector3};
 
-use crate::blocks::{self, camera_at, mm};
+use crate::blocks::{self, camera_at, mm, sphere};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
@@ -83,7 +83,7 @@ fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
     let half_mm = p.holder.width.mm() / 2.0;
     let window = Point3::new(0.0, -half_mm, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
     DomeSurface {
-        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        dome: sphere(radius_mm),
         centre_z_mm: layout.sphere_z_mm,
         foot_z_mm: 0.0,
         soft_mm: SOFT_SHARE * p.skin.height.mm(),

@@ -4,14 +4,14 @@
 //! without gap or overlap.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, InvalidPattern, Path, Pattern, Pose, Solid,
+    Body, CUT_OVERLAP_MM, DomeSurface, InvalidPattern, Path, Pattern, Pose, Solid,
 };
 
 use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{Cap, Direction};
 use crate::assembling::in_sensor;
-use crate::blocks::copies;
+use crate::blocks::{copies, sphere};
 
 /// How many dimples there are: 1 + 6 + 12 + ...
 pub fn dimple_count(p: &Cap) -> u32 {
@@ -26,7 +26,7 @@ pub fn dimple_count(p: &Cap) -> u32 {
 pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
     let radius = layout.sphere_radius_mm;
     let rings = Pattern::SurfaceRings {
-        surface: EllipsoidOffset { equatorial_mm: radius, polar_mm: radius, offset_mm: 0.0 },
+        surface: sphere(radius),
         spacing_mm: p.dimples.spacing.mm(),
         counts: (0..=p.dimples.rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect(),
     };

@@ -13,10 +13,10 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Body, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor};
+use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
 use crate::assembling::shrinkage;
-use crate::blocks::{self, DOWEL, camera_at, mm, press_fit};
+use crate::blocks::{self, DOWEL, camera_at, mm, press_fit, sphere};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -48,12 +48,8 @@ impl Family for DomeFamily {
 fn sensor(p: &Dome, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let [transparent, translucent] = cavities(p, &layout);
-    let housing = [
-        housing::shell(p, &layout),
-        housing::base(p, &layout),
-        housing::diffuser(p, &layout),
-        housing::led_board(p, &layout),
-    ];
+    let housing = [housing::shell, housing::base, housing::diffuser, housing::led_board]
+        .map(|make| make(p, &layout));
     let molds = [&transparent, &translucent].map(|cavity| {
         let [a, b] = mold::halves(p, &layout, cavity);
         [a, b, mold::lid(p, &layout, cavity)]
@@ -83,7 +79,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
 fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.surface_radius_mm;
     DomeSurface {
-        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        dome: sphere(radius_mm),
         centre_z_mm: layout.wall_height_mm,
         foot_z_mm: 0.0,
         // What lies deeper is stiffer by an order of magnitude and shows no change of brightness.

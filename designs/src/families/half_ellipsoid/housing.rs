@@ -44,14 +44,7 @@ fn part(name: Name, solid: Solid, material: &str, lift_mm: f64) -> Body {
 
 /// Everything of the housing.
 pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
-    vec![
-        shell(p, layout),
-        holder(p, layout),
-        diffuser(p, layout),
-        camera_holder(p, layout),
-        led_board(p, layout),
-        base(p, layout),
-    ]
+    [shell, holder, diffuser, camera_holder, led_board, base].map(|make| make(p, layout)).to_vec()
 }
 
 /// The acrylic skeleton: a dome, its foot, and the bore that a ball mill leaves.

@@ -2,10 +2,11 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{Angle, EllipsoidOffset, InvalidPattern, Pattern, Pose, Process};
+use fabkit_geometry::{Angle, InvalidPattern, Pattern, Pose, Process};
 
 use super::parameters::{PinLayout, PinTip};
 use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
+use crate::blocks::sphere;
 use crate::fits::{Fit, gap_mm};
 use crate::layout;
 
@@ -140,12 +141,7 @@ impl Layout {
     /// # Errors
     /// Circles beyond the skin, or too many pins.
     pub fn pin_poses(&self, p: &PinTip) -> Result<Vec<Pose>, InvalidPattern> {
-        let surface = EllipsoidOffset {
-            equatorial_mm: self.skin_radius_mm,
-            polar_mm: self.skin_radius_mm,
-            offset_mm: 0.0,
-        };
-        let rings = self.pin_rings(p);
+        let (surface, rings) = (sphere(self.skin_radius_mm), self.pin_rings(p));
         Pattern::even_surface_rings(surface, rings, self.pin_spacing_mm)?.poses()
     }
 

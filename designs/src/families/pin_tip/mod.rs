@@ -11,12 +11,10 @@ mod layout;
 mod parameters;
 mod tip;
 
-use fabkit_geometry::{
-    Body, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, PrintGroup, Process, Sensor,
-};
+use fabkit_geometry::{DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
-use crate::blocks::{self, camera_at, mm, press_fit};
+use crate::blocks::{self, camera_at, mm, press_fit, sphere};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -47,24 +45,21 @@ impl Family for PinTipFamily {
 /// Everything a pin-tip sensor consists of.
 fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let layout = Layout::new(p);
-    let parts: Vec<Body> = tip::printed(p, &layout)
+    let made = [tip::lens, body::led_board, body::body, body::mount, tip::gel];
+    let bodies = tip::printed(p, &layout)
         .into_iter()
-        .chain([
-            tip::lens(p, &layout),
-            body::led_board(p, &layout),
-            body::body(p, &layout),
-            body::mount(p, &layout),
-        ])
-        .collect();
+        .chain(made.map(|make| make(p, &layout)))
+        .chain(components::components(p, &layout));
+    let board = -gap_mm(Process::Pcb, Fit::Press);
+    let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
+    let screws = Joints::new(p, &layout).camera.press_fit(BODY);
     // The camera looks at the tip.
     let size = [p.camera.pixels; 2];
     let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p));
-    let bodies =
-        parts.into_iter().chain([tip::gel(p, &layout)]).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
-        press_fits: press_fits(p, &layout),
+        press_fits: [board].into_iter().chain(screws).collect(),
         touch: Some(touch(&layout).into()),
         ..blocks::sensor(header, camera, bodies)
     }
@@ -77,7 +72,7 @@ const PRESS_MM: f64 = 5.0;
 fn touch(layout: &Layout) -> DomeSurface {
     let radius_mm = layout.outer_radius_mm;
     DomeSurface {
-        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        dome: sphere(radius_mm),
         centre_z_mm: 0.0,
         foot_z_mm: layout.skirt_z_mm,
         soft_mm: PRESS_MM,
@@ -90,14 +85,6 @@ fn touch(layout: &Layout) -> DomeSurface {
             threads: Vec::new(),
         },
     }
-}
-
-/// The overlaps that are meant.
-fn press_fits(p: &PinTip, layout: &Layout) -> Vec<PressFit> {
-    let board = -gap_mm(Process::Pcb, Fit::Press);
-    std::iter::once(press_fit(LED_BOARD, BODY, board, "the board is pressed in"))
-        .chain(Joints::new(p, layout).camera.press_fit(BODY))
-        .collect()
 }
 
 /// What follows from the parameters, for `fabkit show`.

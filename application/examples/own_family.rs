@@ -7,9 +7,9 @@ use std::path::Path as FilePath;
 
 use fabkit_application::designs::assembling::*;
 use fabkit_application::designs::blocks::{self, Joint};
-use fabkit_application::designs::parameters::{Report, parameters};
+use fabkit_application::designs::parameters::{Report, limits, parameters};
 use fabkit_application::designs::{
-    Built, Family, FamilyEntry, Fit, Header, Registry, Screw, gap_mm,
+    Built, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm,
 };
 use fabkit_application::geometry::*;
 use fabkit_application::{checks, exporting, staging};
@@ -34,9 +34,21 @@ parameters! {
     }
 }
 
+// What bodies are called and what they are for: a slip in a name does not compile.
+bodies! {
+    WINDOW "window" "carries the gel";
+    HOUSING "housing" "holds window and LEDs";
+    BASE "base" "carries the camera";
+    RING "mold-ring" "rim of the open mold";
+    GEL "gel" "clear, gives way";
+    COAT "coat" "keeps light in";
+    CAMERA "camera";
+    LED "led";
+}
+
 const MOLD: AssemblyName = AssemblyName("mold");
-const GEL: &str = "Smooth-On Solaris";
-const COAT: &str = "Smooth-On Psycho Paint with aluminium";
+const GEL_MATERIAL: &str = "Smooth-On Solaris";
+const COAT_MATERIAL: &str = "Smooth-On Psycho Paint with aluminium";
 /// Thickness of the window, and how far it stands out around the gel, mm.
 const WINDOW_MM: [f64; 2] = [3.0, 3.0];
 /// Edge and thickness of the camera's board, and height of its front above it, mm.
@@ -89,16 +101,17 @@ impl Family for PuckFamily {
     // A limit is one expression; its message finds the parameters that it follows from.
     fn check(p: &Puck, report: &mut Report) {
         let l = Layout::new(p);
-        report.at_least("diameter", p.diameter, 2.0 * (l.window + 6.0), "M3 screws need a wall");
-        let limit = l.pad / (p.field_of_view.rad() / 2.0).tan();
-        report.at_least("camera_depth", p.camera_depth, limit, "it must see all of the gel");
+        limits! { report, p:
+            diameter >= 2.0 * (l.window + 6.0), "M3 screws need a wall";
+            camera_depth >= l.pad / (p.field_of_view.rad() / 2.0).tan(), "it must see all of the gel";
+        }
     }
 
     fn build(p: &Puck, header: &Header, _: &mut Report) -> Option<Built> {
         let l = Layout::new(p);
         let camera = blocks::camera_at(-p.camera_depth.mm(), [640, 480], p.field_of_view);
         let touch = touch(p, &l);
-        let fits = [l.base.press_fit("housing"), l.board.press_fit("base")];
+        let fits = [l.base.press_fit(HOUSING), l.board.press_fit(BASE)];
         let bodies = [parts(p, &l), layers(p, &l, &touch), bought(p, &l)].concat();
         let sensor = Sensor {
             chain: chain(p, &l),
@@ -143,21 +156,23 @@ fn parts(p: &Puck, l: &Layout) -> Vec<Body> {
     let ring = Solid::rod(l.window, [0.0, thickness]).minus(cavity);
     let sunk = l.base.sunk(BASE_MM[1], BASE_MM[0] - BASE_MM[1], gap_mm(Process::Fdm, Fit::Snug));
     vec![
-        Body::made("window", "carries the gel", Process::Laser, window)
+        WINDOW
+            .made(Process::Laser, window)
             .from("clear PMMA")
             .placed([in_sensor().lifted(20.0), MOLD.in_place()]),
-        Body::made("housing", "holds window and LEDs", Process::Fdm, housing)
+        HOUSING
+            .made(Process::Fdm, housing)
             .from("black PLA")
             .placed([in_sensor()])
             .with_handles(1)
             .cut(l.base.held()),
-        Body::made("base", "carries the camera", Process::Fdm, base)
+        BASE.made(Process::Fdm, base)
             .from("black PLA")
             .placed([in_sensor().lifted(-40.0)])
             .with_handles(1)
             .cut(sunk)
             .cut(l.board.held()),
-        Body::made("mold-ring", "rim of the open mold", Process::Fdm, ring)
+        RING.made(Process::Fdm, ring)
             .from("PLA")
             .placed([MOLD.in_place().lifted(12.0)])
             .with_handles(1),
@@ -169,8 +184,8 @@ fn layers(p: &Puck, l: &Layout, touch: &PlaneSurface) -> Vec<Body> {
     let coat = touch.solid(0.0, touch.foot_z_mm).minus(gel(-CUT_OVERLAP_MM));
     let placed = [in_sensor().lifted(34.0), MOLD.in_place()];
     vec![
-        Body::cast("gel", "clear, gives way", gel(0.0)).from(GEL).placed(placed),
-        Body::cast("coat", "keeps light in", coat).from(COAT).placed([in_sensor().lifted(46.0)]),
+        GEL.cast(gel(0.0)).from(GEL_MATERIAL).placed(placed),
+        COAT.cast(coat).from(COAT_MATERIAL).placed([in_sensor().lifted(46.0)]),
     ]
 }
 
@@ -186,48 +201,32 @@ fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
     let leds = blocks::ring(p.leds, 0.5, led).into_iter().map(|pose| SENSOR.at(pose));
     let led = Solid::cuboid(1.6, 5.0, 3.0);
     let below = |pose: &Pose| SENSOR.at(*pose).lifted(-60.0);
-    let camera = blocks::bought("camera", "UVC module", camera, [in_sensor().lifted(-20.0)]);
-    let led = blocks::bought("led", "white LED on 5 mm of strip", led, leds);
+    let camera = CAMERA.bought("UVC module", camera, [in_sensor().lifted(-20.0)]);
+    let led = LED.bought("white LED on 5 mm of strip", led, leds);
     [vec![camera, led], l.board.bought(below, below), l.base.bought(below, below)].concat()
 }
 
 fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
     let up = Vector3::z();
-    let walls = ["window", "mold-ring"];
-    let pour = Action::Pour(Pour {
-        layer: "gel".into(),
-        walls: names(&walls),
-        up,
-        openings: vec![free_surface(l.pad, p.gel_thickness.mm(), up)],
-        mix: mix(GEL),
-        waste: 0.5,
-        cure: cure(GEL),
-    });
-    let coat = Action::Spray(Spray {
-        layer: "coat".into(),
-        onto: names(&["gel"]),
-        mix: mix(COAT),
-        waste: 5.0,
-        cure: cure(COAT),
-    });
-    let own = |name, what, place, bodies: &[&str], action| {
-        step(name, what, Some(place), bodies, action, "chosen")
-    };
-    let in_use = |name, what, bodies: &[&str], action| own(name, what, SENSOR, bodies, action);
-    let glued = || Action::Bond(Cure { hours: 1.0, celsius: 23.0 });
-    let lift = Action::Demold(vec![rigid("mold-ring", up)]);
-    vec![
-        step("make", "print and cut all parts", None, &[], Action::Make, "chosen"),
-        own("pour", "clip the ring to the window, fill it level", MOLD, &walls, pour),
-        own("open", "lift the ring off", MOLD, &[], lift),
-        in_use("coat", "brush the coat onto the gel", &["gel"], coat),
-        in_use("light", "glue the LEDs to the wall", &["housing", "led"], glued()),
-        in_use("glue", "glue the window to its ledge", &["window", "housing"], glued()),
-        in_use("camera", "cable down, then the screws", &["camera", "base"], Action::Assemble)
+    let top = vec![free_surface(l.pad, p.gel_thickness.mm(), up)];
+    let gel = liquid(GEL_MATERIAL, 0.5).fills(&[WINDOW, RING], GEL, up, top);
+    let coat = liquid(COAT_MATERIAL, 5.0).coats(&[GEL], COAT);
+    let glued = Cure { hours: 1.0, celsius: 23.0 };
+    let steps = [
+        make("print and cut all parts"),
+        step("pour", MOLD, &[WINDOW, RING], gel).told("clip the ring to the window, fill it level"),
+        demold("open", MOLD, vec![rigid(RING, up)]).told("lift the ring off"),
+        step("coat", SENSOR, &[GEL], coat).told("brush the coat onto the gel"),
+        bond("light", SENSOR, &[HOUSING, LED], glued).told("glue the LEDs to the wall"),
+        bond("glue", SENSOR, &[WINDOW, HOUSING], glued).told("glue the window to its ledge"),
+        assemble("camera", SENSOR, &[CAMERA, BASE])
+            .told("cable down, then the screws")
             .also(l.board.names()),
-        in_use("close", "screw both together", &["base", "housing"], Action::Assemble)
+        assemble("close", SENSOR, &[BASE, HOUSING])
+            .told("screw both together")
             .also(l.base.names()),
-    ]
+    ];
+    steps.map(|step| step.source("chosen")).to_vec()
 }
 
 /// The family, and a sensor of it.

@@ -1,9 +1,11 @@
 //! Words that every family builds with: where bodies stand, and the steps of a chain.
 
 use fabkit_geometry::{
-    Action, Angle, Assembly, Cure, Mix, Opening, Placement, Point3, Pose, Pull, Step, Vector3,
+    Action, Angle, Assembly, Body, Cure, Mix, Opening, Placement, Point3, Pose, Pour, Process,
+    Pull, Solid, Spray, Step, Vector3,
 };
 
+use crate::blocks::bought;
 use crate::materials::{Castable, castable};
 
 /// Name of an assembly, as a family's constants hold it.
@@ -51,28 +53,170 @@ pub fn flipped() -> Pose {
     Pose::rotation_x(Angle::from_deg(180.0).expect("half a turn is finite"))
 }
 
-/// One step of a chain.
-pub fn step(
-    name: impl Into<String>,
-    instruction: impl Into<String>,
-    assembly: Option<AssemblyName>,
-    bodies: &[&str],
-    action: Action,
-    source: &str,
-) -> Step {
-    Step {
-        name: name.into(),
-        instruction: instruction.into(),
-        assembly: assembly.map(AssemblyName::assembly),
-        bodies: names(bodies),
-        action,
-        source: source.into(),
+/// What a body is called and what it is for. It is made with it, and named by it wherever else it
+/// takes part, so that a slip does not compile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// `[a-z0-9-]{1,64}`.
+    pub name: &'static str,
+    /// What it is for; of what is bought, its specification says that.
+    pub summary: &'static str,
+}
+
+impl Name {
+    /// A part that is made.
+    pub fn made(self, process: Process, solid: Solid) -> Body {
+        Body::made(self.name, self.summary, process, solid)
+    }
+
+    /// A layer.
+    pub fn cast(self, solid: Solid) -> Body {
+        Body::cast(self.name, self.summary, solid)
+    }
+
+    /// A component of which a lab needs as many as it has places.
+    pub fn bought(
+        self,
+        specification: impl Into<String>,
+        solid: Solid,
+        placements: impl IntoIterator<Item = Placement>,
+    ) -> Body {
+        bought(self.name, specification, solid, placements)
     }
 }
 
+impl From<Name> for String {
+    fn from(name: Name) -> Self {
+        name.name.into()
+    }
+}
+
+/// Declares what bodies are called and what they are for: `SHELL "shell" "holds all";`.
+#[macro_export]
+macro_rules! bodies {
+    ($($(#[$doc:meta])* $vis:vis $constant:ident $name:literal $($summary:literal)?;)+) => {$(
+        $(#[$doc])*
+        $vis const $constant: $crate::assembling::Name =
+            $crate::assembling::Name { name: $name, summary: concat!($($summary)?) };
+    )+};
+}
+pub use crate::bodies;
+
 /// Names of bodies.
-pub fn names(of: &[&str]) -> Vec<String> {
-    of.iter().map(|name| name.to_string()).collect()
+pub fn names(of: &[Name]) -> Vec<String> {
+    of.iter().copied().map(String::from).collect()
+}
+
+/// A step that nobody has been told yet how to do.
+#[must_use]
+pub struct Doing(Step);
+
+/// A step that does not say yet where it comes from.
+#[must_use]
+pub struct Told(Step);
+
+impl Doing {
+    /// What to do, as a sentence to the person who does it.
+    pub fn told(self, instruction: impl Into<String>) -> Told {
+        Told(Step { instruction: instruction.into(), ..self.0 })
+    }
+}
+
+impl Told {
+    /// More bodies that it needs: what a joint takes.
+    pub fn also(self, bodies: impl IntoIterator<Item = String>) -> Self {
+        Self(self.0.also(bodies))
+    }
+
+    /// Section of the paper, or why fabkit chose it.
+    pub fn source(self, source: impl Into<String>) -> Step {
+        Step { source: source.into(), ..self.0 }
+    }
+}
+
+/// One step of a chain, in an assembly or none, with the bodies that it needs or joins.
+pub fn step(
+    name: impl Into<String>,
+    place: impl Into<Option<AssemblyName>>,
+    bodies: &[Name],
+    action: Action,
+) -> Doing {
+    Doing(Step {
+        name: name.into(),
+        instruction: String::new(),
+        assembly: place.into().map(AssemblyName::assembly),
+        bodies: names(bodies),
+        action,
+        source: String::new(),
+    })
+}
+
+/// The first step: print, cut or etch all parts.
+pub fn make(instruction: impl Into<String>) -> Told {
+    step("make", None, &[], Action::Make).told(instruction)
+}
+
+/// Clean, prime, spray release agent.
+pub fn prepare(name: &str, place: impl Into<Option<AssemblyName>>, bodies: &[Name]) -> Doing {
+    step(name, place, bodies, Action::Prepare)
+}
+
+/// Put bodies together: press, screw, slide.
+pub fn assemble(name: &str, place: AssemblyName, bodies: &[Name]) -> Doing {
+    step(name, place, bodies, Action::Assemble)
+}
+
+/// Glue bodies together.
+pub fn bond(name: &str, place: AssemblyName, bodies: &[Name], cure: Cure) -> Doing {
+    step(name, place, bodies, Action::Bond(cure))
+}
+
+/// Take tools off what was cast, one after the other.
+pub fn demold(name: impl Into<String>, place: AssemblyName, pulls: Vec<Pull>) -> Doing {
+    step(name, place, &[], Action::Demold(pulls))
+}
+
+/// What is poured or sprayed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Liquid {
+    /// What is mixed.
+    pub mix: Mix,
+    /// Surplus to mix, as a fraction of the layer's mass.
+    pub waste: f64,
+    /// How it cures.
+    pub cure: Cure,
+}
+
+/// A material by its trade name, with so much surplus, as its maker says that it cures.
+pub fn liquid(material: &str, waste: f64) -> Liquid {
+    Liquid { mix: mix(material), waste, cure: cure(material) }
+}
+
+impl Liquid {
+    /// The same, cured otherwise.
+    #[must_use]
+    pub fn curing(self, cure: Cure) -> Self {
+        Self { cure, ..self }
+    }
+
+    /// Fills what these bodies enclose and becomes a layer.
+    pub fn fills(
+        self,
+        walls: &[Name],
+        layer: Name,
+        up: Vector3<f64>,
+        openings: Vec<Opening>,
+    ) -> Action {
+        let Self { mix, waste, cure } = self;
+        let (layer, walls) = (layer.into(), names(walls));
+        Action::Pour(Pour { layer, walls, up, openings, mix, waste, cure })
+    }
+
+    /// Coats bodies and becomes a layer.
+    pub fn coats(self, onto: &[Name], layer: Name) -> Action {
+        let Self { mix, waste, cure } = self;
+        Action::Spray(Spray { layer: layer.into(), onto: names(onto), mix, waste, cure })
+    }
 }
 
 /// What a layer is mixed from; nothing for an unknown material, which constraints refuse.
@@ -88,9 +232,21 @@ pub fn cure(material: &str) -> Cure {
     castable(material).map_or(Cure { hours: 0.0, celsius: 23.0 }, |material| material.cure)
 }
 
+/// How much a material shrinks as it cures, as a share; nothing if it is unknown.
+pub fn shrinkage(material: &str) -> f64 {
+    castable(material).map_or(0.0, |material| material.shrinkage)
+}
+
 /// A rigid tool that comes off in a direction.
-pub fn rigid(body: &str, direction: Vector3<f64>) -> Pull {
+pub fn rigid(body: Name, direction: Vector3<f64>) -> Pull {
     Pull { body: body.into(), direction, strain_limit: None }
+}
+
+/// A body that comes off in a direction while a soft material gives way: the body's own, or what was
+/// cast.
+pub fn peeled(body: Name, direction: Vector3<f64>, material: &str) -> Pull {
+    let strain_limit = castable(material).map(|material| material.breaking_strain);
+    Pull { strain_limit, ..rigid(body, direction) }
 }
 
 /// The open top of what is poured, within `radius_mm` around the z axis, at a height; `up` is out of it.

@@ -38,7 +38,7 @@ pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
 pub use place::{Found, Place, TextLayer, Written, WrittenText};
 pub use reader::{Example, Reader};
 pub use reading::{Reading, check_format, mapping_of, read_section, take_word};
-pub use report::Report;
+pub use report::{Quantity, Report};
 pub use schema::{FamilySchema, root_schema};
 pub use serde_json::Value as Json;
 pub use suggest::{did_you_mean, hint as suggestion, similar};

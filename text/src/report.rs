@@ -4,18 +4,125 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::panic::Location;
 
-use fabkit_geometry::Length;
+use fabkit_geometry::{Angle, Length};
 
 use crate::place::{Found, Written};
 use crate::suggest::either;
 use crate::{InvalidDesign, Parameter, SourceKind};
 
-/// Lengths that differ by less are the same: rounding in what a limit is computed from.
-const SAME_MM: f64 = 1e-9;
+/// Values that differ by less are the same: rounding in what a limit is computed from.
+const SAME: f64 = 1e-9;
 
 /// How far parameters are moved to see what a limit follows from, as a share: first hardly, which is
 /// far above rounding; then far, then twofold, for limits that something has driven to their end.
 const SHARES: [f64; 3] = [1e-5, 0.25, 1.0];
+
+/// What limits can be stated for: a number, in the unit that people write it in.
+pub trait Quantity: Copy + Display {
+    /// Behind the number: ` mm`.
+    const UNIT: &'static str;
+    /// Values that are recommended are whole multiples of 1 / `STEPS`.
+    const STEPS: f64;
+
+    /// The number.
+    fn number(self) -> f64;
+}
+
+impl Quantity for Length {
+    const UNIT: &'static str = " mm";
+    const STEPS: f64 = 1e3;
+
+    fn number(self) -> f64 {
+        self.mm()
+    }
+}
+
+impl Quantity for Angle {
+    const UNIT: &'static str = " deg";
+    const STEPS: f64 = 10.0;
+
+    fn number(self) -> f64 {
+        self.deg()
+    }
+}
+
+impl Quantity for u32 {
+    const UNIT: &'static str = "";
+    const STEPS: f64 = 1.0;
+
+    fn number(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Quantity for f64 {
+    const UNIT: &'static str = "";
+    const STEPS: f64 = 1e3;
+
+    fn number(self) -> f64 {
+        self
+    }
+}
+
+/// States limits, one expression each: the parameter, the limit in its unit, and why.
+///
+/// The parameter's path is its place in the struct, so that message and value cannot be of two
+/// parameters. Without a struct, the variable is called as the section is.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{Report, limits, parameters};
+///
+/// parameters! {
+///     /// A box.
+///     pub struct Crate {
+///         /// Wall.
+///         wall: Length = 0.1..=9.0,
+///         /// Width.
+///         width: Length = 1.0..=90.0,
+///     }
+/// }
+/// fn check(p: &Crate, report: &mut Report) {
+///     limits! { report, p:
+///         wall <= p.width.mm() / 2.0, "two walls stand side by side";
+///         wall >= 0.4, "a nozzle draws no thinner line";
+///     }
+/// }
+/// # let _ = check;
+/// ```
+///
+/// Of a struct that is not the whole file, `report, p, at =>` takes a function from the path in the
+/// struct to that in the file.
+#[macro_export]
+macro_rules! limits {
+    (@one $report:ident, $path:expr, $value:expr, <= $limit:expr, $because:expr) => {
+        $report.at_most($path, $value, $limit, $because);
+    };
+    (@one $report:ident, $path:expr, $value:expr, >= $limit:expr, $because:expr) => {
+        $report.at_least($path, $value, $limit, $because);
+    };
+    ($report:ident, $p:ident, $at:expr => $($first:ident $(.$rest:ident)*
+        $(<= $most:expr,)? $(>= $least:expr,)? $because:expr;)+) => {$(
+        $crate::limits!(
+            @one $report, &$at(concat!(stringify!($first) $(, ".", stringify!($rest))*)),
+            $p.$first $(.$rest)*, $(<= $most,)? $(>= $least,)? $because
+        );
+    )+};
+    ($report:ident, $p:ident: $($first:ident $(.$rest:ident)*
+        $(<= $most:expr,)? $(>= $least:expr,)? $because:expr;)+) => {$(
+        $crate::limits!(
+            @one $report, concat!(stringify!($first) $(, ".", stringify!($rest))*),
+            $p.$first $(.$rest)*, $(<= $most,)? $(>= $least,)? $because
+        );
+    )+};
+    ($report:ident: $($first:ident $(.$rest:ident)*
+        $(<= $most:expr,)? $(>= $least:expr,)? $because:expr;)+) => {$(
+        $crate::limits!(
+            @one $report, concat!(stringify!($first) $(, ".", stringify!($rest))*),
+            $first $(.$rest)*, $(<= $most,)? $(>= $least,)? $because
+        );
+    )+};
+}
 
 /// Collects impossible combinations, each at the place where a value was written.
 #[derive(Clone, Debug)]
@@ -35,7 +142,7 @@ type Constraint = (&'static Location<'static>, String, usize);
 #[derive(Clone, Debug)]
 struct Broken {
     constraint: Constraint,
-    value: Length,
+    value: String,
     /// `at most 3 mm`, where there is such a value.
     limit: Option<String>,
     because: String,
@@ -82,34 +189,47 @@ impl Report {
         }
     }
 
-    /// Requires `value`, written at `path`, to be at most `limit_mm`.
+    /// Requires `value`, written at `path`, to be at most `limit`, in the value's own unit.
     ///
     /// `because` completes the sentence "it must be at most 3 mm, because ...". What the limit
-    /// follows from is found by [`Report::trace`].
+    /// follows from is found by [`Report::trace`]. Several limits are stated with
+    /// [`limits!`](crate::limits!).
     ///
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn at_most(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
-        let holds = value.mm() <= limit_mm + SAME_MM;
+    pub fn at_most<Q: Quantity>(
+        &mut self,
+        path: &str,
+        value: Q,
+        limit: f64,
+        because: impl Display,
+    ) {
+        let holds = value.number() <= limit + SAME;
         // Rounded down to a value that does work.
-        let works_mm = ((limit_mm + SAME_MM) * 1e3).floor() / 1e3;
-        // Below zero there is no length to recommend: others have left no room.
-        let limit = (works_mm > 0.0).then(|| format!("at most {}", mm(works_mm)));
-        self.limit(holds, path, value, limit_mm, limit, because);
+        let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
+        // Below zero there is nothing to recommend: others have left no room.
+        let offer = (works > 0.0).then(|| format!("at most {}", shown::<Q>(works)));
+        self.limit(holds, path, value.to_string(), limit, offer, because);
     }
 
-    /// Requires `value`, written at `path`, to be at least `limit_mm`; else as [`Report::at_most`].
+    /// Requires `value`, written at `path`, to be at least `limit`; else as [`Report::at_most`].
     ///
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn at_least(&mut self, path: &str, value: Length, limit_mm: f64, because: impl Display) {
-        let holds = value.mm() >= limit_mm - SAME_MM;
+    pub fn at_least<Q: Quantity>(
+        &mut self,
+        path: &str,
+        value: Q,
+        limit: f64,
+        because: impl Display,
+    ) {
+        let holds = value.number() >= limit - SAME;
         // Rounded up to a value that does work.
-        let works_mm = ((limit_mm - SAME_MM) * 1e3).ceil() / 1e3;
-        let limit = Some(format!("at least {}", mm(works_mm)));
-        self.limit(holds, path, value, limit_mm, limit, because);
+        let works = ((limit - SAME) * Q::STEPS).ceil() / Q::STEPS;
+        let offer = Some(format!("at least {}", shown::<Q>(works)));
+        self.limit(holds, path, value.to_string(), limit, offer, because);
     }
 
     #[track_caller]
@@ -117,23 +237,23 @@ impl Report {
         &mut self,
         holds: bool,
         path: &str,
-        value: Length,
-        limit_mm: f64,
-        limit: Option<String>,
+        value: String,
+        limit: f64,
+        offer: Option<String>,
         because: impl Display,
     ) {
         let mut constraint = (Location::caller(), path.to_owned(), 0);
         while self.limits.contains_key(&constraint) {
             constraint.2 += 1;
         }
-        self.limits.insert(constraint.clone(), limit_mm);
+        self.limits.insert(constraint.clone(), limit);
         self.last = Some(constraint.clone());
         let found = self.found.len();
         self.require(holds, path, String::new, String::new);
         if !holds {
             let because = because.to_string();
             let named = Vec::new();
-            self.broken.push(Broken { constraint, value, limit, because, found, named });
+            self.broken.push(Broken { constraint, value, limit: offer, because, found, named });
             self.say(self.broken.len() - 1, &[]);
         }
     }
@@ -190,11 +310,11 @@ impl Report {
 
     /// Whether another report has another limit for the same constraint.
     fn is_moved(&self, other: &Self, constraint: &Constraint) -> bool {
-        let limits_mm = (self.limits.get(constraint), other.limits.get(constraint));
-        let (Some(was_mm), Some(is_mm)) = limits_mm else { return false };
-        let moved_mm = (was_mm - is_mm).abs();
+        let limits = (self.limits.get(constraint), other.limits.get(constraint));
+        let (Some(was), Some(is)) = limits else { return false };
+        let moved = (was - is).abs();
         // What is no number has no difference to itself either.
-        was_mm.to_bits() != is_mm.to_bits() && (moved_mm > SAME_MM || moved_mm.is_nan())
+        was.to_bits() != is.to_bits() && (moved > SAME || moved.is_nan())
     }
 
     /// Message and hint of a limit that is not kept.
@@ -236,136 +356,10 @@ impl Report {
     }
 }
 
-fn mm(mm: f64) -> String {
+fn shown<Q: Quantity>(number: f64) -> String {
     // `-0` reads badly.
-    format!("{} mm", mm + 0.0)
+    format!("{}{}", number + 0.0, Q::UNIT)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::place::{Place, TextLayer, WrittenText};
-    use crate::{Dialect, Source};
-
-    fn report() -> Report {
-        let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
-        let text = WrittenText::Scalar("1 mm".into());
-        let source = Source { kind: SourceKind::User, note: String::new() };
-        let written = BTreeMap::from([("wall".to_owned(), Written { place, text, source })]);
-        Report::new(written, Vec::new())
-    }
-
-    fn length(mm: f64) -> Length {
-        Length::from_mm(mm).unwrap()
-    }
-
-    #[test]
-    fn the_limit_that_is_offered_is_itself_accepted() {
-        for limit_mm in [1.0 / 3.0, 0.1 + 0.2, 2.0, 1e-4, 0.0] {
-            let mut report = report();
-            report.at_least("wall", length(-1.0), limit_mm, "it must hold");
-            let hint = report.found[0].problem.hint.clone().unwrap();
-            let offered: Length = hint.trim_start_matches("write at least ").parse().unwrap();
-            assert!(offered.mm() - limit_mm < 1e-3, "{hint}");
-            let mut report = self::report();
-            report.at_least("wall", offered, limit_mm, "it must hold");
-            assert!(report.is_clean(), "{hint}");
-        }
-        // 0.1 + 0.2 is a little more than 0.3, which still counts as 0.3.
-        let mut report = report();
-        report.at_least("wall", length(0.3), 0.1 + 0.2, "it must hold");
-        report.at_most("wall", length(0.1 + 0.2), 0.3, "it must fit");
-        assert!(report.is_clean());
-        // A limit that came out as NaN is never met.
-        report.at_most("wall", length(0.3), f64::NAN, "it must fit");
-        report.at_least("wall", length(0.3), f64::NAN, "it must fit");
-        assert_eq!(report.found.len(), 2);
-    }
-
-    crate::choices! {
-        /// Of the box.
-        pub enum Lid {
-            /// It takes room.
-            Thick = "thick",
-            /// It does not.
-            Thin = "thin",
-        }
-    }
-    crate::parameters! {
-        /// Test.
-        pub struct Crate {
-            /// Wall.
-            wall: Length = 0.0..=9.0,
-            /// Width.
-            width: Length = 0.0..=90.0,
-            /// Ribs.
-            ribs: u32 = 1..=9,
-            /// Gaps.
-            gaps: Vec<Length> = (1..=3, 0.0..=5.0),
-            /// Lid.
-            lid: Lid,
-            /// Label, which says nothing of the wall.
-            label: String = 0..=9,
-            /// Weight, which does not either.
-            weight: f64 = 0.0..=9.0,
-        }
-    }
-
-    fn check(p: &Crate, report: &mut Report) {
-        let lid_mm = if p.lid == Lid::Thick { 1.0 } else { 0.0 };
-        let gaps_mm: f64 = p.gaps.iter().map(|gap| gap.mm()).sum();
-        // The wall itself cancels out; the weight would matter if it were larger.
-        let room_mm = p.wall.mm() + p.width.mm() - gaps_mm - lid_mm - p.wall.mm();
-        report.at_most(
-            "wall",
-            p.wall,
-            (room_mm / f64::from(p.ribs)).max(0.01 * p.weight),
-            "it fits",
-        );
-    }
-
-    #[test]
-    fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
-        let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
-        let source = Source { kind: SourceKind::User, note: String::new() };
-        let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
-            let text = WrittenText::Scalar("1".into());
-            let written = Written { place: place.clone(), text, source: source.clone() };
-            (field.name.to_owned(), written)
-        });
-        let mut report = Report::new(written.collect(), Vec::new());
-        let p = Crate {
-            wall: length(5.0),
-            width: length(9.0),
-            ribs: 2,
-            gaps: vec![length(1.0), length(0.5)],
-            lid: Lid::Thick,
-            label: "a".into(),
-            weight: 1.0,
-        };
-        check(&p, &mut report);
-        report.trace("", &p, check);
-        let problem = &report.found[0].problem;
-        let hint = "write at most 3.25 mm, or change `width`, `ribs`, `gaps` or `lid`";
-        assert_eq!(problem.hint.as_deref(), Some(hint));
-        let follows =
-            "(width is 1 in x.yaml, ribs is 1 in x.yaml, gaps is 1 in x.yaml, lid is 1 in x.yaml)";
-        assert!(problem.message.ends_with(follows), "{}", problem.message);
-
-        // Driven to its end, a limit is moved by nothing near; what drove it there is still named.
-        let drained = |p: &Crate, report: &mut Report| {
-            let room_mm = (p.width.mm() - 10.0).max(0.0);
-            report.at_most("wall", p.wall, room_mm, "it fits");
-        };
-        let mut report = Report::new(report.written, Vec::new());
-        drained(&p, &mut report);
-        report.trace("", &p, drained);
-        assert_eq!(report.found[0].problem.hint.as_deref(), Some("change `width`"));
-    }
-
-    #[test]
-    #[should_panic(expected = "`wal` is not a parameter")]
-    fn a_slip_in_a_path_shows_even_if_the_condition_holds() {
-        report().require(true, "wal", String::new, String::new);
-    }
-}
+mod tests;

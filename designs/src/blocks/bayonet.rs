@@ -10,6 +10,7 @@ use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Length, Path, Process, Solid};
 
 use crate::fits::{Fit, gap_mm};
 use crate::parameters;
+use crate::parameters::{Report, limits};
 
 parameters! {
     /// Both bayonets: of tip and body, and of body and robot mount.
@@ -41,6 +42,30 @@ pub const HOOK_PLAY_MM: f64 = 0.1;
 
 /// Play above a lug, mm: a printed groove's ceiling sags.
 const CEILING_PLAY_MM: f64 = 0.3;
+
+/// What stands between one groove and the next entry, at least, mm along the bore.
+const LEAST_LAND_MM: f64 = 1.0;
+
+/// How much wider than an entry, with its play, the first lug is at least, mm.
+const KEY_MM: f64 = 0.5;
+
+impl Bayonet {
+    /// Reports lugs and grooves that do not work in the narrowest joint. The section must be called
+    /// `bayonet`.
+    pub fn check(&self, joint: &Joint, report: &mut Report) {
+        let (bayonet, play) = (self, 2.0 * joint.side_gap);
+        let spare = (joint.land_mm() - LEAST_LAND_MM) / joint.bore_radius;
+        let widest = self.lug_width.mm().max(self.key_width.mm()) + play;
+        limits! { report:
+            bayonet.key_width >= self.lug_width.mm() + play + KEY_MM,
+                "the first lug must not pass an entry of the others";
+            bayonet.turn <= self.turn.deg() + spare.to_degrees(),
+                "1 mm must stand between one groove and the next entry";
+            bayonet.turn >= (widest / joint.bore_radius).to_degrees(),
+                "a lug must leave its entry altogether";
+        }
+    }
+}
 
 /// One bayonet joint, by the parameters that both joints of a sensor share and its bore.
 #[derive(Clone, Debug, PartialEq)]

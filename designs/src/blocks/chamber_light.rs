@@ -3,12 +3,10 @@
 use fabkit_geometry::{Angle, Body, Length, Path, Pose, Process, Profile, Solid};
 
 use super::posted_camera::{self, Posted};
-use super::{
-    APART_MM, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, bought, marks, turn, upright,
-};
+use super::{APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, marks, turn, upright};
 use crate::assembling::AssemblyName;
 use crate::fits::{Fit, gap_mm};
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 use crate::{choices, parameters};
 
 choices! {
@@ -41,6 +39,11 @@ parameters! {
         /// Type.
         model: String = 1..=80,
     }
+}
+
+crate::bodies! {
+    /// The board that the LEDs are on, if they shine from below.
+    pub LED_BOARD "led-board" "circuit board around the lens with the LEDs";
 }
 
 /// Step that the board is glued to from below, mm.
@@ -171,7 +174,7 @@ impl Light<'_> {
         };
         let poses = self.poses();
         let drawn = poses.iter().map(|pose| assembly.drawn_out(pose, 2.0).lifted(-22.0));
-        let led = bought("led", leds.model.clone(), led, drawn).colored(LED_YELLOW);
+        let led = LED.bought(&leds.model, led, drawn).colored(LED_YELLOW);
         let board = (leds.from == LightFrom::Below).then(|| self.board(assembly));
         [led].into_iter().chain(board).collect()
     }
@@ -186,7 +189,8 @@ impl Light<'_> {
         let profile = Profile::new(rect.path()).with_hole(Path::circle([0.0; 2], bore));
         let top = self.step_z();
         let solid = Solid::prism(profile, [top - self.leds.board_thickness.mm(), top]);
-        Body::made("led-board", "circuit board around the lens with the LEDs", Process::Pcb, solid)
+        LED_BOARD
+            .made(Process::Pcb, solid)
             .from("FR4")
             .placed([assembly.in_place().lifted(-22.0)])
             .marked(marks("led", &self.poses()))
@@ -205,45 +209,29 @@ impl Light<'_> {
     }
 
     fn check_strips(&self, report: &mut Report) {
-        let (leds, chamber) = (self.leds, self.chamber);
-        report.require(
-            leds.count <= 4,
-            "leds.count",
-            || format!("leds.count is {}; a chamber has 4 walls", leds.count),
-            || "write at most 4".into(),
-        );
+        let (leds, chamber, camera) = (self.leds, self.chamber, self.camera.camera);
         let straight = chamber.straight(0).min(chamber.straight(1));
-        let what = "a straight wall must take one piece of strip";
-        report.at_most("leds.pitch", leds.pitch, straight, what);
-        report.at_most(
-            "leds.package_height",
-            leds.package_height,
-            chamber.corner - leds.board_thickness.mm(),
-            "LEDs of neighbouring walls must not touch in the rounded corner",
-        );
-        report.at_most(
-            "leds.below_plate",
-            leds.below_plate,
-            self.ceiling_z - self.step_z() - leds.width.mm(),
-            "the strips end above the heads of the camera's screws",
-        );
-        report.at_most(
-            "camera.barrel_diameter",
-            self.camera.camera.barrel_diameter,
-            2.0 * (chamber.narrow() - leds.out_mm() - APART_MM),
-            "the lens stands between the LEDs",
-        );
+        limits! { report:
+            leds.count <= 4.0, "a chamber has 4 walls";
+            leds.pitch <= straight, "a straight wall must take one piece of strip";
+            leds.package_height <= chamber.corner - leds.board_thickness.mm(),
+                "LEDs of neighbouring walls must not touch in the rounded corner";
+            leds.below_plate <= self.ceiling_z - self.step_z() - leds.width.mm(),
+                "the strips end above the heads of the camera's screws";
+            camera.barrel_diameter <= 2.0 * (chamber.narrow() - leds.out_mm() - APART_MM),
+                "the lens stands between the LEDs";
+        }
     }
 
     fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
         let (leds, (board, bore)) = (self.leds, self.board_rect());
         let camera = self.camera.camera;
-        report.at_least(
-            "camera.lens_height",
-            camera.lens_height,
-            camera.lens_height.mm() + self.heads_z() + leds.board_thickness.mm() - self.step_z(),
-            "the LEDs' board lies above the heads of the camera's screws",
-        );
+        limits! { report:
+            camera.lens_height >= camera.lens_height.mm() + leds.board_thickness.mm()
+                    + self.heads_z() - self.step_z(),
+                "the LEDs' board lies above the heads of the camera's screws";
+            leds.pitch <= self.row_pitch_mm() - APART_MM, "the LEDs of a row must not touch";
+        }
         let long = self.chamber.longer();
         let (short_path, short) = edges[1 - long];
         // Where the camera's board makes the room wider than the chamber, that much more is needed.
@@ -261,12 +249,6 @@ impl Light<'_> {
             long,
             long.mm() + 2.0 * (bore + leds.width.mm() / 2.0 + APART_MM - self.row_out_mm()),
             "the rows of LEDs lie beside the lens's holder",
-        );
-        report.at_most(
-            "leds.pitch",
-            leds.pitch,
-            self.row_pitch_mm() - APART_MM,
-            "the LEDs of a row must not touch",
         );
     }
 }

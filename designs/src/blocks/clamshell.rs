@@ -5,13 +5,15 @@ use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Color, Grip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
+use super::posted_camera::PostedCamera;
 use super::{APART_MM, BLACK, INTO_MM, Joint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
+use crate::assembling::Name;
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
-use crate::parameters;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
+use crate::sections;
 
-parameters! {
+sections! {
     /// The printed shell: carries what touches, closes over the camera.
     pub struct Shell {
         /// How far it stands out beyond what it carries, at least; a wide inside makes it wider.
@@ -27,9 +29,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The printed base: closes the shell, is screwed to a gripper.
     pub struct Base {
         /// Thickness of its floor.
@@ -123,12 +123,12 @@ impl<'a> Clamshell<'a> {
     }
 
     /// The shell with what is cut out of it from above down to the room's ceiling at `room_z`.
-    pub fn shell(&self, summary: &str, cut: impl IntoIterator<Item = Solid>, room_z: f64) -> Body {
+    pub fn shell(&self, name: Name, cut: impl IntoIterator<Item = Solid>, room_z: f64) -> Body {
         let below = self.joint_z - CUT_OVERLAP_MM;
         let room = self.room.prism([below, room_z]).named("room");
         let notch = self.notch([below, self.joint_z + self.shell.cable_height.mm()]);
         let solid = self.outside.prism([self.joint_z, 0.0]).minus_all(cut).minus(room).minus(notch);
-        Body::made("shell", summary, Process::Fdm, solid)
+        name.made(Process::Fdm, solid)
             .from(&self.shell.material)
             .colored(color(&self.shell.material))
             .note("standing as in use, no supports: what overhangs inside is at most 2 mm wide")
@@ -137,7 +137,7 @@ impl<'a> Clamshell<'a> {
     }
 
     /// The base with what stands on it.
-    pub fn base(&self, summary: &str, on_it: impl IntoIterator<Item = Solid>) -> Body {
+    pub fn base(&self, name: Name, on_it: impl IntoIterator<Item = Solid>) -> Body {
         let (bottom, joint, [width, height]) = (self.bottom_z, self.joint_z, LIP_MM);
         let around = self.room.shrunk(gap_mm(Process::Fdm, Fit::Slide));
         let lip = Profile::new(around.path()).with_hole(around.shrunk(width).path());
@@ -146,7 +146,7 @@ impl<'a> Clamshell<'a> {
         let floor = self.outside.prism([bottom, joint]);
         let solid = Solid::union([floor, lip.named("lip")].into_iter().chain(on_it));
         let sunk = self.base.thickness.mm() - SHELF_MM;
-        Body::made("base", summary, Process::Fdm, solid)
+        name.made(Process::Fdm, solid)
             .from(&self.base.material)
             .colored(color(&self.base.material))
             .note("floor down, no supports: the screws' seats are short bridges")
@@ -170,48 +170,25 @@ impl<'a> Clamshell<'a> {
     }
 
     /// Reports what keeps both from being made and joined. The sections must be called `shell` and
-    /// `base`; nothing may be cut out above `ceiling_z`. The camera's board lies `under` above the base.
-    pub fn check(&self, ceiling_z: f64, under: Length, report: &mut Report) {
-        let shell = self.shell;
-        report.at_most(
-            "shell.corner",
-            shell.corner,
-            head_mm() + PRINTED_WALL_MM,
-            "the screws' heads need a wall at the rounded corner",
-        );
-        report.at_least(
-            "base.thickness",
-            self.base.thickness,
-            SHELF_MM + SCREW.head_height_mm() + APART_MM,
-            "the screws' heads are sunk into the base",
-        );
-        report.at_least(
-            "camera.back_clearance",
-            under,
-            LIP_MM[1] + APART_MM,
-            "the camera's board lies above the base's lip",
-        );
+    /// `base`; nothing may be cut out above `ceiling_z`. The camera stands on the base.
+    pub fn check(&self, ceiling_z: f64, camera: &PostedCamera, report: &mut Report) {
+        let (shell, base) = (self.shell, self.base);
         let ceiling = ceiling_z - self.joint_z;
-        report.at_most(
-            "shell.cable_height",
-            shell.cable_height,
-            ceiling - PRINTED_WALL_MM,
-            "the notch needs a wall above it",
-        );
         let tip = SCREW.length_mm - SHELF_MM + PILOT_SPARE_MM;
-        report.at_least(
-            "camera.back_clearance",
-            under,
-            under.mm() + tip + PRINTED_WALL_MM - ceiling,
-            "the shell's screws need a wall above their tips",
-        );
         let pilot = SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM;
-        report.at_most(
-            "shell.cable_width",
-            shell.cable_width,
-            (2.0 * (self.screw[0] - pilot)).min(self.room.straight(1)),
-            "the notch lies in the straight wall between two screws",
-        );
+        limits! { report:
+            shell.corner <= head_mm() + PRINTED_WALL_MM,
+                "the screws' heads need a wall at the rounded corner";
+            base.thickness >= SHELF_MM + SCREW.head_height_mm() + APART_MM,
+                "the screws' heads are sunk into the base";
+            camera.back_clearance >= LIP_MM[1] + APART_MM,
+                "the camera's board lies above the base's lip";
+            shell.cable_height <= ceiling - PRINTED_WALL_MM, "the notch needs a wall above it";
+            camera.back_clearance >= camera.back_clearance.mm() + tip + PRINTED_WALL_MM - ceiling,
+                "the shell's screws need a wall above their tips";
+            shell.cable_width <= (2.0 * (self.screw[0] - pilot)).min(self.room.straight(1)),
+                "the notch lies in the straight wall between two screws";
+        }
     }
 }
 

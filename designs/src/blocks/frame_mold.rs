@@ -7,12 +7,12 @@ use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Length, Path, Pose, PressFit, Process, Profile, Solid,
 };
 
-use super::{MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, bought, copies, holes, press_fit, upright};
-use crate::assembling::AssemblyName;
+use super::{DOWEL, MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, copies, holes, press_fit, upright};
+use crate::assembling::{AssemblyName, Name};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Dowel;
 use crate::parameters;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 parameters! {
     /// The open molds: frames that slide onto dowels in a floor.
@@ -34,6 +34,11 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
+}
+
+crate::bodies! {
+    /// What all frames stand on.
+    pub FLOOR "mold-floor" "what is cast stands on it; holds the dowels";
 }
 
 /// How far a dowel's end stays below the brim of the lowest frame, mm: a scraper passes above it.
@@ -86,8 +91,8 @@ impl Frames<'_> {
         Solid::rod(self.mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Sla, fit), heights)
     }
 
-    fn tool(&self, name: &str, summary: &str, solid: Solid) -> Body {
-        Body::made(name, summary, Process::Sla, solid)
+    fn tool(&self, name: Name, solid: Solid) -> Body {
+        name.made(Process::Sla, solid)
             .from(&self.mold.material)
             .colored(TOOL_GREY)
             .for_shrinkage(self.shrinkage)
@@ -103,7 +108,7 @@ impl Frames<'_> {
         let slot =
             Solid::cuboid(mold.pry_width.mm(), 2.0 * mold.pry_depth.mm(), mold.pry_gap.mm() + over);
         let slots = [-y, y].map(|y| upright([0.0, y], -mold.pry_gap.mm()));
-        self.tool("mold-floor", "what is cast stands on it; holds the dowels", plate)
+        self.tool(FLOOR, plate)
             .placed(assemblies.iter().map(|name| name.in_place().lifted(-12.0)))
             .note("face up; polish it, the foot of the gel is seen through")
             .cut(holes(copies("socket", &self.dowel_poses(), &socket)))
@@ -113,7 +118,7 @@ impl Frames<'_> {
     /// A frame around a cavity, from the floor to `height_mm`.
     pub fn frame(
         &self,
-        name: &str,
+        name: Name,
         cavity: impl Into<Path>,
         height_mm: f64,
         assembly: AssemblyName,
@@ -121,7 +126,7 @@ impl Frames<'_> {
         let profile = Profile::new(self.outline()).with_hole(cavity.into());
         let over = CUT_OVERLAP_MM;
         let hole = self.hole(Fit::Slide, [-over, height_mm + over]);
-        self.tool(name, "frame: fill to the brim", Solid::prism(profile, [0.0, height_mm]))
+        self.tool(name, Solid::prism(profile, [0.0, height_mm]))
             .placed([assembly.in_place().lifted(14.0)])
             .colored(MOLD_BLUE)
             .with_handles(3)
@@ -138,25 +143,23 @@ impl Frames<'_> {
         let places = assemblies.iter().flat_map(|name| {
             poses.iter().map(move |pose| name.at(pose.then_in(middle)).lifted(30.0))
         });
-        bought("dowel", dowel.specification(), dowel.solid(), places).times(poses.len() as u32)
+        DOWEL.bought(dowel.specification(), dowel.solid(), places).times(poses.len() as u32)
     }
 
     /// How the dowels are held.
     pub fn press_fit(&self) -> PressFit {
         let overlap_mm = -gap_mm(Process::Sla, Fit::Press);
-        press_fit("dowel", "mold-floor", overlap_mm, "the dowels stay in the floor")
+        press_fit(DOWEL, FLOOR, overlap_mm, "the dowels stay in the floor")
     }
 
     /// Reports what keeps floor, dowels and slots from fitting each other. The section must be
     /// called `mold`; `thickness` is the path that the lowest frame's height follows from.
     pub fn check(&self, thickness: &str, report: &mut Report) {
         let mold = self.mold;
-        report.at_least(
-            "mold.floor",
-            mold.floor,
-            self.socket_mm() + PRINTED_WALL_MM,
-            "the dowels end below the lowest frame's brim, and need a socket with a bottom",
-        );
+        limits! { report:
+            mold.floor >= self.socket_mm() + PRINTED_WALL_MM,
+                "the dowels end below the lowest frame's brim, and need a socket with a bottom";
+        }
         let held = self.lowest_mm - BELOW_BRIM_MM;
         report.require(
             held >= LEAST_HOLD_MM,
@@ -169,29 +172,13 @@ impl Frames<'_> {
             },
             || format!("make it at least {} mm", LEAST_HOLD_MM + BELOW_BRIM_MM),
         );
-        report.at_least(
-            "mold.dowel_length",
-            mold.dowel_length,
-            held + LEAST_HOLD_MM,
-            "a dowel needs a socket in the floor",
-        );
-        report.at_most(
-            "mold.pry_depth",
-            mold.pry_depth,
-            self.rim_mm() - mold.wall.mm(),
-            "the pry slots must end in front of the cavity",
-        );
-        report.at_most(
-            "mold.pry_gap",
-            mold.pry_gap,
-            mold.floor.mm() - PRINTED_WALL_MM,
-            "the pry slots are cut into the floor",
-        );
-        report.at_most(
-            "mold.pry_width",
-            mold.pry_width,
-            2.0 * self.cavity[0],
-            "the pry slots lie between the dowels",
-        );
+        limits! { report:
+            mold.dowel_length >= held + LEAST_HOLD_MM, "a dowel needs a socket in the floor";
+            mold.pry_depth <= self.rim_mm() - mold.wall.mm(),
+                "the pry slots must end in front of the cavity";
+            mold.pry_gap <= mold.floor.mm() - PRINTED_WALL_MM,
+                "the pry slots are cut into the floor";
+            mold.pry_width <= 2.0 * self.cavity[0], "the pry slots lie between the dowels";
+        }
     }
 }

@@ -6,6 +6,7 @@
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Placement, Pose, PressFit, Profile, Solid};
 
 use super::{BRASS, bought, copies, marks, press_fit};
+use crate::assembling::Name;
 use crate::hardware::{HeatSetNut, HexNut, Screw};
 
 /// What a screw's thread holds in.
@@ -230,15 +231,15 @@ impl Joint {
 
     /// How what holds overlaps: the thread and plastic, or the nut and the plastic that it melts;
     /// a nut in its pocket overlaps with nothing.
-    pub fn press_fit(&self, holder: &str) -> Option<PressFit> {
+    pub fn press_fit(&self, holder: Name) -> Option<PressFit> {
         match &self.hold {
             Hold::Plastic { .. } => {
                 let reason = format!("the {} cuts its thread into plastic", self.word);
                 let overlap_mm = self.screw.thread_overlap_mm();
-                Some(press_fit(&self.name(), holder, overlap_mm, &reason))
+                Some(press_fit(self.name(), holder, overlap_mm, &reason))
             }
             Hold::HeatSet { nut, .. } => {
-                Some(press_fit(&nut.name(), holder, nut.overlap_mm(), "the nut is melted in"))
+                Some(press_fit(nut.name(), holder, nut.overlap_mm(), "the nut is melted in"))
             }
             Hold::Hex { .. } | Hold::Thread => None,
         }

@@ -4,7 +4,7 @@ use fabkit_geometry::{Body, CUT_OVERLAP_MM, Length, Path, Pose, Process, Profile
 
 use super::{Rect, STEEL, copies, upright};
 use crate::parameters;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 parameters! {
     /// Dots printed on the gel, under the coat: a grid around the middle.
@@ -22,6 +22,13 @@ parameters! {
         /// Trade name of the ink.
         material: String = 1..=80,
     }
+}
+
+crate::bodies! {
+    /// The ink.
+    pub MARKERS "markers" "dots on the gel";
+    /// What it is dabbed through.
+    pub STENCIL "marker-stencil" "film that ink is dabbed through";
 }
 
 /// Thickness of the film that ink is dabbed through, mm.
@@ -59,7 +66,8 @@ impl Markers {
         let dots = self.dots(z, 0.0);
         let pieces = Shells::pieces(dots.len());
         self.exist().then(|| {
-            Body::cast("markers", "dots on the gel", Solid::union(dots))
+            MARKERS
+                .cast(Solid::union(dots))
                 .from(&self.material)
                 .colored([40, 40, 44])
                 .in_shells(pieces)
@@ -75,7 +83,8 @@ impl Markers {
         });
         let film = Solid::prism(profile, [z, z + STENCIL_MM]);
         self.exist().then(|| {
-            Body::made("marker-stencil", "film that ink is dabbed through", Process::Laser, film)
+            STENCIL
+                .made(Process::Laser, film)
                 .from("PET film")
                 .colored(STEEL)
                 .with_handles(poses.len() as i32)
@@ -88,29 +97,16 @@ impl Markers {
         if !self.exist() {
             return;
         }
-        report.at_most(
-            "markers.diameter",
-            self.diameter,
-            self.spacing.mm() - WEB_MM,
-            "the stencil needs 0.2 mm between neighbours",
-        );
-        let counts = [("markers.columns", self.columns), ("markers.rows", self.rows)];
-        for (i, (path, count)) in counts.into_iter().enumerate() {
-            let room = 2.0 * seen[i].min(face.half[i] - WEB_MM);
-            let steps = (room - self.diameter.mm()) / self.spacing.mm();
-            let most = (steps + 1e-9).floor().max(0.0) as u32 + 1;
-            report.require(
-                count <= most,
-                path,
-                || {
-                    format!(
-                        "{path} is {count}; at {} from dot to dot, {most} lie whole on the {room:.2} mm \
-                         that the camera sees",
-                        self.spacing
-                    )
-                },
-                || format!("write at most {most}, or a smaller `markers.spacing`"),
-            );
+        let markers = self;
+        let room = [0, 1].map(|i| 2.0 * seen[i].min(face.half[i] - WEB_MM));
+        let most = room.map(|mm| ((mm - self.diameter.mm()) / self.spacing.mm()).max(0.0) + 1.0);
+        let [x, y] =
+            room.map(|mm| format!("dots lie whole on the {mm:.2} mm that the camera sees"));
+        limits! { report:
+            markers.diameter <= self.spacing.mm() - WEB_MM,
+                "the stencil needs 0.2 mm between neighbours";
+            markers.columns <= most[0], x;
+            markers.rows <= most[1], y;
         }
     }
 }

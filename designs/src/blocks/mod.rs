@@ -6,25 +6,36 @@ pub mod chamber_light;
 pub mod clamshell;
 pub mod frame_mold;
 mod joint;
+mod led_ring;
 pub mod marker_grid;
 pub mod mold;
 pub mod posted_camera;
 mod rect;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, Landmark, NominalCamera, Placement, Point3, Pose, PressFit, Sensor,
-    Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, Length, NominalCamera, Placement, Point3,
+    Pose, PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
+use crate::assembling::Name;
+use crate::hardware::{ORing, stocked_cords};
 use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
+pub(crate) use led_ring::{LedRing, led_ring};
 pub use rect::Rect;
+
+crate::bodies! {
+    /// An LED.
+    pub LED "led";
+    /// Steel pins that align halves and frames.
+    pub DOWEL "dowel";
+}
 
 /// Smallest gap between parts that must not touch, mm.
 pub const APART_MM: f64 = 0.1;
@@ -77,6 +88,16 @@ pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
 /// `first` turned around the z axis to `count` places, from `offset` steps.
 pub fn ring(count: u32, offset: f64, first: Pose) -> Vec<Pose> {
     (0..count).map(|i| Pose::rotation_z(turn(i, count, offset)).then_in(first)).collect()
+}
+
+/// How many pieces of a width (mm) stand side by side on a circle, not rounded.
+pub fn around(radius_mm: f64, width_mm: f64) -> f64 {
+    PI / (width_mm / 2.0 / radius_mm).clamp(0.0, 1.0).asin()
+}
+
+/// Half of the chord of a circle at a distance from its middle; none outside.
+pub fn half_chord(radius_mm: f64, distance_mm: f64) -> f64 {
+    (radius_mm.powi(2) - distance_mm.powi(2)).max(0.0).sqrt()
 }
 
 /// The four corners of a rectangle with these half edges, counter-clockwise.
@@ -136,8 +157,18 @@ pub fn merged(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
 }
 
 /// An overlap that is meant.
-pub fn press_fit(inner: &str, outer: &str, interference_mm: f64, reason: &str) -> PressFit {
+pub fn press_fit(
+    inner: impl Into<String>,
+    outer: Name,
+    interference_mm: f64,
+    reason: &str,
+) -> PressFit {
     PressFit { inner: inner.into(), outer: outer.into(), interference_mm, reason: reason.into() }
+}
+
+/// A sphere, as surfaces that are touched and patterns on them describe it.
+pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
+    EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 }
 }
 
 /// A camera on the axis that looks along +z; its image's right is the sensor's +x.
@@ -158,6 +189,20 @@ pub fn sensor(
 /// A length that follows from the parameters, for `fabkit show`.
 pub fn mm(name: &str, value: f64) -> (String, String) {
     (name.to_owned(), format!("{value:.3} mm"))
+}
+
+/// Reports a cord of which no O-ring is stocked for a seat of this diameter (mm), which follows from
+/// the parameter `seat`.
+pub fn require_o_ring(
+    (path, cord): (&str, Length),
+    (what, diameter_mm): (&str, f64),
+    seat: &str,
+    report: &mut Report,
+) {
+    let stocked = format!("cords of {} mm are stocked; or change `{seat}`", stocked_cords());
+    let holds = ORing::on(cord.mm(), diameter_mm).is_some();
+    let missing = format!("no O-ring of that cord is stocked for a {what} of {diameter_mm:.2} mm");
+    report.require(holds, path, || format!("{path} is {cord}; {missing}"), || stocked);
 }
 
 /// Reports materials, each named at its path, of which fabkit knows neither mix nor cure.

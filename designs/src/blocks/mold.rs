@@ -12,7 +12,7 @@ use fabkit_geometry::{
 use super::PRINTED_WALL_MM;
 use crate::fits::{Fit, gap_mm};
 use crate::parameters;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 parameters! {
     /// Two-piece molds for the gel layers.
@@ -66,14 +66,6 @@ pub enum Half {
 }
 
 impl Half {
-    /// For names of parts.
-    pub fn letter(self) -> &'static str {
-        match self {
-            Self::A => "a",
-            Self::B => "b",
-        }
-    }
-
     /// Sign of the half's x.
     pub fn outwards(self) -> f64 {
         match self {
@@ -174,46 +166,19 @@ pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
 pub fn check(mold: &Mold, radius_mm: f64, depth_mm: f64, report: &mut Report) {
     let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
     let grip = mold.dowel_length.mm() / 2.0;
-    report.at_least(
-        "mold.height",
-        mold.height,
-        depth_mm + mold.wall.mm(),
-        "the block needs a floor below the cavity",
-    );
-    report.at_least(
-        "mold.width",
-        mold.width,
-        2.0 * (radius_mm + mold.wall.mm() + dowel + inset),
-        "dowels stand between the cavity's wall and the side",
-    );
-    report.at_least(
-        "mold.dowel_inset",
-        mold.dowel_inset,
-        dowel + gap_mm(Process::Fdm, Fit::Slide) + mold.band_depth.mm() + PRINTED_WALL_MM,
-        "a dowel needs a wall between its hole and the band groove",
-    );
-    report.at_most(
-        "mold.dowel_length",
-        mold.dowel_length,
-        mold.height.mm() - mold.band_width.mm() - 2.0 * PRINTED_WALL_MM,
-        "the lid's dowels must end above the band groove",
-    );
-    report.at_most(
-        "mold.pry_depth",
-        mold.pry_depth,
-        inset - dowel - gap_mm(Process::Fdm, Fit::Slide) - 0.6,
-        "the pry slots must end in front of the dowels",
-    );
-    report.at_most(
-        "mold.pry_length",
-        mold.pry_length,
-        mold.height.mm() / 2.0 - mold.band_width.mm(),
-        "the pry slots lie between the band groove and the block's end",
-    );
-    report.at_least(
-        "mold.lid_thickness",
-        mold.lid_thickness,
-        grip,
-        "the dowels must not stand out of the lid",
-    );
+    limits! { report:
+        mold.height >= depth_mm + mold.wall.mm(), "the block needs a floor below the cavity";
+        mold.width >= 2.0 * (radius_mm + mold.wall.mm() + dowel + inset),
+            "dowels stand between the cavity's wall and the side";
+        mold.dowel_inset >=
+            dowel + gap_mm(Process::Fdm, Fit::Slide) + mold.band_depth.mm() + PRINTED_WALL_MM,
+            "a dowel needs a wall between its hole and the band groove";
+        mold.dowel_length <= mold.height.mm() - mold.band_width.mm() - 2.0 * PRINTED_WALL_MM,
+            "the lid's dowels must end above the band groove";
+        mold.pry_depth <= inset - dowel - gap_mm(Process::Fdm, Fit::Slide) - 0.6,
+            "the pry slots must end in front of the dowels";
+        mold.pry_length <= mold.height.mm() / 2.0 - mold.band_width.mm(),
+            "the pry slots lie between the band groove and the block's end";
+        mold.lid_thickness >= grip, "the dowels must not stand out of the lid";
+    }
 }

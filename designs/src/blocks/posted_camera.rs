@@ -3,13 +3,13 @@
 use fabkit_geometry::{Angle, Body, Length, Process, Solid};
 
 use super::{
-    APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, bought, copies,
-    corners, upright,
+    APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies, corners,
+    upright,
 };
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 parameters! {
     /// The camera and the board it comes on. Its distance follows from the pitch of its pixels.
@@ -45,6 +45,11 @@ parameters! {
         /// Room behind the board for connector and cable: the height of the posts.
         back_clearance: Length = 1.0..=20.0,
     }
+}
+
+crate::bodies! {
+    /// The camera.
+    pub CAMERA "camera";
 }
 
 /// What holds the board.
@@ -142,59 +147,36 @@ impl Posted<'_> {
             .at_z(bottom)
             .named("connector");
         let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
-        bought("camera", ordered, solid, []).times(1).colored(CAMERA_GREEN)
+        CAMERA.bought(ordered, solid, []).times(1).colored(CAMERA_GREEN)
     }
 
     /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.
     /// The section must be called `camera`; `from` are the paths that the room's edges follow from.
     pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut Report) {
-        let c = self.camera;
-        report.at_most(
-            "camera.holder_height",
-            c.holder_height,
-            c.lens_height.mm(),
-            "the lens stands out of its holder",
-        );
-        report.at_most(
-            "camera.barrel_diameter",
-            c.barrel_diameter,
-            c.holder_size.mm(),
-            "the lens stands on its holder",
-        );
+        let camera = self.camera;
         let head = SCREW.head_diameter_mm() / 2.0;
-        report.at_least(
-            "camera.screw_spacing",
-            c.screw_spacing,
-            c.holder_size.mm() + 2.0 * (head + APART_MM),
-            "the screws' heads lie beside the lens's holder",
-        );
-        report.at_least(
-            "camera.screw_spacing",
-            c.screw_spacing,
-            c.screw_spacing.mm() + LEAST_CONNECTOR_MM - c.connector_mm(),
-            "the connector lies between the posts",
-        );
-        report.at_most(
-            "camera.screw_spacing",
-            c.screw_spacing,
-            c.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
-            "the screws' holes need half a millimetre of board around them",
-        );
-        let bite = SCREW.length_mm + PILOT_SPARE_MM - c.board_thickness.mm();
-        report.at_least(
-            "camera.back_clearance",
-            c.back_clearance,
-            bite + FLOOR_MM - base_mm,
-            "the camera's M1.6x5 screws end inside posts and base",
-        );
+        let bite = SCREW.length_mm + PILOT_SPARE_MM - camera.board_thickness.mm();
+        limits! { report:
+            camera.holder_height <= camera.lens_height.mm(), "the lens stands out of its holder";
+            camera.barrel_diameter <= camera.holder_size.mm(), "the lens stands on its holder";
+            camera.screw_spacing >= camera.holder_size.mm() + 2.0 * (head + APART_MM),
+                "the screws' heads lie beside the lens's holder";
+            camera.screw_spacing >=
+                camera.screw_spacing.mm() + LEAST_CONNECTOR_MM - camera.connector_mm(),
+                "the connector lies between the posts";
+            camera.screw_spacing <= camera.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
+                "the screws' holes need half a millimetre of board around them";
+            camera.back_clearance >= bite + FLOOR_MM - base_mm,
+                "the camera's M1.6x5 screws end inside posts and base";
+        }
         report.require(
-            room.holds([c.board_size.mm() / 2.0; 2], APART_MM),
+            room.holds([camera.board_size.mm() / 2.0; 2], APART_MM),
             "camera.board_size",
             || {
                 format!(
                     "camera.board_size is {}; its corners meet the walls of its room, {:.2} x {:.2} mm \
                      with round corners of {:.2} mm",
-                    c.board_size,
+                    camera.board_size,
                     2.0 * room.half[0],
                     2.0 * room.half[1],
                     room.corner

@@ -2,10 +2,11 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::joints::{Joints, casing_head_z};
 use super::layout::Layout;
 use super::parameters::Cap;
-use super::{flipped, in_sensor};
+use crate::assembling::{flipped, in_sensor};
 use crate::blocks::{BLACK, GLASS, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
 
@@ -18,7 +19,7 @@ const WINDOW_MARGIN_MM: f64 = 1.0;
 /// Poses on strips' backs: z axis towards the sensor's axis, y axis up.
 pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
     let degrees = |deg: f64| Angle::from_deg(deg).expect("finite");
-    let inwards = Pose::translation(layout.strip_back, 0.0, layout.led_z)
+    let inwards = Pose::translation(layout.strip_back_mm, 0.0, layout.led_z_mm)
         .then_in(Pose::rotation_z(degrees(-90.0)))
         .then_in(Pose::rotation_x(degrees(90.0)));
     // The first one stands on +y, over the middle of a side.
@@ -34,97 +35,94 @@ fn outline(p: &Cap, heights: [f64; 2]) -> Solid {
 
 /// Room for the camera's housing between two heights.
 fn pocket(layout: &Layout, heights: [f64; 2]) -> Solid {
-    let edge = 2.0 * layout.pocket_half;
-    let path = Path::rectangle([0.0; 2], [edge; 2], layout.pocket_corner);
+    let edge = 2.0 * layout.pocket_half_mm;
+    let path = Path::rectangle([0.0; 2], [edge; 2], layout.pocket_corner_mm);
     Solid::prism(path, heights).named("camera pocket")
 }
 
 /// A groove beside the camera's housing, from the chamber to the room behind the camera.
 fn wire_groove(layout: &Layout, [bottom_z, top_z]: [f64; 2]) -> Solid {
     let [depth, width] = WIRE_GROOVE_MM;
-    let reach = layout.pocket_half + depth;
+    let reach = layout.pocket_half_mm + depth;
     Solid::cuboid_between([0.0, -width / 2.0, bottom_z], [reach, width / 2.0, top_z])
         .named("wire groove")
 }
 
 /// The clear plate.
 pub fn plate(p: &Cap, layout: &Layout) -> Body {
-    let disc = Path::circle([0.0; 2], layout.plate_radius);
-    Body::made(
-        "plate",
-        "clear plate that carries the skin",
-        Process::Laser,
-        Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z),
-    )
-    .from(&p.plate.material)
-    .placed([in_sensor().lifted(24.0)])
-    .colored(GLASS)
-    .note("leave the protective film on until the skin is glued")
+    let disc = Path::circle([0.0; 2], layout.plate_radius_mm);
+    PLATE
+        .made(
+            Process::Laser,
+            Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z_mm),
+        )
+        .from(&p.plate.material)
+        .placed([in_sensor().lifted(24.0)])
+        .colored(GLASS)
+        .note("leave the protective film on until the skin is glued")
 }
 
 /// The casing's upper piece.
 pub fn holder(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
     // One profile from the plate's recess down to the camera: ledge and chamber.
-    let (recess, chamber) = (layout.recess_radius, layout.chamber_radius);
+    let (recess, chamber) = (layout.recess_radius_mm, layout.chamber_radius_mm);
     let inside = Solid::revolution(Path::polygon(&[
-        [0.0, layout.housing_front_z],
-        [chamber, layout.housing_front_z],
-        [chamber, layout.plate_bottom_z],
-        [recess, layout.plate_bottom_z],
+        [0.0, layout.housing_front_z_mm],
+        [chamber, layout.housing_front_z_mm],
+        [chamber, layout.plate_bottom_z_mm],
+        [recess, layout.plate_bottom_z_mm],
         [recess, over],
         [0.0, over],
     ]));
     // Strips are pushed in from above, before the plate is glued on.
     let slack = gap_mm(Process::Fdm, Fit::Slide);
-    let depth = layout.strip_back - layout.led_front;
+    let depth = layout.strip_back_mm - layout.led_front_mm;
     let pocket_height = p.leds.strip_width.mm() + p.leds.below_plate.mm() + over;
     let led_pocket = Solid::cuboid(p.leds.strip_length.mm() + 2.0 * slack, pocket_height, depth)
         .at(0.0, (pocket_height - p.leds.strip_width.mm()) / 2.0, 0.0);
     let leds = led_poses(p, layout);
-    let below = layout.joint_z - over;
-    Body::made(
-        "holder",
-        "casing's upper piece: holds plate, LEDs and the camera's front",
-        Process::Fdm,
-        outline(p, [layout.joint_z, 0.0])
-            .minus(inside.named("chamber"))
-            .minus(pocket(layout, [below, layout.housing_front_z]))
-            .minus(wire_groove(layout, [below, layout.housing_front_z + over]))
-            .minus_all(copies("led pocket", &leds, &led_pocket)),
-    )
-    .from(&p.holder.material)
-    .placed([in_sensor()])
-    .marked(marks("led", &leds))
-    .colored(BLACK)
-    .lying(flipped())
-    .note("plate side down, no supports: the ledges overhang about 1 mm")
-    .note("matt black filament; stray light blurs the shadows")
-    // The chamber goes through; everything else is open to it or blind.
-    .with_handles(1)
-    .cut(Joints::new(p, layout).casing.held().unmarked())
+    let below = layout.joint_z_mm - over;
+    HOLDER
+        .made(
+            Process::Fdm,
+            outline(p, [layout.joint_z_mm, 0.0])
+                .minus(inside.named("chamber"))
+                .minus(pocket(layout, [below, layout.housing_front_z_mm]))
+                .minus(wire_groove(layout, [below, layout.housing_front_z_mm + over]))
+                .minus_all(copies("led pocket", &leds, &led_pocket)),
+        )
+        .from(&p.holder.material)
+        .placed([in_sensor()])
+        .marked(marks("led", &leds))
+        .colored(BLACK)
+        .lying(flipped())
+        .note("plate side down, no supports: the ledges overhang about 1 mm")
+        .note("matt black filament; stray light blurs the shadows")
+        // The chamber goes through; everything else is open to it or blind.
+        .with_handles(1)
+        .cut(Joints::new(p, layout).casing.held().unmarked())
 }
 
 /// The casing's lower piece.
 pub fn base(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
-    let (joints, head_z, bottom) = (Joints::new(p, layout), casing_head_z(layout), layout.bottom_z);
+    let (joints, head_z, bottom) =
+        (Joints::new(p, layout), casing_head_z(layout), layout.bottom_z_mm);
     let half = p.base.window_width.mm() / 2.0;
     let window = Solid::cuboid_between(
-        [-half, -p.holder.width.mm(), layout.floor_z + WINDOW_MARGIN_MM],
-        [half, 0.0, layout.housing_back_z - WINDOW_MARGIN_MM],
+        [-half, -p.holder.width.mm(), layout.floor_z_mm + WINDOW_MARGIN_MM],
+        [half, 0.0, layout.housing_back_z_mm - WINDOW_MARGIN_MM],
     );
     let plug_room =
-        Solid::rod(layout.chamber_radius, [layout.floor_z, layout.housing_back_z + over]);
+        Solid::rod(layout.chamber_radius_mm, [layout.floor_z_mm, layout.housing_back_z_mm + over]);
     let gap = gap_mm(Process::Fdm, Fit::Snug);
-    Body::made(
-        "base",
-        "casing's lower piece: clamps the camera, is screwed to a gripper",
+    BASE.made(
         Process::Fdm,
-        outline(p, [bottom, layout.joint_z])
-            .minus(pocket(layout, [layout.housing_back_z, layout.joint_z + over]))
+        outline(p, [bottom, layout.joint_z_mm])
+            .minus(pocket(layout, [layout.housing_back_z_mm, layout.joint_z_mm + over]))
             .minus(plug_room.named("plug room"))
-            .minus(wire_groove(layout, [layout.housing_back_z - over, layout.joint_z + over]))
+            .minus(wire_groove(layout, [layout.housing_back_z_mm - over, layout.joint_z_mm + over]))
             .minus(window.named("plug window")),
     )
     .from(&p.holder.material)
@@ -133,6 +131,6 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     .note("floor down, no supports: the window's upper edge is a bridge")
     .note("the gripper's M3 screws cut their threads into the floor")
     .with_handles(1) // The plug's window.
-    .cut(joints.casing.sunk(layout.joint_z - head_z, head_z - bottom, gap).unmarked())
+    .cut(joints.casing.sunk(layout.joint_z_mm - head_z, head_z - bottom, gap).unmarked())
     .cut(joints.mounting.held_through())
 }

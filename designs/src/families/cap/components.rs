@@ -2,13 +2,13 @@
 
 use fabkit_geometry::{Body, Path, Pose, Solid};
 
+use super::bodies::*;
 use super::casing::led_poses;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
-use super::{SKIN_MOLD, in_sensor};
-use crate::assembling::SENSOR;
-use crate::blocks::{CAMERA_GREEN, INTO_MM, LED_YELLOW, bought};
+use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::{CAMERA_GREEN, INTO_MM, LED, LED_YELLOW};
 
 /// Length and width of the camera's USB connector, mm: micro-B for USB 3.0.
 pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
@@ -28,9 +28,10 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
     let off_mold = |pose: &Pose| SKIN_MOLD.drawn_out(pose, 34.0);
     [
         vec![
-            bought("camera", camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
+            CAMERA
+                .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
                 .colored(CAMERA_GREEN),
-            bought("led", led_text, led(p), leds).colored(LED_YELLOW),
+            LED.bought(led_text, led(p), leds).colored(LED_YELLOW),
         ],
         joints.casing.bought(below, below),
         joints.mold.bought(off_mold, off_mold),
@@ -43,15 +44,17 @@ fn camera(p: &Cap, layout: &Layout) -> Solid {
     let camera = &p.camera;
     let [lens_radius, mount_radius] =
         [camera.lens_diameter, camera.mount_diameter].map(|d| d.mm() / 2.0);
-    let lens = Solid::rod(lens_radius, [layout.mount_front_z - INTO_MM, layout.lens_front_z]);
-    let mount = Solid::rod(mount_radius, [layout.housing_front_z - INTO_MM, layout.mount_front_z]);
+    let lens = Solid::rod(lens_radius, [layout.mount_front_z_mm - INTO_MM, layout.lens_front_z_mm]);
+    let mount =
+        Solid::rod(mount_radius, [layout.housing_front_z_mm - INTO_MM, layout.mount_front_z_mm]);
     let outline =
         Path::rectangle([0.0; 2], [camera.housing_size.mm(); 2], camera.housing_corner.mm());
-    let housing = Solid::extrusion(outline, camera.housing_height.mm()).at_z(layout.housing_back_z);
+    let housing =
+        Solid::extrusion(outline, camera.housing_height.mm()).at_z(layout.housing_back_z_mm);
     let [length, width] = CONNECTOR_MM;
     let height = camera.connector_height.mm();
     let connector =
-        Solid::cuboid(length, width, height + INTO_MM).at_z(layout.housing_back_z - height);
+        Solid::cuboid(length, width, height + INTO_MM).at_z(layout.housing_back_z_mm - height);
     Solid::union([
         housing.named("housing"),
         mount.named("mount"),

@@ -12,9 +12,9 @@ use super::mold::vent_circle_mm;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
 use super::skin::dimple_count;
-use crate::blocks::{APART_MM, PRINTED_WALL_MM, require_castable};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, half_chord, require_castable};
 use crate::fits::{Fit, gap_mm};
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 /// Thinnest web of gel, or wall of resin, between two dimples, mm.
 const WEB_MM: f64 = 0.2;
@@ -33,13 +33,11 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     let layout = Layout::new(p);
     let materials = [("skin.material", &p.skin.material), ("paint.material", &p.paint.material)];
     require_castable(&materials, report);
-    report.at_most(
-        "skin.height",
-        p.skin.height,
-        layout.foot_radius,
-        "more than a hemisphere cannot be drawn out of its mold",
-    );
-    if layout.sphere_z > 0.0 {
+    limits! { report, p:
+        skin.height <=
+            layout.foot_radius_mm, "more than a hemisphere cannot be drawn out of its mold";
+    }
+    if layout.sphere_z_mm > 0.0 {
         return; // Everything below would follow from it.
     }
     dimples(p, &layout, report);
@@ -52,7 +50,7 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
 
 /// Distance of the nearest two dimples on the gel's surface, mm.
 pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> f64 {
-    let between_rings = 2.0 * layout.sphere_radius * (layout.ring_tilt_rad(p, 1) / 2.0).sin();
+    let between_rings = 2.0 * layout.sphere_radius_mm * (layout.ring_tilt_rad(p, 1) / 2.0).sin();
     (1..=p.dimples.rings).map(|k| layout.ring_pitch_mm(p, k)).fold(between_rings, f64::min)
 }
 
@@ -60,14 +58,14 @@ pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> f64 {
 pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, index: u32) -> f64 {
     let tilt = layout.ring_tilt_rad(p, index);
     let radius = p.dimples.width.mm() / 2.0;
-    let mouth = layout.sphere_radius * tilt.cos() - radius * tilt.sin();
+    let mouth = layout.sphere_radius_mm * tilt.cos() - radius * tilt.sin();
     let tip = match p.dimples.direction {
         Direction::IntoGel => {
-            (layout.sphere_radius - p.dimples.height.mm() + radius) * tilt.cos() - radius
+            (layout.sphere_radius_mm - p.dimples.height.mm() + radius) * tilt.cos() - radius
         }
         Direction::OutOfGel => mouth,
     };
-    layout.sphere_z + mouth.min(tip)
+    layout.sphere_z_mm + mouth.min(tip)
 }
 
 fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
@@ -76,34 +74,19 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
     let (nearest, shrinks) = (
         nearest_dimples_mm(p, layout),
         match dimples.direction {
-            Direction::IntoGel => 1.0 - dimples.height.mm() / layout.sphere_radius,
+            Direction::IntoGel => 1.0 - dimples.height.mm() / layout.sphere_radius_mm,
             Direction::OutOfGel => 1.0,
         },
     );
-    report.at_most(
-        "dimples.width",
-        dimples.width,
-        nearest * shrinks - WEB_MM,
-        "a dimple must be smaller than its spacing, with 0.2 mm between neighbours",
-    );
-    report.at_least(
-        "dimples.width",
-        dimples.width,
-        THINNEST_PIN_MM,
-        "thinner pins do not survive resin printing",
-    );
-    report.at_least(
-        "dimples.height",
-        dimples.height,
-        dimples.width.mm() / 2.0,
-        "the hemispherical tip alone is half as high as the dimple is wide",
-    );
-    report.at_most(
-        "dimples.height",
-        dimples.height,
-        (p.skin.height.mm() - RIM_MM).min(4.0 * dimples.width.mm()),
-        "higher pins bend when the gel is peeled off",
-    );
+    limits! { report, p:
+        dimples.width <= nearest * shrinks - WEB_MM,
+            "a dimple must be smaller than its spacing, with 0.2 mm between neighbours";
+        dimples.width >= THINNEST_PIN_MM, "thinner pins do not survive resin printing";
+        dimples.height >= dimples.width.mm() / 2.0,
+            "the hemispherical tip alone is half as high as the dimple is wide";
+        dimples.height <= (p.skin.height.mm() - RIM_MM).min(4.0 * dimples.width.mm()),
+            "higher pins bend when the gel is peeled off";
+    }
     let fits = |rings: u32| (1..=rings).all(|k| lowest_dimple_z(p, layout, k) >= RIM_MM - 1e-9);
     let most = (0..=dimples.rings).rev().find(|&rings| fits(rings)).unwrap_or(0);
     let lowest = lowest_dimple_z(p, layout, dimples.rings);
@@ -120,286 +103,145 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
         },
         || format!("write at most {most}, or change `dimples.spacing` or `skin.height`"),
     );
-    report.at_most(
-        "paint.thickness",
-        p.paint.thickness,
-        dimples.height.mm() / 2.0,
-        "thicker paint would hide the dimples",
-    );
+    limits! { report, p:
+        paint.thickness <= dimples.height.mm() / 2.0, "thicker paint would hide the dimples";
+    }
 }
 
 /// LEDs and what the camera sees.
 fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let leds = &p.leds;
     let count = f64::from(leds.count);
-    // Strips are chords of the chamber; neighbours touch first at their inner ends.
     let half = (leds.strip_length.mm() + APART_MM) / 2.0;
-    let most = (PI / half.atan2(layout.chamber_radius)).floor();
-    report.require(
-        count <= most,
-        "leds.count",
-        || {
-            format!(
-                "leds.count is {}; at most {most} strips of {} fit around the chamber of {} \
-                 without overlapping",
-                leds.count, leds.strip_length, p.holder.aperture_diameter
-            )
-        },
-        || format!("write {most}, or change `leds.strip_length` or `holder.aperture_diameter`"),
-    );
-    report.at_most(
-        "leds.package_size",
-        leds.package_size,
-        (leds.strip_width.mm()).min(2.0 * layout.led_front * (PI / count).tan() - 2.0 * APART_MM),
-        "packages must stay on their strips and apart from each other",
-    );
-    report.at_least(
-        "leds.strip_length",
-        leds.strip_length,
-        leds.package_size.mm(),
-        "the package sits on its strip",
-    );
-    report.at_most(
-        "leds.strip_length",
-        leds.strip_length,
-        2.0 * ((layout.recess_radius.powi(2) - layout.strip_back.powi(2)).max(0.0).sqrt()
-            - gap_mm(Process::Fdm, Fit::Slide)),
-        "the strip is pushed in from the plate's recess",
-    );
-    report.at_most(
-        "leds.below_plate",
-        leds.below_plate,
-        layout.plate_bottom_z - layout.housing_front_z - leds.strip_width.mm() - PRINTED_WALL_MM,
-        "the strips must end above the camera's housing",
-    );
+    let recess = half_chord(layout.recess_radius_mm, layout.strip_back_mm);
     // The straight line from the optical centre to the outermost ring passes inside the LEDs; the
     // plate only bends it inwards.
     let tilt = layout.ring_tilt_rad(p, p.dimples.rings);
-    let ring = layout.sphere_radius * tilt.sin();
-    let ring_z = layout.sphere_z + layout.sphere_radius * tilt.cos();
+    let ring = layout.sphere_radius_mm * tilt.sin();
+    let ring_z = layout.sphere_z_mm + layout.sphere_radius_mm * tilt.cos();
     let depth = p.camera.depth.mm();
     let share = |z: f64| (z + depth) / (ring_z + depth);
-    let led_top = layout.led_z + leds.package_size.mm() / 2.0;
-    report.at_most(
-        "leds.package_height",
-        leds.package_height,
-        layout.chamber_radius - ring * share(led_top) - APART_MM,
-        "the LEDs must not hide the outermost dimples from the camera",
-    );
-    report.at_least(
-        "holder.aperture_diameter",
-        p.holder.aperture_diameter,
-        2.0 * (ring * share(layout.plate_bottom_z) + APART_MM),
-        "the ledge must not hide the outermost dimples from the camera",
-    );
+    let led_top = layout.led_z_mm + leds.package_size.mm() / 2.0;
+    limits! { report, p:
+        // Strips are chords of the chamber; neighbours touch first at their inner ends.
+        leds.count <= PI / half.atan2(layout.chamber_radius_mm),
+            "the strips must fit around the chamber without overlapping";
+        leds.package_size <=
+            leds.strip_width.mm().min(2.0 * (layout.led_front_mm * (PI / count).tan() - APART_MM)),
+            "packages must stay on their strips and apart from each other";
+        leds.strip_length >= leds.package_size.mm(), "the package sits on its strip";
+        leds.strip_length <= 2.0 * (recess - gap_mm(Process::Fdm, Fit::Slide)),
+            "the strip is pushed in from the plate's recess";
+        leds.below_plate <= layout.plate_bottom_z_mm - layout.housing_front_z_mm
+            - leds.strip_width.mm() - PRINTED_WALL_MM,
+            "the strips must end above the camera's housing";
+        leds.package_height <= layout.chamber_radius_mm - ring * share(led_top) - APART_MM,
+            "the LEDs must not hide the outermost dimples from the camera";
+        holder.aperture_diameter >= 2.0 * (ring * share(layout.plate_bottom_z_mm) + APART_MM),
+            "the ledge must not hide the outermost dimples from the camera";
+    }
 }
 
 fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
     let half_width = p.holder.width.mm() / 2.0;
-    report.at_most(
-        "plate.diameter",
-        p.plate.diameter,
-        (2.0 * layout.foot_radius)
-            .min(2.0 * (half_width - PRINTED_WALL_MM - gap_mm(Process::Fdm, Fit::Slide))),
-        "the skin covers the plate's edge, and the holder needs a wall around it",
-    );
-    let painted =
-        ((layout.sphere_radius + p.paint.thickness.mm()).powi(2) - layout.sphere_z.powi(2)).sqrt();
-    report.at_least(
-        "holder.width",
-        p.holder.width,
-        2.0 * (painted + APART_MM),
-        "the painted skin must not stand over the casing",
-    );
-    report.at_most(
-        "holder.aperture_diameter",
-        p.holder.aperture_diameter,
-        2.0 * (layout.plate_radius - PRINTED_WALL_MM),
-        "the plate is glued to a ledge at least 0.8 mm wide",
-    );
-    report.at_most(
-        "leds.strip_thickness",
-        p.leds.strip_thickness,
-        half_width - layout.chamber_radius - PRINTED_WALL_MM,
-        "the LEDs' pockets need a wall behind them",
-    );
-    report.at_least(
-        "holder.width",
-        p.holder.width,
-        2.0 * (layout.pocket_half + WIRE_GROOVE_MM[0] + PRINTED_WALL_MM),
-        "the wires' groove beside the camera needs a wall",
-    );
+    let painted = ((layout.sphere_radius_mm + p.paint.thickness.mm()).powi(2)
+        - layout.sphere_z_mm.powi(2))
+    .sqrt();
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
-    report.at_most(
-        "holder.screw_spacing",
-        p.holder.screw_spacing,
-        2.0 * (half_width - head - PRINTED_WALL_MM),
-        "the screws' heads need a wall outside",
-    );
     let passage = CASING_SCREW.clearance_hole_mm() / 2.0;
-    let centre = layout.pocket_half - layout.pocket_corner;
-    report.at_least(
-        "holder.screw_spacing",
-        p.holder.screw_spacing,
-        2.0 * centre + SQRT_2 * (layout.pocket_corner + passage + PRINTED_WALL_MM),
-        "the screws need a wall beside the camera",
-    );
+    let centre = layout.pocket_half_mm - layout.pocket_corner_mm;
     let inset = half_width - p.holder.screw_spacing.mm() / 2.0;
-    report.at_most(
-        "holder.corner",
-        p.holder.corner,
+    limits! { report, p:
+        plate.diameter <= (2.0 * layout.foot_radius_mm)
+            .min(2.0 * (half_width - PRINTED_WALL_MM - gap_mm(Process::Fdm, Fit::Slide))),
+            "the skin covers the plate's edge, and the holder needs a wall around it";
+        holder.width >= 2.0 * (painted + APART_MM),
+            "the painted skin must not stand over the casing";
+        holder.aperture_diameter <= 2.0 * (layout.plate_radius_mm - PRINTED_WALL_MM),
+            "the plate is glued to a ledge at least 0.8 mm wide";
+        leds.strip_thickness <= half_width - layout.chamber_radius_mm - PRINTED_WALL_MM,
+            "the LEDs' pockets need a wall behind them";
+        holder.width >= 2.0 * (layout.pocket_half_mm + WIRE_GROOVE_MM[0] + PRINTED_WALL_MM),
+            "the wires' groove beside the camera needs a wall";
+        holder.screw_spacing <= 2.0 * (half_width - head - PRINTED_WALL_MM),
+            "the screws' heads need a wall outside";
+        holder.screw_spacing >=
+            2.0 * centre + SQRT_2 * (layout.pocket_corner_mm + passage + PRINTED_WALL_MM),
+            "the screws need a wall beside the camera";
         // A corner rounder than that around the screw's own centre comes nearer to its head.
-        inset + (inset - head - PRINTED_WALL_MM).max(0.0) / (SQRT_2 - 1.0),
-        "the screws' heads need a wall at the rounded corner",
-    );
+        holder.corner <= inset + (inset - head - PRINTED_WALL_MM).max(0.0) / (SQRT_2 - 1.0),
+            "the screws' heads need a wall at the rounded corner";
+    }
 }
 
 fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
     let camera = &p.camera;
-    report.at_least(
-        "camera.depth",
-        camera.depth,
-        p.plate.thickness.mm() + camera.pupil_behind_front.mm() + 0.5,
-        "the lens must not touch the plate",
-    );
-    let wide = 2.0 * (layout.led_front - APART_MM);
-    report.at_most(
-        "camera.lens_diameter",
-        camera.lens_diameter,
-        wide.min(camera.mount_diameter.mm()),
-        "the lens passes its mount and the LEDs",
-    );
-    report.at_most(
-        "camera.mount_diameter",
-        camera.mount_diameter,
-        (2.0 * layout.chamber_radius - 1.0).min(camera.housing_size.mm()),
-        "the mount stands on the housing, in the chamber",
-    );
+    let wide = 2.0 * (layout.led_front_mm - APART_MM);
     // Corners of the housing, beyond the chamber, are what clamps the camera.
     let reach = (camera.housing_size.mm() / 2.0 - camera.housing_corner.mm()) * SQRT_2
         + camera.housing_corner.mm();
-    report.at_most(
-        "holder.aperture_diameter",
-        p.holder.aperture_diameter,
-        2.0 * (reach - 1.5),
-        "the housing's corners must rest 1.5 mm deep on holder and base",
-    );
     let engaged = 1.0;
-    report.at_least(
-        "holder.height",
-        p.holder.height,
-        engaged - layout.housing_front_z,
-        "the holder must centre the camera's housing over 1 mm",
-    );
-    report.at_most(
-        "holder.height",
-        p.holder.height,
-        -layout.housing_back_z - engaged,
-        "the base must centre the camera's housing over 1 mm",
-    );
+    limits! { report, p:
+        camera.depth >= p.plate.thickness.mm() + camera.pupil_behind_front.mm() + 0.5,
+            "the lens must not touch the plate";
+        camera.lens_diameter <= wide.min(camera.mount_diameter.mm()),
+            "the lens passes its mount and the LEDs";
+        camera.mount_diameter <=
+            (2.0 * layout.chamber_radius_mm - 1.0).min(camera.housing_size.mm()),
+            "the mount stands on the housing, in the chamber";
+        holder.aperture_diameter <= 2.0 * (reach - 1.5),
+            "the housing's corners must rest 1.5 mm deep on holder and base";
+        holder.height >= engaged - layout.housing_front_z_mm,
+            "the holder must centre the camera's housing over 1 mm";
+        holder.height <= -layout.housing_back_z_mm - engaged,
+            "the base must centre the camera's housing over 1 mm";
+    }
 }
 
 fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     let grip = CASING_SCREW.length_mm - BITE_MM;
-    report.at_least(
-        "base.height",
-        p.base.height,
-        grip + 2.0,
-        "the joint's M2x16 screws are sunk into the base",
-    );
-    report.at_least(
-        "base.height",
-        p.base.height,
-        p.base.height.mm() + PLUG_MM - plug_room_mm(p, layout),
-        "an angled USB plug needs 8 mm behind the camera's connector",
-    );
-    let room = (layout.chamber_radius.powi(2) - (layout.chamber_radius / 2.0).powi(2)).sqrt();
+    let room = half_chord(layout.chamber_radius_mm, layout.chamber_radius_mm / 2.0);
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
-    report.at_most(
-        "base.window_width",
-        p.base.window_width,
-        2.0 * room.min(p.holder.screw_spacing.mm() / 2.0 - head - PRINTED_WALL_MM),
-        "the window opens into the round room behind the camera, between two screws",
-    );
-    report.at_least(
-        "base.window_width",
-        p.base.window_width,
-        CONNECTOR_MM[0] + 1.0,
-        "the camera's plug must pass the window",
-    );
     let pilot = Joints::new(p, layout).mounting.holes().radius_mm;
-    report.at_most(
-        "base.mount_radius",
-        p.base.mount_radius,
-        layout.chamber_radius - pilot,
-        "a mounting hole ends in the room behind the camera",
-    );
-    report.at_least(
-        "base.mount_radius",
-        p.base.mount_radius,
-        (pilot + PRINTED_WALL_MM) / (PI / f64::from(p.base.mount_holes)).sin(),
-        "mounting holes need walls between them",
-    );
+    limits! { report, p:
+        base.height >= grip + 2.0, "the joint's M2x16 screws are sunk into the base";
+        base.height >= p.base.height.mm() + PLUG_MM - plug_room_mm(p, layout),
+            "an angled USB plug needs 8 mm behind the camera's connector";
+        base.window_width <=
+            2.0 * room.min(p.holder.screw_spacing.mm() / 2.0 - head - PRINTED_WALL_MM),
+            "the window opens into the round room behind the camera, between two screws";
+        base.window_width >= CONNECTOR_MM[0] + 1.0, "the camera's plug must pass the window";
+        base.mount_radius <= layout.chamber_radius_mm - pilot,
+            "a mounting hole ends in the room behind the camera";
+        base.mount_radius >= (pilot + PRINTED_WALL_MM) / (PI / f64::from(p.base.mount_holes)).sin(),
+            "mounting holes need walls between them";
+    }
 }
 
 fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
     let (mold, (bolt, nut)) = (&p.mold, MOLD_BOLT);
-    report.at_least(
-        "mold.height",
-        mold.height,
-        p.skin.height.mm() + mold.wall.mm(),
-        "the block needs a floor below the cavity",
-    );
-    report.at_least(
-        "mold.height",
-        mold.height,
-        layout.nut_z + nut.height_mm,
-        "the nuts must lie inside the block, which stands on that side",
-    );
-    report.at_most(
-        "mold.lid_thickness",
-        mold.lid_thickness,
-        bolt.length_mm - nut.height_mm - mold.spacer.mm() - 2.0,
-        "an M3x16 must reach through lid, spacer and 2 mm of block into its nut",
-    );
     let hole = mold.lid_hole.mm().max(mold.block_hole.mm()) / 2.0;
-    report.at_least(
-        "mold.bolt_circle",
-        mold.bolt_circle,
-        2.0 * (layout.spacer_bore + hole + 1.0),
-        "bolts need a wall beside the trough",
-    );
     let pocket = Joints::new(p, layout).mold.holes().radius_mm;
-    report.at_least(
-        "mold.diameter",
-        mold.diameter,
-        mold.bolt_circle.mm() + 2.0 * (pocket + 1.0),
-        "the nuts' pockets need a wall outside",
-    );
-    report.at_most(
-        "mold.pry_width",
-        mold.pry_width,
-        2.0 * (mold.bolt_circle.mm() / 2.0 * (PI / f64::from(mold.bolts)).sin() - pocket - 1.0),
-        "pry slots lie between bolts",
-    );
-    report.at_most(
-        "mold.pry_depth",
-        mold.pry_depth,
-        layout.mold_radius - layout.spacer_bore - 1.0,
-        "the block's pry slots must end outside the trough",
-    );
-    let seen = layout.foot_radius - layout.chamber_radius;
-    report.at_most(
-        "mold.vent_diameter",
-        mold.vent_diameter,
-        seen - 0.2,
-        "vents open between what the camera sees and the gel's edge",
-    );
+    let seen = layout.foot_radius_mm - layout.chamber_radius_mm;
     let apart = 2.0 * vent_circle_mm(layout) * (PI / f64::from(mold.vents)).sin();
-    report.at_most(
-        "mold.vent_diameter",
-        mold.vent_diameter,
-        apart - PRINTED_WALL_MM,
-        "vents need walls between them",
-    );
+    limits! { report, p:
+        mold.height >= p.skin.height.mm() + mold.wall.mm(),
+            "the block needs a floor below the cavity";
+        mold.height >= layout.nut_z_mm + nut.height_mm,
+            "the nuts must lie inside the block, which stands on that side";
+        mold.lid_thickness <= bolt.length_mm - nut.height_mm - mold.spacer.mm() - 2.0,
+            "an M3x16 must reach through lid, spacer and 2 mm of block into its nut";
+        mold.bolt_circle >= 2.0 * (layout.spacer_bore_mm + hole + 1.0),
+            "bolts need a wall beside the trough";
+        mold.diameter >= mold.bolt_circle.mm() + 2.0 * (pocket + 1.0),
+            "the nuts' pockets need a wall outside";
+        mold.pry_width <=
+            2.0 * (mold.bolt_circle.mm() / 2.0 * (PI / f64::from(mold.bolts)).sin() - pocket - 1.0),
+            "pry slots lie between bolts";
+        mold.pry_depth <= layout.mold_radius_mm - layout.spacer_bore_mm - 1.0,
+            "the block's pry slots must end outside the trough";
+        mold.vent_diameter <= seen - 0.2,
+            "vents open between what the camera sees and the gel's edge";
+        mold.vent_diameter <= apart - PRINTED_WALL_MM, "vents need walls between them";
+    }
 }

@@ -36,13 +36,13 @@ impl Joints {
         let half = p.holder.screw_spacing.mm() / 2.0;
         let head_z = casing_head_z(layout);
         let casing = corners([half, half]).map(|at| hanging(at, head_z)).to_vec();
-        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z);
+        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z_mm);
         let mount_depth = p.base.floor.mm() + CUT_OVERLAP_MM;
 
         let (bolt, nut) = MOLD_BOLT;
         let (circle, bolts) = (p.mold.bolt_circle.mm() / 2.0, p.mold.bolts);
-        let down = hanging([circle, 0.0], layout.lid_z);
-        let nuts = ring(bolts, 0.0, Pose::translation(circle, 0.0, layout.nut_z));
+        let down = hanging([circle, 0.0], layout.lid_z_mm);
+        let nuts = ring(bolts, 0.0, Pose::translation(circle, 0.0, layout.nut_z_mm));
         Self {
             casing: Joint::self_tapping(
                 "screw",
@@ -57,7 +57,7 @@ impl Joints {
                 mount_depth,
             ),
             mold: Joint::nutted("bolt", bolt, ring(bolts, 0.0, down), (nut, nuts))
-                .in_pockets(gap_mm(Process::Sla, Fit::Slide), p.mold.height.mm() - layout.nut_z)
+                .in_pockets(gap_mm(Process::Sla, Fit::Slide), p.mold.height.mm() - layout.nut_z_mm)
                 .of_bolts(),
         }
     }
@@ -65,5 +65,5 @@ impl Joints {
 
 /// Height at which the heads of the casing's screws bear.
 pub fn casing_head_z(layout: &Layout) -> f64 {
-    layout.joint_z + BITE_MM - CASING_SCREW.length_mm
+    layout.joint_z_mm + BITE_MM - CASING_SCREW.length_mm
 }

@@ -1,6 +1,7 @@
 //! Dome-cap sensors: a dimpled cap of clear gel, painted outside, on a clear plate; coloured LEDs
 //! and a camera below (ShadowTac).
 
+mod bodies;
 mod casing;
 mod chain;
 mod components;
@@ -11,18 +12,14 @@ mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose, Sensor, Vector3};
+use fabkit_geometry::{DomeSurface, Grip, Path, Point3, Pose, Sensor, Vector3};
 
-use crate::assembling::{AssemblyName, flipped, in_sensor};
-use crate::blocks::{self, camera_at, mm};
+use crate::blocks::{self, camera_at, mm, sphere};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
 use layout::Layout;
 use parameters::{Cap, Direction};
-
-/// Casting the skin.
-const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
 
 /// The family of ShadowTac.
 pub(crate) struct CapFamily;
@@ -70,7 +67,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
         .chain(components::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: Joints::new(p, layout).casing.press_fit("holder").into_iter().collect(),
+        press_fits: Joints::new(p, layout).casing.press_fit(bodies::HOLDER).into_iter().collect(),
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         ..blocks::sensor(header, camera, bodies)
@@ -82,18 +79,18 @@ const SOFT_SHARE: f64 = 0.4;
 
 /// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
 fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.sphere_radius + p.paint.thickness.mm();
+    let radius_mm = layout.sphere_radius_mm + p.paint.thickness.mm();
     let half_mm = p.holder.width.mm() / 2.0;
-    let window = Point3::new(0.0, -half_mm, (layout.floor_z + layout.housing_back_z) / 2.0);
+    let window = Point3::new(0.0, -half_mm, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
     DomeSurface {
-        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
-        centre_z_mm: layout.sphere_z,
+        dome: sphere(radius_mm),
+        centre_z_mm: layout.sphere_z_mm,
         foot_z_mm: 0.0,
         soft_mm: SOFT_SHARE * p.skin.height.mm(),
         grip: Grip {
             outline: Path::rectangle([0.0; 2], [2.0 * half_mm; 2], p.holder.corner.mm()),
             top_z_mm: 0.0,
-            bottom_z_mm: layout.bottom_z,
+            bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: 0.0,
             key: Some(Pose::z_to(-Vector3::y(), window)),
             threads: Joints::new(p, layout).mounting.held().landmarks,
@@ -106,20 +103,20 @@ fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
     let outermost = p.dimples.rings;
     let step_deg = layout.ring_tilt_rad(p, 1).to_degrees();
     vec![
-        mm("sphere radius", layout.sphere_radius),
-        mm("sphere centre below the foot", -layout.sphere_z),
+        mm("sphere radius", layout.sphere_radius_mm),
+        mm("sphere centre below the foot", -layout.sphere_z_mm),
         ("dimples".into(), skin::dimple_count(p).to_string()),
         ("polar step from ring to ring".into(), format!("{step_deg:.3} deg")),
         mm("nearest neighbours", constraints::nearest_dimples_mm(p, layout)),
         mm("outermost ring above the foot", constraints::lowest_dimple_z(p, layout, outermost)),
-        mm("total height", p.skin.height.mm() + p.paint.thickness.mm() - layout.bottom_z),
-        mm("casing height", -layout.bottom_z),
-        mm("lens front below the plate", layout.plate_bottom_z - layout.lens_front_z),
+        mm("total height", p.skin.height.mm() + p.paint.thickness.mm() - layout.bottom_z_mm),
+        mm("casing height", -layout.bottom_z_mm),
+        mm("lens front below the plate", layout.plate_bottom_z_mm - layout.lens_front_z_mm),
         mm("plug room behind the connector", plug_room_mm(p, layout)),
     ]
 }
 
 /// Room between the camera's connector and the base's floor, mm.
 fn plug_room_mm(p: &Cap, layout: &Layout) -> f64 {
-    layout.housing_back_z - p.camera.connector_height.mm() - layout.floor_z
+    layout.housing_back_z_mm - p.camera.connector_height.mm() - layout.floor_z_mm
 }

@@ -9,20 +9,20 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
 use super::skin::gel;
-use super::{SKIN_MOLD, flipped};
+use crate::assembling::{Name, flipped, shrinkage};
 use crate::blocks::{MOLD_BLUE, TOOL_GREY, copies, holes, marks, ring, turn};
-use crate::materials::castable;
 
 const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone from curing";
 
 /// Radius of the circle on which the vents open, mm: midway between what the camera sees and the
 /// gel's edge.
 pub fn vent_circle_mm(layout: &Layout) -> f64 {
-    (layout.chamber_radius + layout.foot_radius) / 2.0
+    (layout.chamber_radius_mm + layout.foot_radius_mm) / 2.0
 }
 
 /// Where the vents meet the gel's foot, z axis up.
@@ -32,7 +32,7 @@ pub fn vent_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
 
 /// The bolts' holes, of another width in the block than in what lies on it.
 fn bolt_holes(p: &Cap, layout: &Layout, diameter_mm: f64) -> Cut {
-    let depth = p.mold.height.mm() - layout.lid_z + CUT_OVERLAP_MM;
+    let depth = p.mold.height.mm() - layout.lid_z_mm + CUT_OVERLAP_MM;
     Joints::new(p, layout).mold.passed_freely(depth, diameter_mm / 2.0).unmarked()
 }
 
@@ -41,18 +41,18 @@ fn bolt_holes(p: &Cap, layout: &Layout, diameter_mm: f64) -> Cut {
 fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) -> Cut {
     holes([0, 1].map(|i| {
         let slot = Solid::cuboid(2.0 * reach_mm, p.mold.pry_width.mm(), height)
-            .at(layout.mold_radius, 0.0, bottom_z)
+            .at(layout.mold_radius_mm, 0.0, bottom_z)
             .turned_z(turn(i * (p.mold.bolts / 2), p.mold.bolts, 0.5));
         slot.named(format!("pry slot {}", i + 1))
     }))
 }
 
-fn tool(p: &Cap, name: &str, summary: &str, solid: Solid, lift_mm: f64) -> Body {
-    Body::made(name, summary, Process::Sla, solid)
+fn tool(p: &Cap, name: Name, solid: Solid, lift_mm: f64) -> Body {
+    name.made(Process::Sla, solid)
         .from(&p.mold.material)
         .placed([SKIN_MOLD.in_place().lifted(lift_mm)])
         .colored(TOOL_GREY)
-        .for_shrinkage(castable(&p.skin.material).map_or(0.0, |m| m.shrinkage))
+        .for_shrinkage(shrinkage(&p.skin.material))
 }
 
 /// Block, spacer and lid.
@@ -62,71 +62,53 @@ pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Body; 3] {
 
 /// The block: everything around the gel, so that each dimple leaves its pin.
 fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
-    let solid = Solid::cylinder(layout.mold_radius, p.mold.height.mm());
+    let solid = Solid::cylinder(layout.mold_radius_mm, p.mold.height.mm());
     let (reach, height) = (p.mold.pry_depth.mm(), p.mold.pry_gap.mm() + CUT_OVERLAP_MM);
-    tool(
-        p,
-        "mold-skin-block",
-        "cavity of the skin, with the dimples' pins",
-        solid.minus(gel(p, layout, dimples, true)),
-        26.0,
-    )
-    .colored(MOLD_BLUE)
-    .marked(marks("dimple", dimples))
-    .lying(flipped())
-    .note("cavity up, 0.025 mm layers, no supports inside")
-    .note(WASH)
-    .cut(bolt_holes(p, layout, p.mold.block_hole.mm()))
-    .cut(Joints::new(p, layout).mold.held().unmarked())
-    .cut(slots(p, layout, reach, -CUT_OVERLAP_MM, height))
+    tool(p, BLOCK, solid.minus(gel(p, layout, dimples, true)), 26.0)
+        .colored(MOLD_BLUE)
+        .marked(marks("dimple", dimples))
+        .lying(flipped())
+        .note("cavity up, 0.025 mm layers, no supports inside")
+        .note(WASH)
+        .cut(bolt_holes(p, layout, p.mold.block_hole.mm()))
+        .cut(Joints::new(p, layout).mold.held().unmarked())
+        .cut(slots(p, layout, reach, -CUT_OVERLAP_MM, height))
 }
 
 fn spacer(p: &Cap, layout: &Layout) -> Body {
-    let (bore, outside) = (layout.spacer_bore, layout.mold_radius);
+    let (bore, outside) = (layout.spacer_bore_mm, layout.mold_radius_mm);
     let ring = Solid::revolution(Path::polygon(&[
-        [bore, layout.flange_z],
-        [outside, layout.flange_z],
+        [bore, layout.flange_z_mm],
+        [outside, layout.flange_z_mm],
         [outside, 0.0],
         [bore, 0.0],
     ]));
     // All the way from the trough to the outside, half the spacer deep.
     let (reach, depth) = (outside - bore + 1.0, p.mold.spacer.mm() / 2.0 + CUT_OVERLAP_MM);
-    tool(
-        p,
-        "mold-skin-spacer",
-        "sets the height of the lid; its notches let surplus out and a screwdriver in",
-        ring,
-        -10.0,
-    )
-    .lying(flipped())
-    .note(WASH)
-    .note("grind it down, or add film, if the skin comes out too thick or thin")
-    .with_handles(1)
-    .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
-    .cut(slots(p, layout, reach, layout.flange_z - CUT_OVERLAP_MM, depth))
+    tool(p, SPACER, ring, -10.0)
+        .lying(flipped())
+        .note(WASH)
+        .note("grind it down, or add film, if the skin comes out too thick or thin")
+        .with_handles(1)
+        .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
+        .cut(slots(p, layout, reach, layout.flange_z_mm - CUT_OVERLAP_MM, depth))
 }
 
 fn lid(p: &Cap, layout: &Layout) -> Body {
     let outline = Path::polygon(&[
-        [0.0, layout.lid_z],
-        [layout.mold_radius, layout.lid_z],
-        [layout.mold_radius, layout.flange_z],
-        [layout.boss_radius, layout.flange_z],
-        [layout.boss_radius, 0.0],
+        [0.0, layout.lid_z_mm],
+        [layout.mold_radius_mm, layout.lid_z_mm],
+        [layout.mold_radius_mm, layout.flange_z_mm],
+        [layout.boss_radius_mm, layout.flange_z_mm],
+        [layout.boss_radius_mm, 0.0],
         [0.0, 0.0],
     ]);
-    let depth = -layout.lid_z + CUT_OVERLAP_MM;
+    let depth = -layout.lid_z_mm + CUT_OVERLAP_MM;
     let vent = Solid::cylinder(p.mold.vent_diameter.mm() / 2.0, depth + CUT_OVERLAP_MM);
     let vents = copies("vent", &vent_poses(p, layout), &vent.at_z(-depth));
-    tool(
-        p,
-        "mold-skin-lid",
-        "closes the mold; the skin's flat foot forms on its boss",
-        Solid::revolution(outline).minus_all(vents),
-        -24.0,
-    )
-    .note("boss up; polish the boss, the camera looks through its print")
-    .note(WASH)
-    .with_handles(p.mold.vents as i32)
-    .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
+    tool(p, LID, Solid::revolution(outline).minus_all(vents), -24.0)
+        .note("boss up; polish the boss, the camera looks through its print")
+        .note(WASH)
+        .with_handles(p.mold.vents as i32)
+        .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
 }

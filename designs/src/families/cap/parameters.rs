@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::{choices, parameters};
+use crate::{choices, parameters, sections};
 
 parameters! {
     /// The clear gel: a spherical cap that stands on the plate.
@@ -26,7 +26,7 @@ choices! {
     }
 }
 
-parameters! {
+sections! {
     /// The dimples that cast coloured shadows: cylinders with a hemispherical tip.
     pub struct Dimples {
         /// Diameter of the cylinder and the hemisphere.
@@ -40,9 +40,7 @@ parameters! {
         /// Into or out of the gel.
         direction: Direction,
     }
-}
 
-parameters! {
     /// The reflective paint outside.
     pub struct Paint {
         /// Thickness when dry.
@@ -50,9 +48,7 @@ parameters! {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The clear plate that carries the skin.
     pub struct Plate {
         /// Diameter.
@@ -62,9 +58,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The printed upper piece of the casing: holds plate, LEDs and the camera's front.
     pub struct Holder {
         /// Edge of the square outline.
@@ -80,9 +74,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The printed lower piece of the casing: clamps the camera, is screwed to a gripper.
     pub struct Base {
         /// Height.
@@ -96,9 +88,7 @@ parameters! {
         /// Radius of the circle of these holes.
         mount_radius: Length = 3.0..=60.0,
     }
-}
 
-parameters! {
     /// The coloured LEDs, each on a piece of strip glued to the holder's inside.
     pub struct Leds {
         /// How many, evenly around; they take red, green, blue in turn.
@@ -118,9 +108,7 @@ parameters! {
         /// Type.
         model: String = 1..=80,
     }
-}
 
-parameters! {
     /// The camera with its lens.
     pub struct Camera {
         /// Type.
@@ -156,9 +144,7 @@ parameters! {
         /// Height of the connector behind the housing.
         connector_height: Length = 0.5..=20.0,
     }
-}
 
-parameters! {
     /// The resin mold for the skin: cavity, spacer and lid, bolted together.
     pub struct Mold {
         /// Outer diameter.
@@ -196,9 +182,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// A dome-cap sensor.
     pub struct Cap {
         /// The clear gel.

@@ -4,13 +4,14 @@
 //! without gap or overlap.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, InvalidPattern, Path, Pattern, Pose, Solid,
+    Body, CUT_OVERLAP_MM, DomeSurface, InvalidPattern, Path, Pattern, Pose, Solid,
 };
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{Cap, Direction};
-use super::{SKIN_MOLD, in_sensor};
-use crate::blocks::copies;
+use crate::assembling::in_sensor;
+use crate::blocks::{copies, sphere};
 
 /// How many dimples there are: 1 + 6 + 12 + ...
 pub fn dimple_count(p: &Cap) -> u32 {
@@ -23,27 +24,27 @@ pub fn dimple_count(p: &Cap) -> u32 {
 /// # Errors
 /// Rings beyond the far pole of the sphere, which the constraints refuse.
 pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
-    let radius = layout.sphere_radius;
+    let radius = layout.sphere_radius_mm;
     let rings = Pattern::SurfaceRings {
-        surface: EllipsoidOffset { equatorial_mm: radius, polar_mm: radius, offset_mm: 0.0 },
+        surface: sphere(radius),
         spacing_mm: p.dimples.spacing.mm(),
         counts: (0..=p.dimples.rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect(),
     };
-    let sensor_from_sphere = Pose::translation(0.0, 0.0, layout.sphere_z);
+    let sensor_from_sphere = Pose::translation(0.0, 0.0, layout.sphere_z_mm);
     Ok(rings.poses()?.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
 }
 
 /// The gel's cap, on z = 0; a tool goes on below its foot, with a straight wall so that the
 /// spherical face stays the same.
 fn cap(layout: &Layout, is_tool: bool) -> Solid {
-    let radius_mm = layout.sphere_radius;
-    let foot = (radius_mm.powi(2) - layout.sphere_z.powi(2)).sqrt();
+    let radius_mm = layout.sphere_radius_mm;
+    let foot = (radius_mm.powi(2) - layout.sphere_z_mm.powi(2)).sqrt();
     let path = if is_tool {
         Path::from([0.0, -CUT_OVERLAP_MM]).line([foot, -CUT_OVERLAP_MM]).line([foot, 0.0])
     } else {
         Path::from([0.0, 0.0]).line([foot, 0.0])
     };
-    let (apex, centre) = ([0.0, layout.sphere_z + radius_mm], [0.0, layout.sphere_z]);
+    let (apex, centre) = ([0.0, layout.sphere_z_mm + radius_mm], [0.0, layout.sphere_z_mm]);
     Solid::revolution(path.arc(apex, centre, true).close())
 }
 
@@ -98,7 +99,7 @@ fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid
 pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Vec<Body> {
     vec![
         Body::cast(
-            "skin",
+            SKIN,
             format!("clear gel with {} dimples", dimple_count(p)),
             gel(p, layout, poses, false),
         )
@@ -107,7 +108,7 @@ pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> 
         .colored([190, 215, 235])
         .opaque(0.8), // Dimples are blind.
         Body::cast(
-            "reflective-paint",
+            PAINT,
             match p.dimples.direction {
                 Direction::IntoGel => "reflects the coloured light; fills the dimples",
                 Direction::OutOfGel => "reflects the coloured light; covers the dimples",

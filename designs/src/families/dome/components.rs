@@ -2,17 +2,16 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::housing::{led_poses, relief_edge_mm};
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_shell;
 use super::tooling::{FormLayout, groove_radius_mm};
-use super::{
-    AssemblyName, COATING, FORM, JOINING, SENSOR, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor,
-};
+use crate::assembling::{AssemblyName, SENSOR, in_sensor};
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
-use crate::blocks::{CAMERA_GREEN, GLASS, INTO_MM, LED_YELLOW, RUBBER, board_camera, bought};
+use crate::blocks::{CAMERA_GREEN, DOWEL, GLASS, INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{Dowel, ORing};
 
@@ -37,15 +36,14 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let joints = Joints::new(p, layout);
 
     let sensor = vec![
-        bought(
-            "tube",
+        TUBE.bought(
             format!(
                 "glass test tube, {} mm outside, {} mm wall, cut {} mm from its tip",
                 p.tube.outer_diameter.mm(),
                 p.tube.wall.mm(),
-                layout.wall_height + layout.tube_radius
+                layout.wall_height_mm + layout.tube_radius_mm
             ),
-            dome_shell(layout.tube_bore_radius, layout.tube_radius, layout.wall_height),
+            dome_shell(layout.tube_bore_radius_mm, layout.tube_radius_mm, layout.wall_height_mm),
             vec![],
         )
         .placed([
@@ -58,20 +56,10 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         .times(1)
         .colored(GLASS)
         .opaque(0.3),
-        bought(
-            "camera",
-            camera_specification(p),
-            camera(p, layout),
-            vec![in_sensor().lifted(-46.0)],
-        )
-        .colored(CAMERA_GREEN),
-        bought(
-            "led",
-            p.leds.model.clone(),
-            Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm()),
-            each(SENSOR, &led_poses(p, layout), -20.0),
-        )
-        .colored(LED_YELLOW),
+        CAMERA
+            .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
+            .colored(CAMERA_GREEN),
+        led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
     ];
     let in_form = |pose: &Pose| FORM.at(*pose).lifted(-45.0);
     let screws = [
@@ -80,31 +68,32 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         joints.form.bought(in_form, in_form),
     ];
     let tools = vec![
-        bought("dowel", dowel.specification(), dowel.solid(), dowels)
+        DOWEL
+            .bought(dowel.specification(), dowel.solid(), dowels)
             .times(2 * (side.len() + lid.len()) as u32),
-        bought(
-            "o-ring",
-            format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
-            ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius])
-                .at_z(p.connector.plug_length.mm() / 2.0),
-            [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
-                .into_iter()
-                .flat_map(|tool| each(tool, &here, -42.0)),
-        )
-        .times(1)
-        .colored(RUBBER),
-        bought(
-            "form-tube",
-            format!(
-                "glass test tube with rim, {} mm outside, {} mm long",
-                2.0 * layout.transparent_radius,
-                p.form.tube_length.mm()
-            ),
-            form_tube(p, layout, &form),
-            each(FORM, &here, -60.0),
-        )
-        .colored(GLASS)
-        .opaque(0.35),
+        O_RING
+            .bought(
+                format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
+                ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius_mm])
+                    .at_z(p.connector.plug_length.mm() / 2.0),
+                [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
+                    .into_iter()
+                    .flat_map(|tool| each(tool, &here, -42.0)),
+            )
+            .times(1)
+            .colored(RUBBER),
+        FORM_TUBE
+            .bought(
+                format!(
+                    "glass test tube with rim, {} mm outside, {} mm long",
+                    2.0 * layout.transparent_radius_mm,
+                    p.form.tube_length.mm()
+                ),
+                form_tube(p, layout, &form),
+                each(FORM, &here, -60.0),
+            )
+            .colored(GLASS)
+            .opaque(0.35),
     ];
     sensor.into_iter().chain(screws.into_iter().flatten()).chain(tools).collect()
 }
@@ -128,9 +117,9 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edge = relief_edge_mm(p) - 2.0;
     let connector = Solid::cuboid(edge, edge / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
-        .at_z(layout.relief_z + 0.5)
+        .at_z(layout.relief_z_mm + 0.5)
         .named("connector");
-    let heights = [layout.camera_board_bottom_z, layout.camera_board_top_z];
+    let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
     board_camera!(p.camera).solid(heights, holes.tools, connector)
 }
 
@@ -145,7 +134,7 @@ fn o_ring(p: &Dome, layout: &Layout) -> ORing {
 
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
 fn form_tube(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
-    let (outer, wall) = (layout.transparent_radius, layout.wall_height);
+    let (outer, wall) = (layout.transparent_radius_mm, layout.wall_height_mm);
     let inner = outer - p.tube.wall.mm();
     let centre = [0.0, wall];
     let outside = Path::from([0.0, form.rim_z])

@@ -2,15 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::{FROST, JOINING, flipped, in_sensor};
-use crate::blocks::{BLACK, MASK_GREEN, holes, marks, ring, turn};
+use crate::assembling::{flipped, in_sensor};
+use crate::blocks::{BLACK, MASK_GREEN, holes, led_ring, marks, turn};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
+
+const FROST: Color = [225, 236, 240];
 
 /// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
@@ -21,55 +24,50 @@ const RIB_ROOT_MM: f64 = 0.5;
 /// Where the LEDs stand on the board, z axis up, x axis outwards.
 pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
     // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
-    let first = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
-    ring(p.leds.count, 0.5, first)
+    led_ring!(p.leds).poses(layout.board_top_z_mm, 0.5)
 }
 
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let height = layout.shell_height();
-    let wall = Solid::cylinder(layout.shell_radius, height).at_z(layout.bottom_z).minus(
-        Solid::cylinder(layout.shell_bore_radius, height + 2.0 * CUT_OVERLAP_MM)
-            .at_z(layout.bottom_z - CUT_OVERLAP_MM),
+    let wall = Solid::cylinder(layout.shell_radius_mm, height).at_z(layout.bottom_z_mm).minus(
+        Solid::cylinder(layout.shell_bore_radius_mm, height + 2.0 * CUT_OVERLAP_MM)
+            .at_z(layout.bottom_z_mm - CUT_OVERLAP_MM),
     );
     // A rib's width is an angle at the bore.
-    let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius).asin();
+    let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
     let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
     let back = Angle::from_rad(-half_width.rad()).expect("finite");
     let rib = Solid::extrusion(
         Path::ring_sector(
-            layout.rib_radius,
-            layout.shell_bore_radius + RIB_ROOT_MM,
+            layout.rib_radius_mm,
+            layout.shell_bore_radius_mm + RIB_ROOT_MM,
             back,
             half_width,
         ),
-        layout.diffuser_bottom_z - layout.board_top_z,
+        layout.diffuser_bottom_z_mm - layout.board_top_z_mm,
     )
-    .at_z(layout.board_top_z);
+    .at_z(layout.board_top_z_mm);
     let ribs = (0..p.shell.ribs)
         .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
-    let through = layout.shell_radius - layout.base_radius + CUT_OVERLAP_MM;
+    let through = layout.shell_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
     let gap = gap_mm(Process::Fdm, Fit::Snug);
-    Body::made(
-        "shell",
-        "tube that holds diffuser, LED board and base; the gel stands on it",
-        Process::Fdm,
-        Solid::union(std::iter::once(wall).chain(ribs)),
-    )
-    .from(&p.shell.material)
-    .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
-    .colored(BLACK)
-    .lying(flipped())
-    .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
-    .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
-    .with_handles(1)
-    .cut(Joints::new(p, layout).shell_base.passed(through, gap))
+    SHELL
+        .made(Process::Fdm, Solid::union(std::iter::once(wall).chain(ribs)))
+        .from(&p.shell.material)
+        .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
+        .colored(BLACK)
+        .lying(flipped())
+        .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
+        .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
+        .with_handles(1)
+        .cut(Joints::new(p, layout).shell_base.passed(through, gap))
 }
 
 /// The plug that carries the camera and closes the shell.
 pub fn base(p: &Dome, layout: &Layout) -> Body {
     let chamfer = 0.6;
-    let (r, top, bottom) = (layout.base_radius, layout.base_top_z, layout.bottom_z);
+    let (r, top, bottom) = (layout.base_radius_mm, layout.base_top_z_mm, layout.bottom_z_mm);
     let plug = Solid::revolution(Path::polygon(&[
         [0.0, bottom],
         [r, bottom],
@@ -79,18 +77,18 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     ]));
 
     let pocket_edge = p.camera.board_size.mm() + 2.0 * gap_mm(Process::Fdm, Fit::Slide);
-    let pocket_floor = layout.camera_board_bottom_z;
+    let pocket_floor = layout.camera_board_bottom_z_mm;
     let pocket = Solid::cuboid(pocket_edge, pocket_edge, top - pocket_floor + CUT_OVERLAP_MM)
         .at_z(pocket_floor);
     // Between the camera's screws there is room for its connector.
     let relief_edge = relief_edge_mm(p);
     let relief =
-        Solid::cuboid(relief_edge, relief_edge, pocket_floor - layout.relief_z + CUT_OVERLAP_MM)
-            .at_z(layout.relief_z);
+        Solid::cuboid(relief_edge, relief_edge, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
+            .at_z(layout.relief_z_mm);
     let slot_half = (p.base.cable_slot_length.mm() - p.base.cable_slot_width.mm()) / 2.0;
     let cable_slot = Solid::extrusion(
         Path::slot([-slot_half, 0.0], [slot_half, 0.0], p.base.cable_slot_width.mm() / 2.0),
-        layout.relief_z - bottom + 2.0 * CUT_OVERLAP_MM,
+        layout.relief_z_mm - bottom + 2.0 * CUT_OVERLAP_MM,
     )
     .at_z(bottom - CUT_OVERLAP_MM);
 
@@ -103,9 +101,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         slot.turned_z(turn(i, 2, 0.5)).named(format!("pry slot {}", i + 1))
     });
 
-    Body::made(
-        "base",
-        "plug that carries the camera and closes the shell",
+    BASE.made(
         Process::Fdm,
         plug.minus(pocket.named("camera pocket"))
             .minus(relief.named("relief"))
@@ -133,20 +129,19 @@ pub fn relief_edge_mm(p: &Dome) -> f64 {
 pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
     let (bore, notch) = (p.diffuser.bore_radius.mm(), p.diffuser.notch_radius.mm());
     let half = p.diffuser.notch_width.mm() / 2.0;
-    let profile = Profile::new(Path::circle([0.0, 0.0], layout.diffuser_radius))
+    let profile = Profile::new(Path::circle([0.0, 0.0], layout.diffuser_radius_mm))
         .with_hole(notched_circle(bore, notch, half, p.diffuser.notches));
-    Body::made(
-        "diffuser",
-        "frosted ring that spreads the LEDs' light",
-        Process::Laser,
-        Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z),
-    )
-    .from(&p.diffuser.material)
-    .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
-    .colored(FROST)
-    .note("cut from a sheet frosted on both sides")
-    .note("the filling gel keys into the notches")
-    .with_handles(1)
+    DIFFUSER
+        .made(
+            Process::Laser,
+            Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z_mm),
+        )
+        .from(&p.diffuser.material)
+        .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
+        .colored(FROST)
+        .note("cut from a sheet frosted on both sides")
+        .note("the filling gel keys into the notches")
+        .with_handles(1)
 }
 
 /// A circle with `count` notches of half width `half` out to a larger radius.
@@ -171,24 +166,23 @@ fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> Path {
 
 /// The outline of the LED board.
 pub fn led_board(p: &Dome, layout: &Layout) -> Body {
-    let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
+    let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
     let wires =
         wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
-    Body::made(
-        "led-board",
-        "annular circuit board that carries the LEDs",
-        Process::Pcb,
-        Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
-    )
-    .from(&p.led_board.material)
-    .placed([in_sensor().lifted(-26.0)])
-    .marked(marks("led", &led_poses(p, layout)))
-    .colored(MASK_GREEN)
-    .note("press it in from below until it meets the ribs, LEDs between the ribs")
-    .note("one 470 ohm resistor for each LED")
-    .with_handles(3)
+    LED_BOARD
+        .made(
+            Process::Pcb,
+            Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z_mm),
+        )
+        .from(&p.led_board.material)
+        .placed([in_sensor().lifted(-26.0)])
+        .marked(marks("led", &led_poses(p, layout)))
+        .colored(MASK_GREEN)
+        .note("press it in from below until it meets the ribs, LEDs between the ribs")
+        .note("one 470 ohm resistor for each LED")
+        .with_handles(3)
 }
 
 /// Where the wires leave the board, mm: inside the LEDs, over the corners of the camera's pocket.

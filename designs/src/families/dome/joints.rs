@@ -47,31 +47,31 @@ impl Joints {
 fn shell_base(p: &Dome, layout: &Layout) -> Joint {
     let (screw, nut) = (Screw::M2X4, HeatSetNut::M2);
     // Below the camera's pocket, which has no wall to spare for nuts.
-    let z = layout.bottom_z + NUT_FLOOR_MM + nut.diameter_mm / 2.0;
+    let z = layout.bottom_z_mm + NUT_FLOOR_MM + nut.diameter_mm / 2.0;
     // A flat end lies flush with a round wall where its rim does.
     let flush = |radius: f64, width: f64| {
         let radius = (radius.powi(2) - (width / 2.0).powi(2)).sqrt();
         ring(p.shell.screws, 0.0, Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z)))
     };
-    let heads = flush(layout.shell_radius, screw.head_diameter_mm());
-    let nuts = flush(layout.base_radius, nut.diameter_mm);
+    let heads = flush(layout.shell_radius_mm, screw.head_diameter_mm());
+    let nuts = flush(layout.base_radius_mm, nut.diameter_mm);
     Joint::heat_set("screw", screw, heads, (nut, nuts, NUT_SPARE_MM))
 }
 
 fn camera(p: &Dome, layout: &Layout) -> Joint {
     let half = p.camera.screw_spacing.mm() / 2.0;
     let corners = [[half, half], [-half, half], [-half, -half], [half, -half]];
-    let poses = corners.map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z));
+    let poses = corners.map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
     // All the way through the base, so that a broken screw can be pushed out.
-    let depth = layout.camera_board_top_z - layout.bottom_z + CUT_OVERLAP_MM;
+    let depth = layout.camera_board_top_z_mm - layout.bottom_z_mm + CUT_OVERLAP_MM;
     Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
 }
 
 fn mounting(p: &Dome, layout: &Layout) -> Joint {
-    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z);
+    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z_mm);
     // Half a step off the nuts.
     let poses = ring(p.base.mount_holes, 0.5, Pose::z_to(-Vector3::z(), at));
-    let depth = layout.camera_board_bottom_z - MOUNT_FLOOR_MM - layout.bottom_z;
+    let depth = layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm;
     Joint::self_tapping("mounting hole", Screw::M3X4, poses, depth)
 }
 

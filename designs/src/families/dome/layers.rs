@@ -2,14 +2,15 @@
 
 use fabkit_geometry::{Body, Color, DomeSurface};
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::{dome, dome_shell, dome_tool};
-use super::{AssemblyName, COATING, JOINING, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, in_sensor};
+use crate::assembling::{AssemblyName, in_sensor};
 
 /// All layers, the innermost first; the coat ends in the surface that is touched.
 pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
-    let wall = layout.wall_height;
+    let wall = layout.wall_height_mm;
     // In every tool the layers stay together; only the sensor's picture takes them apart. A dome and
     // a bowl have no handles.
     let placed = |layer: Body, color: Color, opacity: f64, lift_mm: f64, tools: &[AssemblyName]| {
@@ -19,48 +20,38 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
     };
     vec![
         placed(
-            Body::cast(
-                "filling-gel",
-                "spreads the LEDs' light and glues the tube to diffuser and shell",
-                dome(layout.tube_bore_radius, wall),
-            )
-            .from(&p.filling_gel.material),
+            FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).from(&p.filling_gel.material),
             [214, 226, 236],
             0.35,
             26.0,
             &[JOINING],
         ),
         placed(
-            Body::cast(
-                "transparent-gel",
-                "carries the translucent gel and spreads light",
-                dome_shell(layout.tube_radius, layout.transparent_radius, wall),
-            )
-            .from(&p.transparent_gel.material),
+            TRANSPARENT_GEL
+                .cast(dome_shell(layout.tube_radius_mm, layout.transparent_radius_mm, wall))
+                .from(&p.transparent_gel.material),
             [150, 200, 235],
             0.35,
             88.0,
             &[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING, COATING],
         ),
         placed(
-            Body::cast(
-                "translucent-gel",
-                "brightens and darkens with its depth; its thickness is the sensing range",
-                dome_shell(layout.transparent_radius, layout.translucent_radius, wall),
-            )
-            .from(&p.translucent_gel.material),
+            TRANSLUCENT_GEL
+                .cast(dome_shell(layout.transparent_radius_mm, layout.translucent_radius_mm, wall))
+                .from(&p.translucent_gel.material),
             [240, 236, 225],
             0.6,
             121.0,
             &[TRANSLUCENT_MOLD, JOINING, COATING],
         ),
         placed(
-            Body::cast(
-                "black-coat",
-                "keeps light in, ambient light out, and takes the wear",
-                touch.solid(0.0, touch.foot_z_mm).minus(dome_tool(layout.translucent_radius, wall)),
-            )
-            .from(&p.coat.material),
+            BLACK_COAT
+                .cast(
+                    touch
+                        .solid(0.0, touch.foot_z_mm)
+                        .minus(dome_tool(layout.translucent_radius_mm, wall)),
+                )
+                .from(&p.coat.material),
             [62, 64, 70],
             1.0,
             154.0,

@@ -1,5 +1,6 @@
 //! Dome sensors: a hemisphere of gels on a glass tube, a ring of LEDs, a camera below (R-Tac0).
 
+mod bodies;
 mod chain;
 mod components;
 mod constraints;
@@ -12,33 +13,18 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{
-    Body, Color, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, Process, Sensor,
-};
+use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
-use crate::assembling::{AssemblyName, SENSOR, flipped, in_sensor};
-use crate::blocks::{self, camera_at, mm, press_fit};
+use crate::assembling::shrinkage;
+use crate::blocks::{self, DOWEL, camera_at, mm, press_fit, sphere};
 use crate::fits::{Fit, gap_mm};
-use crate::materials::castable;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::*;
 use joints::Joints;
 use layout::Layout;
 use mold::Cavity;
 use parameters::Dome;
-
-const FROST: Color = [225, 236, 240];
-
-/// Casting the transparent gel around the tube.
-const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
-/// Casting the translucent gel around the transparent one.
-const TRANSLUCENT_MOLD: AssemblyName = AssemblyName("translucent-mold");
-/// Gluing the cured module to its shell.
-const JOINING: AssemblyName = AssemblyName("joining");
-/// Casting a silicone mold around a glass tube.
-const FORM: AssemblyName = AssemblyName("form");
-/// Dipping a module into black mixture.
-const COATING: AssemblyName = AssemblyName("coating");
 
 /// The family of R-Tac0.
 pub(crate) struct DomeFamily;
@@ -62,12 +48,8 @@ impl Family for DomeFamily {
 fn sensor(p: &Dome, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let [transparent, translucent] = cavities(p, &layout);
-    let housing = [
-        housing::shell(p, &layout),
-        housing::base(p, &layout),
-        housing::diffuser(p, &layout),
-        housing::led_board(p, &layout),
-    ];
+    let housing = [housing::shell, housing::base, housing::diffuser, housing::led_board]
+        .map(|make| make(p, &layout));
     let molds = [&transparent, &translucent].map(|cavity| {
         let [a, b] = mold::halves(p, &layout, cavity);
         [a, b, mold::lid(p, &layout, cavity)]
@@ -95,18 +77,18 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
 
 /// What is touched, and what fixtures hold on to: the shell stands on its lower rim.
 fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.surface_radius;
+    let radius_mm = layout.surface_radius_mm;
     DomeSurface {
-        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
-        centre_z_mm: layout.wall_height,
+        dome: sphere(radius_mm),
+        centre_z_mm: layout.wall_height_mm,
         foot_z_mm: 0.0,
         // What lies deeper is stiffer by an order of magnitude and shows no change of brightness.
         soft_mm: p.translucent_gel.thickness.mm(),
         grip: Grip {
-            outline: Path::circle([0.0, 0.0], layout.shell_radius),
+            outline: Path::circle([0.0, 0.0], layout.shell_radius_mm),
             top_z_mm: 0.0,
-            bottom_z_mm: layout.bottom_z,
-            clear_radius_mm: layout.shell_bore_radius,
+            bottom_z_mm: layout.bottom_z_mm,
+            clear_radius_mm: layout.shell_bore_radius_mm,
             key: None,
             threads: Joints::new(p, layout).mounting.held().landmarks,
         },
@@ -114,44 +96,40 @@ fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
 }
 
 /// The two layers that are cast in molds.
-fn cavities(p: &Dome, layout: &Layout) -> [Cavity<'static>; 2] {
-    let shrinkage = |material: &str| castable(material).map_or(0.0, |m| m.shrinkage);
+fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
     [
         Cavity {
-            layer: "transparent-gel",
+            halves: [INNER_A, INNER_B],
+            lid: INNER_LID,
             assembly: TRANSPARENT_MOLD,
             shrinkage: shrinkage(&p.transparent_gel.material),
-            radius: layout.transparent_radius,
-            core_radius: layout.tube_radius,
+            radius: layout.transparent_radius_mm,
+            core_radius: layout.tube_radius_mm,
         },
         Cavity {
-            layer: "translucent-gel",
+            halves: [OUTER_A, OUTER_B],
+            lid: OUTER_LID,
             assembly: TRANSLUCENT_MOLD,
             shrinkage: shrinkage(&p.translucent_gel.material),
-            radius: layout.surface_radius,
-            core_radius: layout.transparent_radius,
+            radius: layout.surface_radius_mm,
+            core_radius: layout.transparent_radius_mm,
         },
     ]
 }
 
 /// The overlaps that are meant.
 fn press_fits(joints: &Joints) -> Vec<PressFit> {
-    let board = -gap_mm(Process::Pcb, Fit::Press);
-    let dowel = -gap_mm(Process::Fdm, Fit::Press);
-    let held = |half: &str, reason: &str| press_fit("dowel", half, dowel, reason);
+    let [board, dowel] = [Process::Pcb, Process::Fdm].map(|process| -gap_mm(process, Fit::Press));
+    let held = |half, reason| press_fit(DOWEL, half, dowel, reason);
     let screws = [
-        joints.camera.press_fit("base"),
-        joints.form.press_fit("form-cup"),
-        joints.shell_base.press_fit("base"),
+        joints.camera.press_fit(BASE),
+        joints.form.press_fit(FORM_CUP),
+        joints.shell_base.press_fit(BASE),
     ];
-    let mut fits = vec![press_fit("led-board", "shell", board, "the board is pressed in")];
+    let mut fits = vec![press_fit(LED_BOARD, SHELL, board, "the board is pressed in")];
     fits.extend(screws.into_iter().flatten());
-    fits.extend([
-        held("mold-transparent-gel-a", "the dowels stay in half a"),
-        held("mold-translucent-gel-a", "the dowels stay in half a"),
-        held("mold-transparent-gel-b", "the lid's dowel stays in half b"),
-        held("mold-translucent-gel-b", "the lid's dowel stays in half b"),
-    ]);
+    fits.extend([INNER_A, OUTER_A].map(|half| held(half, "the dowels stay in half a")));
+    fits.extend([INNER_B, OUTER_B].map(|half| held(half, "the lid's dowel stays in half b")));
     fits
 }
 
@@ -162,12 +140,12 @@ fn derived(p: &Dome) -> Vec<(String, String)> {
         mm("apex above the foot", layout.apex_z()),
         mm("total height", layout.total_height()),
         mm("shell height", layout.shell_height()),
-        mm("shell bore radius", layout.shell_bore_radius),
-        mm("translucent gel outer radius", layout.translucent_radius),
-        mm("transparent gel outer radius", layout.transparent_radius),
-        mm("transparent gel thickness", layout.transparent_radius - layout.tube_radius),
-        mm("tube inner radius", layout.tube_bore_radius),
-        mm("lens front below the foot", -layout.lens_front_z),
-        mm("camera board top below the foot", -layout.camera_board_top_z),
+        mm("shell bore radius", layout.shell_bore_radius_mm),
+        mm("translucent gel outer radius", layout.translucent_radius_mm),
+        mm("transparent gel outer radius", layout.transparent_radius_mm),
+        mm("transparent gel thickness", layout.transparent_radius_mm - layout.tube_radius_mm),
+        mm("tube inner radius", layout.tube_bore_radius_mm),
+        mm("lens front below the foot", -layout.lens_front_z_mm),
+        mm("camera board top below the foot", -layout.camera_board_top_z_mm),
     ]
 }

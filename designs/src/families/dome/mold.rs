@@ -9,11 +9,12 @@ use fabkit_geometry::{
     Angle, Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Profile, Solid, Vector3,
 };
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_tool;
 use super::tooling::plug_radius_mm;
-use super::{AssemblyName, JOINING, TRANSLUCENT_MOLD, flipped};
+use crate::assembling::{AssemblyName, Name, flipped};
 use crate::blocks::mold::{self as molds, Half};
 use crate::blocks::{MOLD_BLUE, TOOL_GREY, copies, ring};
 use crate::fits::{Fit, gap_mm};
@@ -25,9 +26,11 @@ const OVERFLOW_DEPTH_MM: f64 = 1.2;
 pub(super) const OVERFLOW_MARGIN_MM: f64 = 0.3;
 
 /// Which layer a mold casts.
-pub struct Cavity<'a> {
-    /// Name of the layer.
-    pub layer: &'a str,
+pub struct Cavity {
+    /// The halves that cast it.
+    pub halves: [Name; 2],
+    /// What closes them.
+    pub lid: Name,
     /// Where mold and layer stand together.
     pub assembly: AssemblyName,
     /// Linear shrinkage of its material.
@@ -40,18 +43,16 @@ pub struct Cavity<'a> {
 
 /// The two halves: `a` holds the dowels, `b` slides onto them.
 pub fn halves(p: &Dome, layout: &Layout, cavity: &Cavity) -> [Body; 2] {
-    [half(p, layout, cavity, Half::A), half(p, layout, cavity, Half::B)]
+    let [a, b] = cavity.halves;
+    [half(p, layout, cavity, a, Half::A), half(p, layout, cavity, b, Half::B)]
 }
 
-fn half(p: &Dome, layout: &Layout, cavity: &Cavity, which: Half) -> Body {
-    let name = which.letter();
+fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> Body {
     let outwards = which.outwards();
-    Body::made(
-        format!("mold-{}-{name}", cavity.layer),
-        format!("half {name} of the mold that casts the {}", cavity.layer.replace('-', " ")),
+    name.made(
         Process::Fdm,
         molds::half(&p.mold, which)
-            .minus(dome_tool(cavity.radius, layout.wall_height).named("cavity")),
+            .minus(dome_tool(cavity.radius, layout.wall_height_mm).named("cavity")),
     )
     .from(&p.mold.material)
     .placed(
@@ -102,25 +103,25 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     .at_z(-thickness - CUT_OVERLAP_MM);
     let dowel = molds::dowel_tool(&p.mold, Fit::Slide, thickness + CUT_OVERLAP_MM);
     let dowels = copies("dowel hole", &molds::lid_dowel_poses(&p.mold), &dowel);
-    Body::made(
-        format!("lid-{}", cavity.layer),
-        format!("centres the tube in the {} mold", cavity.layer.replace('-', " ")),
-        Process::Fdm,
-        molds::plate(&p.mold, thickness)
-            .minus(bore.named("bore"))
-            .minus_all(vents)
-            .minus(overflow.named("overflow channel"))
-            .minus_all(dowels)
-            .minus_all(molds::plate_pry_slots(&p.mold)),
-    )
-    .from(&p.mold.material)
-    .placed([cavity.assembly.in_place().lifted(-30.0)])
-    .colored(TOOL_GREY)
-    .lying(flipped())
-    .note("the flat side closes the mold, the channel faces up")
-    // Bore, vents and two dowel holes.
-    .for_shrinkage(cavity.shrinkage)
-    .with_handles(3 + p.mold.vents as i32)
+    cavity
+        .lid
+        .made(
+            Process::Fdm,
+            molds::plate(&p.mold, thickness)
+                .minus(bore.named("bore"))
+                .minus_all(vents)
+                .minus(overflow.named("overflow channel"))
+                .minus_all(dowels)
+                .minus_all(molds::plate_pry_slots(&p.mold)),
+        )
+        .from(&p.mold.material)
+        .placed([cavity.assembly.in_place().lifted(-30.0)])
+        .colored(TOOL_GREY)
+        .lying(flipped())
+        .note("the flat side closes the mold, the channel faces up")
+        // Bore, vents and two dowel holes.
+        .for_shrinkage(cavity.shrinkage)
+        .with_handles(3 + p.mold.vents as i32)
 }
 
 /// The ring that centres the shell over the module while the filling gel cures.
@@ -129,25 +130,24 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
     let floor = 1.0;
     let thickness = grip + floor;
     let bore = Solid::cylinder(
-        layout.shell_radius + gap_mm(Process::Fdm, Fit::Slide),
+        layout.shell_radius_mm + gap_mm(Process::Fdm, Fit::Slide),
         thickness + 2.0 * CUT_OVERLAP_MM,
     )
     .at_z(-thickness - CUT_OVERLAP_MM);
     let spare = 0.3;
     let dowel = molds::dowel_tool(&p.mold, Fit::Slide, grip + spare);
     let sockets = copies("socket", &molds::lid_dowel_poses(&p.mold), &dowel);
-    Body::made(
-        "collar",
-        "centres the shell on the module, still in its mold, while the filling gel cures",
-        Process::Fdm,
-        molds::plate(&p.mold, thickness)
-            .minus(bore.named("bore"))
-            .minus_all(sockets)
-            .minus_all(molds::plate_pry_slots(&p.mold)),
-    )
-    .from(&p.mold.material)
-    .placed([JOINING.in_place().lifted(-20.0)])
-    .colored(TOOL_GREY)
-    .note("sockets up")
-    .with_handles(1)
+    COLLAR
+        .made(
+            Process::Fdm,
+            molds::plate(&p.mold, thickness)
+                .minus(bore.named("bore"))
+                .minus_all(sockets)
+                .minus_all(molds::plate_pry_slots(&p.mold)),
+        )
+        .from(&p.mold.material)
+        .placed([JOINING.in_place().lifted(-20.0)])
+        .colored(TOOL_GREY)
+        .note("sockets up")
+        .with_handles(1)
 }

@@ -3,9 +3,9 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::mold::Mold;
-use crate::parameters;
+use crate::sections;
 
-parameters! {
+sections! {
     /// The sensing surface: a hemisphere on a straight wall.
     pub struct Surface {
         /// Radius of the hemisphere and the wall, to the outside of the black coat.
@@ -13,9 +13,7 @@ parameters! {
         /// Height of the straight wall below the hemisphere.
         wall_height: Length = 0.0..=60.0,
     }
-}
 
-parameters! {
     /// The rigid transparent test tube that carries the gels.
     pub struct Tube {
         /// Outer diameter.
@@ -23,17 +21,13 @@ parameters! {
         /// Thickness of the glass.
         wall: Length = 0.4..=5.0,
     }
-}
 
-parameters! {
     /// The layer between tube and translucent gel; its thickness is what these two leave.
     pub struct TransparentGel {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The layer whose brightness tells its depth.
     pub struct TranslucentGel {
         /// Thickness with the coat: the difference of the two cavities' radii.
@@ -41,9 +35,7 @@ parameters! {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The black layer outside.
     pub struct Coat {
         /// Thickness when dry.
@@ -51,17 +43,13 @@ parameters! {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The gel that fills the tube and glues it to the diffuser and shell.
     pub struct FillingGel {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The largest outer dimensions.
     pub struct Envelope {
         /// Across.
@@ -69,9 +57,7 @@ parameters! {
         /// From the base's bottom to the tip.
         height: Length = 10.0..=300.0,
     }
-}
 
-parameters! {
     /// The printed tube that holds diffuser, LED board and base.
     pub struct Shell {
         /// Outer diameter.
@@ -89,9 +75,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The frosted ring above the LEDs.
     pub struct Diffuser {
         /// Thickness of the sheet.
@@ -109,9 +93,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The annular board that carries the LEDs.
     pub struct LedBoard {
         /// Thickness.
@@ -123,9 +105,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The LEDs.
     pub struct Leds {
         /// How many.
@@ -141,9 +121,7 @@ parameters! {
         /// Type.
         model: String = 1..=80,
     }
-}
 
-parameters! {
     /// The camera and the board it comes on.
     pub struct Camera {
         /// Type.
@@ -177,9 +155,7 @@ parameters! {
         /// Room behind the board for connector and parts.
         back_clearance: Length = 0.5..=10.0,
     }
-}
 
-parameters! {
     /// The printed plug that closes the shell and carries the camera.
     pub struct Base {
         /// Height.
@@ -193,9 +169,7 @@ parameters! {
         /// Radius of the circle of the mounting holes.
         mount_radius: Length = 2.0..=70.0,
     }
-}
 
-parameters! {
     /// The handle that holds the tube by its inside while gel is cast around it.
     pub struct Connector {
         /// How far the plug reaches into the tube.
@@ -211,9 +185,7 @@ parameters! {
         /// Diameter of the air channel.
         air_channel_diameter: Length = 1.0..=8.0,
     }
-}
 
-parameters! {
     /// The cup and bridge that cast a silicone mold around a glass tube.
     pub struct Form {
         /// Thickness of silicone beside the tube.
@@ -235,9 +207,7 @@ parameters! {
         /// Number of M3x4 screws that hold the bridge.
         screws: u32 = 2..=8,
     }
-}
 
-parameters! {
     /// The container for black mixture and the holder that hangs a sensor into it.
     pub struct Coating {
         /// Gap between sensing surface and container.
@@ -245,9 +215,7 @@ parameters! {
         /// Thickness of walls, floor and holder.
         wall: Length = 1.2..=10.0,
     }
-}
 
-parameters! {
     /// A dome sensor.
     pub struct Dome {
         /// The sensing surface.

@@ -5,11 +5,12 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_tool;
-use super::{COATING, FORM, TRANSLUCENT_MOLD, TRANSPARENT_MOLD, flipped};
+use crate::assembling::{Name, flipped};
 use crate::blocks::{TOOL_GREY, turn};
 use crate::fits::{Fit, gap_mm};
 
@@ -30,7 +31,7 @@ const POUR_WINDOWS: u32 = 3;
 
 /// Radius of the connector's plug, mm: it slides into the tube.
 pub fn plug_radius_mm(layout: &Layout) -> f64 {
-    layout.tube_bore_radius - gap_mm(Process::Fdm, Fit::Slide)
+    layout.tube_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide)
 }
 
 /// Width of the O-ring's groove, in cords: a squeezed cord grows wider.
@@ -38,7 +39,7 @@ pub const GROOVE_CORDS: f64 = 1.3;
 
 /// Radius of the bottom of the O-ring's groove, mm.
 pub fn groove_radius_mm(p: &Dome, layout: &Layout) -> f64 {
-    layout.tube_bore_radius - p.connector.o_ring_cord.mm() * (1.0 - p.connector.o_ring_squeeze)
+    layout.tube_bore_radius_mm - p.connector.o_ring_cord.mm() * (1.0 - p.connector.o_ring_squeeze)
 }
 
 /// The handle that the tube hangs on while gel is cast around it: an O-ring grips the tube's
@@ -48,7 +49,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
     let groove = groove_radius_mm(p, layout);
     let groove_half = GROOVE_CORDS / 2.0 * p.connector.o_ring_cord.mm();
     let groove_z = p.connector.plug_length.mm() / 2.0;
-    let flange_radius = layout.tube_radius - FLANGE_INSET_MM;
+    let flange_radius = layout.tube_radius_mm - FLANGE_INSET_MM;
     let (handle, air) =
         (p.connector.handle_diameter.mm() / 2.0, p.connector.air_channel_diameter.mm() / 2.0);
     let flange_top = -p.mold.lid_thickness.mm();
@@ -69,19 +70,15 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
         [plug, plug_end],
         [air, plug_end],
     ]);
-    Body::made(
-        "connector",
-        "handle that holds the tube by its inside while gel is cast around it",
-        Process::Fdm,
-        Solid::revolution(outline),
-    )
-    .from(&p.mold.material)
-    .placed([TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING].map(|a| a.in_place().lifted(-55.0)))
-    .colored(TOOL_GREY)
-    .lying(flipped())
-    .note("plug down, handle up")
-    .note("put the O-ring on dry")
-    .with_handles(1)
+    CONNECTOR
+        .made(Process::Fdm, Solid::revolution(outline))
+        .from(&p.mold.material)
+        .placed([TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING].map(|a| a.in_place().lifted(-55.0)))
+        .colored(TOOL_GREY)
+        .lying(flipped())
+        .note("plug down, handle up")
+        .note("put the O-ring on dry")
+        .with_handles(1)
 }
 
 /// Heights and radii of the silicone form, mm, sensor frame.
@@ -109,8 +106,8 @@ impl FormLayout {
 
     /// Derives the form.
     pub fn new(p: &Dome, layout: &Layout) -> Self {
-        let silicone_radius = layout.transparent_radius + p.form.silicone.mm();
-        let tip_z = layout.wall_height + layout.transparent_radius;
+        let silicone_radius = layout.transparent_radius_mm + p.form.silicone.mm();
+        let tip_z = layout.wall_height_mm + layout.transparent_radius_mm;
         let rim_z = tip_z - p.form.tube_length.mm();
         let cup_rim_z = -p.form.headroom.mm();
         Self {
@@ -128,8 +125,8 @@ impl FormLayout {
 /// Cup and bridge.
 pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let form = FormLayout::new(p, layout);
-    let tool = |name: &str, summary: &str, solid, genus, lift_mm, notes: &[&str]| {
-        Body::made(name, summary, Process::Fdm, solid)
+    let tool = |name: Name, solid, genus, lift_mm, notes: &[&str]| {
+        name.made(Process::Fdm, solid)
             .from(&p.mold.material)
             .placed([FORM.in_place().lifted(lift_mm)])
             .colored(TOOL_GREY)
@@ -138,16 +135,14 @@ pub fn form_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
             .with_handles(genus)
     };
     let cup = tool(
-        "form-cup",
-        "cup that a silicone mold is cast in, around a glass tube",
+        FORM_CUP,
         cup(p, &form),
         1,
         70.0,
         &["tape the hole in the floor before pouring; push the cured mold out through it"],
     );
     let bridge = tool(
-        "form-bridge",
-        "hangs the glass tube into the form's cup; silicone is poured through its windows",
+        FORM_BRIDGE,
         bridge(p, layout, &form),
         1 + POUR_WINDOWS as i32,
         -30.0,
@@ -173,7 +168,7 @@ fn cup(p: &Dome, form: &FormLayout) -> Solid {
 }
 
 fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
-    let bore = layout.transparent_radius + gap_mm(Process::Fdm, Fit::Slide);
+    let bore = layout.transparent_radius_mm + gap_mm(Process::Fdm, Fit::Slide);
     let sleeve = bore + p.form.plate.mm();
     let plate = Path::polygon(&[
         [bore, form.cup_rim_z],
@@ -201,22 +196,22 @@ fn bridge(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
 /// The silicone mold itself: glass-smooth, cut open along the parting plane when cured.
 pub fn silicone_mold(p: &Dome, layout: &Layout) -> Body {
     let form = FormLayout::new(p, layout);
-    Body::cast(
-        "silicone-mold",
-        "smooth mold for the transparent gel, cast around a glass tube",
-        Solid::cylinder(form.silicone_radius, form.silicone_top_z)
-            .minus(dome_tool(layout.transparent_radius, layout.wall_height).named("cavity")),
-    )
-    .from(&p.form.silicone_material)
-    .placed([FORM.in_place().lifted(30.0)])
-    .colored([90, 140, 215])
-    .opaque(0.6)
+    SILICONE_MOLD
+        .cast(
+            Solid::cylinder(form.silicone_radius, form.silicone_top_z).minus(
+                dome_tool(layout.transparent_radius_mm, layout.wall_height_mm).named("cavity"),
+            ),
+        )
+        .from(&p.form.silicone_material)
+        .placed([FORM.in_place().lifted(30.0)])
+        .colored([90, 140, 215])
+        .opaque(0.6)
 }
 
 /// Container for the black mixture, and the holder that hangs a module into it by its connector.
 pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let wall = p.coating.wall.mm();
-    let inner = layout.surface_radius + p.coating.gap.mm();
+    let inner = layout.surface_radius_mm + p.coating.gap.mm();
     let (rim_z, floor_z) = (-HOLDER_GAP_MM, layout.apex_z() + p.coating.gap.mm());
     let container = Solid::revolution(Path::polygon(&[
         [0.0, floor_z],
@@ -247,8 +242,8 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
         Solid::extrusion(Path::slot([0.0, 0.0], [0.0, 2.0 * inner], slot_radius), slot_height)
             .at_z(plate_z - CUT_OVERLAP_MM);
 
-    let tool = |name: &str, summary: &str, solid, bed_from_body, lift_mm, notes: &[&str]| {
-        Body::made(name, summary, Process::Fdm, solid)
+    let tool = |name: Name, solid, bed_from_body, lift_mm, notes: &[&str]| {
+        name.made(Process::Fdm, solid)
             .from(&p.mold.material)
             .placed([COATING.in_place().lifted(lift_mm)])
             .colored(TOOL_GREY)
@@ -256,17 +251,9 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
             .notes(notes.iter().copied())
     };
     [
+        tool(CONTAINER, container, flipped(), 40.0, &["four perimeters, so that it holds solvent"]),
         tool(
-            "coating-container",
-            "holds the black mixture",
-            container,
-            flipped(),
-            40.0,
-            &["four perimeters, so that it holds solvent"],
-        ),
-        tool(
-            "coating-holder",
-            "hangs a module into the container by its connector",
+            HOLDER,
             holder.minus(slot.named("slot")),
             Pose::identity(),
             -20.0,

@@ -8,7 +8,7 @@ use super::pad::frames;
 use super::parameters::FlatGel;
 use crate::blocks::{PRINTED_WALL_MM, require_castable};
 use crate::fits::{Fit, gap_mm};
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 /// Thinnest bed that flows over a plate, mm.
 const LEAST_BED_MM: f64 = 1.0;
@@ -41,7 +41,7 @@ pub(super) fn check(p: &FlatGel, report: &mut Report) {
         return; // The rest would follow from it.
     }
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
-    housing.check(layout.plate_bottom_z, p.camera.back_clearance, report);
+    housing.check(layout.plate_bottom_z_mm, &p.camera, report);
     layout.camera.check(base_mm, housing.room, &EDGES, report);
     layout.light.check([(EDGES[0], p.pad.length), (EDGES[1], p.pad.width)], report);
     p.markers.check(layout.gel, layout.seen_mm(), report);
@@ -49,24 +49,11 @@ pub(super) fn check(p: &FlatGel, report: &mut Report) {
 }
 
 fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
-    report.at_most(
-        "coat.thickness",
-        p.coat.thickness,
-        p.pad.thickness.mm() / 2.0,
-        "most of the pad is gel",
-    );
-    report.at_least(
-        "pad.corner",
-        p.pad.corner,
-        p.coat.side.mm() + 0.1,
-        "the gel under the coat has round edges, too",
-    );
-    report.at_most(
-        "pad.corner",
-        p.pad.corner,
-        layout.pad.narrow() / 2.0,
-        "straight sides must remain between the edges",
-    );
+    limits! { report, p:
+        coat.thickness <= p.pad.thickness.mm() / 2.0, "most of the pad is gel";
+        pad.corner >= p.coat.side.mm() + 0.1, "the gel under the coat has round edges, too";
+        pad.corner <= layout.pad.narrow() / 2.0, "straight sides must remain between the edges";
+    }
     let bed = p.bed.thickness.mm();
     report.require(
         bed == 0.0 || bed >= LEAST_BED_MM,
@@ -75,55 +62,32 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
         || format!("write 0 mm for none, or at least {LEAST_BED_MM} mm"),
     );
     if p.markers.exist() {
-        report.at_most(
-            "markers.thickness",
-            p.markers.thickness,
-            p.coat.thickness.mm() / 2.0,
-            "the coat covers the ink",
-        );
+        limits! { report, p:
+            markers.thickness <= p.coat.thickness.mm() / 2.0, "the coat covers the ink";
+        }
     }
 }
 
 /// The opening that the plate lies in, and the chamber below it.
 fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
     let (plate, chamber) = (&p.plate, layout.light.chamber);
-    report.at_most(
-        "plate.overlap",
-        plate.overlap,
-        plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
-        "the camera must see something past the ledge",
-    );
-    report.at_least(
-        "plate.overlap",
-        plate.overlap,
-        p.coat.side.mm() + gap_mm(Process::Fdm, Fit::Slide),
-        "the pad's gel, not its coat alone, covers the joint around the plate",
-    );
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
-    report.at_least(
-        "shell.rim",
-        p.shell.rim,
-        p.shell.rim.mm() + PRINTED_WALL_MM - x.min(y),
-        "the plate's opening needs a wall around it",
-    );
-    report.at_most(
-        "camera.board_size",
-        p.camera.board_size,
-        2.0 * (chamber.narrow() + OVERHANG_MM - gap_mm(Process::Fdm, Fit::Slide)),
-        "the shell would overhang a wider board by more than 2 mm",
-    );
-    let front_mm = layout.plate_bottom_z - layout.camera.front_z;
-    let distance_mm = layout.seen_z - layout.camera.pupil_z;
-    report.at_least(
-        "camera.pixel_pitch",
-        p.camera.pixel_pitch,
-        p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),
-        "the lens must not touch the plate",
-    );
-    report.at_most(
-        "shell.wall",
-        p.shell.wall,
-        p.shell.wall.mm() + chamber.narrow() - 1.0 - chamber.corner,
-        "screws in the corners would round the chamber off",
-    );
+    let front_mm = layout.plate_bottom_z_mm - layout.camera.front_z;
+    let distance_mm = layout.seen_z_mm - layout.camera.pupil_z;
+    limits! { report, p:
+        plate.overlap <= plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
+            "the camera must see something past the ledge";
+        plate.overlap >= p.coat.side.mm() + gap_mm(Process::Fdm, Fit::Slide),
+            "the pad's gel, not its coat alone, covers the joint around the plate";
+        shell.rim >= p.shell.rim.mm() + PRINTED_WALL_MM - x.min(y),
+            "the plate's opening needs a wall around it";
+        camera.board_size <=
+            2.0 * (chamber.narrow() + OVERHANG_MM - gap_mm(Process::Fdm, Fit::Slide)),
+            "the shell would overhang a wider board by more than 2 mm";
+        camera.pixel_pitch >=
+            p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),
+            "the lens must not touch the plate";
+        shell.wall <= p.shell.wall.mm() + chamber.narrow() - 1.0 - chamber.corner,
+            "screws in the corners would round the chamber off";
+    }
 }

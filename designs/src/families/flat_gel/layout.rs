@@ -24,13 +24,13 @@ pub struct Layout<'a> {
     /// The plate.
     pub plate: Rect,
     /// The pad's top.
-    pub top_z: f64,
+    pub top_z_mm: f64,
     /// The gel under the coat: what the camera sees.
-    pub seen_z: f64,
+    pub seen_z_mm: f64,
     /// Top of the plate.
-    pub plate_top_z: f64,
+    pub plate_top_z_mm: f64,
     /// Bottom of the plate.
-    pub plate_bottom_z: f64,
+    pub plate_bottom_z_mm: f64,
     /// The camera.
     pub camera: Posted<'a>,
     /// Shell and base.
@@ -49,10 +49,10 @@ impl<'a> Layout<'a> {
         let gel = Rect { corner: p.pad.corner.mm() - side, ..pad.shrunk(side) };
         let opening = pad.shrunk(p.plate.overlap.mm());
 
-        let (top_z, plate_top_z) = (p.pad.thickness.mm(), -p.bed.thickness.mm());
-        let seen_z = top_z - p.coat.thickness.mm();
-        let plate_bottom_z = plate_top_z - p.plate.thickness.mm();
-        let camera = p.camera.before(seen_z);
+        let (top_z_mm, plate_top_z_mm) = (p.pad.thickness.mm(), -p.bed.thickness.mm());
+        let seen_z_mm = top_z_mm - p.coat.thickness.mm();
+        let plate_bottom_z_mm = plate_top_z_mm - p.plate.thickness.mm();
+        let camera = p.camera.before(seen_z_mm);
 
         let chamber = opening.half.map(|half| half - p.plate.ledge.mm());
         // The camera comes in from below; what it needs, the room below the chamber has.
@@ -63,7 +63,7 @@ impl<'a> Layout<'a> {
             leds: &p.leds,
             chamber: Rect { half: chamber, ..housing.room },
             room: housing.room,
-            ceiling_z: plate_bottom_z,
+            ceiling_z: plate_bottom_z_mm,
             camera: camera.clone(),
         };
         Self {
@@ -71,10 +71,10 @@ impl<'a> Layout<'a> {
             gel,
             opening,
             plate: opening.shrunk(slide),
-            top_z,
-            seen_z,
-            plate_top_z,
-            plate_bottom_z,
+            top_z_mm,
+            seen_z_mm,
+            plate_top_z_mm,
+            plate_bottom_z_mm,
             camera,
             housing,
             light,
@@ -87,7 +87,7 @@ impl<'a> Layout<'a> {
         let camera = self.camera.camera;
         let px = [camera.width_px, camera.height_px].map(f64::from);
         let (air, inside) =
-            (self.plate_bottom_z - self.camera.pupil_z, self.seen_z - self.plate_bottom_z);
+            (self.plate_bottom_z_mm - self.camera.pupil_z, self.seen_z_mm - self.plate_bottom_z_mm);
         let light = &self.light;
         [0, 1].map(|axis| {
             // The picture's long side lies along the pad's.

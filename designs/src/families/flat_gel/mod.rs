@@ -1,5 +1,6 @@
 //! Flat-gel sensors: a coated pad of gel on a clear plate above a camera (9DTact, DIGIT, GelSight).
 
+mod bodies;
 mod chain;
 mod constraints;
 mod layout;
@@ -8,21 +9,13 @@ mod parameters;
 
 use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
 
-use crate::assembling::{AssemblyName, SENSOR, in_sensor};
+use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::{self, camera_at, merged, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::{BASE, SHELL};
 use layout::Layout;
 use parameters::FlatGel;
-
-/// Casting the gel.
-const GEL_MOLD: AssemblyName = AssemblyName("gel-mold");
-
-/// Casting the coat around it.
-const COAT_MOLD: AssemblyName = AssemblyName("coat-mold");
-
-/// Printing the markers.
-const MARKING: AssemblyName = AssemblyName("marking");
 
 /// The family of 9DTact, DIGIT and GelSight.
 pub(crate) struct FlatGelFamily;
@@ -47,7 +40,7 @@ impl Family for FlatGelFamily {
 /// Everything a flat-gel sensor consists of.
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
-    let fits = [housing.joint().press_fit("shell"), board.joint().press_fit("base")];
+    let fits = [housing.joint().press_fit(SHELL), board.joint().press_fit(BASE)];
     let bodies = housing_parts(layout)
         .into_iter()
         .chain([pad::plate(p, layout)])
@@ -80,15 +73,13 @@ fn nominal(layout: &Layout) -> NominalCamera {
 /// Shell and base.
 fn housing_parts(layout: &Layout) -> [Body; 2] {
     let (housing, light, over) = (&layout.housing, &layout.light, fabkit_geometry::CUT_OVERLAP_MM);
-    let opening = layout.opening.prism([layout.plate_bottom_z, over]).named("plate opening");
-    let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z + over]);
+    let opening = layout.opening.prism([layout.plate_bottom_z_mm, over]).named("plate opening");
+    let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z_mm + over]);
     let cut = [opening, chamber.named("chamber")];
     [
+        housing.shell(SHELL, cut, light.step_z()).placed([in_sensor()]),
         housing
-            .shell("holds plate and light, closes over the camera", cut, light.step_z())
-            .placed([in_sensor()]),
-        housing
-            .base("carries the camera, closes the shell", layout.camera.posts())
+            .base(BASE, layout.camera.posts())
             .cut(layout.camera.joint().held().unmarked())
             .placed([in_sensor().lifted(-46.0)]),
     ]
@@ -112,9 +103,9 @@ const SOFT_SHARE: f64 = 0.5;
 fn touch(p: &FlatGel, layout: &Layout) -> PlaneSurface {
     PlaneSurface {
         outline: layout.pad.path(),
-        top_z_mm: layout.top_z,
+        top_z_mm: layout.top_z_mm,
         foot_z_mm: 0.0,
-        soft_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.seen_z,
+        soft_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.seen_z_mm,
         grip: layout.housing.grip(),
     }
 }
@@ -135,11 +126,11 @@ fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
     vec![
         by("housing", housing.outside.half),
         mm("height of the shell", -housing.joint_z),
-        mm("total height", layout.top_z - housing.bottom_z),
+        mm("total height", layout.top_z_mm - housing.bottom_z),
         by("plate", layout.plate.half),
         by("gel under the coat", layout.gel.half),
-        mm("optical centre below the gel's outside", layout.seen_z - camera.pupil_z),
-        mm("lens front below the plate", layout.plate_bottom_z - camera.front_z),
+        mm("optical centre below the gel's outside", layout.seen_z_mm - camera.pupil_z),
+        mm("lens front below the plate", layout.plate_bottom_z_mm - camera.front_z),
         by("seen on the gel", layout.seen_mm()),
         count("markers", "markers"),
         count("led", "leds"),

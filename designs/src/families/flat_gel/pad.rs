@@ -2,13 +2,12 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{CoatBy, FlatGel};
-use super::{COAT_MOLD, GEL_MOLD, MARKING};
-use crate::assembling::{AssemblyName, in_sensor};
+use crate::assembling::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
 use crate::blocks::frame_mold::Frames;
-use crate::materials::castable;
 
 /// The assemblies in which the molds' floor lies under the gel.
 fn molds(p: &FlatGel) -> &'static [AssemblyName] {
@@ -23,15 +22,16 @@ pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
     Frames {
         mold: &p.mold,
         cavity: layout.pad.half,
-        lowest_mm: layout.seen_z,
-        shrinkage: castable(&p.pad.material).map_or(0.0, |m| m.shrinkage),
+        lowest_mm: layout.seen_z_mm,
+        shrinkage: shrinkage(&p.pad.material),
     }
 }
 
 /// The plate.
 pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
-    let solid = layout.plate.prism([layout.plate_bottom_z, layout.plate_top_z]);
-    Body::made("plate", "clear plate that carries the gel", Process::Laser, solid)
+    let solid = layout.plate.prism([layout.plate_bottom_z_mm, layout.plate_top_z_mm]);
+    PLATE
+        .made(Process::Laser, solid)
         .from(&p.plate.material)
         .placed([in_sensor().lifted(14.0)])
         .colored(GLASS)
@@ -42,10 +42,10 @@ pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
 /// Floor, frames and dowels, and the stencil if there are markers.
 pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let frames = frames(p, layout);
-    let gel = frames.frame("mold-gel", layout.gel.path(), layout.seen_z, GEL_MOLD);
+    let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.seen_z_mm, GEL_MOLD);
     let coat = (p.coat.by == CoatBy::Pour)
-        .then(|| frames.frame("mold-coat", layout.pad.path(), layout.top_z, COAT_MOLD));
-    let stencil = p.markers.stencil(layout.gel, layout.seen_z);
+        .then(|| frames.frame(COAT_FRAME, layout.pad.path(), layout.top_z_mm, COAT_MOLD));
+    let stencil = p.markers.stencil(layout.gel, layout.seen_z_mm);
     let stencil = stencil.map(|body| body.placed([MARKING.in_place().lifted(8.0)]));
     [frames.floor(molds(p)), gel, frames.dowels(molds(p))]
         .into_iter()
@@ -65,14 +65,16 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let marking = p.markers.exist().then(|| MARKING.in_place());
     let coating = (p.coat.by == CoatBy::Pour).then(|| COAT_MOLD.in_place());
 
-    let plate = layout.plate.prism([layout.plate_bottom_z - over, layout.plate_top_z]);
-    let bed = layout.opening.prism([layout.plate_bottom_z, 0.0]).minus(plate);
-    let bed = Body::cast("bed", "clear gel on and around the plate, up to the shell's rim", bed)
+    let plate = layout.plate.prism([layout.plate_bottom_z_mm - over, layout.plate_top_z_mm]);
+    let bed = layout.opening.prism([layout.plate_bottom_z_mm, 0.0]).minus(plate);
+    let bed = BED
+        .cast(bed)
         .from(&p.bed.material)
         .placed([in_sensor().lifted(26.0)])
         .colored([190, 215, 235])
         .opaque(0.8);
-    let gel = Body::cast("gel", "soft gel under the coat", layout.gel.prism([0.0, layout.seen_z]))
+    let gel = GEL
+        .cast(layout.gel.prism([0.0, layout.seen_z_mm]))
         .from(&p.pad.material)
         .placed([in_sensor().lifted(36.0)])
         .placed(molds(p).iter().map(|name| name.in_place()))
@@ -81,14 +83,15 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
         .opaque(0.85);
     let ink = p
         .markers
-        .ink(layout.seen_z)
+        .ink(layout.seen_z_mm)
         .map(|ink| ink.placed([in_sensor().lifted(40.0)]).placed(marking).placed(coating.clone()));
     let coat = layout
         .pad
-        .prism([0.0, layout.top_z])
-        .minus(layout.gel.prism([-over, layout.seen_z]))
-        .minus_all(p.markers.tools(layout.seen_z));
-    let coat = Body::cast("coat", "opaque coat that touches", coat)
+        .prism([0.0, layout.top_z_mm])
+        .minus(layout.gel.prism([-over, layout.seen_z_mm]))
+        .minus_all(p.markers.tools(layout.seen_z_mm));
+    let coat = COAT
+        .cast(coat)
         .from(&p.coat.material)
         .placed([in_sensor().lifted(64.0)])
         .placed(coating)

@@ -7,7 +7,7 @@ use crate::blocks::clamshell::{Base, Shell};
 use crate::blocks::frame_mold::FrameMold;
 use crate::blocks::marker_grid::Markers;
 use crate::blocks::posted_camera::PostedCamera;
-use crate::{choices, parameters};
+use crate::{choices, parameters, sections};
 
 parameters! {
     /// The pad that touches: gel under a coat. The housing follows from its edges.
@@ -35,7 +35,7 @@ choices! {
     }
 }
 
-parameters! {
+sections! {
     /// The opaque coat on the pad's top and sides.
     pub struct Coat {
         /// Thickness on the top.
@@ -47,9 +47,7 @@ parameters! {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The clear gel between plate and pad, poured into the shell.
     pub struct Bed {
         /// Thickness; 0 for a pad that is glued to the plate itself.
@@ -57,9 +55,7 @@ parameters! {
         /// Trade name; the pad is glued with it, too.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The clear plate that carries the gel; it lies on a ledge in the shell.
     pub struct Plate {
         /// Thickness of the sheet.
@@ -71,9 +67,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// A flat-gel sensor.
     pub struct FlatGel {
         /// The pad that touches.

@@ -10,9 +10,9 @@ use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{key_circle_mm, vent_circles_mm};
-use crate::blocks::{APART_MM, require_castable, turn};
+use crate::blocks::{APART_MM, around, half_chord, require_castable, turn};
 use crate::fits::{Fit, gap_mm};
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 /// Thinnest wall of printed resin, mm.
 const RESIN_WALL_MM: f64 = 0.5;
@@ -43,51 +43,38 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
 }
 
 fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.at_least(
-        "surface.height",
-        p.surface.height,
-        0.6 * p.surface.diameter.mm(),
-        "the surface is a half ellipsoid that is longer than wide",
-    );
     // Every layer of elastomer lies on a smooth parallel surface; only the shell's inside may be
     // deeper, because a ball mill rounds it.
     let reach = layout.ellipsoid.tip_curvature_radius() - TIP_RADIUS_MM;
     let inner = p.inner_elastomer.thickness.mm();
-    report.at_most(
-        "inner_elastomer.thickness",
-        p.inner_elastomer.thickness,
-        reach + layout.shell_offset + inner,
-        "below the tip's radius of curvature a parallel surface has an edge",
-    );
-    report.at_most(
-        "shell.thickness",
-        p.shell.thickness,
-        layout.foot_of(layout.shell_offset) - p.camera.diameter.mm(),
-        "the shell needs a bore twice as wide as the camera",
-    );
+    limits! { report, p:
+        surface.height >= 0.6 * p.surface.diameter.mm(),
+            "the surface is a half ellipsoid that is longer than wide";
+        inner_elastomer.thickness <= reach + layout.shell_offset_mm + inner,
+            "below the tip's radius of curvature a parallel surface has an edge";
+        shell.thickness <= layout.foot_of(layout.shell_offset_mm) - p.camera.diameter.mm(),
+            "the shell needs a bore twice as wide as the camera";
+    }
 }
 
 fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let markers = &p.markers;
-    report.at_most(
-        "markers.straight_depth",
-        markers.straight_depth,
-        p.inner_elastomer.thickness.mm() - markers.wall.mm() - markers.radius.mm(),
-        "a slot, its round end included, must end inside its layer",
-    );
+    limits! { report, p:
+        markers.straight_depth <=
+            p.inner_elastomer.thickness.mm() - markers.wall.mm() - markers.radius.mm(),
+            "a slot, its round end included, must end inside its layer";
+    }
     if !report.is_clean() || markers.count < 2 {
         return; // No distances, or slots that end where no surface is.
     }
     let nearest = |count: u32| nearest_mm(p, layout, count);
     let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
     if nearest(markers.count) >= needed {
-        // Slots also keep off the base circle, which matters for few and large ones.
-        report.at_most(
-            "markers.radius",
-            markers.radius,
-            lowest_mm(p, layout) - markers.wall.mm(),
-            "the base circle must cut no marker",
-        );
+        limits! { report, p:
+            // Slots also keep off the base circle, which matters for few and large ones.
+            markers.radius <= lowest_mm(p, layout) - markers.wall.mm(),
+                "the base circle must cut no marker";
+        }
         return;
     }
     // Distances shrink with the root of the count; from a little above that, downwards.
@@ -136,106 +123,55 @@ fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
 }
 
 fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.at_most(
-        "shell.shoulder",
-        p.shell.shoulder,
-        p.shell.thickness.mm() - 1.0,
-        "the foot below the shoulder needs 1 mm of wall",
-    );
-    report.at_most(
-        "shell.ball_mill_diameter",
-        p.shell.ball_mill_diameter,
-        1.8 * layout.bore_radius(),
-        "the ball mill must move inside the shell's bore",
-    );
-    report.at_least(
-        "holder.outer_diameter",
-        p.holder.outer_diameter,
-        2.0 * (layout.foot_of(layout.shell_offset) + RESIN_WALL_MM),
-        "the shell's shoulder and the elastomers' feet stand on the holder",
-    );
-    report.at_least(
-        "holder.skirt",
-        p.holder.skirt,
-        layout.holder_radius - Joints::new(p, layout).holder.poses[0].translation_mm().x
-            + BOLT.sink_depth_mm(gap_mm(Process::Sla, Fit::Snug))
-            + RESIN_WALL_MM,
-        "a countersunk M1.2 head must find material below its cone",
-    );
-    report.at_most(
-        "holder.skirt",
-        p.holder.skirt,
-        layout.holder_radius - layout.collar_radius - RESIN_WALL_MM,
-        "a step between collar and skirt keeps the electronics apart from the shell",
-    );
+    let head = Joints::new(p, layout).holder.poses[0].translation_mm().x;
+    let countersink = BOLT.sink_depth_mm(gap_mm(Process::Sla, Fit::Snug));
+    limits! { report, p:
+        shell.shoulder <= p.shell.thickness.mm() - 1.0,
+            "the foot below the shoulder needs 1 mm of wall";
+        shell.ball_mill_diameter <= 1.8 * layout.bore_radius(),
+            "the ball mill must move inside the shell's bore";
+        holder.outer_diameter >= 2.0 * (layout.foot_of(layout.shell_offset_mm) + RESIN_WALL_MM),
+            "the shell's shoulder and the elastomers' feet stand on the holder";
+        holder.skirt >= layout.holder_radius_mm - head + countersink + RESIN_WALL_MM,
+            "a countersunk M1.2 head must find material below its cone";
+        holder.skirt <= layout.holder_radius_mm - layout.collar_radius_mm - RESIN_WALL_MM,
+            "a step between collar and skirt keeps the electronics apart from the shell";
+    }
 }
 
 fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let radius = p.leds.diameter.mm() / 2.0;
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();
-    report.at_most(
-        "leds.circle_radius",
-        p.leds.circle_radius,
-        layout.diffuser_wall_radius - APART_MM - radius,
-        "the LEDs stand inside the diffusion ring's wall",
-    );
     // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
-    let room = (circle * (PI / count).sin()).min(circle - layout.post_radius - 0.3);
-    report.at_most(
-        "leds.diameter",
-        p.leds.diameter,
-        2.0 * (room - APART_MM / 2.0),
-        format!("{count} LEDs on one circle around the camera must not overlap"),
-    );
-    // The hole over a UV LED leaves a bridge of the plate to its neighbours and to the bore.
-    let most = (PI
-        / ((radius + LED_HOLE_MARGIN_MM + RESIN_WALL_MM / 2.0) / circle).clamp(0.0, 1.0).asin())
-    .floor();
-    report.require(
-        f64::from(p.leds.pairs) <= most,
-        "leds.pairs",
-        || {
-            format!(
-                "leds.pairs is {}; at most {most} holes over UV LEDs leave bridges between them",
-                p.leds.pairs
-            )
-        },
-        || format!("write {most}, or a smaller `leds.diameter`"),
-    );
+    let room = (circle * (PI / count).sin()).min(circle - layout.post_radius_mm - 0.3);
+    limits! { report, p:
+        leds.circle_radius <= layout.diffuser_wall_radius_mm - APART_MM - radius,
+            "the LEDs stand inside the diffusion ring's wall";
+        leds.diameter <= 2.0 * (room - APART_MM / 2.0),
+            format!("{count} LEDs on one circle around the camera must not overlap");
+        // The hole over a UV LED leaves a bridge of the plate to its neighbours and to the bore.
+        leds.pairs <= around(circle, 2.0 * (radius + LED_HOLE_MARGIN_MM) + RESIN_WALL_MM),
+            "the holes over UV LEDs need bridges between them";
+    }
 }
 
 fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    report.at_most(
-        "camera.front_depth",
-        p.camera.front_depth,
-        -layout.diffuser_top_z,
-        "the diffusion ring must not stand in the camera's view",
-    );
-    report.at_most(
-        "camera.length",
-        p.camera.length,
-        layout.camera_front_z - layout.post_end_z - 1.0,
-        "the camera rests in its post, above the passage for the cable",
-    );
-    report.at_most(
-        "camera.cable_diameter",
-        p.camera.cable_diameter,
-        2.0 * (layout.post_bore_radius - layout.cable_radius) + p.camera.cable_diameter.mm() - 0.2,
-        "the camera rests on the step around its cable",
-    );
-    report.at_most(
-        "camera.diameter",
-        p.camera.diameter,
-        2.0 * (layout.bore_radius() - layout.post_radius) + p.camera.diameter.mm() - 1.0,
-        "light passes between the post and the shell's bore",
-    );
-    report.at_most(
-        "camera_holder.socket_depth",
-        p.camera_holder.socket_depth,
-        layout.base_top_z - layout.bottom_z - 1.0,
-        "the post's socket needs a floor",
-    );
+    limits! { report, p:
+        camera.front_depth <= -layout.diffuser_top_z_mm,
+            "the diffusion ring must not stand in the camera's view";
+        camera.length <= layout.camera_front_z_mm - layout.post_end_z_mm - 1.0,
+            "the camera rests in its post, above the passage for the cable";
+        camera.cable_diameter <=
+            p.camera.cable_diameter.mm()
+                + 2.0 * (layout.post_bore_radius_mm - layout.cable_radius_mm) - 0.2,
+            "the camera rests on the step around its cable";
+        camera.diameter <=
+            2.0 * (layout.bore_radius() - layout.post_radius_mm) + p.camera.diameter.mm() - 1.0,
+            "light passes between the post and the shell's bore";
+        camera_holder.socket_depth <= layout.base_top_z_mm - layout.bottom_z_mm - 1.0,
+            "the post's socket needs a floor";
+    }
 }
 
 fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
@@ -244,33 +180,20 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
     let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;
     let width = p.base.wire_slot_width.mm();
-    report.at_most(
-        "base.wire_slot_width",
-        p.base.wire_slot_width,
-        (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
-        "the wires' slot opens into the pocket, inside the bolts",
-    );
-    report.at_least(
-        "base.wire_slot_length",
-        p.base.wire_slot_length,
-        width + p.led_board.wire_hole_diameter.mm() + 0.6,
-        "two holes in the board stand over the slot",
-    );
     let (slot, half) =
         (wire_slot_radius_mm(p, layout) + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
-    report.at_most(
-        "base.wire_slot_length",
-        p.base.wire_slot_length,
-        2.0 * (pocket_outer.powi(2) - slot.powi(2)).max(0.0).sqrt(),
-        "the wires' slot opens into the pocket",
-    );
     let mount = mounts.radius_mm;
-    report.at_most(
-        "base.mount_radius",
-        p.base.mount_radius,
-        layout.holder_radius - 1.0 - mount - RESIN_WALL_MM,
-        "mounting holes need a wall beside the pry slots",
-    );
+    limits! { report, p:
+        base.wire_slot_width <=
+            (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
+            "the wires' slot opens into the pocket, inside the bolts";
+        base.wire_slot_length >= width + p.led_board.wire_hole_diameter.mm() + 0.6,
+            "two holes in the board stand over the slot";
+        base.wire_slot_length <= 2.0 * half_chord(pocket_outer, slot),
+            "the wires' slot opens into the pocket";
+        base.mount_radius <= layout.holder_radius_mm - 1.0 - mount - RESIN_WALL_MM,
+            "mounting holes need a wall beside the pry slots";
+    }
     // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
     let clearance = mounts
         .poses
@@ -295,7 +218,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         || "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`".into(),
     );
     // Mounting holes end below the bolts unless they stand well between them.
-    let between = layout.bolt_z - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z;
+    let between = layout.bolt_z_mm - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z_mm;
     let nearest_turn = (0..p.base.mount_holes)
         .flat_map(|i| (0..p.base.bolts).map(move |j| (i, j)))
         .map(|(i, j)| {
@@ -323,34 +246,20 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let tooling = &p.tooling;
     let key = tooling.key_diameter.mm() / 2.0;
-    let surface = layout.foot_of(layout.black_offset);
-    report.at_least(
-        "tooling.silicone_diameter",
-        tooling.silicone_diameter,
-        2.0 * (surface + 2.0 * key + 3.0),
-        "keys stand between the surface and the side, 1.5 mm from both",
-    );
-    report.at_most(
-        "tooling.key_height",
-        tooling.key_height,
-        0.8 * key / 20f64.to_radians().tan(),
-        "a key is a frustum: its sides meet above that",
-    );
-    let most_keys = (PI / ((key + 0.5) / key_circle_mm(layout)).clamp(0.0, 1.0).asin()).floor();
-    report.require(
-        f64::from(tooling.keys) <= most_keys,
-        "tooling.keys",
-        || format!("tooling.keys is {}; at most {most_keys} stand beside each other", tooling.keys),
-        || format!("write {most_keys}, or a smaller `tooling.key_diameter`"),
-    );
-    let thinnest =
-        (layout.inner_offset - layout.shell_offset).min(layout.black_offset - layout.inner_offset);
-    report.at_most(
-        "tooling.vent_diameter",
-        tooling.vent_diameter,
-        thinnest - 0.1,
-        "a vent opens over the foot of the inner elastomer, or over those of the outer elastomer and \
-         the black gel together");
+    let surface = layout.foot_of(layout.black_offset_mm);
+    let thinnest = (layout.inner_offset_mm - layout.shell_offset_mm)
+        .min(layout.black_offset_mm - layout.inner_offset_mm);
+    limits! { report, p:
+        tooling.silicone_diameter >= 2.0 * (surface + 2.0 * key + 3.0),
+            "keys stand between the surface and the side, 1.5 mm from both";
+        tooling.key_height <= 0.8 * key / 20f64.to_radians().tan(),
+            "a key is a frustum: its sides meet above that";
+        tooling.keys <= around(key_circle_mm(layout), 2.0 * key + 1.0),
+            "keys stand side by side on their circle";
+        tooling.vent_diameter <= thinnest - 0.1,
+            "a vent opens over the foot of the inner elastomer, or over those of the outer \
+             elastomer and the black gel together";
+    }
     // The two circles of vents alternate.
     let [inner, outer] = vent_circles_mm(layout);
     let step = PI / f64::from(tooling.vents);

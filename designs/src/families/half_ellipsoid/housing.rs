@@ -1,13 +1,16 @@
 //! Shell, shell holder, base, camera holder, diffusion ring and LED board.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Landmark, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Landmark, Path, Pose, Process, Profile, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
-use super::{SENSOR, WHITE, flipped};
-use crate::blocks::{BLACK, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
+use crate::assembling::{Name, SENSOR, flipped};
+use crate::blocks::{BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
 use crate::fits::{Fit, gap_mm};
+
+const WHITE: Color = [240, 240, 236];
 
 /// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
@@ -17,7 +20,7 @@ pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
 
 /// The LEDs on the board, z axis up: even ones are white, odd ones UV.
 pub fn led_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
-    let out = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
+    let out = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z_mm);
     ring(2 * p.leds.pairs, 0.0, out)
 }
 
@@ -29,38 +32,31 @@ pub fn leds_by_kind(p: &HalfEllipsoid, layout: &Layout) -> [Vec<Pose>; 2] {
 /// Where the pocket for the board's parts lies, mm: inner and outer radius.
 pub fn pocket_radii_mm(layout: &Layout) -> [f64; 2] {
     // Between the socket of the post and a rim that the board rests on.
-    [layout.post_radius + 1.0, layout.base_radius - 1.2]
+    [layout.post_radius_mm + 1.0, layout.base_radius_mm - 1.2]
 }
 
-fn part(name: &str, summary: &str, solid: Solid, material: &str, lift_mm: f64) -> Body {
-    Body::made(name, summary, Process::Sla, solid)
+fn part(name: Name, solid: Solid, material: &str, lift_mm: f64) -> Body {
+    name.made(Process::Sla, solid)
         .from(material)
         .placed([SENSOR.in_place().lifted(lift_mm)])
-        .colored(BLACK)
+        .colored(BLACK_PLASTIC)
 }
 
 /// Everything of the housing.
 pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
-    vec![
-        shell(p, layout),
-        holder(p, layout),
-        diffuser(p, layout),
-        camera_holder(p, layout),
-        led_board(p, layout),
-        base(p, layout),
-    ]
+    [shell, holder, diffuser, camera_holder, led_board, base].map(|make| make(p, layout)).to_vec()
 }
 
 /// The acrylic skeleton: a dome, its foot, and the bore that a ball mill leaves.
 fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let dome = layout.ellipsoid.whole(layout.shell_offset).minus(Solid::below(0.0));
-    let foot =
-        Solid::cylinder(layout.foot_radius, CUT_OVERLAP_MM - layout.foot_z).at_z(layout.foot_z);
+    let dome = layout.ellipsoid.whole(layout.shell_offset_mm).minus(Solid::below(0.0));
+    let foot = Solid::cylinder(layout.foot_radius_mm, CUT_OVERLAP_MM - layout.foot_z_mm)
+        .at_z(layout.foot_z_mm);
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
-    let cavity = layout.ellipsoid.cavity(layout.cavity_depth, mill, layout.foot_z - CUT_OVERLAP_MM);
+    let cavity =
+        layout.ellipsoid.cavity(layout.cavity_depth_mm, mill, layout.foot_z_mm - CUT_OVERLAP_MM);
     part(
-        "shell",
-        "rigid transparent skeleton that carries the elastomers",
+        SHELL,
         Solid::union([dome, foot.named("foot")]).minus(cavity.named("inside")),
         &p.shell.material,
         16.0,
@@ -77,51 +73,44 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
 /// The ring that the shell is glued into; slides over the base, held by the bolts.
 fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let outline = [
-        [layout.collar_radius, 0.0],
-        [layout.collar_radius, layout.step_z],
-        [layout.skirt_radius, layout.step_z],
-        [layout.skirt_radius, layout.flange_z],
-        [layout.holder_radius, layout.flange_z],
-        [layout.holder_radius, 0.0],
+        [layout.collar_radius_mm, 0.0],
+        [layout.collar_radius_mm, layout.step_z_mm],
+        [layout.skirt_radius_mm, layout.step_z_mm],
+        [layout.skirt_radius_mm, layout.flange_z_mm],
+        [layout.holder_radius_mm, layout.flange_z_mm],
+        [layout.holder_radius_mm, 0.0],
     ];
-    let through = layout.holder_radius - layout.base_radius + CUT_OVERLAP_MM;
-    part(
-        "shell-holder",
-        "ring that the shell is glued into; comes off with the bolts to change the elastomer",
-        Solid::revolution(Path::polygon(&outline)),
-        &p.holder.material,
-        -14.0,
-    )
-    .with_handles(1)
-    .cut(Joints::new(p, layout).holder.passed(through, gap_mm(Process::Sla, Fit::Snug)))
-    .notes([
-        "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
-        "instant adhesive around the shell's foot",
-    ])
+    let through = layout.holder_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
+    part(HOLDER, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -14.0)
+        .with_handles(1)
+        .cut(Joints::new(p, layout).holder.passed(through, gap_mm(Process::Sla, Fit::Snug)))
+        .notes([
+            "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
+            "instant adhesive around the shell's foot",
+        ])
 }
 
 /// The white ring over the LEDs; UV light, which it would absorb, passes through holes.
 fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let bore = layout.post_radius + gap_mm(Process::Sla, Fit::Free);
+    let bore = layout.post_radius_mm + gap_mm(Process::Sla, Fit::Free);
     let outline = [
-        [bore, layout.diffuser_plate_z],
-        [layout.diffuser_wall_radius, layout.diffuser_plate_z],
-        [layout.diffuser_wall_radius, layout.board_top_z],
-        [layout.board_radius, layout.board_top_z],
-        [layout.board_radius, layout.diffuser_top_z],
-        [bore, layout.diffuser_top_z],
+        [bore, layout.diffuser_plate_z_mm],
+        [layout.diffuser_wall_radius_mm, layout.diffuser_plate_z_mm],
+        [layout.diffuser_wall_radius_mm, layout.board_top_z_mm],
+        [layout.board_radius_mm, layout.board_top_z_mm],
+        [layout.board_radius_mm, layout.diffuser_top_z_mm],
+        [bore, layout.diffuser_top_z_mm],
     ];
     let hole = Solid::cylinder(
         p.leds.diameter.mm() / 2.0 + LED_HOLE_MARGIN_MM,
-        layout.diffuser_top_z - layout.diffuser_plate_z + 2.0 * CUT_OVERLAP_MM,
+        layout.diffuser_top_z_mm - layout.diffuser_plate_z_mm + 2.0 * CUT_OVERLAP_MM,
     );
     let [_, uv] = leds_by_kind(p, layout);
-    let above = layout.diffuser_plate_z - CUT_OVERLAP_MM - layout.board_top_z;
+    let above = layout.diffuser_plate_z_mm - CUT_OVERLAP_MM - layout.board_top_z_mm;
     let lifted: Vec<Pose> =
         uv.iter().map(|pose| pose.then_in(Pose::translation(0.0, 0.0, above))).collect();
     part(
-        "diffusion-ring",
-        "spreads the white LEDs' light; lets the UV LEDs' light through holes",
+        DIFFUSER,
         Solid::revolution(Path::polygon(&outline)).minus_all(copies("uv hole", &lifted, &hole)),
         &p.diffuser.material,
         -28.0,
@@ -135,27 +124,21 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 /// The post that carries the camera through board and diffuser; its cable leaves below.
 fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let back = layout.camera_front_z - p.camera.length.mm();
+    let back = layout.camera_front_z_mm - p.camera.length.mm();
     let outline = [
-        [layout.cable_radius, layout.post_end_z],
-        [layout.post_radius, layout.post_end_z],
-        [layout.post_radius, layout.camera_front_z],
-        [layout.post_bore_radius, layout.camera_front_z],
-        [layout.post_bore_radius, back],
-        [layout.cable_radius, back],
+        [layout.cable_radius_mm, layout.post_end_z_mm],
+        [layout.post_radius_mm, layout.post_end_z_mm],
+        [layout.post_radius_mm, layout.camera_front_z_mm],
+        [layout.post_bore_radius_mm, layout.camera_front_z_mm],
+        [layout.post_bore_radius_mm, back],
+        [layout.cable_radius_mm, back],
     ];
-    part(
-        "camera-holder",
-        "post that holds the camera above the diffusion ring",
-        Solid::revolution(Path::polygon(&outline)),
-        &p.holder.material,
-        -44.0,
-    )
-    .with_handles(1)
-    .notes([
-        "upright, the wide bore up",
-        "thread the cable from above before the plug is soldered on; the camera ends flush",
-    ])
+    part(POST, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -44.0)
+        .with_handles(1)
+        .notes([
+            "upright, the wide bore up",
+            "thread the cable from above before the plug is soldered on; the camera ends flush",
+        ])
 }
 
 /// Where the board's wires pass, mm: over the slot in the base.
@@ -175,10 +158,10 @@ fn wire_slot_half_mm(p: &HalfEllipsoid) -> f64 {
 
 /// The outline of the LED board: resistors and switch sit on its underside.
 fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let bore = layout.post_radius + gap_mm(Process::Pcb, Fit::Free);
+    let bore = layout.post_radius_mm + gap_mm(Process::Pcb, Fit::Free);
     let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
     let profile = wire_hole_centres(p, layout).into_iter().fold(
-        Profile::new(Path::circle([0.0; 2], layout.board_radius))
+        Profile::new(Path::circle([0.0; 2], layout.board_radius_mm))
             .with_hole(Path::circle([0.0; 2], bore)),
         |profile, centre| profile.with_hole(Path::circle(centre, wire)),
     );
@@ -187,9 +170,8 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
         Landmark::at(format!("{kind} led {}", i / 2 + 1), &pose)
     });
     part(
-        "led-board",
-        "round circuit board with white and UV LEDs",
-        Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z),
+        LED_BOARD,
+        Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z_mm),
         &p.led_board.material,
         -50.0,
     )
@@ -206,50 +188,49 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
 /// The plug that everything electric is glued to.
 fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
-    let socket = layout.post_radius + gap_mm(Process::Sla, Fit::Snug);
+    let socket = layout.post_radius_mm + gap_mm(Process::Sla, Fit::Snug);
     let chamfer = 0.3;
     // One profile: passage for the cable, socket of the post, pocket, plug, flange.
-    let plug_top = layout.base_top_z;
+    let plug_top = layout.base_top_z_mm;
     let mut outline = vec![
-        [layout.cable_radius, layout.bottom_z],
-        [layout.holder_radius, layout.bottom_z],
-        [layout.holder_radius, layout.flange_z],
-        [layout.base_radius, layout.flange_z],
-        [layout.base_radius, plug_top - chamfer],
-        [layout.base_radius - chamfer, plug_top],
+        [layout.cable_radius_mm, layout.bottom_z_mm],
+        [layout.holder_radius_mm, layout.bottom_z_mm],
+        [layout.holder_radius_mm, layout.flange_z_mm],
+        [layout.base_radius_mm, layout.flange_z_mm],
+        [layout.base_radius_mm, plug_top - chamfer],
+        [layout.base_radius_mm - chamfer, plug_top],
     ];
-    if layout.pocket_z < plug_top {
+    if layout.pocket_z_mm < plug_top {
         outline.extend([
             [pocket_outer, plug_top],
-            [pocket_outer, layout.pocket_z],
-            [pocket_inner, layout.pocket_z],
+            [pocket_outer, layout.pocket_z_mm],
+            [pocket_inner, layout.pocket_z_mm],
             [pocket_inner, plug_top],
         ]);
     }
     outline.extend([
         [socket, plug_top],
-        [socket, layout.post_end_z],
-        [layout.cable_radius, layout.post_end_z],
+        [socket, layout.post_end_z_mm],
+        [layout.cable_radius_mm, layout.post_end_z_mm],
     ]);
 
     let slot_half = wire_slot_half_mm(p);
     let wires = Solid::extrusion(
         Path::slot([0.0, -slot_half], [0.0, slot_half], p.base.wire_slot_width.mm() / 2.0),
-        plug_top - layout.bottom_z + 2.0 * CUT_OVERLAP_MM,
+        plug_top - layout.bottom_z_mm + 2.0 * CUT_OVERLAP_MM,
     )
-    .at(wire_slot_radius_mm(p, layout), 0.0, layout.bottom_z - CUT_OVERLAP_MM);
+    .at(wire_slot_radius_mm(p, layout), 0.0, layout.bottom_z_mm - CUT_OVERLAP_MM);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
         // Twice as deep as it shows: the outer half cuts air, whatever the curvature.
         Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM)
-            .at(layout.holder_radius, 0.0, layout.flange_z - pry_height)
+            .at(layout.holder_radius_mm, 0.0, layout.flange_z_mm - pry_height)
             .turned_z(turn(2 * i + 1, 4, 0.0))
             .named(format!("pry slot {}", i + 1))
     });
     let joints = Joints::new(p, layout);
     part(
-        "base",
-        "plug that carries camera, board and diffusion ring, and closes the holder",
+        BASE,
         Solid::revolution(Path::polygon(&outline)).minus(wires.named("wire slot")),
         &p.holder.material,
         -66.0,

@@ -26,10 +26,10 @@ impl Joints {
     pub fn new(p: &HalfEllipsoid, layout: &Layout) -> Self {
         // A flat head lies flush with a round wall where its rim does.
         let head = BOLT.head_diameter_mm() / 2.0;
-        let radius = (layout.holder_radius.powi(2) - head.powi(2)).sqrt();
-        let bolt = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z));
+        let radius = (layout.holder_radius_mm.powi(2) - head.powi(2)).sqrt();
+        let bolt = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z_mm));
         let bolts = ring(p.base.bolts, 0.0, bolt);
-        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z);
+        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z_mm);
         // Half a step off the bolts.
         let mounts = ring(p.base.mount_holes, 0.5, mount);
         let depth = BOLT.length_mm + BOLT_SPARE_MM;

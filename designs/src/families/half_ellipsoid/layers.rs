@@ -5,21 +5,20 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Placement, Solid};
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{Boundary, keys, tip_vent, vent_pins};
-use super::{
-    AssemblyName, BLACK_MOLD, CAST_CORE, CORE, INNER, INNER_MOLD, OUTER, OUTER_MOLD, SENSOR,
-};
+use crate::assembling::{AssemblyName, Name, SENSOR};
 
 const RED_ELASTOMER: Color = [224, 170, 165];
 const BLUE_ELASTOMER: Color = [150, 180, 225];
-const BLACK_GEL: Color = [62, 64, 70];
+const BLACK_GREY: Color = [62, 64, 70];
 const SILICONE: Color = [120, 190, 170];
 
-fn layer(name: &str, summary: &str, solid: Solid, material: &str) -> Body {
-    Body::cast(name, summary, solid).from(material).colored(SILICONE)
+fn layer(name: Name, solid: Solid, material: &str) -> Body {
+    name.cast(solid).from(material).colored(SILICONE)
     // Bowls with blind slots or pegs have no handles.
 }
 
@@ -42,8 +41,7 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
     [
         layer(
             INNER,
-            "translucent; darkens where it is thinned, glows red under UV light",
-            above_base(slotted.clone()).minus(whole(layout.shell_offset)),
+            above_base(slotted.clone()).minus(whole(layout.shell_offset_mm)),
             &p.inner_elastomer.material,
         )
         .colored(RED_ELASTOMER)
@@ -51,22 +49,20 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
         .placed(placed(44.0, &[INNER_MOLD, OUTER_MOLD, BLACK_MOLD])),
         layer(
             OUTER,
-            "translucent; its pegs in the slots are the markers, blue under UV light",
-            above_base(whole(layout.outer_offset)).minus(slotted),
+            above_base(whole(layout.outer_offset_mm)).minus(slotted),
             &p.outer_elastomer.material,
         )
         .colored(BLUE_ELASTOMER)
         .opaque(0.8)
         .placed(placed(72.0, &[OUTER_MOLD, BLACK_MOLD])),
         layer(
-            "black-gel",
-            "keeps light in, ambient light out, and takes the wear",
+            BLACK,
             // Not the touched surface's own solid: OpenCascade cuts an ellipsoid from an ellipsoid, but
             // not from the same shape as a revolved profile. A test holds both against each other.
-            above_base(whole(layout.black_offset)).minus(whole(layout.outer_offset)),
+            above_base(whole(layout.black_offset_mm)).minus(whole(layout.outer_offset_mm)),
             &p.black_gel.material,
         )
-        .colored(BLACK_GEL)
+        .colored(BLACK_GREY)
         .placed(placed(100.0, &[BLACK_MOLD])),
     ]
 }
@@ -76,12 +72,11 @@ const TOOL_LIFT_MM: f64 = 45.0;
 
 /// The inner boundary of the inner elastomer, on a flange that closes all three molds.
 fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let flange =
-        Solid::cylinder(layout.silicone_radius, -layout.core_flange_z).at_z(layout.core_flange_z);
-    let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset).named("core")];
+    let flange = Solid::cylinder(layout.silicone_radius_mm, -layout.core_flange_z_mm)
+        .at_z(layout.core_flange_z_mm);
+    let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset_mm).named("core")];
     layer(
         CORE,
-        "silicone mold: inner boundary of the inner elastomer; closes the other molds",
         Solid::union(pieces.into_iter().chain(keys(p, layout))).minus_all(vent_pins(
             p,
             layout,
@@ -96,17 +91,16 @@ fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 /// The outer boundary of one elastomer.
 fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
-    let block = Solid::cylinder(layout.silicone_radius, layout.silicone_top_z);
+    let block = Solid::cylinder(layout.silicone_radius_mm, layout.silicone_top_z_mm);
     let cavity = match boundary {
         Boundary::Inner => markers::slotted(p, layout),
-        Boundary::Outer => layout.ellipsoid.whole(layout.outer_offset),
-        Boundary::Black => layout.ellipsoid.whole(layout.black_offset),
+        Boundary::Outer => layout.ellipsoid.whole(layout.outer_offset_mm),
+        Boundary::Black => layout.ellipsoid.whole(layout.black_offset_mm),
     };
     let vent = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
     let vents = i32::from(vent.is_some());
     layer(
         boundary.cup(),
-        &format!("silicone mold: outer boundary of the {}", boundary.layer().replace('-', " ")),
         block.minus(cavity.named("cavity")).minus_all(keys(p, layout)).minus_all(vent),
         &p.tooling.silicone_material,
     )

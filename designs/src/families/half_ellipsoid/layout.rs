@@ -6,6 +6,7 @@ use super::parameters::{HalfEllipsoid, MeasuredTo};
 use super::surface::Ellipsoid;
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
+use crate::layout;
 
 /// Room between the shell's foot and the step of its holder, mm: glue runs in there.
 const FOOT_SPARE_MM: f64 = 0.8;
@@ -19,145 +20,87 @@ const BOLT_WALL_MM: f64 = 0.6;
 /// The bolts of the housing.
 pub const BOLT: Screw = Screw::M1_2X3;
 
-/// Radii and heights in the sensor frame, mm.
-///
-/// Downwards from the base circle: the holder's collar around the shell's foot, a step, and the
-/// skirt around diffuser, LEDs, board and base, which stand on each other.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
-    /// What all layers are offset from.
-    pub ellipsoid: Ellipsoid,
-    /// Offset of the black gel's outside: the finished surface.
-    pub black_offset: f64,
-    /// Offset of the outer elastomer's outside.
-    pub outer_offset: f64,
-    /// Offset of the inner elastomer's outside.
-    pub inner_offset: f64,
-    /// Offset of the shell's outside.
-    pub shell_offset: f64,
-    /// Depth of the shell's inside below the ellipsoid.
-    pub cavity_depth: f64,
-
-    /// Outside of the shell's foot.
-    pub foot_radius: f64,
-    /// Lower end of the foot.
-    pub foot_z: f64,
-    /// Outside of holder and flange.
-    pub holder_radius: f64,
-    /// Inside of the holder's collar.
-    pub collar_radius: f64,
-    /// Step between collar and skirt.
-    pub step_z: f64,
-    /// Inside of the skirt.
-    pub skirt_radius: f64,
-    /// Outside of diffuser and board.
-    pub board_radius: f64,
-    /// Outside of the base's plug.
-    pub base_radius: f64,
-
-    /// Top of the diffuser.
-    pub diffuser_top_z: f64,
-    /// Underside of the diffuser's plate.
-    pub diffuser_plate_z: f64,
-    /// Inside of the diffuser's wall.
-    pub diffuser_wall_radius: f64,
-    /// Top of the board, where the LEDs stand.
-    pub board_top_z: f64,
-    /// Top of the base, where the board lies.
-    pub base_top_z: f64,
-    /// Floor of the pocket for the board's parts.
-    pub pocket_z: f64,
-    /// Axes of the bolts.
-    pub bolt_z: f64,
-    /// End of the skirt, top of the flange.
-    pub flange_z: f64,
-    /// Bottom of everything.
-    pub bottom_z: f64,
-
-    /// Outside of the post that carries the camera.
-    pub post_radius: f64,
-    /// Inside of it.
-    pub post_bore_radius: f64,
-    /// Front of camera and post.
-    pub camera_front_z: f64,
-    /// Lower end of the post, in the base.
-    pub post_end_z: f64,
-    /// Radius of the passage for the camera's cable.
-    pub cable_radius: f64,
-
-    /// Outside of the silicone molds.
-    pub silicone_radius: f64,
-    /// Far end of the silicone molds.
-    pub silicone_top_z: f64,
-    /// Far side of the core's flange.
-    pub core_flange_z: f64,
-}
-
-impl Layout {
-    /// Derives everything from the parameters.
-    pub fn new(p: &HalfEllipsoid) -> Self {
-        let ellipsoid =
+layout! {
+    /// Radii and heights in the sensor frame, mm.
+    ///
+    /// Downwards from the base circle: the holder's collar around the shell's foot, a step, and the
+    /// skirt around diffuser, LEDs, board and base, which stand on each other.
+    pub struct Layout from p: &HalfEllipsoid {
+        /// What all layers are offset from.
+        ellipsoid: Ellipsoid =
             Ellipsoid { equatorial: p.surface.diameter.mm() / 2.0, polar: p.surface.height.mm() };
-        let black_offset = match p.surface.measured_to {
+        /// Offset of the black gel's outside: the finished surface.
+        black_offset_mm = match p.surface.measured_to {
             MeasuredTo::BlackGel => 0.0,
             MeasuredTo::OuterElastomer => p.black_gel.thickness.mm(),
         };
-        let outer_offset = black_offset - p.black_gel.thickness.mm();
-        let inner_offset = outer_offset - p.outer_elastomer.thickness.mm();
-        let shell_offset = inner_offset - p.inner_elastomer.thickness.mm();
+        /// Offset of the outer elastomer's outside.
+        outer_offset_mm = black_offset_mm - p.black_gel.thickness.mm();
+        /// Offset of the inner elastomer's outside.
+        inner_offset_mm = outer_offset_mm - p.outer_elastomer.thickness.mm();
+        /// Offset of the shell's outside.
+        shell_offset_mm = inner_offset_mm - p.inner_elastomer.thickness.mm();
+        /// Depth of the shell's inside below the ellipsoid.
+        cavity_depth_mm = p.shell.thickness.mm() - shell_offset_mm;
 
-        let foot_radius = ellipsoid.equatorial + shell_offset - p.shell.shoulder.mm();
-        let foot_z = -p.shell.foot_height.mm();
-        let holder_radius = p.holder.outer_diameter.mm() / 2.0;
-        let step_z = foot_z - FOOT_SPARE_MM;
-        let skirt_radius = holder_radius - p.holder.skirt.mm();
-        let board_radius = skirt_radius - gap_mm(Process::Sla, Fit::Free);
+        /// Outside of the shell's foot.
+        foot_radius_mm = ellipsoid.equatorial + shell_offset_mm - p.shell.shoulder.mm();
+        /// Lower end of the foot.
+        foot_z_mm = -p.shell.foot_height.mm();
+        /// Outside of holder and flange.
+        holder_radius_mm = p.holder.outer_diameter.mm() / 2.0;
+        /// Inside of the holder's collar.
+        collar_radius_mm = foot_radius_mm + gap_mm(Process::Sla, Fit::Snug);
+        /// Step between collar and skirt.
+        step_z_mm = foot_z_mm - FOOT_SPARE_MM;
+        /// Inside of the skirt.
+        skirt_radius_mm = holder_radius_mm - p.holder.skirt.mm();
+        /// Outside of diffuser and board.
+        board_radius_mm = skirt_radius_mm - gap_mm(Process::Sla, Fit::Free);
+        /// Outside of the base's plug.
+        base_radius_mm = skirt_radius_mm - gap_mm(Process::Sla, Fit::Slide);
 
-        let diffuser_top_z = step_z - STEP_GAP_MM;
-        let diffuser_plate_z = diffuser_top_z - p.diffuser.thickness.mm();
-        let board_top_z = diffuser_plate_z - p.diffuser.gap.mm() - p.leds.height.mm();
-        let base_top_z = board_top_z - p.led_board.thickness.mm();
-        let pocket_z = base_top_z - p.base.pocket_depth.mm();
-        let bolt_z = pocket_z - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
-        let flange_z =
-            bolt_z - BOLT.sink_diameter_mm(gap_mm(Process::Sla, Fit::Snug)) / 2.0 - BOLT_WALL_MM;
+        /// Top of the diffuser.
+        diffuser_top_z_mm = step_z_mm - STEP_GAP_MM;
+        /// Underside of the diffuser's plate.
+        diffuser_plate_z_mm = diffuser_top_z_mm - p.diffuser.thickness.mm();
+        /// Inside of the diffuser's wall.
+        diffuser_wall_radius_mm = board_radius_mm - p.diffuser.wall.mm();
+        /// Top of the board, where the LEDs stand.
+        board_top_z_mm = diffuser_plate_z_mm - p.diffuser.gap.mm() - p.leds.height.mm();
+        /// Top of the base, where the board lies.
+        base_top_z_mm = board_top_z_mm - p.led_board.thickness.mm();
+        /// Floor of the pocket for the board's parts.
+        pocket_z_mm = base_top_z_mm - p.base.pocket_depth.mm();
+        /// Axes of the bolts.
+        bolt_z_mm = pocket_z_mm - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
+        /// End of the skirt, top of the flange.
+        flange_z_mm =
+            bolt_z_mm - BOLT.sink_diameter_mm(gap_mm(Process::Sla, Fit::Snug)) / 2.0 - BOLT_WALL_MM;
+        /// Bottom of everything.
+        bottom_z_mm = flange_z_mm - p.base.flange.mm();
 
-        let post_bore_radius = p.camera.diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Snug);
-        Self {
-            ellipsoid,
-            black_offset,
-            outer_offset,
-            inner_offset,
-            shell_offset,
-            cavity_depth: p.shell.thickness.mm() - shell_offset,
-            foot_radius,
-            foot_z,
-            holder_radius,
-            collar_radius: foot_radius + gap_mm(Process::Sla, Fit::Snug),
-            step_z,
-            skirt_radius,
-            board_radius,
-            base_radius: skirt_radius - gap_mm(Process::Sla, Fit::Slide),
-            diffuser_top_z,
-            diffuser_plate_z,
-            diffuser_wall_radius: board_radius - p.diffuser.wall.mm(),
-            board_top_z,
-            base_top_z,
-            pocket_z,
-            bolt_z,
-            flange_z,
-            bottom_z: flange_z - p.base.flange.mm(),
-            post_radius: post_bore_radius + p.camera_holder.wall.mm(),
-            post_bore_radius,
-            camera_front_z: -p.camera.front_depth.mm(),
-            post_end_z: base_top_z - p.camera_holder.socket_depth.mm(),
-            cable_radius: p.camera.cable_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Free),
-            silicone_radius: p.tooling.silicone_diameter.mm() / 2.0,
-            silicone_top_z: ellipsoid.polar + black_offset + p.tooling.silicone_floor.mm(),
-            core_flange_z: -p.tooling.core_flange.mm(),
-        }
+        /// Inside of it.
+        post_bore_radius_mm = p.camera.diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Snug);
+        /// Outside of the post that carries the camera.
+        post_radius_mm = post_bore_radius_mm + p.camera_holder.wall.mm();
+        /// Front of camera and post.
+        camera_front_z_mm = -p.camera.front_depth.mm();
+        /// Lower end of the post, in the base.
+        post_end_z_mm = base_top_z_mm - p.camera_holder.socket_depth.mm();
+        /// Radius of the passage for the camera's cable.
+        cable_radius_mm = p.camera.cable_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Free);
+
+        /// Outside of the silicone molds.
+        silicone_radius_mm = p.tooling.silicone_diameter.mm() / 2.0;
+        /// Far end of the silicone molds.
+        silicone_top_z_mm = ellipsoid.polar + black_offset_mm + p.tooling.silicone_floor.mm();
+        /// Far side of the core's flange.
+        core_flange_z_mm = -p.tooling.core_flange.mm();
     }
+}
 
+impl Layout {
     /// Radius of the base circle of the surface at an offset, mm.
     pub fn foot_of(&self, offset: f64) -> f64 {
         self.ellipsoid.equatorial + offset
@@ -165,6 +108,6 @@ impl Layout {
 
     /// Inside of the shell's foot, mm.
     pub fn bore_radius(&self) -> f64 {
-        self.ellipsoid.equatorial - self.cavity_depth
+        self.ellipsoid.equatorial - self.cavity_depth_mm
     }
 }

@@ -38,13 +38,13 @@ impl Spread {
 /// # Errors
 /// A surface without meridian; no markers at all.
 pub fn spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPattern> {
-    let surface = layout.ellipsoid.parallel(layout.inner_offset);
-    let length = layout.ellipsoid.meridian_length(layout.inner_offset);
+    let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
+    let length = layout.ellipsoid.meridian_length(layout.inner_offset_mm);
     let others = count.checked_sub(1).ok_or(InvalidPattern::Empty)?;
     let mut best: Option<(f64, Spread)> = None;
     // Where markers stand for equal squares, rings are as far apart as a square is wide; the best
     // number lies beside that.
-    let square = layout.ellipsoid.area_estimate(layout.inner_offset) / f64::from(count);
+    let square = layout.ellipsoid.area_estimate(layout.inner_offset_mm) / f64::from(count);
     let about = (length / square.sqrt()) as u32;
     for rings in about.saturating_sub(2).max(1)..=about + 2 {
         let spacing = length / (f64::from(rings) + 0.5);
@@ -114,5 +114,5 @@ pub fn slotted(p: &HalfEllipsoid, layout: &Layout) -> Solid {
             .close(),
     );
     let slots = copies("marker", &poses(p, layout), &slot);
-    layout.ellipsoid.whole(layout.inner_offset).minus_all(slots)
+    layout.ellipsoid.whole(layout.inner_offset_mm).minus_all(slots)
 }

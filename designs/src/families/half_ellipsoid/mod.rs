@@ -1,5 +1,6 @@
 //! Half-ellipsoid sensors: elastomers on a machined shell, LEDs and a camera below it (UVDtact).
 
+mod bodies;
 mod chain;
 mod components;
 mod constraints;
@@ -12,36 +13,14 @@ mod parameters;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{Color, DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
+use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
-use crate::assembling::{AssemblyName, SENSOR, flipped};
 use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
 use layout::Layout;
 use parameters::HalfEllipsoid;
-
-const WHITE: Color = [240, 240, 236];
-
-/// The elastomer with slots.
-const INNER: &str = "inner-elastomer";
-/// The elastomer with pegs.
-const OUTER: &str = "outer-elastomer";
-/// The silicone mold inside the inner elastomer.
-const CORE: &str = "silicone-core";
-/// The wall around the cups' negatives.
-const SLEEVE: &str = "casting-sleeve";
-
-/// Casting the silicone molds on and in their negatives.
-const CAST_INNER_CUP: AssemblyName = AssemblyName("cast-cup-inner");
-const CAST_OUTER_CUP: AssemblyName = AssemblyName("cast-cup-outer");
-const CAST_BLACK_CUP: AssemblyName = AssemblyName("cast-cup-black");
-const CAST_CORE: AssemblyName = AssemblyName("cast-core");
-/// Casting the layers.
-const INNER_MOLD: AssemblyName = AssemblyName("inner-mold");
-const OUTER_MOLD: AssemblyName = AssemblyName("outer-mold");
-const BLACK_MOLD: AssemblyName = AssemblyName("black-mold");
 
 /// The family of UVDtact.
 pub(crate) struct HalfEllipsoidFamily;
@@ -66,7 +45,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let mut parts = housing::parts(p, &layout);
     parts.extend(tooling::parts(p, &layout));
-    let pupil_z = layout.camera_front_z - p.camera.pupil_behind_front.mm();
+    let pupil_z = layout.camera_front_z_mm - p.camera.pupil_behind_front.mm();
     let size = [p.camera.width_px, p.camera.height_px];
     let bodies = parts
         .into_iter()
@@ -74,7 +53,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         .chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        press_fits: Joints::new(p, &layout).holder.press_fit("base").into_iter().collect(),
+        press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
         ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
     }
@@ -87,15 +66,15 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
         dome: EllipsoidOffset {
             equatorial_mm: layout.ellipsoid.equatorial,
             polar_mm: layout.ellipsoid.polar,
-            offset_mm: layout.black_offset,
+            offset_mm: layout.black_offset_mm,
         },
         centre_z_mm: 0.0,
         foot_z_mm: 0.0,
         soft_mm: gels.iter().map(|thickness| thickness.mm()).sum(),
         grip: Grip {
-            outline: Path::circle([0.0, 0.0], layout.holder_radius),
+            outline: Path::circle([0.0, 0.0], layout.holder_radius_mm),
             top_z_mm: 0.0,
-            bottom_z_mm: layout.bottom_z,
+            bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: p.base.mount_radius.mm(),
             key: None,
             threads: Joints::new(p, layout).mounting.held().landmarks,
@@ -107,20 +86,20 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
 fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
     let layout = Layout::new(p);
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
-    let outside = layout.ellipsoid.polar + layout.shell_offset;
+    let outside = layout.ellipsoid.polar + layout.shell_offset_mm;
     let mut figures = vec![
-        mm("outer diameter", 2.0 * layout.foot_of(layout.black_offset)),
-        mm("tip above the base circle", layout.ellipsoid.polar + layout.black_offset),
-        mm("total height", layout.ellipsoid.polar + layout.black_offset - layout.bottom_z),
+        mm("outer diameter", 2.0 * layout.foot_of(layout.black_offset_mm)),
+        mm("tip above the base circle", layout.ellipsoid.polar + layout.black_offset_mm),
+        mm("total height", layout.ellipsoid.polar + layout.black_offset_mm - layout.bottom_z_mm),
         mm("tip's radius of curvature", layout.ellipsoid.tip_curvature_radius()),
         mm("shell bore radius", layout.bore_radius()),
         mm(
             "shell thickness at the tip",
-            outside - layout.ellipsoid.cavity_tip_z(layout.cavity_depth, mill),
+            outside - layout.ellipsoid.cavity_tip_z(layout.cavity_depth_mm, mill),
         ),
         mm("slot depth", markers::depth(&p.markers)),
-        mm("LED board radius", layout.board_radius),
-        mm("LED board top below the base circle", -layout.board_top_z),
+        mm("LED board radius", layout.board_radius_mm),
+        mm("LED board top below the base circle", -layout.board_top_z_mm),
     ];
     if let Ok(spread) = markers::spread(&layout, p.markers.count) {
         figures.push(mm("marker spacing along the meridian", spread.spacing));

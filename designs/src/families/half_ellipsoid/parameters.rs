@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::{choices, parameters};
+use crate::{choices, sections};
 
 choices! {
     /// Which surface `surface.diameter` and `surface.height` are measured to.
@@ -14,7 +14,7 @@ choices! {
     }
 }
 
-parameters! {
+sections! {
     /// The half ellipsoid of revolution from which every layer is offset.
     pub struct Surface {
         /// Diameter of the base circle.
@@ -24,9 +24,7 @@ parameters! {
         /// Which surface diameter and height are measured to.
         measured_to: MeasuredTo,
     }
-}
 
-parameters! {
     /// The rigid transparent skeleton below the elastomers.
     pub struct Shell {
         /// Thickness of the dome.
@@ -40,9 +38,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// One cast layer.
     pub struct Elastomer {
         /// Thickness, along the surface's normal.
@@ -50,9 +46,7 @@ parameters! {
         /// What is cast, as fabkit's table of materials names it.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// Slots in the inner elastomer that the outer elastomer fills: what UV light makes visible.
     pub struct Markers {
         /// How many; 0 for a plain sensor.
@@ -64,9 +58,7 @@ parameters! {
         /// Thinnest elastomer left between slots, and between a slot and the shell.
         wall: Length = 0.1..=5.0,
     }
-}
 
-parameters! {
     /// The printed ring that carries the shell and slides over the base.
     pub struct Holder {
         /// Outer diameter.
@@ -76,9 +68,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The printed white ring above the LEDs.
     pub struct Diffuser {
         /// Thickness of the plate above the LEDs.
@@ -90,9 +80,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The round board that carries the LEDs.
     pub struct LedBoard {
         /// Thickness.
@@ -102,9 +90,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// White and UV LEDs, alternating on one circle.
     pub struct Leds {
         /// How many of each kind.
@@ -120,9 +106,7 @@ parameters! {
         /// Type of the UV ones.
         uv_model: String = 1..=80,
     }
-}
 
-parameters! {
     /// The endoscope camera.
     pub struct Camera {
         /// Type.
@@ -146,9 +130,7 @@ parameters! {
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=180.0,
     }
-}
 
-parameters! {
     /// The printed post that carries the camera through board and diffuser.
     pub struct CameraHolder {
         /// Thickness of the wall around the camera.
@@ -156,9 +138,7 @@ parameters! {
         /// How deep the post stands in the base.
         socket_depth: Length = 0.5..=10.0,
     }
-}
 
-parameters! {
     /// The printed base that carries everything electric.
     pub struct Base {
         /// Depth of the pocket for resistors and switch below the board.
@@ -176,9 +156,7 @@ parameters! {
         /// Radius of the circle of the mounting holes.
         mount_radius: Length = 2.0..=40.0,
     }
-}
 
-parameters! {
     /// Printed negatives and the silicone molds cast from them.
     pub struct Tooling {
         /// Outer diameter of the silicone molds.
@@ -206,9 +184,7 @@ parameters! {
         /// Resin of the negatives.
         resin: String = 1..=80,
     }
-}
 
-parameters! {
     /// A sensor with half ellipsoids for layers.
     pub struct HalfEllipsoid {
         /// The sensing surface.

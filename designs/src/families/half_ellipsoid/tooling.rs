@@ -4,16 +4,13 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
-use super::{
-    AssemblyName, BLACK_MOLD, CAST_BLACK_CUP, CAST_CORE, CAST_INNER_CUP, CAST_OUTER_CUP, INNER,
-    INNER_MOLD, OUTER, OUTER_MOLD, flipped,
-};
+use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::{TOOL_GREY, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
-use crate::materials::castable;
 
 /// Height of the lip that centres the sleeve, and how far the core's negative rises above the
 /// silicone, mm.
@@ -38,26 +35,26 @@ impl Boundary {
     pub const ALL: [Self; 3] = [Self::Inner, Self::Outer, Self::Black];
 
     /// Layer, silicone mold and the mold's printed negative.
-    fn bodies(self) -> [&'static str; 3] {
+    fn bodies(self) -> [Name; 3] {
         match self {
-            Self::Inner => [INNER, "silicone-cup-inner", "negative-cup-inner"],
-            Self::Outer => [OUTER, "silicone-cup-outer", "negative-cup-outer"],
-            Self::Black => ["black-gel", "silicone-cup-black", "negative-cup-black"],
+            Self::Inner => [INNER, INNER_CUP, INNER_NEGATIVE],
+            Self::Outer => [OUTER, OUTER_CUP, OUTER_NEGATIVE],
+            Self::Black => [BLACK, BLACK_CUP, BLACK_NEGATIVE],
         }
     }
 
     /// The layer that it bounds.
-    pub fn layer(self) -> &'static str {
+    pub fn layer(self) -> Name {
         self.bodies()[0]
     }
 
     /// The silicone mold.
-    pub fn cup(self) -> &'static str {
+    pub fn cup(self) -> Name {
         self.bodies()[1]
     }
 
     /// The printed negative of that mold.
-    pub fn negative(self) -> &'static str {
+    pub fn negative(self) -> Name {
         self.bodies()[2]
     }
 
@@ -97,7 +94,7 @@ pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
 
 /// Radius of the circle of the keys, mm: midway between surface and side.
 pub fn key_circle_mm(layout: &Layout) -> f64 {
-    (layout.foot_of(layout.black_offset) + layout.silicone_radius) / 2.0
+    (layout.foot_of(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
 }
 
 /// Radii of the two circles of vents, mm: one over the foot of the inner elastomer, one over the
@@ -105,8 +102,8 @@ pub fn key_circle_mm(layout: &Layout) -> f64 {
 pub fn vent_circles_mm(layout: &Layout) -> [f64; 2] {
     let foot = |offset| layout.foot_of(offset);
     [
-        (foot(layout.shell_offset) + foot(layout.inner_offset)) / 2.0,
-        (foot(layout.inner_offset) + foot(layout.black_offset)) / 2.0,
+        (foot(layout.shell_offset_mm) + foot(layout.inner_offset_mm)) / 2.0,
+        (foot(layout.inner_offset_mm) + foot(layout.black_offset_mm)) / 2.0,
     ]
 }
 
@@ -120,7 +117,7 @@ pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout, circle: usize) -> Vec<Pose
 
 /// The vents through the core's flange, `beyond_mm` longer on the far side.
 pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
-    let heights = [layout.core_flange_z - beyond_mm, CUT_OVERLAP_MM];
+    let heights = [layout.core_flange_z_mm - beyond_mm, CUT_OVERLAP_MM];
     let pin = Solid::rod(p.tooling.vent_diameter.mm() / 2.0, heights);
     copies("vent", &[0, 1].map(|circle| vent_poses(p, layout, circle)).concat(), &pin)
 }
@@ -128,8 +125,8 @@ pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Soli
 /// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
 /// silicone.
 pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
-    let bottom = layout.ellipsoid.polar + layout.inner_offset;
-    let top = layout.silicone_top_z + PIN_SPARE_MM;
+    let bottom = layout.ellipsoid.polar + layout.inner_offset_mm;
+    let top = layout.silicone_top_z_mm + PIN_SPARE_MM;
     Solid::rod(p.tooling.tip_vent_diameter.mm() / 2.0, [bottom, top]).named("tip vent")
 }
 
@@ -141,8 +138,8 @@ pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     parts
 }
 
-fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Body {
-    Body::made(name, summary, Process::Sla, solid)
+fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
+    name.made(Process::Sla, solid)
         .from(&p.tooling.resin)
         .colored(TOOL_GREY)
         .note(
@@ -154,13 +151,12 @@ fn tool(p: &HalfEllipsoid, name: &str, summary: String, solid: Solid) -> Body {
 
 /// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
 fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
-    let of = |name: &str| castable(name).map_or(0.0, |material| material.shrinkage);
-    1.0 - (1.0 - of(&p.tooling.silicone_material)) * (1.0 - of(layer))
+    1.0 - (1.0 - shrinkage(&p.tooling.silicone_material)) * (1.0 - shrinkage(layer))
 }
 
 /// The dome on a plate that a silicone cup is cast around.
 fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
-    let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
+    let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let lip = radius + wall + gap_mm(Process::Sla, Fit::Slide);
     let plate = Solid::revolution(Path::polygon(&[
         [0.0, -wall],
@@ -174,9 +170,11 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
     let (dome, material) = match boundary {
         Boundary::Inner => (on_plate(markers::slotted(p, layout)), &p.inner_elastomer.material),
         Boundary::Outer => {
-            (layout.ellipsoid.dome_tool(layout.outer_offset), &p.outer_elastomer.material)
+            (layout.ellipsoid.dome_tool(layout.outer_offset_mm), &p.outer_elastomer.material)
         }
-        Boundary::Black => (layout.ellipsoid.dome_tool(layout.black_offset), &p.black_gel.material),
+        Boundary::Black => {
+            (layout.ellipsoid.dome_tool(layout.black_offset_mm), &p.black_gel.material)
+        }
     };
     let pin = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
     let pieces = [plate, dome.named("dome")].into_iter().chain(keys(p, layout)).chain(pin);
@@ -184,37 +182,28 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
         Boundary::Inner => marks("marker", &markers::poses(p, layout)),
         _ => Vec::new(),
     };
-    tool(
-        p,
-        boundary.negative(),
-        format!(
-            "the silicone mold for the outside of the {} is cast around it",
-            boundary.layer().replace('-', " ")
-        ),
-        Solid::union(pieces),
-    )
-    .placed([boundary.casting().in_place()])
-    .marked(landmarks)
-    .for_shrinkage(double_shrinkage(p, material))
+    tool(p, boundary.negative(), Solid::union(pieces))
+        .placed([boundary.casting().in_place()])
+        .marked(landmarks)
+        .for_shrinkage(double_shrinkage(p, material))
 }
 
 /// The vessel that the silicone core is cast in.
 fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let (radius, wall) = (layout.silicone_radius, p.tooling.wall.mm());
-    let mouth = layout.core_flange_z - LIP_MM;
-    let top = layout.ellipsoid.polar + layout.shell_offset + wall;
+    let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
+    let mouth = layout.core_flange_z_mm - LIP_MM;
+    let top = layout.ellipsoid.polar + layout.shell_offset_mm + wall;
     let vessel = Solid::rod(radius + wall, [mouth, top]);
     let recess = Solid::cylinder(radius, CUT_OVERLAP_MM - mouth)
         .at_z(mouth - CUT_OVERLAP_MM)
         .named("flange");
     let body = vessel
         .minus(recess)
-        .minus(layout.ellipsoid.dome_tool(layout.shell_offset).named("core"))
+        .minus(layout.ellipsoid.dome_tool(layout.shell_offset_mm).named("core"))
         .minus_all(keys(p, layout));
     tool(
         p,
-        "negative-core",
-        "the silicone core, inner boundary of the inner elastomer, is cast in it".into(),
+        CORE_NEGATIVE,
         Solid::union(std::iter::once(body).chain(vent_pins(p, layout, PIN_SPARE_MM))),
     )
     .placed([CAST_CORE.in_place().lifted(45.0)])
@@ -224,17 +213,12 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 /// The wall around the negatives of the cups.
 fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let inner = layout.silicone_radius;
+    let inner = layout.silicone_radius_mm;
     let outer = inner + p.tooling.wall.mm();
-    let top = layout.silicone_top_z;
+    let top = layout.silicone_top_z_mm;
     let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
-    tool(
-        p,
-        "casting-sleeve",
-        "holds the silicone around a negative; filled to its rim".into(),
-        Solid::revolution(Path::polygon(&outline)),
-    )
-    .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))
-    .with_handles(1)
-    .note("push the cured silicone out with two thumbs")
+    tool(p, SLEEVE, Solid::revolution(Path::polygon(&outline)))
+        .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))
+        .with_handles(1)
+        .note("push the cured silicone out with two thumbs")
 }

@@ -2,46 +2,46 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
 
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{flipped, in_sensor};
-use crate::blocks::{MASK_GREEN, holes, marks, ring};
+use crate::blocks::{MASK_GREEN, holes, led_ring, marks};
 
 const ABS_GREY: Color = [104, 110, 120];
 const MOUNT_GREY: Color = [150, 156, 164];
 
 /// The LEDs on their board, z axis up, x axis outwards.
 pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
-    let first = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z);
-    ring(p.leds.count, 0.0, first)
+    led_ring!(p.leds).poses(layout.board_top_z_mm, 0.0)
 }
 
 /// Spigot, shaft, cone and housing in one print.
 pub fn body(p: &PinTip, layout: &Layout) -> Body {
     let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
-    let bottom = layout.body_bottom_z;
+    let bottom = layout.body_bottom_z_mm;
     let outside = Solid::revolution(Path::polygon(&[
-        [0.0, layout.neck_top_z],
-        [layout.neck_radius, layout.neck_top_z],
-        [layout.neck_radius, layout.seal_z],
-        [tip.spigot_radius, layout.seal_z],
-        [tip.spigot_radius, layout.shoulder_z],
-        [layout.shaft_radius, layout.shoulder_z],
-        [layout.shaft_radius, layout.shaft_bottom_z],
-        [mount.outer_radius, layout.cone_bottom_z],
+        [0.0, layout.neck_top_z_mm],
+        [layout.neck_radius_mm, layout.neck_top_z_mm],
+        [layout.neck_radius_mm, layout.seal_z_mm],
+        [tip.spigot_radius, layout.seal_z_mm],
+        [tip.spigot_radius, layout.shoulder_z_mm],
+        [layout.shaft_radius_mm, layout.shoulder_z_mm],
+        [layout.shaft_radius_mm, layout.shaft_bottom_z_mm],
+        [mount.outer_radius, layout.cone_bottom_z_mm],
         [mount.outer_radius, bottom],
         [0.0, bottom],
     ]));
-    let above = layout.neck_top_z + CUT_OVERLAP_MM;
+    let above = layout.neck_top_z_mm + CUT_OVERLAP_MM;
     let below = bottom - CUT_OVERLAP_MM;
     let cavity = Solid::revolution(Path::polygon(&[
         [0.0, above],
-        [layout.board_seat_radius, above],
-        [layout.board_seat_radius, layout.board_bottom_z],
-        [layout.shaft_bore_radius, layout.board_bottom_z],
-        [layout.shaft_bore_radius, layout.bore_bottom_z],
-        [mount.bore_radius, layout.cavity_top_z],
+        [layout.board_seat_radius_mm, above],
+        [layout.board_seat_radius_mm, layout.board_bottom_z_mm],
+        [layout.shaft_bore_radius_mm, layout.board_bottom_z_mm],
+        [layout.shaft_bore_radius_mm, layout.bore_bottom_z_mm],
+        [mount.bore_radius, layout.cavity_top_z_mm],
         [mount.bore_radius, below],
         [0.0, below],
     ]))
@@ -50,31 +50,26 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
     let screws = Joints::new(p, layout).camera;
     let post = Solid::cylinder(
         p.body.post_diameter.mm() / 2.0,
-        layout.shaft_bottom_z - layout.camera_board_top_z,
+        layout.shaft_bottom_z_mm - layout.camera_board_top_z_mm,
     );
     let posts = screws.poses.iter().zip(1..).map(|(pose, i)| {
         let at = pose.translation_mm();
-        post.clone().at(at.x, at.y, layout.camera_board_top_z).named(format!("post {i}"))
+        post.clone().at(at.x, at.y, layout.camera_board_top_z_mm).named(format!("post {i}"))
     });
-    let lugs = tip.male().at_z(layout.ring_bottom_z);
-    Body::made(
-        "body",
-        "shaft between tip and camera; locks the tip, houses LEDs and camera",
-        Process::Fdm,
-        outside.plus(lugs).minus(cavity.minus_all(posts)),
-    )
-    .from(&p.body.material)
-    .placed([in_sensor().lifted(-30.0)])
-    .colored(ABS_GREY)
-    // The spigot down: cone, posts and both bayonets then print without support.
-    .lying(flipped())
-    .note("print with the spigot down, without support")
-    .note("paint the shaft's inside matt black if the filament is bright")
-    // The bore for the light, and the slot for the cable.
-    .with_handles(2)
-    .cut(screws.held())
-    .cut(holes(mount.female_tools(bottom)))
-    .cut(holes([cable_slot(p, layout)]))
+    let lugs = tip.male().at_z(layout.ring_bottom_z_mm);
+    BODY.made(Process::Fdm, outside.plus(lugs).minus(cavity.minus_all(posts)))
+        .from(&p.body.material)
+        .placed([in_sensor().lifted(-30.0)])
+        .colored(ABS_GREY)
+        // The spigot down: cone, posts and both bayonets then print without support.
+        .lying(flipped())
+        .note("print with the spigot down, without support")
+        .note("paint the shaft's inside matt black if the filament is bright")
+        // The bore for the light, and the slot for the cable.
+        .with_handles(2)
+        .cut(screws.held())
+        .cut(holes(mount.female_tools(bottom)))
+        .cut(holes([cable_slot(p, layout)]))
 }
 
 /// The passage for the cable, between camera board and mount.
@@ -85,7 +80,7 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
     // From well inside the wall, whose inner face curves away, to beyond its outside.
     let inner = bore - width / 2.0;
     let length = outer + CUT_OVERLAP_MM - inner;
-    let middle = layout.camera_board_bottom_z - p.body.wiring_room.mm() / 2.0;
+    let middle = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0;
     Solid::cuboid(length, width, height)
         .at(inner + length / 2.0, 0.0, middle - height / 2.0)
         .named("cable slot")
@@ -93,47 +88,42 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
 
 /// The annular board.
 pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
-    let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius))
+    let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
-    Body::made(
-        "led-board",
-        "annular circuit board that carries the LEDs",
-        Process::Pcb,
-        Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z),
-    )
-    .from(&p.led_board.material)
-    .placed([in_sensor().lifted(-12.0)])
-    .marked(marks("led", &led_poses(p, layout)))
-    .colored(MASK_GREEN)
-    .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
-    .note("press it in from above until it meets the ledge")
-    .with_handles(1)
+    LED_BOARD
+        .made(
+            Process::Pcb,
+            Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z_mm),
+        )
+        .from(&p.led_board.material)
+        .placed([in_sensor().lifted(-12.0)])
+        .marked(marks("led", &led_poses(p, layout)))
+        .colored(MASK_GREEN)
+        .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
+        .note("press it in from above until it meets the ledge")
+        .with_handles(1)
 }
 
 /// The flange that the body locks onto.
 pub fn mount(p: &PinTip, layout: &Layout) -> Body {
     let joint = &layout.mount_joint;
     let inner = joint.spigot_radius - p.mount.spigot_wall.mm();
-    let top = layout.body_bottom_z + p.mount.spigot_height.mm();
+    let top = layout.body_bottom_z_mm + p.mount.spigot_height.mm();
     let outside = Solid::revolution(Path::polygon(&[
-        [0.0, layout.plate_bottom_z],
-        [joint.outer_radius, layout.plate_bottom_z],
-        [joint.outer_radius, layout.plate_top_z],
-        [joint.spigot_radius, layout.plate_top_z],
+        [0.0, layout.plate_bottom_z_mm],
+        [joint.outer_radius, layout.plate_bottom_z_mm],
+        [joint.outer_radius, layout.plate_top_z_mm],
+        [joint.spigot_radius, layout.plate_top_z_mm],
         [joint.spigot_radius, top],
         [inner, top],
-        [inner, layout.plate_top_z],
-        [0.0, layout.plate_top_z],
+        [inner, layout.plate_top_z_mm],
+        [0.0, layout.plate_top_z_mm],
     ]));
-    Body::made(
-        "robot-mount",
-        "flange that is bolted to the robot; the body locks onto it",
-        Process::Fdm,
-        outside.plus(joint.male().at_z(layout.body_bottom_z)),
-    )
-    .from(&p.body.material)
-    .placed([in_sensor().lifted(-112.0)])
-    .colored(MOUNT_GREY)
-    .note("print on its plate; the lugs stand out far enough to print freely")
-    .cut(Joints::new(p, layout).robot.passed())
+    ROBOT_MOUNT
+        .made(Process::Fdm, outside.plus(joint.male().at_z(layout.body_bottom_z_mm)))
+        .from(&p.body.material)
+        .placed([in_sensor().lifted(-112.0)])
+        .colored(MOUNT_GREY)
+        .note("print on its plate; the lugs stand out far enough to print freely")
+        .cut(Joints::new(p, layout).robot.passed())
 }

@@ -2,12 +2,13 @@
 
 use fabkit_geometry::{Body, Color, Pose, Process, Solid};
 
+use super::bodies::*;
 use super::body::led_poses;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{SENSOR, in_sensor};
-use crate::blocks::{INTO_MM, LED_YELLOW, RUBBER, board_camera, bought};
+use crate::blocks::{INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::ORing;
 
@@ -19,10 +20,11 @@ const PLUG_MARGIN_MM: f64 = 2.0;
 /// Everything bought.
 pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let (c, joints) = (&p.camera, Joints::new(p, layout));
-    let ring = ORing::or_unstocked(p.seal.cord.mm(), 2.0 * layout.neck_radius);
+    let ring = ORing::or_unstocked(p.seal.cord.mm(), 2.0 * layout.neck_radius_mm);
     let below = |lift_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(lift_mm);
-    let seal_z = (layout.lens_bottom_z + layout.seal_z) / 2.0;
-    let seal = ring.between_planes(layout.neck_radius, layout.lens_bottom_z - layout.seal_z);
+    let seal_z = (layout.lens_bottom_z_mm + layout.seal_z_mm) / 2.0;
+    let seal =
+        ring.between_planes(layout.neck_radius_mm, layout.lens_bottom_z_mm - layout.seal_z_mm);
     let ring_text = format!(
         "O-ring {} x {} mm, {}, silicone, black",
         ring.inside_mm, ring.cord_mm, ring.standard
@@ -38,14 +40,12 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
         c.focal_length.mm(),
         c.lens_view
     );
-    let led = Solid::cuboid(p.leds.width.mm(), p.leds.length.mm(), p.leds.height.mm());
     [
         vec![
-            bought("led", &p.leds.model, led, led_poses(p, layout).iter().map(below(-7.0)))
-                .colored(LED_YELLOW),
-            bought("o-ring", ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)])
-                .colored(RUBBER),
-            bought("camera", camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
+            led_ring!(p.leds).body(led_poses(p, layout).iter().map(below(-7.0))),
+            O_RING.bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)]).colored(RUBBER),
+            CAMERA
+                .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
                 .colored(BOARD_BLUE),
         ],
         joints.camera.bought(below(-90.0), below(-90.0)),
@@ -63,8 +63,8 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
     let holes = screws.poses.iter().map(|pose| tool.clone().placed(*pose)).collect();
     let heads = c.screw_spacing.mm() - screws.screw.head_diameter_mm();
     let plug = Solid::cuboid(5.0, heads - PLUG_MARGIN_MM, room - PLUG_MARGIN_MM + INTO_MM)
-        .at_z(layout.camera_board_bottom_z - room + PLUG_MARGIN_MM)
+        .at_z(layout.camera_board_bottom_z_mm - room + PLUG_MARGIN_MM)
         .named("plug");
-    let heights = [layout.camera_board_bottom_z, layout.camera_board_top_z];
+    let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
     board_camera!(p.camera).solid(heights, holes, plug)
 }

@@ -36,10 +36,10 @@ impl Joints {
     pub fn new(p: &PinTip, layout: &Layout) -> Self {
         let half = p.camera.screw_spacing.mm() / 2.0;
         let screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
-        let poses = corners([half, half]).map(|at| hanging(at, layout.camera_board_bottom_z));
+        let poses = corners([half, half]).map(|at| hanging(at, layout.camera_board_bottom_z_mm));
         let thickness = p.camera.board_thickness.mm();
         let in_post = screw.length_mm - thickness + PILOT_SPARE_MM;
-        let out = Pose::translation(p.mount.bolt_circle.mm() / 2.0, 0.0, layout.plate_top_z);
+        let out = Pose::translation(p.mount.bolt_circle.mm() / 2.0, 0.0, layout.plate_top_z_mm);
         Self {
             camera: Joint::self_tapping("camera screw", screw, poses.to_vec(), thickness + in_post),
             robot: RobotJoint {

@@ -2,11 +2,13 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{Angle, EllipsoidOffset, InvalidPattern, Pattern, Pose, Process};
+use fabkit_geometry::{Angle, InvalidPattern, Pattern, Pose, Process};
 
 use super::parameters::{PinLayout, PinTip};
 use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
+use crate::blocks::sphere;
 use crate::fits::{Fit, gap_mm};
+use crate::layout;
 
 /// How far the O-ring's neck stands above its seat, as a share of the cord: it holds the ring while
 /// the tip is off and stays clear of the lens.
@@ -28,179 +30,110 @@ const GEL_INDEX: f64 = 1.41;
 /// Steepness of the housing's cone: 45 degrees print without support.
 const CONE_RISE_PER_RUN: f64 = 1.0;
 
-/// Radii and heights in the sensor frame, mm.
-///
-/// The hemisphere's centre is the origin. Below it the ring holds the lens and locks onto the
-/// body's spigot; LED board, shaft, camera and robot mount follow downwards.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
-    /// Outside of skin and ring.
-    pub outer_radius: f64,
-    /// Inside of the skin, where the pins stand.
-    pub skin_radius: f64,
-    /// Between the ring's upstand and the skin's skirt.
-    pub upstand_radius: f64,
-    /// Lower end of the skirt.
-    pub skirt_z: f64,
+layout! {
+    /// Radii and heights in the sensor frame, mm.
+    ///
+    /// The hemisphere's centre is the origin. Below it the ring holds the lens and locks onto the
+    /// body's spigot; LED board, shaft, camera and robot mount follow downwards.
+    pub struct Layout from p: &PinTip {
+        /// Outside of skin and ring.
+        outer_radius_mm = p.tip.diameter.mm() / 2.0;
+        /// Inside of the skin, where the pins stand.
+        skin_radius_mm = outer_radius_mm - p.skin.thickness.mm();
+        /// Between the ring's upstand and the skin's skirt.
+        upstand_radius_mm = skin_radius_mm + p.skin.upstand.mm();
+        /// Lower end of the skirt.
+        skirt_z_mm = -p.skin.skirt_height.mm();
 
-    /// Diameter of a pin and its dot.
-    pub pin_diameter: f64,
-    /// Distance of neighbouring circles of pins along the skin's inside.
-    pub pin_spacing: f64,
-
-    /// The opening that the lens closes.
-    pub ledge_radius: f64,
-    /// Outside of the lens.
-    pub lens_radius: f64,
-    /// Upper face of the lens: gel above, and the ledge.
-    pub lens_top_z: f64,
-    /// Lower face of the lens.
-    pub lens_bottom_z: f64,
-
-    /// Ring and body.
-    pub tip_joint: Joint,
-    /// Lower end of the ring, the mouth of its bayonet.
-    pub ring_bottom_z: f64,
-    /// Outside of the neck that holds the O-ring.
-    pub neck_radius: f64,
-    /// Upper end of the body.
-    pub neck_top_z: f64,
-    /// Where the O-ring lies on the body.
-    pub seal_z: f64,
-    /// Where the ring would meet the body.
-    pub shoulder_z: f64,
-
-    /// Outside of the LED board.
-    pub board_radius: f64,
-    /// The bore that it is pressed into.
-    pub board_seat_radius: f64,
-    /// Upper side of the LED board.
-    pub board_top_z: f64,
-    /// Lower side of the LED board, and its ledge in the body.
-    pub board_bottom_z: f64,
-
-    /// Outside of the shaft.
-    pub shaft_radius: f64,
-    /// Inside of the shaft.
-    pub shaft_bore_radius: f64,
-    /// Lower end of the shaft, where the cone begins outside.
-    pub shaft_bottom_z: f64,
-    /// Where the cone begins inside.
-    pub bore_bottom_z: f64,
-    /// Where the cone ends outside.
-    pub cone_bottom_z: f64,
-    /// Where the cone ends inside.
-    pub cavity_top_z: f64,
-
-    /// Optical centre of the camera.
-    pub pupil_z: f64,
-    /// Front face of the camera's lens.
-    pub lens_front_z: f64,
-    /// Side of the camera board that rests on the posts.
-    pub camera_board_top_z: f64,
-    /// Side of the camera board that the screws bear on.
-    pub camera_board_bottom_z: f64,
-
-    /// Housing and robot mount.
-    pub mount_joint: Joint,
-    /// Lower end of the body, the mouth of its bayonet.
-    pub body_bottom_z: f64,
-    /// Upper side of the mount's plate.
-    pub plate_top_z: f64,
-    /// Lower side of the mount's plate, on the robot's flange.
-    pub plate_bottom_z: f64,
-}
-
-impl Layout {
-    /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &PinTip) -> Self {
-        let outer_radius = p.tip.diameter.mm() / 2.0;
-        let skin_radius = outer_radius - p.skin.thickness.mm();
-        let (pin_diameter, pin_spacing) = match p.pins.layout {
+        let (diameter, spacing) = match p.pins.layout {
             PinLayout::A => (1.0, 3.0),
             PinLayout::B => (1.0, 4.0),
             PinLayout::C => (1.0, 4.5),
             PinLayout::D => (1.7, 4.5),
             PinLayout::Free => (p.pins.diameter.mm(), p.pins.spacing.mm()),
         };
+        /// Diameter of a pin and its dot.
+        pin_diameter_mm = diameter;
+        /// Distance of neighbouring circles of pins along the skin's inside.
+        pin_spacing_mm = spacing;
 
-        let tip_joint = Joint::within(&p.bayonet, outer_radius);
-        let lens_top_z = -p.fill.depth.mm();
-        let lens_bottom_z = lens_top_z - p.lens.thickness.mm();
-        let cord = p.seal.cord.mm();
-        let seal_z = lens_bottom_z - cord * (1.0 - p.seal.squeeze);
-        let neck_radius = tip_joint.bore_radius - CORD_ROOM * cord;
-        let board_seat_radius = neck_radius - p.body.neck_wall.mm();
-        let board_top_z = lens_bottom_z - p.leds.gap.mm() - p.leds.height.mm();
-        let board_bottom_z = board_top_z - p.led_board.thickness.mm();
+        /// Ring and body.
+        tip_joint: Joint = Joint::within(&p.bayonet, outer_radius_mm);
+        /// The opening that the lens closes.
+        ledge_radius_mm = tip_joint.bore_radius - p.lens.ledge.mm();
+        /// Outside of the lens.
+        lens_radius_mm = tip_joint.bore_radius - gap_mm(Process::Laser, Fit::Slide);
+        /// Upper face of the lens: gel above, and the ledge.
+        lens_top_z_mm = -p.fill.depth.mm();
+        /// Lower face of the lens.
+        lens_bottom_z_mm = lens_top_z_mm - p.lens.thickness.mm();
         // Plastic above the groove as high as the hook below it, so that neither is the weaker.
         let seat_to_groove = p.bayonet.hook_height.mm();
-        let ring_bottom_z = lens_bottom_z - seat_to_groove - tip_joint.groove_top;
+        /// Lower end of the ring, the mouth of its bayonet.
+        ring_bottom_z_mm = lens_bottom_z_mm - seat_to_groove - tip_joint.groove_top;
+        let cord = p.seal.cord.mm();
+        /// Outside of the neck that holds the O-ring.
+        neck_radius_mm = tip_joint.bore_radius - CORD_ROOM * cord;
+        /// Where the O-ring lies on the body.
+        seal_z_mm = lens_bottom_z_mm - cord * (1.0 - p.seal.squeeze);
+        /// Upper end of the body.
+        neck_top_z_mm = seal_z_mm + NECK_SHARE * cord;
+        /// Where the ring would meet the body.
+        shoulder_z_mm = ring_bottom_z_mm - HOOK_PLAY_MM;
 
-        let neck_top_z = seal_z + NECK_SHARE * cord;
-        let shaft_radius = p.body.shaft_diameter.mm() / 2.0;
-        let shaft_bore_radius = shaft_radius - p.body.shaft_wall.mm();
-        let shaft_bottom_z = neck_top_z - p.body.shaft_length.mm();
-        let pupil_z = -p.camera.depth.mm();
-        let lens_front_z = pupil_z + p.camera.pupil_behind_front.mm();
-        let camera_board_top_z = lens_front_z - p.camera.lens_height.mm();
-        let camera_board_bottom_z = camera_board_top_z - p.camera.board_thickness.mm();
+        /// The bore that it is pressed into.
+        board_seat_radius_mm = neck_radius_mm - p.body.neck_wall.mm();
+        /// Outside of the LED board.
+        board_radius_mm = board_seat_radius_mm - gap_mm(Process::Pcb, Fit::Press);
+        /// Upper side of the LED board.
+        board_top_z_mm = lens_bottom_z_mm - p.leds.gap.mm() - p.leds.height.mm();
+        /// Lower side of the LED board, and its ledge in the body.
+        board_bottom_z_mm = board_top_z_mm - p.led_board.thickness.mm();
 
-        let half_diagonal = p.camera.board_size.mm() / 2.0 * std::f64::consts::SQRT_2;
-        let mount_bore = half_diagonal + gap_mm(Process::Fdm, Fit::Free);
-        let mount_joint = Joint::in_bore(&p.bayonet, mount_bore);
-        let cone_bottom_z =
-            shaft_bottom_z - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius);
+        /// Outside of the shaft.
+        shaft_radius_mm = p.body.shaft_diameter.mm() / 2.0;
+        /// Inside of the shaft.
+        shaft_bore_radius_mm = shaft_radius_mm - p.body.shaft_wall.mm();
+        /// Lower end of the shaft, where the cone begins outside.
+        shaft_bottom_z_mm = neck_top_z_mm - p.body.shaft_length.mm();
         // Both cones rise at 45 degrees; the wall is thinner than it measures along z by sqrt 2.
-        let bore_bottom_z = shaft_bottom_z
-            - CONE_RISE_PER_RUN
-                * (p.body.shaft_wall.mm() * std::f64::consts::SQRT_2 - p.body.shaft_wall.mm());
-        let cavity_top_z = bore_bottom_z - CONE_RISE_PER_RUN * (mount_bore - shaft_bore_radius);
-        let body_bottom_z =
-            camera_board_bottom_z - p.body.wiring_room.mm() - p.mount.spigot_height.mm();
-        let plate_top_z = body_bottom_z - HOOK_PLAY_MM;
-        Self {
-            outer_radius,
-            skin_radius,
-            upstand_radius: skin_radius + p.skin.upstand.mm(),
-            skirt_z: -p.skin.skirt_height.mm(),
-            pin_diameter,
-            pin_spacing,
-            ledge_radius: tip_joint.bore_radius - p.lens.ledge.mm(),
-            lens_radius: tip_joint.bore_radius - gap_mm(Process::Laser, Fit::Slide),
-            lens_top_z,
-            lens_bottom_z,
-            ring_bottom_z,
-            neck_radius,
-            neck_top_z,
-            seal_z,
-            shoulder_z: ring_bottom_z - HOOK_PLAY_MM,
-            board_radius: board_seat_radius - gap_mm(Process::Pcb, Fit::Press),
-            board_seat_radius,
-            board_top_z,
-            board_bottom_z,
-            shaft_radius,
-            shaft_bore_radius,
-            shaft_bottom_z,
-            bore_bottom_z,
-            cone_bottom_z,
-            cavity_top_z,
-            pupil_z,
-            lens_front_z,
-            camera_board_top_z,
-            camera_board_bottom_z,
-            body_bottom_z,
-            plate_top_z,
-            plate_bottom_z: plate_top_z - p.mount.plate.mm(),
-            tip_joint,
-            mount_joint,
-        }
-    }
+        /// Where the cone begins inside.
+        bore_bottom_z_mm = shaft_bottom_z_mm
+            - CONE_RISE_PER_RUN * (p.body.shaft_wall.mm() * SQRT_2 - p.body.shaft_wall.mm());
+        let half_diagonal = p.camera.board_size.mm() / 2.0 * SQRT_2;
+        let mount_bore = half_diagonal + gap_mm(Process::Fdm, Fit::Free);
+        /// Housing and robot mount.
+        mount_joint: Joint = Joint::in_bore(&p.bayonet, mount_bore);
+        /// Where the cone ends outside.
+        cone_bottom_z_mm =
+            shaft_bottom_z_mm - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius_mm);
+        /// Where the cone ends inside.
+        cavity_top_z_mm =
+            bore_bottom_z_mm - CONE_RISE_PER_RUN * (mount_bore - shaft_bore_radius_mm);
 
-    /// Where the slope from the skin to the lens's opening ends. Filled with the lens on top, air runs
-    /// along it to the holes.
+        /// Optical centre of the camera.
+        pupil_z_mm = -p.camera.depth.mm();
+        /// Front face of the camera's lens.
+        lens_front_z_mm = pupil_z_mm + p.camera.pupil_behind_front.mm();
+        /// Side of the camera board that rests on the posts.
+        camera_board_top_z_mm = lens_front_z_mm - p.camera.lens_height.mm();
+        /// Side of the camera board that the screws bear on.
+        camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board_thickness.mm();
+        /// Lower end of the body, the mouth of its bayonet.
+        body_bottom_z_mm =
+            camera_board_bottom_z_mm - p.body.wiring_room.mm() - p.mount.spigot_height.mm();
+        /// Upper side of the mount's plate.
+        plate_top_z_mm = body_bottom_z_mm - HOOK_PLAY_MM;
+        /// Lower side of the mount's plate, on the robot's flange.
+        plate_bottom_z_mm = plate_top_z_mm - p.mount.plate.mm();
+    }
+}
+
+impl Layout {
+    /// Where the slope from the skin to the lens's opening ends. Filled with the lens on top, air
+    /// runs along it to the holes.
     pub fn slope_bottom_z(&self) -> f64 {
-        SLOPE_SHARE * self.lens_top_z
+        SLOPE_SHARE * self.lens_top_z_mm
     }
 
     /// Where the pins stand on the skin's inside, from the apex outwards, z axes out of the tip.
@@ -208,31 +141,26 @@ impl Layout {
     /// # Errors
     /// Circles beyond the skin, or too many pins.
     pub fn pin_poses(&self, p: &PinTip) -> Result<Vec<Pose>, InvalidPattern> {
-        let surface = EllipsoidOffset {
-            equatorial_mm: self.skin_radius,
-            polar_mm: self.skin_radius,
-            offset_mm: 0.0,
-        };
-        let rings = self.pin_rings(p);
-        Pattern::even_surface_rings(surface, rings, self.pin_spacing)?.poses()
+        let (surface, rings) = (sphere(self.skin_radius_mm), self.pin_rings(p));
+        Pattern::even_surface_rings(surface, rings, self.pin_spacing_mm)?.poses()
     }
 
     /// Circles of pins around the one at the apex.
     pub fn pin_rings(&self, p: &PinTip) -> u32 {
         // Limits of both parameters keep the quotient below 200.
-        (p.pins.reach.mm() / self.pin_spacing + 1e-9).floor() as u32
+        (p.pins.reach.mm() / self.pin_spacing_mm + 1e-9).floor() as u32
     }
 
     /// Distance of the dots' outer faces from the hemisphere's centre, mm.
     pub fn dot_sphere_radius(&self, p: &PinTip) -> f64 {
-        self.skin_radius - p.pins.length.mm() - p.pins.dot_thickness.mm()
+        self.skin_radius_mm - p.pins.length.mm() - p.pins.dot_thickness.mm()
     }
 
     /// Distance from the axis and height, mm, of the outermost point of a dot on a circle that lies
     /// `arc_mm` from the apex along the skin's inside.
     pub fn dot_rim(&self, p: &PinTip, arc_mm: f64) -> [f64; 2] {
-        let (sin, cos) = (arc_mm / self.skin_radius).sin_cos();
-        let (radius, half) = (self.dot_sphere_radius(p), self.pin_diameter / 2.0);
+        let (sin, cos) = (arc_mm / self.skin_radius_mm).sin_cos();
+        let (radius, half) = (self.dot_sphere_radius(p), self.pin_diameter_mm / 2.0);
         [radius * sin + half * cos, radius * cos - half * sin]
     }
 
@@ -258,7 +186,7 @@ impl Layout {
 
     /// Distance from the axis and height, mm, of the outermost point of the outermost dots.
     pub fn outermost_dot(&self, p: &PinTip) -> [f64; 2] {
-        self.dot_rim(p, f64::from(self.pin_rings(p)) * self.pin_spacing)
+        self.dot_rim(p, f64::from(self.pin_rings(p)) * self.pin_spacing_mm)
     }
 
     /// Distance from the axis, mm, at the height `z` of a ray that leaves the pupil with a slope
@@ -270,9 +198,9 @@ impl Layout {
             let bent = sine / index;
             bent / (1.0 - bent * bent).sqrt()
         };
-        slope * (z.min(self.lens_bottom_z) - self.pupil_z)
-            + within(ACRYLIC_INDEX) * (z.min(self.lens_top_z) - self.lens_bottom_z).max(0.0)
-            + within(GEL_INDEX) * (z - self.lens_top_z).max(0.0)
+        slope * (z.min(self.lens_bottom_z_mm) - self.pupil_z_mm)
+            + within(ACRYLIC_INDEX) * (z.min(self.lens_top_z_mm) - self.lens_bottom_z_mm).max(0.0)
+            + within(GEL_INDEX) * (z - self.lens_top_z_mm).max(0.0)
     }
 
     /// Radius at the height `z` of the cone of rays from the pupil to the outermost dots, mm.
@@ -280,7 +208,7 @@ impl Layout {
         let [rim, rim_z] = self.outermost_dot(p);
         // Bisection on an increasing function; bent rays start steeper than straight ones, but not
         // twice as steep.
-        let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z));
+        let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z_mm));
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if self.ray_radius(middle, rim_z) < rim {

@@ -1,6 +1,7 @@
 //! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel
 //! (the TacTip family).
 
+mod bodies;
 mod body;
 mod chain;
 mod components;
@@ -10,24 +11,17 @@ mod layout;
 mod parameters;
 mod tip;
 
-use fabkit_geometry::{
-    Body, DomeSurface, EllipsoidOffset, Grip, Path, PressFit, PrintGroup, Process, Sensor,
-};
+use fabkit_geometry::{DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
 
-use crate::assembling::{AssemblyName, names};
-use crate::blocks::{self, camera_at, mm, press_fit};
+use crate::assembling::names;
+use crate::blocks::{self, camera_at, mm, press_fit, sphere};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::{BODY, LED_BOARD, TIP};
 use joints::Joints;
 use layout::Layout;
 use parameters::PinTip;
-
-/// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
-const FILLING: AssemblyName = AssemblyName("filling");
-
-/// The printed tip, in one piece.
-const TIP: [&str; 3] = ["skin", "dots", "ring"];
 
 /// The family of the TacTip.
 pub(crate) struct PinTipFamily;
@@ -51,24 +45,21 @@ impl Family for PinTipFamily {
 /// Everything a pin-tip sensor consists of.
 fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let layout = Layout::new(p);
-    let parts: Vec<Body> = tip::printed(p, &layout)
+    let made = [tip::lens, body::led_board, body::body, body::mount, tip::gel];
+    let bodies = tip::printed(p, &layout)
         .into_iter()
-        .chain([
-            tip::lens(p, &layout),
-            body::led_board(p, &layout),
-            body::body(p, &layout),
-            body::mount(p, &layout),
-        ])
-        .collect();
+        .chain(made.map(|make| make(p, &layout)))
+        .chain(components::components(p, &layout));
+    let board = -gap_mm(Process::Pcb, Fit::Press);
+    let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
+    let screws = Joints::new(p, &layout).camera.press_fit(BODY);
     // The camera looks at the tip.
     let size = [p.camera.pixels; 2];
-    let camera = camera_at(layout.pupil_z, size, Layout::diagonal_view(p));
-    let bodies =
-        parts.into_iter().chain([tip::gel(p, &layout)]).chain(components::components(p, &layout));
+    let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p));
     Sensor {
         chain: chain::chain(p, &layout),
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
-        press_fits: press_fits(p, &layout),
+        press_fits: [board].into_iter().chain(screws).collect(),
         touch: Some(touch(&layout).into()),
         ..blocks::sensor(header, camera, bodies)
     }
@@ -79,29 +70,21 @@ const PRESS_MM: f64 = 5.0;
 
 /// What is touched, and what fixtures hold on to: the tip's rigid ring, wider than the shaft below.
 fn touch(layout: &Layout) -> DomeSurface {
-    let radius_mm = layout.outer_radius;
+    let radius_mm = layout.outer_radius_mm;
     DomeSurface {
-        dome: EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 },
+        dome: sphere(radius_mm),
         centre_z_mm: 0.0,
-        foot_z_mm: layout.skirt_z,
+        foot_z_mm: layout.skirt_z_mm,
         soft_mm: PRESS_MM,
         grip: Grip {
             outline: Path::circle([0.0, 0.0], radius_mm),
-            top_z_mm: layout.skirt_z,
-            bottom_z_mm: layout.ring_bottom_z,
-            clear_radius_mm: layout.shaft_radius,
+            top_z_mm: layout.skirt_z_mm,
+            bottom_z_mm: layout.ring_bottom_z_mm,
+            clear_radius_mm: layout.shaft_radius_mm,
             key: None,
             threads: Vec::new(),
         },
     }
-}
-
-/// The overlaps that are meant.
-fn press_fits(p: &PinTip, layout: &Layout) -> Vec<PressFit> {
-    let board = -gap_mm(Process::Pcb, Fit::Press);
-    std::iter::once(press_fit("led-board", "body", board, "the board is pressed in"))
-        .chain(Joints::new(p, layout).camera.press_fit("body"))
-        .collect()
 }
 
 /// What follows from the parameters, for `fabkit show`.
@@ -112,8 +95,8 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
     let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);
     vec![
         ("pins".into(), pins.to_string()),
-        mm("pin diameter", layout.pin_diameter),
-        mm("pin spacing", layout.pin_spacing),
+        mm("pin diameter", layout.pin_diameter_mm),
+        mm("pin spacing", layout.pin_spacing_mm),
         mm("diameter of the circle around all dots", 2.0 * rim),
         mm("width that the camera sees at the outermost dots", seen),
         ("angle that the camera sees".into(), format!("{:.2} deg", Layout::view(p).deg())),
@@ -122,7 +105,7 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
         mm("housing diameter", 2.0 * layout.mount_joint.outer_radius),
         mm(
             "height from the mount's plate to the apex",
-            layout.outer_radius - layout.plate_bottom_z,
+            layout.outer_radius_mm - layout.plate_bottom_z_mm,
         ),
     ]
 }

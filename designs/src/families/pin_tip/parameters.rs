@@ -3,7 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::bayonet::Bayonet;
-use crate::{choices, parameters};
+use crate::{choices, sections};
 
 choices! {
     /// How thick the pins are and how far apart; the paper's figure 2 and section III-D.
@@ -21,7 +21,7 @@ choices! {
     }
 }
 
-parameters! {
+sections! {
     /// The printed tip: skin, pins with dots, and ring.
     pub struct Tip {
         /// Outer diameter of hemisphere and ring.
@@ -31,9 +31,7 @@ parameters! {
         /// What ring and dots are printed from.
         rigid_material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The soft hemisphere that touches things.
     pub struct Skin {
         /// Thickness.
@@ -43,9 +41,7 @@ parameters! {
         /// Thickness of the ring inside that skirt.
         upstand: Length = 0.3..=2.0,
     }
-}
 
-parameters! {
     /// The pins on the skin's inside, each along the local normal.
     pub struct Pins {
         /// Which of the paper's layouts, or a free one.
@@ -62,9 +58,7 @@ parameters! {
         /// Thickness of the white dot on its end.
         dot_thickness: Length = 0.1..=3.0,
     }
-}
 
-parameters! {
     /// The clear gel between skin and lens.
     pub struct Fill {
         /// Distance of the lens below the hemisphere's foot.
@@ -72,9 +66,7 @@ parameters! {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The flat window that closes the tip.
     pub struct Lens {
         /// Thickness of the sheet.
@@ -88,9 +80,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The O-ring between body and lens, which keeps light out and the bayonet from turning.
     pub struct Seal {
         /// Diameter of the cord.
@@ -98,9 +88,7 @@ parameters! {
         /// How much of the cord is squeezed.
         squeeze: f64 = 0.1..=0.3,
     }
-}
 
-parameters! {
     /// The annular board with the LEDs, below the lens.
     pub struct LedBoard {
         /// Thickness.
@@ -110,9 +98,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The LEDs.
     pub struct Leds {
         /// How many.
@@ -130,9 +116,7 @@ parameters! {
         /// Type.
         model: String = 1..=80,
     }
-}
 
-parameters! {
     /// The image sensor, its board and lens.
     pub struct Camera {
         /// Type.
@@ -168,9 +152,7 @@ parameters! {
         /// Height of the lens's front above the board.
         lens_height: Length = 2.0..=60.0,
     }
-}
 
-parameters! {
     /// The printed body: spigot, shaft, and the housing of the board.
     pub struct Body {
         /// Length of the shaft, from the end that faces the lens to the housing.
@@ -190,9 +172,7 @@ parameters! {
         /// Material.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The flange between robot and body.
     pub struct Mount {
         /// Thickness of the plate.
@@ -206,9 +186,7 @@ parameters! {
         /// Number of M5 bolts.
         bolts: u32 = 3..=12,
     }
-}
 
-parameters! {
     /// A pin-tip sensor.
     pub struct PinTip {
         /// The printed tip.

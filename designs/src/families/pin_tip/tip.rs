@@ -7,15 +7,15 @@ use fabkit_geometry::{
     Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
 };
 
-use super::FILLING;
+use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::PinTip;
-use crate::assembling::{flipped, in_sensor};
+use crate::assembling::{Name, flipped, in_sensor};
 use crate::blocks::{GLASS, copies};
 
 const SKIN_BLACK: Color = [70, 72, 78];
 const VERO_WHITE: Color = [244, 244, 240];
-const GEL: Color = [170, 210, 235];
+const GEL_BLUE: Color = [170, 210, 235];
 
 /// How far a pin reaches into the skin, as a share of the skin's thickness.
 const PIN_ROOT_SHARE: f64 = 0.5;
@@ -33,14 +33,14 @@ fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
 /// A cylinder as thick as the pins at each of their places, between two heights above the skin's
 /// inside (positive into the tip).
 fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
-    let column = Solid::cylinder(layout.pin_diameter / 2.0, to_mm - from_mm).at_z(-to_mm);
+    let column = Solid::cylinder(layout.pin_diameter_mm / 2.0, to_mm - from_mm).at_z(-to_mm);
     copies(word, &pins(p, layout), &column)
 }
 
 /// Skin and pins, dots, ring.
 pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
-    let part = |name: &str, summary: &str, solid: Solid, lift_mm: f64| {
-        Body::made(name, summary, Process::PolyJet, solid)
+    let part = |name: Name, solid: Solid, lift_mm: f64| {
+        name.made(Process::PolyJet, solid)
             .from(&p.tip.rigid_material)
             .placed([in_sensor().lifted(lift_mm), FILLING.at(flipped()).lifted(-lift_mm)])
             .colored(VERO_WHITE)
@@ -53,17 +53,15 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
     let (from, to) = (p.pins.length.mm(), p.pins.length.mm() + p.pins.dot_thickness.mm());
     let dots = Solid::union(columns(p, layout, "dot", from, to));
     [
-        part("skin", "soft hemisphere with a pin for each dot", skin(p, layout), 84.0)
-            .from(p.tip.soft_material.clone())
-            .colored(SKIN_BLACK),
-        part("dots", "white ends of the pins, which the camera sees", dots, 62.0)
+        part(SKIN, skin(p, layout), 84.0).from(p.tip.soft_material.clone()).colored(SKIN_BLACK),
+        part(DOTS, dots, 62.0)
             .marked(dot_landmarks(p, layout))
             // Each dot is a piece of its own, without a hole.
             .in_shells(Shells::pieces(dot_landmarks(p, layout).len())),
-        part("ring", "rigid ring that holds the lens and locks onto the body", ring(layout), 24.0)
+        part(RING, ring(layout), 24.0)
             .marked(vec![Landmark {
                 name: "mouth".into(),
-                point: Point3::new(0.0, 0.0, layout.ring_bottom_z),
+                point: Point3::new(0.0, 0.0, layout.ring_bottom_z_mm),
                 axis: -Vector3::z(),
             }])
             .with_handles(1),
@@ -71,13 +69,14 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
 }
 
 fn skin(p: &PinTip, layout: &Layout) -> Solid {
-    let (inner, outer, upstand) = (layout.skin_radius, layout.outer_radius, layout.upstand_radius);
+    let (inner, outer, upstand) =
+        (layout.skin_radius_mm, layout.outer_radius_mm, layout.upstand_radius_mm);
     let bowl = Path::from([inner, 0.0])
         .arc([0.0, inner], [0.0, 0.0], true)
         .line([0.0, outer])
         .arc([outer, 0.0], [0.0, 0.0], false)
-        .line([outer, layout.skirt_z])
-        .line([upstand, layout.skirt_z])
+        .line([outer, layout.skirt_z_mm])
+        .line([upstand, layout.skirt_z_mm])
         .line([upstand, 0.0])
         .close();
     let pins = columns(p, layout, "pin", -pin_root_mm(p), p.pins.length.mm());
@@ -87,17 +86,17 @@ fn skin(p: &PinTip, layout: &Layout) -> Solid {
 fn ring(layout: &Layout) -> Solid {
     let bore = layout.tip_joint.bore_radius;
     let outline = Path::polygon(&[
-        [layout.skin_radius, 0.0],
-        [layout.upstand_radius, 0.0],
-        [layout.upstand_radius, layout.skirt_z],
-        [layout.outer_radius, layout.skirt_z],
-        [layout.outer_radius, layout.ring_bottom_z],
-        [bore, layout.ring_bottom_z],
-        [bore, layout.lens_top_z],
-        [layout.ledge_radius, layout.lens_top_z],
-        [layout.ledge_radius, layout.slope_bottom_z()],
+        [layout.skin_radius_mm, 0.0],
+        [layout.upstand_radius_mm, 0.0],
+        [layout.upstand_radius_mm, layout.skirt_z_mm],
+        [layout.outer_radius_mm, layout.skirt_z_mm],
+        [layout.outer_radius_mm, layout.ring_bottom_z_mm],
+        [bore, layout.ring_bottom_z_mm],
+        [bore, layout.lens_top_z_mm],
+        [layout.ledge_radius_mm, layout.lens_top_z_mm],
+        [layout.ledge_radius_mm, layout.slope_bottom_z()],
     ]);
-    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z))
+    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z_mm))
 }
 
 /// The centre of each dot's outer face, and the direction in which the pin points.
@@ -113,23 +112,19 @@ fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
 
 /// The gel between skin and lens, around pins and dots.
 pub fn gel(p: &PinTip, layout: &Layout) -> Body {
-    let inner = layout.skin_radius;
-    let core = Path::from([0.0, layout.lens_top_z])
-        .line([layout.ledge_radius, layout.lens_top_z])
-        .line([layout.ledge_radius, layout.slope_bottom_z()])
+    let inner = layout.skin_radius_mm;
+    let core = Path::from([0.0, layout.lens_top_z_mm])
+        .line([layout.ledge_radius_mm, layout.lens_top_z_mm])
+        .line([layout.ledge_radius_mm, layout.slope_bottom_z()])
         .line([inner, 0.0])
         .arc([0.0, inner], [0.0, 0.0], true)
         .close();
     let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    Body::cast(
-        "gel",
-        "clear filling that springs the skin back",
-        Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)),
-    )
-    .from(&p.fill.material)
-    .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
-    .colored(GEL)
-    .opaque(0.35)
+    GEL.cast(Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)))
+        .from(&p.fill.material)
+        .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
+        .colored(GEL_BLUE)
+        .opaque(0.35)
     // Pins make dimples, not holes.
 }
 
@@ -144,19 +139,14 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
     let hole = p.lens.hole_diameter.mm() / 2.0;
     let outline = lens_holes(p)
         .into_iter()
-        .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius)), |profile, centre| {
+        .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius_mm)), |profile, centre| {
             profile.with_hole(Path::circle(centre, hole))
         });
-    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z);
-    Body::made(
-        "lens",
-        "flat window that closes the tip; gel is filled through its holes",
-        Process::Laser,
-        solid,
-    )
-    .from(&p.lens.material)
-    .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
-    .colored(GLASS)
-    .note("cut with the film on; peel it off before gluing")
-    .with_handles(2)
+    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z_mm);
+    LENS.made(Process::Laser, solid)
+        .from(&p.lens.material)
+        .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
+        .colored(GLASS)
+        .note("cut with the film on; peel it off before gluing")
+        .with_handles(2)
 }

@@ -2,17 +2,15 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Placement, Pose, Process, Solid, Vector3};
 
+use super::bodies::*;
 use super::channels::Side;
 use super::housing::{BAR_EXPLODE_MM, sensor_from_wall};
 use super::joints::{CORNER, Joints};
 use super::layers::{display_channel_y, display_inlet, tube_poses};
 use super::layout::{Layout, camera_board_top_mm};
 use super::parameters::SheetMold;
-use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
-use crate::assembling::flipped;
-use crate::blocks::{
-    BRASS, CAMERA_GREEN, INTO_MM, LED_YELLOW, board_camera, bought, merged, upright,
-};
+use crate::assembling::{Name, SENSOR, flipped};
+use crate::blocks::{BRASS, CAMERA_GREEN, INTO_MM, LED_YELLOW, board_camera, merged, upright};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::HexSpacer;
 
@@ -66,9 +64,9 @@ fn on(camera: &Placement, pose: Pose, out_mm: f64) -> Placement {
 /// Everything bought.
 pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let on_display = |pose: Pose| SENSOR.at(layout.sensor_from_display.then_in(pose));
-    let above_display = Pose::translation(0.0, 0.0, layout.stand_z).then_in(flipped());
+    let above_display = Pose::translation(0.0, 0.0, layout.stand_z_mm).then_in(flipped());
     let cameras =
-        [SENSOR.at_z(layout.floor_z).lifted(-12.0), on_display(above_display).lifted(84.0)];
+        [SENSOR.at_z(layout.floor_z_mm).lifted(-12.0), on_display(above_display).lifted(84.0)];
     // Spacers stand below the nuts, on the plate.
     let holes = Joints::new(p, layout).camera;
     let on_plate = holes.poses.iter().map(|pose| {
@@ -77,9 +75,9 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     });
     let spacers =
         cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on(camera, pose, -8.0)));
-    let spacer = |name: &str, length: f64, placements: Vec<Placement>| {
+    let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
         let text = format!("hexagonal spacer M3, female both ends, {length} mm");
-        bought(name, text, HexSpacer::M3.solid(length), placements).colored(BRASS)
+        name.bought(text, HexSpacer::M3.solid(length), placements).colored(BRASS)
     };
 
     let tube_ends = Side::BOTH.into_iter().flat_map(|side| {
@@ -89,20 +87,20 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let inlets: Vec<[f64; 2]> =
         display_channel_y(p).into_iter().map(|y| display_inlet(p, y)).collect();
     let display_tubes =
-        inlets.iter().map(|&c| on_display(upright(c, layout.cover_top)).lifted(92.0));
-    let needle_z = layout.cover_top - p.display.sheet.mm();
+        inlets.iter().map(|&c| on_display(upright(c, layout.cover_top_mm)).lifted(92.0));
+    let needle_z = layout.cover_top_mm - p.display.sheet.mm();
 
     let box_spacers =
-        layout.bolts().map(|c| SENSOR.at(upright(c, layout.floor_z)).lifted(-10.0)).to_vec();
+        layout.bolts().map(|c| SENSOR.at(upright(c, layout.floor_z_mm)).lifted(-10.0)).to_vec();
     let stand_spacers = layout
         .display_bolts(p)
-        .map(|c| on_display(upright(c, layout.cover_top)).lifted(80.0))
+        .map(|c| on_display(upright(c, layout.cover_top_mm)).lifted(80.0))
         .to_vec();
     let mut all = vec![
-        bought("camera", camera_specification(p), camera(p, layout), cameras.clone())
+        CAMERA
+            .bought(camera_specification(p), camera(p, layout), cameras.clone())
             .colored(CAMERA_GREEN),
-        bought(
-            "spacer-m2",
+        CAMERA_SPACER.bought(
             format!("round spacer, 2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
             tube(1.1, 2.0, p.camera.spacer.mm()),
             spacers,
@@ -110,10 +108,9 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     ];
     all.extend(fasteners(p, layout, &cameras));
     all.extend([
-        spacer("box-spacer", p.housing.height.mm(), box_spacers),
-        spacer("stand-spacer", p.display.camera_spacer.mm(), stand_spacers),
-        bought(
-            "tube",
+        spacer(BOX_SPACER, p.housing.height.mm(), box_spacers),
+        spacer(STAND_SPACER, p.display.camera_spacer.mm(), stand_spacers),
+        TUBE.bought(
             format!(
                 "silicone tube, {} x {} mm, {} mm long; shown are its two ends",
                 p.tubes.inner_diameter.mm(),
@@ -130,8 +127,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .times(inlets.len() as u32)
         .colored([228, 222, 210])
         .opaque(0.7),
-        bought(
-            "needle",
+        NEEDLE.bought(
             format!(
                 "steel tube (blunt dispensing needle), {} mm outside, {} mm inside, cut to {} mm",
                 p.tubes.needle_outer_diameter.mm(),
@@ -145,17 +141,17 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)),
         ),
-        bought(
-            "led-strip",
-            format!(
-                "self-adhesive LED strip, white, diffuse, {} x {} mm, with a resistor for 5 V",
-                p.housing.led_strip_length.mm(),
-                p.housing.led_strip_width.mm()
-            ),
-            led_strip(p),
-            (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
-        )
-        .colored(LED_YELLOW),
+        LED_STRIP
+            .bought(
+                format!(
+                    "self-adhesive LED strip, white, diffuse, {} x {} mm, with a resistor for 5 V",
+                    p.housing.led_strip_length.mm(),
+                    p.housing.led_strip_width.mm()
+                ),
+                led_strip(p),
+                (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
+            )
+            .colored(LED_YELLOW),
     ]);
     all
 }

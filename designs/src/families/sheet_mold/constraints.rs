@@ -7,7 +7,7 @@ use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
 use super::layout::Layout;
 use super::parameters::{Arrangement, SheetMold};
 use crate::blocks::require_castable;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 pub(super) use rigid::check_sheets;
 
@@ -67,34 +67,17 @@ fn channels(p: &SheetMold, report: &mut Report) {
     let wall = p.channels.wall.mm();
     let is_grid = p.channels.arrangement == Arrangement::Grid;
     if is_grid {
-        report.at_least(
-            "channels.chamber_diameter",
-            p.channels.chamber_diameter,
-            p.channels.width.mm(),
-            "a chamber is at least as wide as its channel",
-        );
-        // Past each chamber runs the channel of its neighbour.
-        report.at_most(
-            "channels.chamber_diameter",
-            p.channels.chamber_diameter,
-            2.0 * (p.channels.pitch.mm() - wall) - p.channels.width.mm(),
-            "a chamber must leave a wall to the channel beside it",
-        );
+        limits! { report, p:
+            channels.chamber_diameter >= p.channels.width.mm(),
+                "a chamber is at least as wide as its channel";
+            // Past each chamber runs the channel of its neighbour.
+            channels.chamber_diameter <=
+                2.0 * (p.channels.pitch.mm() - wall) - p.channels.width.mm(),
+                "a chamber must leave a wall to the channel beside it";
+        }
     }
-    report.at_most(
-        "channels.width",
-        p.channels.width,
-        p.channels.pitch.mm() - wall,
-        "channels must leave a wall between each other",
-    );
     let across = f64::from(p.channels.per_side - 1) * p.channels.pitch.mm();
     let widest = if is_grid { p.channels.chamber_diameter } else { p.channels.width }.mm();
-    report.at_least(
-        "channel_layer.side",
-        p.channel_layer.side,
-        across + widest + 2.0 * wall,
-        "all channels of a side enter beside each other, with a wall outside of the last",
-    );
     // Along x: tube, straight piece, and what the arrangement puts behind it.
     let stub = p.tubes.insertion.mm() + p.channels.width.mm() / 2.0;
     let behind = match p.channels.arrangement {
@@ -116,15 +99,17 @@ fn channels(p: &SheetMold, report: &mut Report) {
             start + p.channels.width.mm() / 2.0
         }
     };
-    report.at_least(
-        "channel_layer.side",
-        p.channel_layer.side,
-        2.0 * (stub + behind),
-        format!(
-            "channels in the arrangement `{}` need their length",
-            p.channels.arrangement.word()
-        ),
-    );
+    limits! { report, p:
+        channels.width <= p.channels.pitch.mm() - wall,
+            "channels must leave a wall between each other";
+        channel_layer.side >= across + widest + 2.0 * wall,
+            "all channels of a side enter beside each other, with a wall outside of the last";
+        channel_layer.side >= 2.0 * (stub + behind),
+            format!(
+                "channels in the arrangement `{}` need their length",
+                p.channels.arrangement.word()
+            );
+    }
     let is_radial = p.channels.arrangement == Arrangement::Radial;
     report.require(
         !is_radial || p.channels.per_side.is_multiple_of(2),
@@ -161,23 +146,11 @@ fn channels(p: &SheetMold, report: &mut Report) {
 }
 
 fn markers(p: &SheetMold, report: &mut Report) {
-    report.at_most(
-        "markers.diameter",
-        p.markers.diameter,
-        p.markers.pitch.mm() - CUT_WEB_MM,
-        "the mold keeps 1 mm of wood between two holes",
-    );
-    report.at_most(
-        "markers.height",
-        p.markers.height,
-        2.5 * p.markers.diameter.mm(),
-        "slender markers tear off in their mold",
-    );
     let field = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() + p.markers.diameter.mm();
-    report.at_least(
-        "housing.window",
-        p.housing.window,
-        field + 2.0 * CUT_WEB_MM,
-        "all markers hang in the window",
-    );
+    limits! { report, p:
+        markers.diameter <= p.markers.pitch.mm() - CUT_WEB_MM,
+            "the mold keeps 1 mm of wood between two holes";
+        markers.height <= 2.5 * p.markers.diameter.mm(), "slender markers tear off in their mold";
+        housing.window >= field + 2.0 * CUT_WEB_MM, "all markers hang in the window";
+    }
 }

@@ -3,12 +3,13 @@
 
 use fabkit_geometry::{Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Vector3};
 
-use super::SENSOR;
+use super::bodies::*;
 use super::joints::Joints;
 use super::layers::{display_channel_y, display_inlet, rest_x};
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 use super::sheets::{sheet, with_holes};
+use crate::assembling::SENSOR;
 use crate::blocks::BLACK;
 use crate::fits::{Fit, gap_mm};
 
@@ -26,7 +27,7 @@ pub fn needle_hole_mm(p: &SheetMold) -> f64 {
 /// The three sheets, from below, and the camera's plate.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let plate = || {
-        let outline = Path::rectangle([0.0; 2], layout.display_size, CORNER_MM);
+        let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
         with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm())
     };
     let place = |z: f64, lift_mm: f64| {
@@ -40,28 +41,15 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         profile.with_hole(Path::slot([-x, y], [x, y], p.display.channel_width.mm() / 2.0))
     });
     vec![
+        sheet(DISPLAY_BACK, plate(), t, &p.display.back_material)
+            .placed(place(0.0, 0.0))
+            .colored(WHITE),
+        sheet(DISPLAY_CHANNELS, channels, t, &p.display.clear_material)
+            .placed(place(t, 10.0))
+            .marked(rest_landmarks(p))
+            .colored(CLEAR),
         sheet(
-            "display-back",
-            "white sheet behind the channels",
-            plate(),
-            t,
-            &p.display.back_material,
-        )
-        .placed(place(0.0, 0.0))
-        .colored(WHITE),
-        sheet(
-            "display-channels",
-            "one straight channel for each of the interface's, closed at the far end",
-            channels,
-            t,
-            &p.display.clear_material,
-        )
-        .placed(place(t, 10.0))
-        .marked(rest_landmarks(p))
-        .colored(CLEAR),
-        sheet(
-            "display-cover",
-            "closes the channels; the needles stand in its holes",
+            DISPLAY_COVER,
             with_holes(plate(), &inlets, needle_hole_mm(p)),
             t,
             &p.display.clear_material,
@@ -69,13 +57,12 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .placed(place(2.0 * t, 28.0))
         .colored(CLEAR),
         sheet(
-            "stand-plate",
-            "carries the camera that sees the display",
+            STAND_PLATE,
             Joints::new(p, layout).camera.pierced(plate()),
             p.housing.sheet.mm(),
             &p.housing.material,
         )
-        .placed(place(layout.stand_z, 96.0))
+        .placed(place(layout.stand_z_mm, 96.0))
         .colored(BLACK),
     ]
 }

@@ -6,11 +6,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{Angle, Body, Path, Placement, Pose, Process, Profile, Vector3};
 
-use super::SENSOR;
+use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::SheetMold;
 use super::sheets::{sheet, square, with_bolts, with_holes};
+use crate::assembling::SENSOR;
 use crate::blocks::BLACK;
 use crate::fits::{Fit, gap_mm};
 
@@ -28,55 +29,30 @@ const WALLS: u32 = 4;
 
 /// Plates, walls and clamping bars.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
-    let cut = |name, summary, profile, thickness_mm: f64| {
-        sheet(name, summary, profile, thickness_mm, &p.housing.material).colored(BLACK)
+    let cut = |name, profile, thickness_mm: f64| {
+        sheet(name, profile, thickness_mm, &p.housing.material).colored(BLACK)
     };
     let thickness = p.housing.sheet.mm();
     let window = Path::rectangle([0.0; 2], [p.housing.window.mm(); 2], 0.0);
     let slotted = || with_tab_slots(plate(p, layout), p, layout);
     let bar = |i| {
-        let pose = quarter(i).then_in(Pose::translation(0.0, 0.0, layout.bond_z));
+        let pose = quarter(i).then_in(Pose::translation(0.0, 0.0, layout.bond_z_mm));
         SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
     };
     vec![
-        cut(
-            "box-ceiling",
-            "carries the interface around its window",
-            slotted().with_hole(window),
-            thickness,
-        )
-        .placed([SENSOR.at_z(layout.ceiling_z)]),
-        cut(
-            "box-floor",
-            "carries the camera",
-            Joints::new(p, layout).camera.pierced(slotted()),
-            thickness,
-        )
-        .placed([SENSOR.at_z(layout.bottom_z).lifted(-34.0)]),
-        cut(
-            "box-wall-cable",
-            "wall with the way out for the camera's and the LEDs' cables",
-            Profile::new(wall(p, layout, true)),
-            thickness,
-        )
-        .placed([wall_placement(layout, 0)]),
-        cut(
-            "box-wall",
-            "wall; its fingers mesh with those of its neighbours",
-            Profile::new(wall(p, layout, false)),
-            thickness,
-        )
-        .placed((1..WALLS).map(|i| wall_placement(layout, i)))
-        .one_per_place(),
-        cut(
-            "clamp-bar",
-            "holds the interface down on the box",
-            clamp_bar(p, layout),
-            p.housing.clamp.mm(),
-        )
-        .placed([0, 2].map(bar))
-        .one_per_place()
-        .note("one on either side without tubes"),
+        cut(BOX_CEILING, slotted().with_hole(window), thickness)
+            .placed([SENSOR.at_z(layout.ceiling_z_mm)]),
+        cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted()), thickness)
+            .placed([SENSOR.at_z(layout.bottom_z_mm).lifted(-34.0)]),
+        cut(CABLE_WALL, Profile::new(wall(p, layout, true)), thickness)
+            .placed([wall_placement(layout, 0)]),
+        cut(BOX_WALL, Profile::new(wall(p, layout, false)), thickness)
+            .placed((1..WALLS).map(|i| wall_placement(layout, i)))
+            .one_per_place(),
+        cut(CLAMP_BAR, clamp_bar(p, layout), p.housing.clamp.mm())
+            .placed([0, 2].map(bar))
+            .one_per_place()
+            .note("one on either side without tubes"),
     ]
 }
 
@@ -93,7 +69,9 @@ fn quarter(i: u32) -> Pose {
 pub fn sensor_from_wall(layout: &Layout, i: u32) -> Pose {
     let right_angle = Angle::from_rad(FRAC_PI_2).expect("finite");
     let upright = Pose::rotation_z(right_angle).then_in(Pose::rotation_x(right_angle));
-    quarter(i).then_in(Pose::translation(layout.wall_inner, 0.0, layout.floor_z)).then_in(upright)
+    quarter(i)
+        .then_in(Pose::translation(layout.wall_inner_mm, 0.0, layout.floor_z_mm))
+        .then_in(upright)
 }
 
 fn wall_placement(layout: &Layout, i: u32) -> Placement {
@@ -102,14 +80,14 @@ fn wall_placement(layout: &Layout, i: u32) -> Placement {
 
 /// Centres of a wall's two tabs, along it.
 fn tab_centres(layout: &Layout) -> [f64; 2] {
-    [-layout.wall_inner / 2.0, layout.wall_inner / 2.0]
+    [-layout.wall_inner_mm / 2.0, layout.wall_inner_mm / 2.0]
 }
 
 /// A wall's outline. Its right edge has fingers where its left edge has gaps, so that four equal
 /// walls close the box.
 fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
     let (height, play) = (p.housing.height.mm(), gap_mm(Process::Laser, Fit::Snug));
-    let (finger, gap) = (layout.wall_outer, layout.wall_inner - play);
+    let (finger, gap) = (layout.wall_outer_mm, layout.wall_inner_mm - play);
     let tab = p.housing.tab.mm() / 2.0;
     let reach = p.housing.sheet.mm() - TAB_SHORT_MM;
 
@@ -147,7 +125,7 @@ fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
 fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout) -> Profile {
     let play = 2.0 * gap_mm(Process::Laser, Fit::Slide);
     let (along, across) = (p.housing.tab.mm() + play, p.housing.sheet.mm() + play);
-    let middle = (layout.wall_inner + layout.wall_outer) / 2.0;
+    let middle = (layout.wall_inner_mm + layout.wall_outer_mm) / 2.0;
     (0..WALLS).fold(profile, |profile, i| {
         tab_centres(layout).into_iter().fold(profile, |profile, offset| {
             let (centre, size) = match i {
@@ -165,7 +143,7 @@ fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout) -> Profile {
 fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
     let half = p.plate.side.mm() / 2.0;
     let inner = clamp_inner_mm(p);
-    let r = half - layout.bolt;
+    let r = half - layout.bolt_mm;
     let outline = Path::from([-half, inner])
         .line([half, inner])
         .line([half, half - r])
@@ -173,7 +151,7 @@ fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
         .line([r - half, half])
         .arc([-half, half - r], [r - half, half - r], true)
         .close();
-    let holes = [[layout.bolt, layout.bolt], [-layout.bolt, layout.bolt]];
+    let holes = [[layout.bolt_mm, layout.bolt_mm], [-layout.bolt_mm, layout.bolt_mm]];
     with_holes(Profile::new(outline), &holes, super::layout::bolt_hole_mm())
 }
 

@@ -39,16 +39,17 @@ impl Joints {
             ];
             Joint::nutted("bolt", screw, heads, (nut, nuts))
         };
-        let clamp_z = layout.bond_z + p.housing.clamp.mm();
-        let housing = layout.bolts().map(|at| [upright(at, clamp_z), hanging(at, layout.bottom_z)]);
-        let stand_z = layout.stand_z + sheet;
+        let clamp_z = layout.bond_z_mm + p.housing.clamp.mm();
+        let housing =
+            layout.bolts().map(|at| [upright(at, clamp_z), hanging(at, layout.bottom_z_mm)]);
+        let stand_z = layout.stand_z_mm + sheet;
         let display = layout.display_bolts(p).map(|at| [hanging(at, 0.0), upright(at, stand_z)]);
         let holes = corners([p.camera.hole_spacing.mm() / 2.0; 2]);
         let nuts = all(holes, &|at| upright(at, camera_board_top_mm(p)));
         Self {
             stacks: [
-                stack(layout.bond_z - floor, layout.touch_z),
-                stack(layout.marker_end_z - floor, layout.bond_z),
+                stack(layout.bond_z_mm - floor, layout.touch_z_mm),
+                stack(layout.marker_end_z_mm - floor, layout.bond_z_mm),
             ],
             housing: Joint::in_threads("corner screw", screw, housing.concat()),
             display: Joint::in_threads("corner screw", screw, display.concat()),

@@ -2,10 +2,11 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Point3, Pose, Shells, Solid, Vector3};
 
+use super::bodies::*;
 use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
 use super::layout::{Layout, channel_count, marker_centres};
 use super::parameters::SheetMold;
-use super::{AssemblyName, CHANNEL_MOLD, MARKER_MOLD, SENSOR};
+use crate::assembling::{AssemblyName, Name, SENSOR};
 
 /// How far a marker's cylinder reaches into the layer it stands on, mm.
 const JOIN_MM: f64 = 0.5;
@@ -15,34 +16,26 @@ const RED: Color = [214, 60, 60];
 /// All layers, from the camera to the finger, the display's liquid last.
 pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let channels = left_channels(p);
-    let layer = |name: &str, summary: &str, solid, material: &str, color, opacity| {
-        Body::cast(name, summary, solid).from(material).colored(color).opaque(opacity)
+    let layer = |name: Name, solid, material: &str, color, opacity| {
+        name.cast(solid).from(material).colored(color).opaque(opacity)
     };
     let placed = |layer: Body, lift_mm: f64, molds: &[AssemblyName]| {
         let in_molds = molds.iter().map(|mold| mold.in_place());
         let placements = std::iter::once(SENSOR.in_place().lifted(lift_mm)).chain(in_molds);
         layer.placed(placements)
     };
-    let marker_layer = layer(
-        "marker-layer",
-        "dark layer with markers on its underside; closes the channels from below",
-        marker_layer(p, layout),
-        &p.marker_layer.material,
-        [70, 72, 80],
-        1.0,
-    );
+    let marker_layer =
+        layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
     let paint = layer(
-        "marker-paint",
-        "white ends of the markers, which the camera tracks",
-        discs(p, layout.marker_end_z - p.markers.paint.mm(), p.markers.paint.mm()),
+        MARKER_PAINT,
+        discs(p, layout.marker_end_z_mm - p.markers.paint.mm(), p.markers.paint.mm()),
         &p.markers.paint_material,
         [245, 245, 240],
         1.0,
     )
     .in_shells(Shells::pieces(marker_centres(p).len()));
     let channel_layer = layer(
-        "channel-layer",
-        "clear layer that is touched, with the channels on its underside",
+        CHANNEL_LAYER,
         channel_layer(p, layout, &channels),
         &p.channel_layer.material,
         [196, 214, 226],
@@ -54,37 +47,18 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         placed(channel_layer, 58.0, &[CHANNEL_MOLD]),
     ];
     for side in Side::BOTH {
-        let glue = layer(
-            &format!("tube-glue-{}", side.word()),
-            "seals the tubes in their channels",
-            tube_glue(p, layout, side),
-            &p.tubes.glue,
-            [200, 200, 190],
-            0.8,
-        )
-        // A sleeve around each tube.
-        .with_handles(p.channels.per_side as i32)
-        .in_shells(Shells::pieces(p.channels.per_side as usize));
-        let liquid = layer(
-            &format!("liquid-{}", side.word()),
-            "coloured water in the channels that enter from this side",
-            liquid(p, layout, &channels, side),
-            "water, dyed red",
-            RED,
-            0.9,
-        )
-        .in_shells(Shells::pieces(channels.len()));
+        let glue =
+            layer(side.glue(), tube_glue(p, layout, side), &p.tubes.glue, [200, 200, 190], 0.8)
+                // A sleeve around each tube.
+                .with_handles(p.channels.per_side as i32)
+                .in_shells(Shells::pieces(p.channels.per_side as usize));
+        let liquid =
+            layer(side.liquid(), liquid(p, layout, &channels, side), "water, dyed red", RED, 0.9)
+                .in_shells(Shells::pieces(channels.len()));
         all.push(placed(glue, 44.0, &[]));
         all.push(placed(liquid, 44.0, &[]));
     }
-    let display = layer(
-        "liquid-display",
-        "coloured water in the display while nothing is touched",
-        display_liquid(p),
-        "water, dyed red",
-        RED,
-        0.9,
-    );
+    let display = layer(DISPLAY_LIQUID, display_liquid(p), "water, dyed red", RED, 0.9);
     let place = SENSOR.at(layout.sensor_from_display).lifted(34.0);
     let shells = Shells::pieces(channel_count(p) as usize);
     all.push(display.placed([place]).in_shells(shells));
@@ -104,7 +78,7 @@ fn discs(p: &SheetMold, bottom_z: f64, height_mm: f64) -> Solid {
 fn marker_layer(p: &SheetMold, layout: &Layout) -> Solid {
     let outline = Path::rectangle([0.0; 2], [p.marker_layer.side.mm(); 2], 0.0);
     let plate = Solid::extrusion(outline, p.marker_layer.thickness.mm());
-    let markers = discs(p, layout.marker_end_z, p.markers.height.mm() + JOIN_MM);
+    let markers = discs(p, layout.marker_end_z_mm, p.markers.height.mm() + JOIN_MM);
     match markers {
         Solid::Union(markers) => Solid::union([vec![plate], markers].concat()),
         one => plate.plus(one),
@@ -114,13 +88,14 @@ fn marker_layer(p: &SheetMold, layout: &Layout) -> Solid {
 fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid {
     let side = p.channel_layer.side.mm();
     let outline = Path::rectangle([0.0; 2], [side; 2], 0.0);
-    let block = Solid::extrusion(outline, layout.touch_z - layout.bond_z).at_z(layout.bond_z);
+    let block =
+        Solid::extrusion(outline, layout.touch_z_mm - layout.bond_z_mm).at_z(layout.bond_z_mm);
     let root_x = -side / 2.0 - CUT_OVERLAP_MM;
     let grooves = Side::BOTH.into_iter().flat_map(|entrance| {
         channels.iter().enumerate().map(move |(k, channel)| {
             let outline = turned(channel.outline(root_x), entrance).close();
             Solid::extrusion(outline, p.channels.height.mm() + CUT_OVERLAP_MM)
-                .at_z(layout.bond_z - CUT_OVERLAP_MM)
+                .at_z(layout.bond_z_mm - CUT_OVERLAP_MM)
                 .named(format!("channel {} {}", entrance.word(), k + 1))
         })
     });
@@ -132,7 +107,7 @@ fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> S
     let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     Solid::union(channels.iter().enumerate().map(|(k, channel)| {
         Solid::extrusion(turned(channel.outline(root_x), side).close(), p.channels.height.mm())
-            .at_z(layout.bond_z)
+            .at_z(layout.bond_z_mm)
             .named(format!("channel {} {}", side.word(), k + 1))
     }))
 }
@@ -152,7 +127,7 @@ pub fn tube_volume_mm3(p: &SheetMold) -> f64 {
 /// Where the tubes of one side begin: origin at the end of the tube in its channel, z axis out.
 pub fn tube_poses(p: &SheetMold, layout: &Layout, side: Side) -> Vec<Pose> {
     let x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
-    let z = layout.bond_z + p.channels.height.mm() / 2.0;
+    let z = layout.bond_z_mm + p.channels.height.mm() / 2.0;
     (0..p.channels.per_side)
         .map(|k| {
             let [x, y] = side.turn([x, port_y(p, k)]);
@@ -170,7 +145,7 @@ fn tube_glue(p: &SheetMold, layout: &Layout, side: Side) -> Solid {
         let outer = side.sign() * p.channel_layer.side.mm() / 2.0;
         let end = pose.point(Point3::origin());
         let (low, high) = (outer.min(end.x), outer.max(end.x));
-        let bottom = layout.bond_z;
+        let bottom = layout.bond_z_mm;
         Solid::cuboid_between(
             [low, end.y - width / 2.0, bottom],
             [high, end.y + width / 2.0, bottom + height],

@@ -7,108 +7,77 @@ use super::parameters::SheetMold;
 use crate::blocks::corners;
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::HexSpacer;
+use crate::layout;
 
 /// Room between a spacer's corner and the wall beside it, mm.
 const SPACER_GAP_MM: f64 = 0.3;
 
-/// Heights and distances, mm, sensor frame unless stated.
-///
-/// z = 0 is the face of the marker layer that the markers stand on. They point down, toward the
-/// camera; the channels lie above.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
-    /// Ends of the markers.
-    pub marker_end_z: f64,
-    /// Between the two soft layers.
-    pub bond_z: f64,
-    /// Top of the channels.
-    pub channel_top_z: f64,
-    /// The surface that is touched.
-    pub touch_z: f64,
-
-    /// Half the distance between two bolts.
-    pub bolt: f64,
-    /// Inside of the box's walls, from its axis.
-    pub wall_inner: f64,
-    /// Outside of the box's walls.
-    pub wall_outer: f64,
-    /// Underside of the plate that carries the interface.
-    pub ceiling_z: f64,
-    /// Top of the plate that carries the camera.
-    pub floor_z: f64,
-    /// Underside of that plate; the display's lies at the same height.
-    pub bottom_z: f64,
-    /// Entrance pupil of the camera below the markers.
-    pub pupil_z: f64,
-
-    /// Edges of the display's sheets, along and across its channels.
-    pub display_size: [f64; 2],
-    /// Top of the display's cover above its underside.
-    pub cover_top: f64,
-    /// Underside of the plate above the display, above the display's underside.
-    pub stand_z: f64,
-    /// Entrance pupil of the camera above the display, above the display's underside.
-    pub display_pupil_z: f64,
-    /// The display's frame: its centre, on its underside, x along the channels.
-    pub sensor_from_display: Pose,
-}
-
 /// Free table between box and display, mm.
 const DISPLAY_GAP_MM: f64 = 30.0;
 
-impl Layout {
-    /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &SheetMold) -> Self {
-        let bond_z = p.marker_layer.thickness.mm();
-        let channel_top_z = bond_z + p.channels.height.mm();
-        let bolt = p.plate.bolt_spacing.mm() / 2.0;
+layout! {
+    /// Heights and distances, mm, sensor frame unless stated.
+    ///
+    /// z = 0 is the face of the marker layer that the markers stand on. They point down, toward the
+    /// camera; the channels lie above.
+    pub struct Layout from p: &SheetMold {
+        /// Ends of the markers.
+        marker_end_z_mm = -p.markers.height.mm();
+        /// Between the two soft layers.
+        bond_z_mm = p.marker_layer.thickness.mm();
+        /// Top of the channels.
+        channel_top_z_mm = bond_z_mm + p.channels.height.mm();
+        /// The surface that is touched.
+        touch_z_mm = channel_top_z_mm + p.channel_layer.roof.mm();
+
+        /// Half the distance between two bolts.
+        bolt_mm = p.plate.bolt_spacing.mm() / 2.0;
+        /// Inside of the box's walls, from its axis.
+        wall_inner_mm = bolt_mm + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
         let sheet = p.housing.sheet.mm();
-        let wall_inner = bolt + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
-        let ceiling_z = -sheet;
-        let floor_z = ceiling_z - p.housing.height.mm();
-        let bottom_z = floor_z - sheet;
+        /// Outside of the box's walls.
+        wall_outer_mm = wall_inner_mm + sheet;
+        /// Underside of the plate that carries the interface.
+        ceiling_z_mm = -sheet;
+        /// Top of the plate that carries the camera.
+        floor_z_mm = ceiling_z_mm - p.housing.height.mm();
+        /// Underside of that plate; the display's lies at the same height.
+        bottom_z_mm = floor_z_mm - sheet;
         let pupil_above_seat =
             camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
+        /// Entrance pupil of the camera below the markers.
+        pupil_z_mm = floor_z_mm + pupil_above_seat;
 
         let border = 2.0 * p.display.border.mm();
         let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm();
-        let display_size = [
+        /// Edges of the display's sheets, along and across its channels.
+        display_size_mm: [f64; 2] = [
             p.display.channel_length.mm() + 2.0 * border,
             // The bolts stand beyond the channels' ends.
             across + p.display.channel_width.mm() + border,
         ];
-        let cover_top = 3.0 * p.display.sheet.mm();
-        let stand_z = cover_top + p.display.camera_spacer.mm();
-        let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size[1] / 2.0;
-        Self {
-            marker_end_z: -p.markers.height.mm(),
-            bond_z,
-            channel_top_z,
-            touch_z: channel_top_z + p.channel_layer.roof.mm(),
-            bolt,
-            wall_inner,
-            wall_outer: wall_inner + sheet,
-            ceiling_z,
-            floor_z,
-            bottom_z,
-            pupil_z: floor_z + pupil_above_seat,
-            display_size,
-            cover_top,
-            stand_z,
-            display_pupil_z: stand_z - pupil_above_seat,
-            sensor_from_display: Pose::translation(0.0, y, bottom_z),
-        }
+        /// Top of the display's cover above its underside.
+        cover_top_mm = 3.0 * p.display.sheet.mm();
+        /// Underside of the plate above the display, above the display's underside.
+        stand_z_mm = cover_top_mm + p.display.camera_spacer.mm();
+        /// Entrance pupil of the camera above the display, above the display's underside.
+        display_pupil_z_mm = stand_z_mm - pupil_above_seat;
+        let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size_mm[1] / 2.0;
+        /// The display's frame: its centre, on its underside, x along the channels.
+        sensor_from_display: Pose = Pose::translation(0.0, y, bottom_z_mm);
     }
+}
 
+impl Layout {
     /// Corners where bolts stand: of the square plates.
     pub fn bolts(&self) -> [[f64; 2]; 4] {
-        corners([self.bolt, self.bolt])
+        corners([self.bolt_mm, self.bolt_mm])
     }
 
     /// Corners where bolts stand, in the display's frame.
     pub fn display_bolts(&self, p: &SheetMold) -> [[f64; 2]; 4] {
         let border = p.display.border.mm();
-        corners([self.display_size[0] / 2.0 - border, self.display_size[1] / 2.0 - border])
+        corners([self.display_size_mm[0] / 2.0 - border, self.display_size_mm[1] / 2.0 - border])
     }
 }
 

@@ -1,6 +1,7 @@
 //! Sheet-mold sensors: a soft interface with liquid channels over markers, cast between laser-cut
 //! sheets, on a box with a camera, with a display that a second camera watches (Soter et al.).
 
+mod bodies;
 mod chain;
 mod channels;
 mod components;
@@ -16,17 +17,12 @@ mod sheets;
 
 use fabkit_geometry::Sensor;
 
-use crate::assembling::{AssemblyName, SENSOR};
 use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
+use bodies::{NEEDLE, TUBE};
 use layout::Layout;
 use parameters::SheetMold;
-
-/// The stack that casts the layer with the channels.
-const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
-/// The stack that casts the layer with the markers.
-const MARKER_MOLD: AssemblyName = AssemblyName("marker-mold");
 
 /// The family of the fluidic sensor.
 pub(crate) struct SheetMoldFamily;
@@ -53,7 +49,7 @@ impl Family for SheetMoldFamily {
 fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let size = [p.camera.width_px, p.camera.height_px];
     // The camera looks up at the markers.
-    let camera = camera_at(layout.pupil_z, size, p.camera.field_of_view);
+    let camera = camera_at(layout.pupil_z_mm, size, p.camera.field_of_view);
     let bodies = molds::sheets(p, layout)
         .into_iter()
         .chain(housing::sheets(p, layout))
@@ -64,7 +60,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let reason = "the tube is stretched over the needle";
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: vec![press_fit("needle", "tube", stretch_mm, reason)],
+        press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         ..blocks::sensor(header, camera, bodies)
     }
 }
@@ -73,15 +69,18 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
 fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
     let display_area_mm2 = p.display.channel_width.mm() * p.display.sheet.mm();
     vec![
-        mm("thickness of the interface", layout.touch_z),
-        mm("height of the box with the interface", layout.touch_z - layout.bottom_z),
-        mm("from the camera's pupil to the markers", layout.marker_end_z - layout.pupil_z),
-        mm("from the second pupil to the liquid", layout.display_pupil_z - layout.cover_top / 2.0),
+        mm("thickness of the interface", layout.touch_z_mm),
+        mm("height of the box with the interface", layout.touch_z_mm - layout.bottom_z_mm),
+        mm("from the camera's pupil to the markers", layout.marker_end_z_mm - layout.pupil_z_mm),
+        mm(
+            "from the second pupil to the liquid",
+            layout.display_pupil_z_mm - layout.cover_top_mm / 2.0,
+        ),
         mm("smallest wall between two channels", constraints::thinnest_wall_mm(p)),
         ("water in the channels".into(), format!("{:.1} mm3", 2.0 * layers::side_volume_mm3(p))),
         ("water in one tube".into(), format!("{:.1} mm3", layers::tube_volume_mm3(p))),
         mm("travel in the display for 10 mm3", 10.0 / display_area_mm2),
-        mm("length of the display", layout.display_size[0]),
-        mm("width of the display", layout.display_size[1]),
+        mm("length of the display", layout.display_size_mm[0]),
+        mm("width of the display", layout.display_size_mm[1]),
     ]
 }

@@ -3,13 +3,13 @@
 
 use fabkit_geometry::{Body, Color, Landmark, Path, Point3, Profile, Vector3};
 
+use super::bodies::*;
 use super::channels::{comb_opening, left_channels};
 use super::layout::{Layout, marker_centres};
 use super::parameters::SheetMold;
 use super::sheets::{sheet, square, square_with_notches, with_bolts, with_holes};
-use super::{CHANNEL_MOLD, MARKER_MOLD, SENSOR};
+use crate::assembling::{SENSOR, shrinkage};
 use crate::blocks::MOLD_BLUE;
-use crate::materials::castable;
 
 const PLYWOOD: Color = [214, 180, 130];
 const SEAL: &str =
@@ -18,50 +18,47 @@ const SEAL: &str =
 /// All sheets of both stacks.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     // All sheets of a stack grow alike, and both stacks share their floor.
-    let shrinkage = castable(&p.marker_layer.material).map_or(0.0, |m| m.shrinkage);
+    let shrinkage = shrinkage(&p.marker_layer.material);
     let floor_mm = p.molds.floor.mm();
     let channels = left_channels(p);
     let opening = |side_mm: f64| Path::rectangle([0.0; 2], [side_mm; 2], 0.0);
-    let cut = |name, summary, profile, thickness_mm, material: &str| {
-        sheet(name, summary, with_bolts(profile, layout), thickness_mm, material)
+    let cut = |name, profile, thickness_mm, material: &str| {
+        sheet(name, with_bolts(profile, layout), thickness_mm, material)
             .colored(PLYWOOD)
             .for_shrinkage(shrinkage)
     };
     let (acrylic, wood) = (&p.molds.channel_material, &p.molds.marker_material);
     let centres = marker_centres(p);
     vec![
-        cut("mold-floor", "closes a stack from below", Profile::new(square(p)), floor_mm, wood)
+        cut(MOLD_FLOOR, Profile::new(square(p)), floor_mm, wood)
             .placed([
-                CHANNEL_MOLD.at_z(layout.bond_z - floor_mm).lifted(-18.0),
-                MARKER_MOLD.at_z(layout.marker_end_z - floor_mm).lifted(-18.0),
+                CHANNEL_MOLD.at_z(layout.bond_z_mm - floor_mm).lifted(-18.0),
+                MARKER_MOLD.at_z(layout.marker_end_z_mm - floor_mm).lifted(-18.0),
             ])
             .times(2)
             .note(SEAL),
         cut(
-            "mold-channel-comb",
-            "its fingers leave the channels in the silicone",
+            CHANNEL_COMB,
             Profile::new(square_with_notches(p))
                 .with_hole(comb_opening(&channels, p.channel_layer.side.mm())),
             p.channels.height.mm(),
             acrylic,
         )
-        .placed([CHANNEL_MOLD.at_z(layout.bond_z)])
+        .placed([CHANNEL_MOLD.at_z(layout.bond_z_mm)])
         .colored(MOLD_BLUE)
         .note("peel the protective film off")
         .note("silicone creeps under the fingers: trim that film off the channels after casting"),
         cut(
-            "mold-channel-frame",
-            "frame around the silicone above the channels",
+            CHANNEL_FRAME,
             Profile::new(square(p)).with_hole(opening(p.channel_layer.side.mm())),
             p.channel_layer.roof.mm(),
             acrylic,
         )
-        .placed([CHANNEL_MOLD.at_z(layout.channel_top_z).lifted(18.0)])
+        .placed([CHANNEL_MOLD.at_z(layout.channel_top_z_mm).lifted(18.0)])
         .colored(MOLD_BLUE)
         .note("silicone is poured in here and scraped off level with the top"),
         cut(
-            "mold-marker-plate",
-            "its holes shape the markers",
+            MARKER_PLATE,
             with_holes(
                 Profile::new(square_with_notches(p)),
                 &centres,
@@ -70,12 +67,11 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             p.markers.height.mm(),
             wood,
         )
-        .placed([MARKER_MOLD.at_z(layout.marker_end_z)])
+        .placed([MARKER_MOLD.at_z(layout.marker_end_z_mm)])
         .marked(marker_landmarks(&centres))
         .note(SEAL),
         cut(
-            "mold-marker-frame",
-            "frame around the marker layer: in its mold, and again in the sensor",
+            MARKER_FRAME,
             Profile::new(square(p)).with_hole(opening(p.marker_layer.side.mm())),
             p.marker_layer.thickness.mm(),
             wood,

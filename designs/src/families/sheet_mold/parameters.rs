@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::{choices, parameters};
+use crate::{choices, sections};
 
 choices! {
     /// How the channels run through the interface. Half of them enter from each of two sides.
@@ -16,7 +16,7 @@ choices! {
     }
 }
 
-parameters! {
+sections! {
     /// The sheets that everything rigid is cut from.
     pub struct Stock {
         /// Length of a stock sheet.
@@ -26,9 +26,7 @@ parameters! {
         /// Bare edge that the laser leaves around what it cuts.
         margin: Length = 0.0..=50.0,
     }
-}
 
-parameters! {
     /// The outline that mold sheets, box and clamps share, with a bolt in each corner.
     pub struct Plate {
         /// Edge of the square plates.
@@ -40,9 +38,7 @@ parameters! {
         /// Depth of these notches.
         pry_depth: Length = 1.0..=10.0,
     }
-}
 
-parameters! {
     /// The soft layer with the liquid's channels, on top.
     pub struct ChannelLayer {
         /// Edge of the square layer.
@@ -52,9 +48,7 @@ parameters! {
         /// Trade name.
         material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The channels.
     pub struct Channels {
         /// How they run.
@@ -72,9 +66,7 @@ parameters! {
         /// Thinnest silicone between two channels.
         wall: Length = 0.5..=10.0,
     }
-}
 
-parameters! {
     /// The soft layer with the markers, below.
     pub struct MarkerLayer {
         /// Edge of the square layer; what stands out around the channel layer is held by the box.
@@ -88,9 +80,7 @@ parameters! {
         /// Share of the pigment by mass.
         pigment_share: f64 = 0.0..=0.1,
     }
-}
 
-parameters! {
     /// The markers.
     pub struct Markers {
         /// Markers along each edge of their square grid.
@@ -106,9 +96,7 @@ parameters! {
         /// Trade name of the paint.
         paint_material: String = 1..=80,
     }
-}
 
-parameters! {
     /// What the molds are made from.
     pub struct Molds {
         /// Sheet below both stacks.
@@ -118,9 +106,7 @@ parameters! {
         /// Material of the stack that casts the marker layer, and of both floors.
         marker_material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The tubes from the interface to the display, and their joints.
     pub struct Tubes {
         /// Outer diameter of the silicone tube.
@@ -140,9 +126,7 @@ parameters! {
         /// Length of the needle.
         needle_length: Length = 4.0..=40.0,
     }
-}
 
-parameters! {
     /// The rigid box below the interface, with the camera that sees the markers.
     pub struct Housing {
         /// Thickness of its sheets.
@@ -172,9 +156,7 @@ parameters! {
         /// Thickness of the strip.
         led_strip_thickness: Length = 0.5..=6.0,
     }
-}
 
-parameters! {
     /// The display: a plate with one straight channel for each of the interface's.
     pub struct Display {
         /// Thickness of each of its three sheets.
@@ -196,9 +178,7 @@ parameters! {
         /// Material of the other two sheets.
         clear_material: String = 1..=80,
     }
-}
 
-parameters! {
     /// The two cameras, which are the same.
     pub struct Camera {
         /// What to buy.
@@ -228,9 +208,7 @@ parameters! {
         /// Distance of the entrance pupil behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
     }
-}
 
-parameters! {
     /// A soft interface with liquid channels over markers, cast between laser-cut sheets.
     pub struct SheetMold {
         /// Stock sheets.

@@ -5,17 +5,12 @@ use fabkit_geometry::{Body, Path, Process, Profile, Solid};
 
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
+use crate::assembling::Name;
 
 /// A sheet with this profile; each of its holes is one handle.
-pub fn sheet(
-    name: &str,
-    summary: &str,
-    profile: Profile,
-    thickness_mm: f64,
-    material: &str,
-) -> Body {
+pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) -> Body {
     let handles = profile.holes.len() as i32;
-    Body::made(name, summary, Process::Laser, Solid::extrusion(profile, thickness_mm))
+    name.made(Process::Laser, Solid::extrusion(profile, thickness_mm))
         .from(material)
         .with_handles(handles)
 }

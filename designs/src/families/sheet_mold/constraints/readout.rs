@@ -10,96 +10,44 @@ use crate::families::sheet_mold::layout::{
 };
 use crate::families::sheet_mold::parameters::SheetMold;
 use crate::hardware::HexSpacer;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
-    report.at_most(
-        "tubes.outer_diameter",
-        p.tubes.outer_diameter,
-        p.channels.width.mm().min(p.channels.height.mm()) - 2.0 * GLUE_MM,
-        "a tube is glued into its channel with 0.15 mm of glue around it",
-    );
-    report.at_most(
-        "tubes.inner_diameter",
-        p.tubes.inner_diameter,
-        p.tubes.outer_diameter.mm() - 0.4,
-        "a tube needs a wall of 0.2 mm",
-    );
-    report.at_least(
-        "tubes.needle_outer_diameter",
-        p.tubes.needle_outer_diameter,
-        p.tubes.inner_diameter.mm() + 0.05,
-        "the tube must grip the needle",
-    );
-    report.at_most(
-        "tubes.needle_outer_diameter",
-        p.tubes.needle_outer_diameter,
-        1.5 * p.tubes.inner_diameter.mm(),
-        "the tube stretches by half at most",
-    );
-    report.at_most(
-        "tubes.needle_inner_diameter",
-        p.tubes.needle_inner_diameter,
-        p.tubes.needle_outer_diameter.mm() - 0.2,
-        "a needle needs a wall of 0.1 mm",
-    );
-    report.at_least(
-        "tubes.needle_length",
-        p.tubes.needle_length,
-        p.display.sheet.mm() + 3.0,
-        "a tube needs 3 mm of needle above the cover",
-    );
+    limits! { report, p:
+        tubes.outer_diameter <= p.channels.width.mm().min(p.channels.height.mm()) - 2.0 * GLUE_MM,
+            "a tube is glued into its channel with 0.15 mm of glue around it";
+        tubes.inner_diameter <= p.tubes.outer_diameter.mm() - 0.4, "a tube needs a wall of 0.2 mm";
+        tubes.needle_outer_diameter >= p.tubes.inner_diameter.mm() + 0.05,
+            "the tube must grip the needle";
+        tubes.needle_outer_diameter <= 1.5 * p.tubes.inner_diameter.mm(),
+            "the tube stretches by half at most";
+        tubes.needle_inner_diameter <= p.tubes.needle_outer_diameter.mm() - 0.2,
+            "a needle needs a wall of 0.1 mm";
+        tubes.needle_length >= p.display.sheet.mm() + 3.0,
+            "a tube needs 3 mm of needle above the cover";
+    }
 }
 
 pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
-    report.at_most(
-        "display.channel_width",
-        p.display.channel_width,
-        p.tubes.needle_outer_diameter.mm() - 0.2,
-        "the needles stop on the channels' edges",
-    );
-    report.at_least(
-        "display.pitch",
-        p.display.pitch,
-        p.tubes.outer_diameter.mm() + 2.0 * APART_MM,
-        "the tubes stand side by side on the display",
-    );
-    report.at_least(
-        "display.pitch",
-        p.display.pitch,
-        p.display.channel_width.mm().max(2.0 * needle_hole_mm(p)) + CUT_WEB_MM,
-        "channels and the holes above them keep 1 mm between each other",
-    );
-    report.at_most(
-        "display.rest_length",
-        p.display.rest_length,
-        p.display.channel_length.mm() - 2.0 * p.display.channel_width.mm(),
-        "air must be left ahead of the liquid: it drives it back",
-    );
-    report.at_least(
-        "display.rest_length",
-        p.display.rest_length,
-        2.0 * p.tubes.needle_outer_diameter.mm(),
-        "the liquid ends in sight, off the needle",
-    );
-    report.at_least(
-        "display.border",
-        p.display.border,
-        HexSpacer::M3.corner_radius_mm() + BOLT_WEB_MM,
-        "spacers stand between the channels and the edge",
-    );
-    report.at_most(
-        "camera.board_size",
-        p.camera.board_size,
-        layout.display_size[1].min(layout.display_size[0]) - 4.0 * p.display.border.mm(),
-        "the board hangs between the spacers above the display",
-    );
-    report.at_most(
-        "camera.hole_spacing",
-        p.camera.hole_spacing,
-        p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
-        "the nuts bear on the board",
-    );
+    limits! { report, p:
+        display.channel_width <= p.tubes.needle_outer_diameter.mm() - 0.2,
+            "the needles stop on the channels' edges";
+        display.pitch >= p.tubes.outer_diameter.mm() + 2.0 * APART_MM,
+            "the tubes stand side by side on the display";
+        display.pitch >= p.display.channel_width.mm().max(2.0 * needle_hole_mm(p)) + CUT_WEB_MM,
+            "channels and the holes above them keep 1 mm between each other";
+        display.rest_length <= p.display.channel_length.mm() - 2.0 * p.display.channel_width.mm(),
+            "air must be left ahead of the liquid: it drives it back";
+        display.rest_length >= 2.0 * p.tubes.needle_outer_diameter.mm(),
+            "the liquid ends in sight, off the needle";
+        display.border >= HexSpacer::M3.corner_radius_mm() + BOLT_WEB_MM,
+            "spacers stand between the channels and the edge";
+        camera.board_size <=
+            layout.display_size_mm[1].min(layout.display_size_mm[0]) - 4.0 * p.display.border.mm(),
+            "the board hangs between the spacers above the display";
+        camera.hole_spacing <= p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
+            "the nuts bear on the board";
+    }
 }
 
 pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
@@ -107,46 +55,21 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let pupil =
         camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
     let below_markers = p.housing.sheet.mm() - p.markers.height.mm();
-    report.at_least(
-        "housing.height",
-        p.housing.height,
-        marker_field_mm(p) / half_angle.tan() + pupil - below_markers,
-        "the camera must see every marker",
-    );
-    report.at_least(
-        "display.camera_spacer",
-        p.display.camera_spacer,
-        display_field_mm(p) / half_angle.tan() + pupil - p.display.sheet.mm(),
-        "the second camera must see every channel of the display",
-    );
-    report.at_most(
-        "camera.board_size",
-        p.camera.board_size,
-        SQRT_2 * (SQRT_2 * layout.bolt - HexSpacer::M3.corner_radius_mm() - APART_MM),
-        "the board lies between the corner spacers",
-    );
-    report.at_most(
-        "camera.pupil_behind_front",
-        p.camera.pupil_behind_front,
-        p.camera.lens_height.mm(),
-        "the pupil lies in the lens",
-    );
-    report.at_most(
-        "camera.holder_height",
-        p.camera.holder_height,
-        p.camera.lens_height.mm() - 0.5,
-        "the barrel stands out of its holder",
-    );
-    report.at_most(
-        "camera.holder_size",
-        p.camera.holder_size,
-        SQRT_2 * (p.camera.hole_spacing.mm() / SQRT_2 - CAMERA.1.across_flats_mm / f64::sqrt(3.0)),
-        "the nuts lie beside the lens holder",
-    );
-    report.at_most(
-        "camera.barrel_diameter",
-        p.camera.barrel_diameter,
-        p.camera.holder_size.mm(),
-        "the barrel stands on its holder",
-    );
+    limits! { report, p:
+        housing.height >= marker_field_mm(p) / half_angle.tan() + pupil - below_markers,
+            "the camera must see every marker";
+        display.camera_spacer >=
+            display_field_mm(p) / half_angle.tan() + pupil - p.display.sheet.mm(),
+            "the second camera must see every channel of the display";
+        camera.board_size <=
+            SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM),
+            "the board lies between the corner spacers";
+        camera.pupil_behind_front <= p.camera.lens_height.mm(), "the pupil lies in the lens";
+        camera.holder_height <= p.camera.lens_height.mm() - 0.5,
+            "the barrel stands out of its holder";
+        camera.holder_size <=
+            p.camera.hole_spacing.mm() - SQRT_2 * CAMERA.1.across_flats_mm / f64::sqrt(3.0),
+            "the nuts lie beside the lens holder";
+        camera.barrel_diameter <= p.camera.holder_size.mm(), "the barrel stands on its holder";
+    }
 }

@@ -12,100 +12,50 @@ use crate::families::sheet_mold::layout::{Layout, bolt_hole_mm};
 use crate::families::sheet_mold::parameters::SheetMold;
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::HexSpacer;
-use crate::parameters::Report;
+use crate::parameters::{Report, limits};
 
 pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let hole = bolt_hole_mm();
-    report.at_least(
-        "marker_layer.side",
-        p.marker_layer.side,
-        2.0 * (clamp_inner_mm(p) + GRIP_MM),
-        "the bars beside the channel layer must hold 4 mm of the marker layer",
-    );
-    report.at_least(
-        "marker_layer.side",
-        p.marker_layer.side,
-        p.housing.window.mm() + 2.0 * GRIP_MM,
-        "the marker layer rests on the rim of the window",
-    );
-    // Across the corner from the cavity's corner to the hole.
-    report.at_least(
-        "plate.bolt_spacing",
-        p.plate.bolt_spacing,
-        p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
-        "bolts stand outside of the cavity's corners",
-    );
-    report.at_least(
-        "plate.side",
-        p.plate.side,
-        2.0 * (layout.wall_outer + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
-        "plates reach beyond the walls' slots, which lie outside of the bolts",
-    );
-    report.at_most(
-        "plate.pry_depth",
-        p.plate.pry_depth,
-        (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
-        "the notches must not open the cavity",
-    );
-    report.at_most(
-        "plate.pry_width",
-        p.plate.pry_width,
-        p.plate.bolt_spacing.mm() - 4.0 * hole,
-        "the notches lie between the bolts",
-    );
+    limits! { report, p:
+        marker_layer.side >= 2.0 * (clamp_inner_mm(p) + GRIP_MM),
+            "the bars beside the channel layer must hold 4 mm of the marker layer";
+        marker_layer.side >= p.housing.window.mm() + 2.0 * GRIP_MM,
+            "the marker layer rests on the rim of the window";
+        // Across the corner from the cavity's corner to the hole.
+        plate.bolt_spacing >= p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
+            "bolts stand outside of the cavity's corners";
+        plate.side >=
+            2.0 * (layout.wall_outer_mm + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
+            "plates reach beyond the walls' slots, which lie outside of the bolts";
+        plate.pry_depth <= (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
+            "the notches must not open the cavity";
+        plate.pry_width <= p.plate.bolt_spacing.mm() - 4.0 * hole,
+            "the notches lie between the bolts";
+    }
 }
 
 pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let spacer = HexSpacer::M3.corner_radius_mm();
-    report.at_most(
-        "housing.window",
-        p.housing.window,
-        2.0 * (layout.bolt - spacer),
-        "the spacers in the corners bear on the ceiling outside of the window",
-    );
-    report.at_most(
-        "housing.tab",
-        p.housing.tab,
-        layout.wall_inner - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
-        "the cable leaves between a wall's two tabs",
-    );
-    report.at_most(
-        "housing.cable_height",
-        p.housing.cable_height,
-        led_top_mm(p) - p.housing.led_strip_width.mm() - APART_MM,
-        "the LED strips lie above the cable",
-    );
-    report.at_most(
-        "housing.led_strip_length",
-        p.housing.led_strip_length,
-        2.0 * (layout.bolt - spacer),
-        "the strips fit between the corner spacers",
-    );
-    report.at_most(
-        "housing.led_strip_width",
-        p.housing.led_strip_width,
-        p.housing.height.mm() / 2.0,
-        "the strips stay in the lower half of the box, out of the camera's sight",
-    );
-    report.at_most(
-        "housing.clamp_gap",
-        p.housing.clamp_gap,
-        layout.bolt - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
-        "a bar reaches inwards from its bolts",
-    );
-    report.at_least(
-        "housing.height",
-        p.housing.height,
-        2.0 * HexSpacer::M3.thread_depth_mm,
-        "the spacers have a thread at either end",
-    );
     let fingers = f64::from(p.housing.fingers);
-    report.at_least(
-        "housing.height",
-        p.housing.height,
-        fingers * p.housing.sheet.mm(),
-        "fingers are at least as high as the sheet is thick",
-    );
+    limits! { report, p:
+        housing.window <= 2.0 * (layout.bolt_mm - spacer),
+            "the spacers in the corners bear on the ceiling outside of the window";
+        housing.tab <= layout.wall_inner_mm - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
+            "the cable leaves between a wall's two tabs";
+        housing.cable_height <= led_top_mm(p) - p.housing.led_strip_width.mm() - APART_MM,
+            "the LED strips lie above the cable";
+        housing.led_strip_length <= 2.0 * (layout.bolt_mm - spacer),
+            "the strips fit between the corner spacers";
+        housing.led_strip_width <= p.housing.height.mm() / 2.0,
+            "the strips stay in the lower half of the box, out of the camera's sight";
+        housing.clamp_gap <=
+            layout.bolt_mm - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
+            "a bar reaches inwards from its bolts";
+        housing.height >= 2.0 * HexSpacer::M3.thread_depth_mm,
+            "the spacers have a thread at either end";
+        housing.height >= fingers * p.housing.sheet.mm(),
+            "fingers are at least as high as the sheet is thick";
+    }
 }
 
 /// The M3 x 12 screws must reach their nuts and spacers, and not hit the end of the thread.
@@ -115,52 +65,24 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
     let thread = HexSpacer::M3.thread_depth_mm;
     let grip = 2.0;
     let above_floor = length - p.molds.floor.mm() - nut.height_mm;
-    report.at_most(
-        "molds.floor",
-        p.molds.floor,
-        length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
-        "an M3x12 screw must reach through the stack and its nut",
-    );
-    report.at_most(
-        "markers.height",
-        p.markers.height,
-        above_floor - p.marker_layer.thickness.mm(),
-        "an M3x12 screw must reach through the stack and its nut",
-    );
-    report.at_most(
-        "housing.clamp",
-        p.housing.clamp,
-        length - grip - p.housing.sheet.mm() - p.marker_layer.thickness.mm(),
-        "an M3x12 screw must reach 2 mm into its spacer",
-    );
-    report.at_least(
-        "housing.sheet",
-        p.housing.sheet,
-        length - thread,
-        "an M3x12 screw must not hit the end of its spacer's thread",
-    );
-    report.at_most(
-        "display.sheet",
-        p.display.sheet,
-        (length - grip) / 3.0,
-        "an M3x12 screw must reach 2 mm into its spacer",
-    );
-    report.at_least(
-        "display.sheet",
-        p.display.sheet,
-        (length - thread) / 3.0,
-        "an M3x12 screw must not hit the end of its spacer's thread",
-    );
     let m2 = CAMERA.0.length_mm
         - p.housing.sheet.mm()
         - p.camera.board_thickness.mm()
         - CAMERA.1.height_mm;
-    report.at_most(
-        "camera.spacer",
-        p.camera.spacer,
-        m2,
-        "an M2x12 screw must reach through sheet, spacer, board and nut",
-    );
+    limits! { report, p:
+        molds.floor <= length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
+            "an M3x12 screw must reach through the stack and its nut";
+        markers.height <= above_floor - p.marker_layer.thickness.mm(),
+            "an M3x12 screw must reach through the stack and its nut";
+        housing.clamp <= length - grip - p.housing.sheet.mm() - p.marker_layer.thickness.mm(),
+            "an M3x12 screw must reach 2 mm into its spacer";
+        housing.sheet >= length - thread,
+            "an M3x12 screw must not hit the end of its spacer's thread";
+        display.sheet <= (length - grip) / 3.0, "an M3x12 screw must reach 2 mm into its spacer";
+        display.sheet >= (length - thread) / 3.0,
+            "an M3x12 screw must not hit the end of its spacer's thread";
+        camera.spacer <= m2, "an M2x12 screw must reach through sheet, spacer, board and nut";
+    }
 }
 
 /// Every sheet fits the stock, either way round.

@@ -1,0 +1,51 @@
+//! What the sensor consists of and is made with, and where bodies stand together.
+
+use crate::assembling::AssemblyName;
+
+/// Casting the transparent gel around the tube.
+pub const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
+/// Casting the translucent gel around the transparent one.
+pub const TRANSLUCENT_MOLD: AssemblyName = AssemblyName("translucent-mold");
+/// Gluing the cured module to its shell.
+pub const JOINING: AssemblyName = AssemblyName("joining");
+/// Casting a silicone mold around a glass tube.
+pub const FORM: AssemblyName = AssemblyName("form");
+/// Dipping a module into black mixture.
+pub const COATING: AssemblyName = AssemblyName("coating");
+
+crate::bodies! {
+    pub SHELL "shell" "tube that holds diffuser, LED board and base; the gel stands on it";
+    pub BASE "base" "plug that carries the camera and closes the shell";
+    pub DIFFUSER "diffuser" "frosted ring that spreads the LEDs' light";
+    pub LED_BOARD "led-board" "annular circuit board that carries the LEDs";
+
+    pub INNER_A "mold-transparent-gel-a" "half a of the mold that casts the transparent gel";
+    pub INNER_B "mold-transparent-gel-b" "half b of the mold that casts the transparent gel";
+    pub INNER_LID "lid-transparent-gel" "centres the tube in the transparent gel mold";
+    pub OUTER_A "mold-translucent-gel-a" "half a of the mold that casts the translucent gel";
+    pub OUTER_B "mold-translucent-gel-b" "half b of the mold that casts the translucent gel";
+    pub OUTER_LID "lid-translucent-gel" "centres the tube in the translucent gel mold";
+    pub COLLAR "collar"
+        "centres the shell on the module, still in its mold, while the filling gel cures";
+    pub CONNECTOR "connector"
+        "handle that holds the tube by its inside while gel is cast around it";
+    pub FORM_CUP "form-cup" "cup that a silicone mold is cast in, around a glass tube";
+    pub FORM_BRIDGE "form-bridge"
+        "hangs the glass tube into the form's cup; silicone is poured through its windows";
+    pub CONTAINER "coating-container" "holds the black mixture";
+    pub HOLDER "coating-holder" "hangs a module into the container by its connector";
+
+    pub FILLING_GEL "filling-gel"
+        "spreads the LEDs' light and glues the tube to diffuser and shell";
+    pub TRANSPARENT_GEL "transparent-gel" "carries the translucent gel and spreads light";
+    pub TRANSLUCENT_GEL "translucent-gel"
+        "brightens and darkens with its depth; its thickness is the sensing range";
+    pub BLACK_COAT "black-coat" "keeps light in, ambient light out, and takes the wear";
+    pub SILICONE_MOLD "silicone-mold"
+        "smooth mold for the transparent gel, cast around a glass tube";
+
+    pub TUBE "tube";
+    pub CAMERA "camera";
+    pub O_RING "o-ring";
+    pub FORM_TUBE "form-tube";
+}

@@ -1,14 +1,15 @@
 //! What a family requires of several values together.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::panic::Location;
 
 use fabkit_geometry::Length;
 
+use crate::document::changed_above;
 use crate::place::{Found, Written};
 use crate::suggest::either;
-use crate::{InvalidDesign, Parameter, SourceKind};
+use crate::{InvalidDesign, Parameter, SourceKind, shown};
 
 /// Lengths that differ by less are the same: rounding in what a limit is computed from.
 const SAME_MM: f64 = 1e-9;
@@ -182,6 +183,7 @@ impl Report {
             }
         }
         for (i, from) in from.iter_mut().enumerate() {
+            self.add_changed(i, from);
             // What the user has just written is what they will look at first.
             from.sort_by_key(|path| self.written(path).source.kind != SourceKind::User);
             self.say(i, from);
@@ -197,6 +199,22 @@ impl Report {
         was_mm.to_bits() != is_mm.to_bits() && (moved_mm > SAME_MM || moved_mm.is_nan())
     }
 
+    /// Adds what the user has changed, where it reaches a limit by way of expressions.
+    fn add_changed(&self, broken: usize, from: &mut Vec<String>) {
+        let own = &self.broken[broken].constraint.1;
+        let formulas: Vec<_> = std::iter::once(own)
+            .chain(from.iter())
+            .filter_map(|path| self.written(path).formula.as_ref())
+            .collect();
+        let changed: BTreeSet<String> =
+            formulas.iter().flat_map(|formula| changed_above(&self.written, formula)).collect();
+        for path in changed {
+            if path != *own && !from.contains(&path) {
+                from.push(path);
+            }
+        }
+    }
+
     /// Message and hint of a limit that is not kept.
     fn say(&mut self, broken: usize, from: &[String]) {
         let Broken { constraint: (_, path, _), value, limit, because, found, .. } =
@@ -210,7 +228,11 @@ impl Report {
             Some(limit) => format!("it must be {limit}"),
             None => "no value works".into(),
         };
-        let message = format!("{path} is {value}; {must}, because {because}{follows}");
+        let formula = match &self.written(path).formula {
+            Some(formula) => format!(" (`{}`)", shown(&formula.text)),
+            None => String::new(),
+        };
+        let message = format!("{path} is {value}{formula}; {must}, because {because}{follows}");
         let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
         let change = either(&paths, "or");
         let hint = match (limit, paths.is_empty()) {
@@ -227,7 +249,14 @@ impl Report {
     fn related(&self, path: &str) -> String {
         let written = self.written(path);
         let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();
-        format!("{path} is {} in {}{line}", written.text.shown(), written.place.file)
+        let file = &written.place.file;
+        match &written.formula {
+            Some(formula) => {
+                let (value, text) = (written.text.shown(), shown(&formula.text));
+                format!("{path} is {value}, from `{text}` in {file}{line}")
+            }
+            None => format!("{path} is {} in {file}{line}", written.text.shown()),
+        }
     }
 
     fn written(&self, path: &str) -> &Written {
@@ -251,7 +280,7 @@ mod tests {
         let place = Place::new(Layer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
         let text = WrittenText::Scalar("1 mm".into());
         let source = Source { kind: SourceKind::User, note: String::new() };
-        let written = BTreeMap::from([("wall".to_owned(), Written { place, text, source })]);
+        let written = BTreeMap::from([("wall".to_owned(), Written::new(place, text, source))]);
         Report::new(written, Vec::new())
     }
 
@@ -330,7 +359,7 @@ mod tests {
         let source = Source { kind: SourceKind::User, note: String::new() };
         let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
             let text = WrittenText::Scalar("1".into());
-            let written = Written { place: place.clone(), text, source: source.clone() };
+            let written = Written::new(place.clone(), text, source.clone());
             (field.name.to_owned(), written)
         });
         let mut report = Report::new(written.collect(), Vec::new());

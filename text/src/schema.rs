@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::{Field, Shape, SourceKind};
+use crate::{Field, Kind, Shape, SourceKind};
 
 /// What the schema says about one family.
 pub struct FamilySchema<'a> {
@@ -83,7 +83,9 @@ fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
     let property = |field: &Field| {
         let schema = match &field.shape {
             Shape::Section(inner) => section(inner, &field.summary, is_complete),
-            Shape::Value { allowed, schema, .. } => value(&field.summary, allowed, schema),
+            Shape::Value { allowed, schema, kind, is_list } => {
+                value(&field.summary, allowed, &with_expressions(schema, *kind, *is_list))
+            }
         };
         (field.name.to_owned(), schema)
     };
@@ -98,6 +100,21 @@ fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
         schema["required"] = fields.iter().map(|field| field.name).collect();
     }
     schema
+}
+
+/// The schema of a value, or of an expression for it.
+fn with_expressions(plain: &Json, kind: Kind, is_list: bool) -> Json {
+    let is_numeric = matches!(kind, Kind::Length | Kind::Angle | Kind::Count | Kind::Number);
+    let expression = json!({ "type": "string", "pattern": "^ *=" });
+    match plain {
+        plain if !is_numeric => plain.clone(),
+        plain if is_list => {
+            let mut list = plain.clone();
+            list["items"] = json!({ "anyOf": [plain["items"], expression] });
+            list
+        }
+        plain => json!({ "anyOf": [plain, expression] }),
+    }
 }
 
 /// A value stands alone, or in a map with its source.

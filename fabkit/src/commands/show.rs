@@ -32,9 +32,13 @@ fn text(design: &Design) -> String {
 
     let mut rows = vec![row(["parameter", "value", "limits", "source"])];
     for setting in &design.parameters {
+        let kind = match &setting.expression {
+            Some(expression) => format!("{} {expression}", setting.source.kind),
+            None => setting.source.kind.to_string(),
+        };
         let source = match setting.source.note.as_str() {
-            "" => setting.source.kind.to_string(),
-            note => format!("{}: {note}", setting.source.kind),
+            "" => kind,
+            note => format!("{kind}: {note}"),
         };
         rows.push(vec![
             setting.path.clone(),

@@ -2,8 +2,6 @@
 
 mod command;
 mod designs;
-mod edits;
 
 pub use command::{Run, binary, command, contents, fabkit, other_profile_binary};
 pub use designs::{builtin_designs, builtin_fixtures};
-pub use edits::{Edit, edits};

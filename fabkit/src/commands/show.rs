@@ -9,6 +9,7 @@ use fabkit_application::documents;
 use fabkit_application::geometry::Body;
 use fabkit_application::identity::design_hash;
 use fabkit_application::source::Target;
+use fabkit_application::text::shown;
 
 use super::Report;
 use crate::cli;
@@ -33,7 +34,8 @@ fn text(design: &Design) -> String {
     let mut rows = vec![row(["parameter", "value", "limits", "source"])];
     for setting in &design.parameters {
         let kind = match &setting.expression {
-            Some(expression) => format!("{} {expression}", setting.source.kind),
+            // The whole text stands in the file, and in `--json`.
+            Some(expression) => format!("{} `{}`", setting.source.kind, shown(expression)),
             None => setting.source.kind.to_string(),
         };
         let source = match setting.source.note.as_str() {

@@ -204,15 +204,26 @@ impl Resolver<'_> {
         value.map(|value| Quantity { value, dimension }).ok_or(Failure::Elsewhere)
     }
 
-    /// Says who follows from whom, once for each circle.
+    /// Says who follows from whom, once for each circle: at what was written last, because the
+    /// circle was closed there.
     fn refuse_circle(&mut self, path: &str) {
         let from = self.open.iter().position(|open| open == path).unwrap_or_default();
-        let circle: Vec<String> = self.open[from..].to_vec();
+        let mut circle: Vec<String> = self.open[from..].to_vec();
+        let layer = |path: &String| self.document.value(path).map(|written| written.place.layer);
+        let is_over = |a: &String, b: &String| match (layer(a), layer(b)) {
+            (Some(a), Some(b)) => a.is_over(b) || a == b,
+            _ => false,
+        };
+        let last = circle.iter().filter(|one| circle.iter().all(|other| is_over(one, other))).min();
+        let begin = last.and_then(|last| circle.iter().position(|one| one == last));
+        circle.rotate_left(begin.unwrap_or_default());
         let mut names: Vec<&str> = circle.iter().map(String::as_str).collect();
-        names.push(path);
+        names.extend(circle.first().map(String::as_str));
         let says = format!("follows from itself: {}", names.join(" -> "));
         let wrong = Wrong::new(says, "write a plain value for one of them");
-        if let Some(written) = self.document.value(path) {
+        if let Some((path, written)) =
+            circle.first().and_then(|path| Some((path, self.document.value(path)?)))
+        {
             self.found.push(problem(path, &written_text(&written.text), &written.place, wrong));
         }
         self.broken.extend(circle);

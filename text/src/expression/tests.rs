@@ -186,7 +186,15 @@ fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
     let (_, problems) =
         read(&[&circle[..], &[("lid.screws", "= round(wall / 1 mm)")]].concat(), &[]);
     let [Problem { message, .. }] = &problems[..] else { panic!("{problems:?}") };
-    assert!(message.ends_with("follows from itself: wall -> lid.width -> lid.share -> wall"));
+    assert!(message.ends_with("follows from itself: lid.share -> wall -> lid.width -> lid.share"));
+    // Told where it was closed, not where it happened to be entered.
+    let (_, problems) = read(
+        &[("lid.width", "= wall"), ("lid.share", "= wall / lid.width")],
+        &["wall== lid.width"],
+    );
+    let [Problem { file, message, .. }] = &problems[..] else { panic!("{problems:?}") };
+    assert_eq!(file, "--set");
+    assert!(message.ends_with("follows from itself: wall -> lid.width -> wall"), "{message}");
     let (_, problems) = read(&[("wall", "= wall")], &["lid.width=wide"]);
     let [own, other] = &problems[..] else { panic!("{problems:?}") };
     assert!(own.message.ends_with("follows from itself: wall -> wall"), "{own}");

@@ -28,7 +28,7 @@ pub fn run(thicknesses: &[&str]) -> Result<Vec<Result<f64, InvalidDesign>>, Box<
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let thicknesses = ["1.4 mm", "1.5 mm", "1.6 mm", "2 mm"];
+    let thicknesses = ["1.4 mm", "1.5 mm", "1.6 mm", "0.7 mm"];
     for (thickness, volume) in thicknesses.iter().zip(run(&thicknesses)?) {
         match volume {
             Ok(cm3) => println!("{thickness}: {cm3:.2} cm3 of gel"),

@@ -26,6 +26,7 @@ pub fn show(design: &Design) -> Value {
                 "summary": setting.summary,
                 "source": setting.source.kind.to_string(),
                 "note": setting.source.note,
+                "expression": setting.expression,
             })
         })
         .collect();

@@ -118,7 +118,11 @@ fn what_cannot_be_built_is_refused() {
         // A pin beyond the hemisphere misses the skin: a quarter circle less half a pin.
         (&["pins.reach=19.5 mm"][..], "pins.reach", "at most 19.134 mm"),
         // What the pixels see ends before that.
-        (&["pins.reach=15 mm"], "camera.depth", "the pixels must see all dots"),
+        (
+            &["pins.reach=15 mm", "camera.depth=43.5 mm"],
+            "camera.depth",
+            "the pixels must see all dots",
+        ),
         (&["pins.layout=free", "pins.spacing=1.2 mm"], "pins.length", "0.3 mm apart"),
         (&["pins.length=8 mm"], "pins.length", "0.3 mm apart"),
         (&["leds.count=32"], "leds.count", "at most 29 LEDs"),

@@ -202,10 +202,14 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
         ("markers.straight_depth=1.2mm", "markers.straight_depth", "at most 0.8 mm"),
         ("markers.radius=1.4mm", "markers.straight_depth", "no value works"),
         ("markers.count=600", "markers.count", "write at most"),
-        ("leds.diameter=3.7mm", "leds.diameter", "at most 3.5"),
+        ("leds.diameter=3.7mm leds.circle_radius=4.8mm", "leds.diameter", "at most 3.5"),
         ("leds.circle_radius=4mm", "leds.diameter", "at most 2.9"),
-        ("leds.circle_radius=5.5mm", "leds.circle_radius", "at most 4.8"),
-        ("leds.pairs=5", "leds.diameter", "at most"),
+        (
+            "leds.circle_radius=5.5mm holder.outer_diameter=18mm",
+            "leds.circle_radius",
+            "at most 4.8",
+        ),
+        ("leds.pairs=5 leds.circle_radius=4.8mm", "leds.diameter", "at most"),
         ("inner_elastomer.thickness=2.5mm", "inner_elastomer.thickness", "at most 2.175 mm"),
         ("shell.thickness=6mm", "shell.thickness", "at most 5.1 mm"),
         ("surface.height=10mm", "surface.height", "at least 10.8 mm"),
@@ -213,14 +217,18 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
         ("camera.front_depth=6mm", "camera.front_depth", "at most 3.9 mm"),
         ("holder.skirt=0.8mm", "holder.skirt", "at least 1.2"),
         ("holder.outer_diameter=13mm", "holder.outer_diameter", "at least 14.2 mm"),
-        ("tooling.silicone_diameter=30mm", "tooling.silicone_diameter", "at least 32 mm"),
+        (
+            "tooling.silicone_diameter=30mm tooling.key_diameter=4mm",
+            "tooling.silicone_diameter",
+            "at least 32 mm",
+        ),
         ("tooling.vent_diameter=1mm", "tooling.vent_diameter", "at most 0.8 mm"),
         ("tooling.vents=40", "tooling.vents", "write fewer"),
         ("base.mount_radius=3mm", "base.mount_radius", "write a larger radius"),
-        ("base.bolts=6", "base.mount_holes", "write 6"),
+        ("base.bolts=6 base.mount_holes=3", "base.mount_holes", "write 6"),
         ("camera.length=9mm", "camera.length", "at most"),
     ] {
-        let problems = try_uvdtact(&[set]).err().unwrap_or_default();
+        let problems = try_uvdtact(&set.split(' ').collect::<Vec<_>>()).err().unwrap_or_default();
         let found = problems.iter().any(|p| p.starts_with(&format!("{path}:")) && p.contains(said));
         assert!(found, "{set}: {problems:#?}");
     }

@@ -21,7 +21,7 @@ seed: 5
 axes:
   camera.depth: {from: 6 mm, to: 7.4 mm}
   camera.field_of_view: {from: 120 deg, to: 175 deg}
-  translucent_gel.thickness: [1.4 mm, 1.5 mm, 2.9 mm]
+  translucent_gel.thickness: [1.4 mm, 1.5 mm, 0.7 mm]
 metrics: [camera, calibration]
 constraints: [coverage > 0.6]
 objectives: {coverage: max, mm_per_px_median: min}

@@ -57,14 +57,56 @@ fn numbers_that_are_none_and_numbers_below_zero_are_refused() {
 
 #[test]
 fn impossible_combinations_name_the_limit_and_what_it_comes_from() {
-    let run = refused(format!("{HEADER}translucent_gel:\n  thickness: 9 mm\n"));
+    let run = refused(format!(
+        "{HEADER}translucent_gel:\n  thickness: 9 mm\ntube:\n  outer_diameter: 24 mm\n"
+    ));
     assert_eq!(run.code, Some(2));
     assert_says(&run, &["translucent_gel.thickness is 9 mm", "at most", "mine.yaml:5:14"]);
     assert_says(&run, &["surface.radius", "= help: "]);
 
-    let run = refused(format!("{HEADER}leds:\n  circle_radius: 40 mm\n"));
+    let run = refused(format!(
+        "{HEADER}leds:\n  circle_radius: 40 mm\nshell:\n  outer_diameter: 30 mm\n"
+    ));
     assert_eq!(run.code, Some(2));
     assert_says(&run, &["leds.circle_radius is 40 mm", "at most", "mine.yaml:5:18", "shell.wall"]);
+}
+
+#[test]
+fn an_expression_that_has_no_value_is_refused_where_it_stands() {
+    let deep = format!("{}1 mm{}", "(".repeat(400), ")".repeat(400));
+    for (expression, says) in [
+        ("tube.wall / (leds.count - 8)", "divides by `(leds.count - 8)`, which is 0"),
+        ("surface.radius + 3", "`3` is a plain number"),
+        ("coat.thicknes / 2", "did you mean `coat.thickness`?"),
+        ("1e308 mm * 10", "is not finite"),
+        ("tube.outer_diameter / 4", "surface.radius -> tube.outer_diameter -> surface.radius"),
+        (&deep, "nested more than 64 deep"),
+    ] {
+        let run = refused(format!("{HEADER}surface:\n  radius: = {expression}\n"));
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert_says(&run, &["surface.radius is `= ", "mine.yaml:5:11", says, "= help: "]);
+    }
+}
+
+#[test]
+fn what_the_user_changed_is_named_where_it_reaches_a_limit_through_an_expression() {
+    let root = tempfile::tempdir().unwrap();
+    let set =
+        ["--set", "surface.radius=20mm", "--set", "mold.wall=8mm", "--set", "mold.width=50mm"];
+    let run = fabkit(root.path(), &[&["show", "rtac0"][..], &set].concat());
+    assert_eq!(run.code, Some(2));
+    assert_says(&run, &["mold.width is 50 mm; it must be at least 68 mm", "`surface.radius`"]);
+    // What follows is shown with what it follows from, and a number in its place stays.
+    let shown = |set: &str| {
+        let run = fabkit(root.path(), &["show", "rtac0", "--json", "--set", set]).ok();
+        let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let all = json["parameters"].as_array().unwrap().clone();
+        let tube = all.into_iter().find(|one| one["path"] == "tube.outer_diameter").unwrap();
+        (tube["value"].clone(), tube["expression"].clone())
+    };
+    let formula = "= 2 * (surface.radius - translucent_gel.thickness) - 3 mm";
+    assert_eq!(shown("surface.radius=16mm"), ("26 mm".into(), formula.into()));
+    assert_eq!(shown("tube.outer_diameter=23mm"), ("23 mm".into(), serde_json::Value::Null));
 }
 
 #[test]

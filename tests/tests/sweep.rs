@@ -17,7 +17,7 @@ sensor: rtac0
 set: {camera.field_of_view: 150 deg}
 axes:
   camera.depth: {from: 6 mm, to: 8 mm, steps: 3}
-  translucent_gel.thickness: [1.4 mm, 1.5 mm, 2.9 mm]
+  translucent_gel.thickness: [1.4 mm, 1.5 mm, 0.7 mm]
 metrics: [coverage, mm_per_px_median, parts_mass_g, calibration, marker_count]
 constraints: [camera.depth + 0]
 objectives: {coverage: max, mm_per_px_median: min}

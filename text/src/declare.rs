@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde_json::{Value as Json, json};
 
-use crate::{Reader, Scalar};
+use crate::{Kind, Reader, Scalar};
 
 /// One parameter or section, as declared.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub enum Shape {
     Value {
         /// A sequence of scalars rather than one scalar.
         is_list: bool,
+        /// What kind of value it is; of lists, each item.
+        kind: Kind,
         /// What is allowed, for people.
         allowed: String,
         /// JSON Schema of the plain form.
@@ -59,7 +61,12 @@ impl<T: Scalar> Parameter for T {
     type Limits = T::Limits;
 
     fn shape(limits: &T::Limits) -> Shape {
-        Shape::Value { is_list: false, allowed: T::allowed(limits), schema: T::schema(limits) }
+        Shape::Value {
+            is_list: false,
+            kind: T::KIND,
+            allowed: T::allowed(limits),
+            schema: T::schema(limits),
+        }
     }
 
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
@@ -80,6 +87,7 @@ impl<T: Scalar> Parameter for Vec<T> {
         let (low, high) = (count.start(), count.end());
         Shape::Value {
             is_list: true,
+            kind: T::KIND,
             allowed: format!("{low} to {high} items, each {}", T::allowed(each)),
             schema: json!({
                 "type": "array",

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::expression::Formula;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::tree::{Content, Entry, Node};
 use crate::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
@@ -40,6 +41,71 @@ impl Document {
 
     pub(crate) fn value(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
+    }
+
+    /// Everything that was written, by path.
+    pub(crate) fn values(&self) -> &BTreeMap<String, Written> {
+        &self.values
+    }
+
+    /// Puts values in place of the expressions at a path; of lists with the number of the item.
+    pub(crate) fn put_values(
+        &mut self,
+        path: &str,
+        values: Vec<(Option<usize>, String)>,
+        formula: Formula,
+    ) {
+        let Some(written) = self.values.get_mut(path) else { return };
+        for (item, value) in values {
+            match (item, &mut written.text) {
+                (None, text) => *text = WrittenText::Scalar(value),
+                (Some(i), WrittenText::List(items)) => {
+                    if let Some((text, _)) = items.get_mut(i) {
+                        *text = value;
+                    }
+                }
+                (Some(_), WrittenText::Scalar(_)) => {}
+            }
+        }
+        written.formula = Some(formula);
+    }
+
+    /// Everything that a value follows from, near and far.
+    pub(crate) fn all_inputs(&self, formula: &Formula) -> BTreeSet<String> {
+        all_inputs(&self.values, formula)
+    }
+
+    /// What stands in an expression: what the user wrote last before everything else.
+    pub(crate) fn inputs(&self, formula: &Formula) -> Vec<String> {
+        let mut inputs: Vec<String> = changed_above(&self.values, formula);
+        let direct = formula.inputs.iter().filter(|path| !inputs.contains(path)).cloned();
+        inputs.extend(direct.collect::<Vec<_>>());
+        inputs
+    }
+
+    /// Takes away what stands at a path, which cannot be read; that has been reported.
+    pub(crate) fn break_off(&mut self, path: &str) {
+        self.values.remove(path);
+        self.broken.insert(path.to_owned());
+    }
+
+    /// What somebody who wrote an unknown path may have meant.
+    pub(crate) fn suggest(&self, path: &str) -> String {
+        let paths = self.paths();
+        let mut near = similar(path, paths.iter().map(String::as_str));
+        if near.is_empty() {
+            // The last word alone: `radius` for `surface.radius`.
+            let word = path.rsplit('.').next().unwrap_or(path);
+            let leaf = |path: &str| path.rsplit('.').next().map(str::to_owned).unwrap_or_default();
+            let leaves: Vec<String> = paths.iter().map(|path| leaf(path)).collect();
+            if let Some(best) = similar(word, leaves.iter().map(String::as_str)).first() {
+                near = paths.iter().filter(|p| leaf(p) == *best).take(3).map(|p| &**p).collect();
+            }
+        }
+        match near.is_empty() {
+            true => "`fabkit show` lists every parameter".into(),
+            false => did_you_mean(&near),
+        }
     }
 
     pub(crate) fn section(&self, path: &str) -> Option<&Place> {
@@ -139,7 +205,7 @@ impl Document {
                     match plain(&path, *is_list, node, place) {
                         Ok((text, place)) => {
                             let source = Source { kind: SourceKind::User, note: String::new() };
-                            self.set(&path, Written { place, text, source });
+                            self.set(&path, Written::new(place, text, source));
                         }
                         Err(found) => self.break_at(&path, *found),
                     }
@@ -257,7 +323,7 @@ impl Document {
             self.found.push(found.hint("write `{value: ..., source: ..., note: ...}`"));
         }
         let (text, place) = text?;
-        Some(Written { place, text, source })
+        Some(Written::new(place, text, source))
     }
 }
 
@@ -314,6 +380,31 @@ fn note_text(note: &str) -> Result<String, String> {
 
 fn names(fields: &[Field]) -> String {
     fields.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Everything that a value follows from, near and far.
+fn all_inputs(values: &BTreeMap<String, Written>, formula: &Formula) -> BTreeSet<String> {
+    let mut all = BTreeSet::new();
+    let mut next: Vec<&String> = formula.inputs.iter().collect();
+    while let Some(path) = next.pop() {
+        if all.insert(path.clone())
+            && let Some(formula) = values.get(path).and_then(|written| written.formula.as_ref())
+        {
+            next.extend(&formula.inputs);
+        }
+    }
+    all
+}
+
+/// What a value follows from, near or far, and was written over what the expression stands in: what
+/// the user has just changed.
+pub(crate) fn changed_above(values: &BTreeMap<String, Written>, formula: &Formula) -> Vec<String> {
+    let mut changed: Vec<String> = all_inputs(values, formula).into_iter().collect();
+    let below = formula.layer;
+    changed.retain(|path| {
+        values.get(path).is_some_and(|w| w.formula.is_none() && w.place.layer.is_over(below))
+    });
+    changed
 }
 
 fn value_paths(fields: &[Field], section: &str, paths: &mut Vec<String>) {

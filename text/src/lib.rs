@@ -18,6 +18,7 @@ use std::fmt;
 
 mod declare;
 mod document;
+mod expression;
 mod json;
 mod overrides;
 mod parse;
@@ -32,6 +33,7 @@ mod value;
 
 pub use declare::{Field, Parameter, Section, Shape, join, summary};
 pub use document::Document;
+pub use expression::Formula;
 pub use json::{InvalidDocument, JsonFormat};
 pub use overrides::{OVERRIDES, apply_overrides};
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
@@ -103,6 +105,8 @@ pub struct Setting {
     pub summary: String,
     /// Allowed values, for people, for example `2 mm to 60 mm`.
     pub limits: String,
+    /// The expression that the value follows from, beginning with `= `, where there is one.
+    pub expression: Option<String>,
 }
 
 /// One thing wrong with a design.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::document::{Document, plain};
 use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
-use crate::{Shape, Source, SourceKind, TextLayer, did_you_mean, shown, similar};
+use crate::{Shape, Source, SourceKind, TextLayer, shown};
 
 /// What problems with overrides give as their file: the command's word for them.
 pub const OVERRIDES: &str = "--set";
@@ -76,7 +76,7 @@ fn written(
         WrittenText::Scalar(value.to_owned())
     };
     let source = Source { kind: SourceKind::User, note: OVERRIDES.to_owned() };
-    Ok(Written { place: place.clone(), text, source })
+    Ok(Written::new(place.clone(), text, source))
 }
 
 impl WrittenText {
@@ -95,19 +95,5 @@ fn suggest(document: &Document, path: &str) -> String {
     if matches!(path, "format" | "family" | "extends") {
         return "this is decided by the file, not by an override".into();
     }
-    let paths = document.paths();
-    let mut near = similar(path, paths.iter().map(String::as_str));
-    if near.is_empty() {
-        // The last word alone: `radius` for `surface.radius`.
-        let word = path.rsplit('.').next().unwrap_or(path);
-        let leaf = |path: &str| path.rsplit('.').next().map(str::to_owned).unwrap_or_default();
-        let leaves: Vec<String> = paths.iter().map(|path| leaf(path)).collect();
-        if let Some(best) = similar(word, leaves.iter().map(String::as_str)).first() {
-            near = paths.iter().filter(|p| leaf(p) == *best).take(3).map(|p| &**p).collect();
-        }
-    }
-    match near.is_empty() {
-        true => "`fabkit show` lists every parameter".into(),
-        false => did_you_mean(&near),
-    }
+    document.suggest(path)
 }

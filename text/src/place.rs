@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::expression::Formula;
 use crate::tree::{Dialect, Fault, Position};
 use crate::{Problem, Source, shown};
 
@@ -14,6 +15,18 @@ pub enum TextLayer {
     Override,
     /// What is built in: the file that it extends, defaults.
     Base,
+}
+
+impl TextLayer {
+    /// Whether what stands in this text replaces what stands in another.
+    pub(crate) fn is_over(self, other: Self) -> bool {
+        let height = |layer| match layer {
+            Self::Base => 0,
+            Self::File => 1,
+            Self::Override => 2,
+        };
+        height(self) > height(other)
+    }
 }
 
 /// Where something stands.
@@ -95,6 +108,15 @@ pub struct Written {
     pub text: WrittenText,
     /// Where it comes from.
     pub source: Source,
+    /// The expression whose value the text is, where it follows from other values.
+    pub formula: Option<Formula>,
+}
+
+impl Written {
+    /// What somebody wrote.
+    pub(crate) fn new(place: Place, text: WrittenText, source: Source) -> Self {
+        Self { place, text, source, formula: None }
+    }
 }
 
 /// The text of a value.

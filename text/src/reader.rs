@@ -1,9 +1,10 @@
 //! Typed values from the table of written ones; collects what is wrong and goes on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use crate::document::Document;
+use crate::expression::resolve;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
 use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, join};
@@ -20,6 +21,7 @@ pub struct Reader {
 impl Reader {
     /// Reads from a table.
     pub fn new(mut document: Document) -> Self {
+        resolve(&mut document);
         let found = std::mem::take(&mut document.found);
         Self { document, settings: Vec::new(), missing: Vec::new(), found }
     }
@@ -39,10 +41,26 @@ impl Reader {
                 Some(value)
             }
             Err(found) => {
-                self.found.push(*found);
+                self.found.push(self.of_formula(*found, &written));
                 None
             }
         }
+    }
+
+    /// A value that follows from others is not to be looked for where it stands.
+    fn of_formula(&self, mut found: Found, written: &Written) -> Found {
+        let Some(formula) = &written.formula else { return found };
+        let problem = &mut found.problem;
+        problem.message = format!("{} (it is `{}`)", problem.message, crate::shown(&formula.text));
+        let inputs: Vec<String> =
+            self.document.inputs(formula).into_iter().map(|path| format!("`{path}`")).collect();
+        let change = either(&inputs, "or");
+        problem.hint = Some(match problem.hint.take() {
+            Some(hint) if !inputs.is_empty() => format!("{hint}; or change {change}"),
+            Some(hint) => hint,
+            None => format!("change {change}"),
+        });
+        found
     }
 
     /// Reads a list.
@@ -71,7 +89,7 @@ impl Reader {
             let path = format!("{path}[{i}]");
             match read::<T>(&path, text, each, place) {
                 Ok(value) => values.push(value),
-                Err(found) => self.found.push(*found),
+                Err(found) => self.found.push(self.of_formula(*found, &written)),
             }
         }
         if values.len() < items.len() {
@@ -109,6 +127,7 @@ impl Reader {
             source: written.source.clone(),
             summary: summary.to_owned(),
             limits,
+            expression: written.formula.as_ref().map(|formula| formula.text.clone()),
         });
     }
 
@@ -129,7 +148,20 @@ impl Reader {
             .map(|(section, paths)| self.missing_from(section, &paths, example))
             .collect();
         self.found.extend(found);
+        self.drop_followers();
         Report::new(self.document.into_values(), self.found)
+    }
+
+    /// Forgets that a value is out of its limits where what it follows from is wrong too.
+    fn drop_followers(&mut self) {
+        let wrong: BTreeSet<String> = self.found.iter().map(|f| f.problem.path.clone()).collect();
+        self.found.retain(|found| {
+            let written = self.document.value(&found.problem.path);
+            let inputs = written.and_then(|written| written.formula.as_ref());
+            !inputs.is_some_and(|formula| {
+                self.document.all_inputs(formula).iter().any(|input| wrong.contains(input))
+            })
+        });
     }
 
     /// The innermost section around `path` that was written.

@@ -1,14 +1,15 @@
 //! What a family requires of several values together.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::panic::Location;
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::document::changed_above;
 use crate::place::{Found, Written};
 use crate::suggest::either;
-use crate::{InvalidDesign, Parameter, SourceKind};
+use crate::{InvalidDesign, Parameter, SourceKind, shown};
 
 /// Values that differ by less are the same: rounding in what a limit is computed from.
 const SAME: f64 = 1e-9;
@@ -209,7 +210,7 @@ impl Report {
         // Rounded down to a value that does work.
         let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
         // Below zero there is nothing to recommend: others have left no room.
-        let offer = (works > 0.0).then(|| format!("at most {}", shown::<Q>(works)));
+        let offer = (works > 0.0).then(|| format!("at most {}", in_unit::<Q>(works)));
         self.limit(holds, path, value.to_string(), limit, offer, because);
     }
 
@@ -228,7 +229,7 @@ impl Report {
         let holds = value.number() >= limit - SAME;
         // Rounded up to a value that does work.
         let works = ((limit - SAME) * Q::STEPS).ceil() / Q::STEPS;
-        let offer = Some(format!("at least {}", shown::<Q>(works)));
+        let offer = Some(format!("at least {}", in_unit::<Q>(works)));
         self.limit(holds, path, value.to_string(), limit, offer, because);
     }
 
@@ -302,6 +303,7 @@ impl Report {
             }
         }
         for (i, from) in from.iter_mut().enumerate() {
+            self.add_changed(i, from);
             // What the user has just written is what they will look at first.
             from.sort_by_key(|path| self.written(path).source.kind != SourceKind::User);
             self.say(i, from);
@@ -317,6 +319,22 @@ impl Report {
         was.to_bits() != is.to_bits() && (moved > SAME || moved.is_nan())
     }
 
+    /// Adds what the user has changed, where it reaches a limit by way of expressions.
+    fn add_changed(&self, broken: usize, from: &mut Vec<String>) {
+        let own = &self.broken[broken].constraint.1;
+        let formulas: Vec<_> = std::iter::once(own)
+            .chain(from.iter())
+            .filter_map(|path| self.written(path).formula.as_ref())
+            .collect();
+        let changed: BTreeSet<String> =
+            formulas.iter().flat_map(|formula| changed_above(&self.written, formula)).collect();
+        for path in changed {
+            if path != *own && !from.contains(&path) {
+                from.push(path);
+            }
+        }
+    }
+
     /// Message and hint of a limit that is not kept.
     fn say(&mut self, broken: usize, from: &[String]) {
         let Broken { constraint: (_, path, _), value, limit, because, found, .. } =
@@ -330,7 +348,11 @@ impl Report {
             Some(limit) => format!("it must be {limit}"),
             None => "no value works".into(),
         };
-        let message = format!("{path} is {value}; {must}, because {because}{follows}");
+        let formula = match &self.written(path).formula {
+            Some(formula) => format!(" (`{}`)", shown(&formula.text)),
+            None => String::new(),
+        };
+        let message = format!("{path} is {value}{formula}; {must}, because {because}{follows}");
         let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
         let change = either(&paths, "or");
         let hint = match (limit, paths.is_empty()) {
@@ -347,7 +369,14 @@ impl Report {
     fn related(&self, path: &str) -> String {
         let written = self.written(path);
         let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();
-        format!("{path} is {} in {}{line}", written.text.shown(), written.place.file)
+        let file = &written.place.file;
+        match &written.formula {
+            Some(formula) => {
+                let (value, text) = (written.text.shown(), shown(&formula.text));
+                format!("{path} is {value}, from `{text}` in {file}{line}")
+            }
+            None => format!("{path} is {} in {file}{line}", written.text.shown()),
+        }
     }
 
     fn written(&self, path: &str) -> &Written {
@@ -356,7 +385,7 @@ impl Report {
     }
 }
 
-fn shown<Q: Quantity>(number: f64) -> String {
+fn in_unit<Q: Quantity>(number: f64) -> String {
     // `-0` reads badly.
     format!("{}{}", number + 0.0, Q::UNIT)
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::{Field, Shape, SourceKind};
+use crate::{Field, Kind, Shape, SourceKind};
 
 /// What the schema says about one family.
 pub struct FamilySchema<'a> {
@@ -83,7 +83,11 @@ fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
     let property = |field: &Field| {
         let schema = match &field.shape {
             Shape::Section(inner) => section(inner, &field.summary, is_complete),
-            Shape::Value { allowed, schema, .. } => value(&field.summary, allowed, schema),
+            Shape::Value { allowed, schema, kind, is_list } => {
+                let expressions =
+                    matches!(kind, Kind::Length | Kind::Angle | Kind::Count | Kind::Number);
+                value(&field.summary, allowed, schema, expressions, *is_list)
+            }
         };
         (field.name.to_owned(), schema)
     };
@@ -100,22 +104,27 @@ fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
     schema
 }
 
-/// A value stands alone, or in a map with its source.
-fn value(summary: &str, allowed: &str, plain: &Json) -> Json {
-    json!({
-        "description": format!("{summary} Allowed: {allowed}."),
-        "anyOf": [
-            plain,
-            {
-                "type": "object",
-                "properties": {
-                    "value": plain,
-                    "source": { "enum": SourceKind::ALL.map(SourceKind::word) },
-                    "note": { "type": "string" },
-                },
-                "required": ["value"],
-                "additionalProperties": false,
-            },
-        ],
-    })
+/// A value stands alone, or in a map with its source; in place of a number may stand an expression.
+fn value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_list: bool) -> Json {
+    let expression = json!({ "type": "string", "pattern": "^ *=" });
+    let mut plain = plain.clone();
+    if has_expressions && is_list {
+        plain["items"] = json!({ "anyOf": [plain["items"], expression] });
+    }
+    let (value, alone) = match has_expressions && !is_list {
+        true => (json!({ "anyOf": [plain, expression] }), vec![expression]),
+        false => (plain.clone(), Vec::new()),
+    };
+    let with_source = json!({
+        "type": "object",
+        "properties": {
+            "value": value,
+            "source": { "enum": SourceKind::ALL.map(SourceKind::word) },
+            "note": { "type": "string" },
+        },
+        "required": ["value"],
+        "additionalProperties": false,
+    });
+    let forms: Vec<Json> = [plain, with_source].into_iter().chain(alone).collect();
+    json!({ "description": format!("{summary} Allowed: {allowed}."), "anyOf": forms })
 }

@@ -4,6 +4,7 @@ mod bench_depth;
 mod bench_peers;
 mod book;
 mod bytes;
+mod edits;
 #[cfg(unix)]
 mod faults;
 mod fuzz;
@@ -34,6 +35,8 @@ Tasks:
                      or compare those of a release and of a debug build
   faults [--rounds N] [--seed N]
                      Fail each system call, kill, crowd and starve commands; look at what is on disk
+  edits              Change each numeric parameter of the sensors alone by 10 % and 25 %; what is refused, and
+                     why
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   variants N         Export N random variants of sensors and fixtures; trimesh judges every file.
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
         #[cfg(unix)]
         "faults" => faults::run(&env::args().skip(2).collect::<Vec<_>>()),
         "variants" => variants::run(&env::args().skip(2).collect::<Vec<_>>()),
+        "edits" => edits::run(),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),

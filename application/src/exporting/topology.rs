@@ -109,7 +109,9 @@ fn changed(design: &Design) -> Option<Vec<String>> {
     let is_same = |path: &str, value: &str| {
         project.settings().any(|setting| setting.path == path && setting.value == value)
     };
-    let other = design.parameters.iter().filter(|s| !is_same(&s.path, &s.value));
+    // What follows from what was changed nobody changed.
+    let own = design.parameters.iter().filter(|setting| setting.expression.is_none());
+    let other = own.filter(|s| !is_same(&s.path, &s.value));
     let other: Vec<String> = other.map(|s| shown(&s.path, &s.value)).collect();
     (!other.is_empty()).then_some(other)
 }

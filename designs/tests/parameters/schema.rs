@@ -5,7 +5,7 @@ use fabkit_designs::parameters::Scalar;
 use fabkit_geometry::{Angle, Length};
 use proptest::prelude::*;
 use proptest::string::string_regex;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// The schema of a dotted path within a definition.
 fn at<'a>(schema: &'a Value, definition: &str, path: &str) -> &'a Value {
@@ -24,7 +24,15 @@ fn every_parameter_is_in_the_schema_with_text_and_limits() {
             let text = value["description"].as_str().unwrap();
             assert!(text.contains(" Allowed: "), "{path}: {text}");
             // Alone, or in a map with its source.
-            assert_eq!(value["anyOf"][0], value["anyOf"][1]["properties"]["value"], "{path}");
+            let with_source = &value["anyOf"][1]["properties"]["value"];
+            match value["anyOf"].get(2) {
+                // A number may be an expression, in both forms.
+                Some(expression) => {
+                    assert_eq!(expression["pattern"], "^ *=", "{path}");
+                    assert_eq!(with_source["anyOf"], json!([value["anyOf"][0], expression]));
+                }
+                None => assert_eq!(&value["anyOf"][0], with_source, "{path}"),
+            }
             assert_eq!(value["anyOf"][1]["additionalProperties"], false);
         }
     }
@@ -40,10 +48,10 @@ fn every_parameter_is_in_the_schema_with_text_and_limits() {
 fn only_a_file_of_its_own_must_be_complete() {
     let schema = REGISTRY.json_schema(&[]);
     let surface = at(&schema, "bulb", "surface");
-    assert_eq!(surface["required"], serde_json::json!(["radius", "wall_height"]));
+    assert_eq!(surface["required"], json!(["radius", "wall_height"]));
     assert_eq!(surface["additionalProperties"], false);
     assert!(at(&schema, "bulb-variant", "surface").get("required").is_none());
-    assert_eq!(schema["properties"]["extends"]["enum"], serde_json::json!(["glow", "glow-wide"]));
+    assert_eq!(schema["properties"]["extends"]["enum"], json!(["glow", "glow-wide"]));
     // Every definition that a case points at is there.
     for case in schema["allOf"].as_array().unwrap() {
         let name = case["then"]["$ref"].as_str().unwrap().trim_start_matches("#/definitions/");

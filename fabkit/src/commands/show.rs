@@ -9,6 +9,7 @@ use fabkit_application::documents;
 use fabkit_application::geometry::Body;
 use fabkit_application::identity::design_hash;
 use fabkit_application::source::Target;
+use fabkit_application::text::shown;
 
 use super::Outcome;
 use crate::cli;
@@ -32,9 +33,14 @@ fn text(design: &Design) -> String {
 
     let mut rows = vec![row(["parameter", "value", "limits", "source"])];
     for setting in &design.parameters {
+        let kind = match &setting.expression {
+            // The whole text stands in the file, and in `--json`.
+            Some(expression) => format!("{} `{}`", setting.source.kind, shown(expression)),
+            None => setting.source.kind.to_string(),
+        };
         let source = match setting.source.note.as_str() {
-            "" => setting.source.kind.to_string(),
-            note => format!("{}: {note}", setting.source.kind),
+            "" => kind,
+            note => format!("{kind}: {note}"),
         };
         rows.push(vec![
             setting.path.clone(),

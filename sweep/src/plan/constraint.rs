@@ -116,10 +116,17 @@ impl Constraint {
         [&self.left, &self.right].iter().all(|term| !matches!(term.what, Operand::Metric(_)))
     }
 
+    /// The parameters that it speaks of.
+    pub(super) fn parameters(&self) -> impl Iterator<Item = &str> {
+        [&self.left, &self.right].into_iter().filter_map(|term| match &term.what {
+            Operand::Parameter(path) => Some(path.as_str()),
+            _ => None,
+        })
+    }
+
     /// Whether it speaks of a parameter.
     pub(super) fn mentions(&self, path: &str) -> bool {
-        let is_it = |term: &Term| matches!(&term.what, Operand::Parameter(p) if p == path);
-        is_it(&self.left) || is_it(&self.right)
+        self.parameters().any(|parameter| parameter == path)
     }
 
     /// Why it does not hold; `None` if it does.
@@ -223,5 +230,23 @@ impl Term {
     fn shown(&self, value: f64) -> String {
         let value = quantity::tidy(value);
         self.unit.map_or(format!("{value}"), |unit| format!("{value} {unit}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Plan, PlanSource, Status};
+
+    #[test]
+    fn what_follows_from_an_axis_is_compared_as_each_variant_has_it() {
+        let text = "format: 1\nsensor: rtac0\naxes: {surface.radius: [15 mm, 16 mm]}\n\
+                    metrics: [coverage]\nconstraints: [envelope.diameter <= 31 mm]\n";
+        let yaml = fabkit_designs::builtin_yaml("rtac0").unwrap();
+        let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml)).unwrap();
+        let rows = [0, 1].map(|number| plan.evaluate(number));
+        assert_eq!(rows[0].status, Status::Ok, "{:?}", rows[0].reason);
+        assert_eq!(rows[1].status, Status::Excluded);
+        let reason = "envelope.diameter <= 31 mm does not hold: 32 mm against 31 mm";
+        assert_eq!(rows[1].reason.as_deref(), Some(reason));
     }
 }

@@ -122,6 +122,8 @@ pub struct Objective {
 pub(crate) struct Base {
     pub kind: Kind,
     pub value: String,
+    /// Whether it follows from other parameters, so that only a built variant tells it.
+    pub follows: bool,
 }
 
 /// What names in a plan may refer to.
@@ -304,12 +306,12 @@ impl Plan {
     /// Those of `custom`.
     pub fn evaluate_with<E>(&self, variant: &Variant, custom: AskMore<E>) -> Result<Row, E> {
         let mut row = Row::new(variant.number, variant.values.clone());
-        let parameters = self.numbers(variant);
-        let broken = |of_parameters: bool, metrics: &Numbers| {
-            let asked = self.constraints.iter().filter(|c| c.is_of_parameters() == of_parameters);
-            asked.filter_map(|c| c.broken(&parameters, metrics)).collect::<Vec<_>>()
+        let mut parameters = self.numbers(variant);
+        let broken = |is_early: bool, parameters: &Numbers, metrics: &Numbers| {
+            let asked = self.constraints.iter().filter(|c| self.is_early(c) == is_early);
+            asked.filter_map(|c| c.broken(parameters, metrics)).collect::<Vec<_>>()
         };
-        let early = broken(true, &Numbers::new());
+        let early = broken(true, &parameters, &Numbers::new());
         if !early.is_empty() {
             row.refuse(Status::Excluded, "constraint", early.join("; "));
             return Ok(row);
@@ -340,7 +342,15 @@ impl Plan {
             row.refuse(Status::Failed, "not-finite", wrong.join("; "));
             return Ok(row);
         }
-        let late = broken(false, &row.metrics);
+        // What follows from other parameters is known now.
+        for setting in project.settings() {
+            if let Some(number) = parameters.get_mut(&setting.path)
+                && let Some(value) = quantity::parse(setting.kind, &setting.value)
+            {
+                *number = value;
+            }
+        }
+        let late = broken(false, &parameters, &row.metrics);
         if !late.is_empty() {
             row.refuse(Status::Excluded, "constraint", late.join("; "));
         }
@@ -368,6 +378,15 @@ impl Plan {
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
         let PlanSource { sensor_file, sensor_yaml, .. } = &self.source;
         fabkit_fixtures::load(sensor_file, sensor_yaml, &variant.overrides)
+    }
+
+    /// Whether a constraint is decided before a variant is built: by what is written for it.
+    fn is_early(&self, constraint: &Constraint) -> bool {
+        let is_written = |path: &str| {
+            let is_axis = self.axes.iter().any(|axis| axis.path == path);
+            is_axis || self.known.parameters.get(path).is_some_and(|base| !base.follows)
+        };
+        constraint.is_of_parameters() && constraint.parameters().all(is_written)
     }
 
     /// The parameters of a variant that constraints speak of.

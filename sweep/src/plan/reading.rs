@@ -84,8 +84,10 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
             return Err(invalid);
         }
     };
-    let base =
-        |s: &fabkit_text::Setting| (s.path.clone(), Base { kind: s.kind, value: s.value.clone() });
+    let base = |s: &fabkit_text::Setting| {
+        let follows = s.expression.is_some();
+        (s.path.clone(), Base { kind: s.kind, value: s.value.clone(), follows })
+    };
     let mut known = Known {
         parameters: project.settings().map(base).collect(),
         metrics: Vec::new(),

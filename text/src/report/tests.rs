@@ -6,7 +6,7 @@ fn report() -> Report {
     let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
     let text = WrittenText::Scalar("1 mm".into());
     let source = Source { kind: SourceKind::User, note: String::new() };
-    let written = BTreeMap::from([("wall".to_owned(), Written { place, text, source })]);
+    let written = BTreeMap::from([("wall".to_owned(), Written::new(place, text, source))]);
     Report::new(written, Vec::new())
 }
 
@@ -59,7 +59,7 @@ fn a_limit_is_stated_for_the_parameter_that_it_names() {
     let source = Source { kind: SourceKind::User, note: String::new() };
     let written = ["a", "box.a"].map(|path| {
         let text = WrittenText::Scalar("1".into());
-        (path.to_owned(), Written { place: place.clone(), text, source: source.clone() })
+        (path.to_owned(), Written::new(place.clone(), text, source.clone()))
     });
     let mut report = Report::new(written.into(), Vec::new());
     struct Boxed {
@@ -124,7 +124,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     let source = Source { kind: SourceKind::User, note: String::new() };
     let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
         let text = WrittenText::Scalar("1".into());
-        let written = Written { place: place.clone(), text, source: source.clone() };
+        let written = Written::new(place.clone(), text, source.clone());
         (field.name.to_owned(), written)
     });
     let mut report = Report::new(written.collect(), Vec::new());

@@ -7,7 +7,7 @@ use super::super::{Constraint, Numbers, Plan};
 /// Constraints on parameters must leave at least one variant.
 pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
     let early: Vec<(usize, &Constraint)> =
-        plan.constraints.iter().enumerate().filter(|(_, c)| c.is_of_parameters()).collect();
+        plan.constraints.iter().enumerate().filter(|(_, c)| plan.is_early(c)).collect();
     if early.is_empty() {
         return;
     }

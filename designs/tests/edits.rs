@@ -1,0 +1,143 @@
+//! How far the built-in sensors follow their users: one parameter of each changed alone.
+//!
+//! `cargo xtask edits` prints what is refused, and why.
+
+use std::{env, fs};
+
+use fabkit_designs::load;
+use fabkit_designs::parameters::{Kind, Problem, Setting};
+
+/// Shares by which parameters are changed.
+const SHARES: [f64; 2] = [0.1, 0.25];
+
+/// Set to anything, every parameter is changed, of slow sensors too.
+const ALL: &str = "FABKIT_ALL_EDITS";
+
+struct Edit {
+    path: String,
+    value: String,
+    /// Why it is refused; empty where it is not.
+    problems: Vec<Problem>,
+}
+
+/// What becomes of a sensor with each of its numeric parameters changed alone, down and up by a share,
+/// counts to the nearest whole number; of every `step`th parameter.
+fn edits(sensor: &str, yaml: &str, share: f64, step: usize) -> Vec<Edit> {
+    let load = |overrides: &[String]| load(sensor, yaml, overrides, &["fixtures"]);
+    let design = load(&[]).unwrap_or_else(|e| panic!("{sensor}: {:#?}", e.problems));
+    let mut edits = Vec::new();
+    for setting in design.parameters.iter().step_by(step) {
+        for value in [-share, share].into_iter().filter_map(|by| changed(setting, by)) {
+            let path = setting.path.clone();
+            let problems = load(&[format!("{path}={value}")]).err().map(|e| e.problems);
+            edits.push(Edit { path, value, problems: problems.unwrap_or_default() });
+        }
+    }
+    edits
+}
+
+/// The value more by a share, as it would be written; nothing for texts and lists, or if it is 0.
+fn changed(setting: &Setting, by: f64) -> Option<String> {
+    let (number, unit) = match setting.value.split_once(' ') {
+        Some((number, unit)) => (number, format!(" {unit}")),
+        None => (setting.value.as_str(), String::new()),
+    };
+    let number: f64 = match setting.kind {
+        Kind::Length | Kind::Angle | Kind::Count | Kind::Number => number.parse().ok()?,
+        Kind::Switch | Kind::Text | Kind::List => return None,
+    };
+    let other = match setting.kind {
+        _ if number == 0.0 => return None,
+        Kind::Count => (number * (1.0 + by)).round(),
+        // To a nanometre: nobody writes more.
+        _ => (number * (1.0 + by) * 1e6).round() / 1e6,
+    };
+    (other != number).then(|| format!("{other}{unit}"))
+}
+
+/// At most these shares of the edits by 10 % and by 25 % are refused, percent: what is measured, so
+/// that less freedom shows.
+fn few_are_refused(sensor: &str, most_percent: [f64; 2]) {
+    // Read, not built in: so that whoever edits a sensor need not build anything.
+    let file = format!("{}/sensors/{sensor}.yaml", env!("CARGO_MANIFEST_DIR"));
+    let yaml = fs::read_to_string(&file).unwrap();
+    // A third of a second for each of this sensor's edits.
+    let is_slow = sensor == "uvdtact" && env::var_os(ALL).is_none();
+    let step = if is_slow { 9 } else { 1 };
+    let mut too_many = Vec::new();
+    for (share, most) in SHARES.into_iter().zip(most_percent) {
+        let edits = edits(sensor, &yaml, share, step);
+        let refused: Vec<&Edit> = edits.iter().filter(|e| !e.problems.is_empty()).collect();
+        let percent = 100.0 * refused.len() as f64 / edits.len() as f64;
+        let (of, by) = (edits.len(), 100.0 * share);
+        let summary =
+            format!("{sensor} by {by} %: {} of {of} refused, {percent:.1} %", refused.len());
+        println!("{summary}");
+        for edit in refused {
+            println!("  {} = {}", edit.path, edit.value);
+            edit.problems.iter().for_each(|problem| println!("      {}", problem.message));
+        }
+        if percent > most {
+            too_many.push(format!("{summary}; at most {most} % were"));
+        }
+    }
+    assert!(too_many.is_empty(), "{too_many:#?}");
+}
+
+#[test]
+fn dome() {
+    few_are_refused("rtac0", [14.6, 18.9]);
+}
+
+#[test]
+fn dome_cap() {
+    few_are_refused("shadowtac", [9.5, 18.8]);
+}
+
+#[test]
+fn pin_tip() {
+    few_are_refused("tactip", [15.0, 22.1]);
+}
+
+#[test]
+fn half_ellipsoid() {
+    few_are_refused("uvdtact", [10.0, 20.0]);
+}
+
+#[test]
+fn sheet_mold() {
+    few_are_refused("fluidic", [8.1, 18.6]);
+}
+
+#[test]
+fn flat_gel() {
+    few_are_refused("9dtact", [5.6, 17.4]);
+    few_are_refused("digit-like", [8.0, 20.0]);
+    few_are_refused("gelsight-like", [8.0, 20.0]);
+}
+
+/// A sweep over camera and gel is not lost to lengths that belong together.
+#[test]
+fn most_random_variants_of_a_dome_can_be_built() {
+    const VARIANTS: u32 = 200;
+    let yaml = fabkit_designs::builtin_yaml("rtac0").unwrap();
+    let mut state = 1u64;
+    // Knuth's constants; the upper bits are random enough.
+    let mut between = |low: f64, high: f64| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((state >> 11) as f64 / (1u64 << 53) as f64)
+    };
+    let valid = (0..VARIANTS)
+        .filter(|_| {
+            let overrides = [
+                format!("camera.depth={:.3} mm", between(4.0, 10.0)),
+                format!("camera.field_of_view={:.1} deg", between(100.0, 200.0)),
+                format!("translucent_gel.thickness={:.3} mm", between(0.8, 3.0)),
+            ];
+            load("rtac0", yaml, &overrides, &["fixtures"]).is_ok()
+        })
+        .count();
+    println!("{valid} of {VARIANTS} variants of rtac0 can be built");
+    assert!(valid >= 150, "{valid} of {VARIANTS}");
+}

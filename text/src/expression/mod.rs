@@ -1,0 +1,237 @@
+//! Values that follow from other values: `= 2 * (surface.radius - translucent_gel.thickness) - 3 mm`.
+//!
+//! An expression is a text of bounded size and depth that names parameters by their path. Units are
+//! checked, not converted by guess: a length plus a number is refused, the root of an area is a
+//! length. [`Document`] puts the value in place of the expression before anything is read, so that
+//! limits, messages and tables see values alone, and keeps the expression beside it.
+//!
+//! No library carries units and places and is bounded in what it evaluates; this is a parser of a
+//! few rules.
+
+mod parse;
+mod quantity;
+mod resolve;
+
+pub(crate) use resolve::resolve;
+
+use std::collections::BTreeSet;
+
+use crate::{TextLayer, shown};
+use quantity::{Dimension, Function, Quantity};
+
+/// Longest expression, characters.
+pub const MAX_CHARACTERS: usize = 1000;
+/// Deepest nesting of brackets, functions and signs.
+pub const MAX_DEPTH: usize = 64;
+
+/// The text of an expression that stands where a value could; nothing if it is none.
+pub(crate) fn text_of(written: &str) -> Option<&str> {
+    written.trim().strip_prefix('=').map(str::trim)
+}
+
+/// An expression, for those who say where a value comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Formula {
+    /// As written, beginning with `= `.
+    pub text: String,
+    /// Paths of the parameters that stand in it.
+    pub inputs: BTreeSet<String>,
+    /// Which text it stands in.
+    pub layer: TextLayer,
+}
+
+/// What is wrong with an expression.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Wrong {
+    /// Completes the sentence "`surface.radius` is `= ...`, which ...".
+    says: String,
+    hint: String,
+}
+
+impl Wrong {
+    fn new(says: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { says: says.into(), hint: hint.into() }
+    }
+}
+
+/// Part of an expression.
+#[derive(Clone, Debug, PartialEq)]
+struct Term {
+    text: String,
+    what: What,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum What {
+    Quantity(Quantity),
+    /// Path of a parameter.
+    Name(String),
+    Negative(Box<Term>),
+    Both(Operation, Box<Term>, Box<Term>),
+    Call(Function, Vec<Term>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Operation {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+}
+
+/// Why there is no value.
+enum Failure {
+    Wrong(Wrong),
+    /// What it follows from has none either, which is said there.
+    Elsewhere,
+}
+
+impl Term {
+    /// Every name in it.
+    fn names(&self, names: &mut BTreeSet<String>) {
+        match &self.what {
+            What::Quantity(_) => {}
+            What::Name(name) => {
+                names.insert(name.clone());
+            }
+            What::Negative(inner) => inner.names(names),
+            What::Both(_, left, right) => {
+                left.names(names);
+                right.names(names);
+            }
+            What::Call(_, values) => values.iter().for_each(|value| value.names(names)),
+        }
+    }
+
+    fn value(
+        &self,
+        lookup: &mut dyn FnMut(&str) -> Result<Quantity, Failure>,
+    ) -> Result<Quantity, Failure> {
+        let value = match &self.what {
+            What::Quantity(quantity) => *quantity,
+            What::Name(name) => lookup(name)?,
+            What::Negative(inner) => {
+                let inner = inner.value(lookup)?;
+                Quantity { value: -inner.value, ..inner }
+            }
+            What::Both(operation, left, right) => {
+                let (a, b) = (left.value(lookup)?, right.value(lookup)?);
+                self.combined(*operation, (left, a), (right, b))?
+            }
+            What::Call(function, terms) => {
+                let mut values = Vec::with_capacity(terms.len());
+                for term in terms {
+                    values.push(term.value(lookup)?);
+                }
+                self.called(*function, terms, &values)?
+            }
+        };
+        if value.value.is_finite() {
+            return Ok(value);
+        }
+        let says = format!("is not finite at `{}`", shown(&self.text));
+        Err(Failure::Wrong(Wrong::new(says, "use smaller numbers")))
+    }
+
+    fn combined(
+        &self,
+        operation: Operation,
+        (left, a): (&Self, Quantity),
+        (right, b): (&Self, Quantity),
+    ) -> Result<Quantity, Failure> {
+        match operation {
+            Operation::Multiply => Ok(a.times(b, 1)),
+            Operation::Divide if b.value == 0.0 => {
+                let says = format!("divides by `{}`, which is 0", shown(&right.text));
+                Err(Failure::Wrong(Wrong::new(says, "divide by something that cannot become 0")))
+            }
+            Operation::Divide => Ok(a.times(b, -1)),
+            Operation::Add | Operation::Subtract => {
+                same_unit(operation.word(), (left, a), (right, b))?;
+                let sign = if operation == Operation::Add { 1.0 } else { -1.0 };
+                Ok(Quantity { value: a.value + sign * b.value, ..a })
+            }
+        }
+    }
+
+    fn called(
+        &self,
+        function: Function,
+        terms: &[Self],
+        values: &[Quantity],
+    ) -> Result<Quantity, Failure> {
+        let (Some(first), [one, ..]) = (values.first(), terms) else {
+            return Err(Failure::Elsewhere); // The parser lets no call through without values.
+        };
+        for (term, value) in terms.iter().zip(values).skip(1) {
+            same_unit("compared", (one, *first), (term, *value))?;
+        }
+        let numbers = values.iter().map(|value| value.value);
+        match function {
+            Function::Min => {
+                Ok(Quantity { value: numbers.fold(f64::INFINITY, f64::min), ..*first })
+            }
+            Function::Max => {
+                Ok(Quantity { value: numbers.fold(f64::NEG_INFINITY, f64::max), ..*first })
+            }
+            _ => function.of(*first).map_err(|takes| {
+                let says = format!(
+                    "has `{}`, but `{}` is {}, {}",
+                    shown(&self.text),
+                    shown(&one.text),
+                    first.shown(),
+                    first.dimension
+                );
+                Failure::Wrong(Wrong::new(says, format!("that function takes {takes}")))
+            }),
+        }
+    }
+}
+
+impl Operation {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Add => "added",
+            Self::Subtract => "subtracted",
+            Self::Multiply => "multiplied",
+            Self::Divide => "divided",
+        }
+    }
+}
+
+fn same_unit(
+    word: &str,
+    (left, a): (&Term, Quantity),
+    (right, b): (&Term, Quantity),
+) -> Result<(), Failure> {
+    if a.dimension == b.dimension {
+        return Ok(());
+    }
+    let says = format!(
+        "is wrong in its units: `{}` is {} and `{}` is {}, which cannot be {word}",
+        shown(&left.text),
+        a.dimension,
+        shown(&right.text),
+        b.dimension
+    );
+    let bare = [(left, b), (right, a)].into_iter().find_map(|(term, other)| {
+        let is_bare = |q: &Quantity| q.dimension == Dimension::NUMBER;
+        match (&term.what, other.dimension) {
+            (What::Quantity(q), Dimension::LENGTH) if is_bare(q) => {
+                Some(format!("{} mm", term.text))
+            }
+            (What::Quantity(q), Dimension::ANGLE) if is_bare(q) => {
+                Some(format!("{} deg", term.text))
+            }
+            _ => None,
+        }
+    });
+    let hint = match bare {
+        Some(unit) => format!("write `{unit}`"),
+        None => "make both of one unit".into(),
+    };
+    Err(Failure::Wrong(Wrong::new(says, hint)))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,247 @@
+//! The text of an expression to a small tree.
+
+use fabkit_geometry::{Angle, Length};
+
+use super::quantity::{Dimension, Function, Quantity};
+use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, What, Wrong};
+use crate::{Scalar, did_you_mean, shown, similar};
+
+const FORM: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
+                    min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round and pi";
+
+/// Reads what stands behind the `=`.
+pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
+    let count = text.chars().count();
+    if count > MAX_CHARACTERS {
+        return Err(Wrong::new(
+            format!("has {count} characters; at most {MAX_CHARACTERS} are read"),
+            "divide it among several parameters",
+        ));
+    }
+    let mut parser = Parser { text, at: 0, depth: 0 };
+    let term = parser.sum()?;
+    match parser.peek() {
+        None => Ok(term),
+        Some(')') => Err(parser.wrong("has a `)` without a `(`", "remove it, or add the `(`")),
+        Some(_) => Err(parser.unexpected()),
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    /// The next byte.
+    at: usize,
+    depth: usize,
+}
+
+impl<'a> Parser<'a> {
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    /// The next character that is no white space.
+    fn peek(&mut self) -> Option<char> {
+        self.at = self.text.len() - self.rest().trim_start().len();
+        self.rest().chars().next()
+    }
+
+    fn takes(&mut self, sign: char) -> bool {
+        let is_next = self.peek() == Some(sign);
+        if is_next {
+            self.at += sign.len_utf8();
+        }
+        is_next
+    }
+
+    /// Something is wrong here.
+    fn wrong(&self, says: impl Into<String>, hint: impl Into<String>) -> Wrong {
+        let character = self.text[..self.at].chars().count() + 1;
+        Wrong { says: format!("{} (character {character} of it)", says.into()), hint: hint.into() }
+    }
+
+    fn unexpected(&mut self) -> Wrong {
+        let Some(next) = self.peek() else {
+            return self.wrong("ends too early", FORM);
+        };
+        match next {
+            '^' => self.wrong("has a `^`", "write a product, for example `a.b * a.b`"),
+            ',' | '.' if self.depth == 0 => {
+                self.wrong(format!("has a `{next}` here"), "write decimals with a point: `0.5 mm`")
+            }
+            c if c.is_alphanumeric() => {
+                let word: String = self.rest().chars().take_while(|c| is_of_name(*c)).collect();
+                let says = format!("goes on with `{}` where it should be at its end", shown(&word));
+                self.wrong(says, "write + - * or / between two values")
+            }
+            c => self.wrong(format!("has a `{}` here", shown(&c.to_string())), FORM),
+        }
+    }
+
+    fn term(&self, start: usize, what: What) -> Term {
+        Term { text: self.text[start..self.at].trim().to_owned(), what }
+    }
+
+    fn sum(&mut self) -> Result<Term, Wrong> {
+        self.chain(&[('+', Operation::Add), ('-', Operation::Subtract)], Self::product)
+    }
+
+    fn product(&mut self) -> Result<Term, Wrong> {
+        self.chain(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::single)
+    }
+
+    /// `a + b - c`, from left to right.
+    fn chain(
+        &mut self,
+        signs: &[(char, Operation)],
+        inner: fn(&mut Self) -> Result<Term, Wrong>,
+    ) -> Result<Term, Wrong> {
+        self.peek();
+        let start = self.at;
+        let mut left = inner(self)?;
+        while let Some((_, operation)) = signs.iter().find(|(sign, _)| self.takes(*sign)) {
+            let right = inner(self)?;
+            let what = What::Both(*operation, Box::new(left), Box::new(right));
+            left = self.term(start, what);
+        }
+        Ok(left)
+    }
+
+    /// Goes one level down, as far as that is allowed.
+    fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Wrong>) -> Result<T, Wrong> {
+        if self.depth >= MAX_DEPTH {
+            let says = format!("is nested more than {MAX_DEPTH} deep");
+            return Err(self.wrong(says, "divide it among several parameters"));
+        }
+        self.depth += 1;
+        let result = inner(self);
+        self.depth -= 1;
+        result
+    }
+
+    fn single(&mut self) -> Result<Term, Wrong> {
+        let next = self.peek();
+        let start = self.at;
+        match next {
+            Some('-') => {
+                self.at += 1;
+                let inner = self.deeper(Self::single)?;
+                Ok(self.term(start, What::Negative(Box::new(inner))))
+            }
+            Some('(') => {
+                self.at += 1;
+                let inner = self.deeper(Self::sum)?;
+                self.close()?;
+                Ok(self.term(start, inner.what))
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(start),
+            Some(c) if c.is_alphabetic() || c == '_' => self.name(start),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    fn close(&mut self) -> Result<(), Wrong> {
+        match (self.takes(')'), self.peek()) {
+            (true, _) => Ok(()),
+            (false, None) => Err(self.wrong(
+                "lacks a `)`",
+                "add it; within `{}` and `[]` an expression with a comma stands in quotes",
+            )),
+            (false, Some(_)) => Err(self.unexpected()),
+        }
+    }
+
+    fn number(&mut self, start: usize) -> Result<Term, Wrong> {
+        let rest = self.rest();
+        let digits = |text: &str| {
+            text.find(|c: char| !c.is_ascii_digit() && c != '.' && c != '_').unwrap_or(text.len())
+        };
+        let mut end = digits(rest);
+        if let Some(power) = rest[end..].strip_prefix(['e', 'E']) {
+            let sign = power.len() - power.trim_start_matches(['+', '-']).len();
+            let count = power[sign..].bytes().take_while(u8::is_ascii_digit).count();
+            if count > 0 && sign < 2 {
+                end += 1 + sign + count;
+            }
+        }
+        let number = &rest[..end];
+        let behind = rest[end..].trim_start();
+        let unit = &behind[..behind.find(|c| !is_of_unit(c)).unwrap_or(behind.len())];
+        // `2 surface.radius` lacks its sign: a name is no unit.
+        let after = &behind[unit.len()..];
+        let is_unit = !unit.is_empty() && !after.starts_with(|c| is_of_name(c) || c == '(');
+        if !is_unit {
+            self.at = start + end;
+            let value = <f64 as Scalar>::parse(&number.replace('_', "")).map_err(|e| {
+                Wrong::new(format!("has `{}`, which {}", shown(number), e.says), FORM)
+            })?;
+            let what = What::Quantity(Quantity { value, dimension: Dimension::NUMBER });
+            return Ok(self.term(start, what));
+        }
+        self.at = self.text.len() - after.len();
+        let written = format!("{number} {unit}");
+        let quantity = match (written.parse::<Length>(), written.parse::<Angle>()) {
+            (Ok(length), _) => Quantity { value: length.mm(), dimension: Dimension::LENGTH },
+            (_, Ok(angle)) => {
+                // As written, not by way of radians.
+                let deg = match (unit, number.parse()) {
+                    ("deg" | "°", Ok(deg)) => deg,
+                    _ => angle.deg(),
+                };
+                Quantity { value: deg, dimension: Dimension::ANGLE }
+            }
+            (Err(_), Err(_)) => {
+                let says =
+                    format!("has `{}`, which is no finite number with a unit", shown(&written));
+                return Err(Wrong::new(says, "the units are um, mm, cm, m, in, deg and rad"));
+            }
+        };
+        Ok(self.term(start, What::Quantity(quantity)))
+    }
+
+    fn name(&mut self, start: usize) -> Result<Term, Wrong> {
+        let rest = self.rest();
+        let name = &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())];
+        self.at += name.len();
+        if self.peek() == Some('(') {
+            let Some((_, function)) = Function::ALL.iter().find(|(word, _)| *word == name) else {
+                let near = similar(name, Function::ALL.iter().map(|(word, _)| *word));
+                let hint = if near.is_empty() { FORM.into() } else { did_you_mean(&near) };
+                return Err(Wrong::new(
+                    format!("has `{}`, which is no function", shown(name)),
+                    hint,
+                ));
+            };
+            self.at += 1;
+            let values = self.deeper(|parser| {
+                let mut values = vec![parser.sum()?];
+                while parser.takes(',') {
+                    values.push(parser.sum()?);
+                }
+                parser.close()?;
+                Ok(values)
+            })?;
+            if !function.takes(values.len()) {
+                let says = format!("gives {} values to `{name}`", values.len());
+                let hint = if values.len() == 1 {
+                    format!("write `{name}(a, b)`")
+                } else {
+                    format!("write `{name}(a)`")
+                };
+                return Err(Wrong::new(says, hint));
+            }
+            return Ok(self.term(start, What::Call(*function, values)));
+        }
+        if name == "pi" {
+            return Ok(self.term(start, What::Quantity(Quantity::PI)));
+        }
+        Ok(self.term(start, What::Name(name.to_owned())))
+    }
+}
+
+fn is_of_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_' || c == '.'
+}
+
+fn is_of_unit(c: char) -> bool {
+    c.is_alphabetic() || c == '°'
+}

@@ -1,0 +1,179 @@
+//! Numbers that know what they measure.
+
+use std::f64::consts::PI;
+use std::fmt;
+
+use crate::Kind;
+
+/// What a number measures: powers of length and of angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dimension {
+    length: i16,
+    angle: i16,
+}
+
+impl Dimension {
+    /// Of plain numbers.
+    pub const NUMBER: Self = Self { length: 0, angle: 0 };
+    /// Of lengths.
+    pub const LENGTH: Self = Self { length: 1, angle: 0 };
+    /// Of angles.
+    pub const ANGLE: Self = Self { length: 0, angle: 1 };
+
+    /// What a kind of value measures; nothing for texts and lists.
+    pub fn of(kind: Kind) -> Option<Self> {
+        match kind {
+            Kind::Length => Some(Self::LENGTH),
+            Kind::Angle => Some(Self::ANGLE),
+            Kind::Count | Kind::Number => Some(Self::NUMBER),
+            Kind::Switch | Kind::Text | Kind::List => None,
+        }
+    }
+
+    fn combined(self, other: Self, sign: i16) -> Self {
+        Self {
+            length: self.length.saturating_add(sign * other.length),
+            angle: self.angle.saturating_add(sign * other.angle),
+        }
+    }
+
+    fn root(self) -> Option<Self> {
+        let is_even = self.length % 2 == 0 && self.angle % 2 == 0;
+        is_even.then_some(Self { length: self.length / 2, angle: self.angle / 2 })
+    }
+}
+
+impl fmt::Display for Dimension {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.length, self.angle) {
+            (0, 0) => f.write_str("a plain number"),
+            (1, 0) => f.write_str("a length"),
+            (2, 0) => f.write_str("an area"),
+            (0, 1) => f.write_str("an angle"),
+            (length, 0) => write!(f, "in mm^{length}"),
+            (0, angle) => write!(f, "in deg^{angle}"),
+            (length, angle) => write!(f, "in mm^{length} deg^{angle}"),
+        }
+    }
+}
+
+/// A number in millimetres, degrees, their powers, or without unit. Degrees, because that is what
+/// people write: half of `161 deg` is `80.5 deg`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    /// The number.
+    pub value: f64,
+    /// What it measures.
+    pub dimension: Dimension,
+}
+
+/// Functions of expressions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    Min,
+    Max,
+    Abs,
+    Sqrt,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Floor,
+    Ceil,
+    Round,
+}
+
+impl Function {
+    /// All of them with their names.
+    pub const ALL: [(&str, Self); 13] = [
+        ("min", Self::Min),
+        ("max", Self::Max),
+        ("abs", Self::Abs),
+        ("sqrt", Self::Sqrt),
+        ("sin", Self::Sin),
+        ("cos", Self::Cos),
+        ("tan", Self::Tan),
+        ("asin", Self::Asin),
+        ("acos", Self::Acos),
+        ("atan", Self::Atan),
+        ("floor", Self::Floor),
+        ("ceil", Self::Ceil),
+        ("round", Self::Round),
+    ];
+
+    /// How many values it takes: `min` and `max` two or more, the others one.
+    pub fn takes(self, count: usize) -> bool {
+        match self {
+            Self::Min | Self::Max => count >= 2,
+            _ => count == 1,
+        }
+    }
+
+    /// Its value, of one value.
+    ///
+    /// # Errors
+    /// What it takes instead.
+    pub fn of(self, of: Quantity) -> Result<Quantity, &'static str> {
+        let Quantity { value, dimension } = of;
+        let number = |value| Ok(Quantity { value, dimension: Dimension::NUMBER });
+        let angle =
+            |rad: f64| Ok(Quantity { value: rad.to_degrees(), dimension: Dimension::ANGLE });
+        let is_angle = dimension == Dimension::ANGLE;
+        let is_number = dimension == Dimension::NUMBER;
+        match self {
+            Self::Min | Self::Max => Ok(of),
+            Self::Abs => Ok(Quantity { value: value.abs(), dimension }),
+            Self::Sqrt => match dimension.root() {
+                _ if value < 0.0 => Err("0 or more"),
+                Some(dimension) => Ok(Quantity { value: value.sqrt(), dimension }),
+                None => Err("a plain number or an area"),
+            },
+            Self::Sin if is_angle => number(value.to_radians().sin()),
+            Self::Cos if is_angle => number(value.to_radians().cos()),
+            Self::Tan if is_angle => number(value.to_radians().tan()),
+            Self::Sin | Self::Cos | Self::Tan => Err("an angle"),
+            Self::Asin | Self::Acos | Self::Atan if !is_number => Err("a plain number"),
+            Self::Asin | Self::Acos if value.abs() > 1.0 => Err("a number from -1 to 1"),
+            Self::Asin => angle(value.asin()),
+            Self::Acos => angle(value.acos()),
+            Self::Atan => angle(value.atan()),
+            Self::Floor | Self::Ceil | Self::Round if !is_number => Err("a plain number"),
+            Self::Floor => number(value.floor()),
+            Self::Ceil => number(value.ceil()),
+            Self::Round => number(value.round()),
+        }
+    }
+}
+
+impl Quantity {
+    /// The circle's number.
+    pub const PI: Self = Self { value: PI, dimension: Dimension::NUMBER };
+
+    /// The product, or the quotient for `sign` -1.
+    pub fn times(self, other: Self, sign: i16) -> Self {
+        let value = if sign < 0 { self.value / other.value } else { self.value * other.value };
+        Self { value, dimension: self.dimension.combined(other.dimension, sign) }
+    }
+
+    /// The value of a parameter, as it would be written; its unit is that of the dimension.
+    ///
+    /// Rounded to 1e-9 of the unit, so that decimals come out as if somebody had written them:
+    /// 3 times 0.1 mm is 0.3 mm.
+    pub fn shown(self) -> String {
+        /// From here on a double has no such digits.
+        const LARGE: f64 = 1e6;
+        let rounded = match self.value.abs() < LARGE {
+            true => (self.value * 1e9).round() / 1e9,
+            false => self.value,
+        };
+        // `-0` reads badly.
+        let number = rounded + 0.0;
+        match self.dimension {
+            Dimension::LENGTH => format!("{number} mm"),
+            Dimension::ANGLE => format!("{number} deg"),
+            _ => format!("{number}"),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Puts values in place of the expressions of a document.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::quantity::{Dimension, Quantity};
+use super::{Failure, Formula, Term, Wrong, parse, text_of};
+use crate::document::Document;
+use crate::place::{Found, Place, WrittenText};
+use crate::{Kind, Scalar, Shape, TextLayer, shown};
+
+/// How near a whole number a count must come out.
+const SAME: f64 = 1e-9;
+
+/// An expression in the table of values.
+struct Entry {
+    /// Of a list, which item.
+    item: Option<usize>,
+    /// As written.
+    text: String,
+    place: Place,
+    term: Term,
+}
+
+enum State {
+    /// Being computed: whoever asks for it stands in a circle.
+    Open,
+    Done(Option<Quantity>),
+}
+
+struct Resolver<'a> {
+    document: &'a Document,
+    entries: BTreeMap<String, Vec<Entry>>,
+    states: BTreeMap<String, State>,
+    /// The parameters that are being computed, outermost first.
+    open: Vec<String>,
+    found: Vec<Found>,
+    /// What comes in place of expressions.
+    values: BTreeMap<String, Vec<(Option<usize>, String)>>,
+    broken: BTreeSet<String>,
+}
+
+/// Replaces every expression by its value; what is wrong goes to the document's problems.
+pub(crate) fn resolve(document: &mut Document) {
+    let mut resolver = Resolver {
+        document,
+        entries: BTreeMap::new(),
+        states: BTreeMap::new(),
+        open: Vec::new(),
+        found: Vec::new(),
+        values: BTreeMap::new(),
+        broken: BTreeSet::new(),
+    };
+    resolver.collect();
+    if resolver.entries.is_empty() && resolver.broken.is_empty() {
+        return;
+    }
+    let paths: Vec<String> = resolver.entries.keys().cloned().collect();
+    for path in &paths {
+        resolver.compute(path);
+    }
+    let Resolver { entries, found, values, broken, .. } = resolver;
+    document.found.extend(found);
+    for (path, values) in values {
+        document.put_values(&path, values, formula(&entries[&path]));
+    }
+    for path in broken {
+        document.break_off(&path);
+    }
+}
+
+fn formula(entries: &[Entry]) -> Formula {
+    let mut inputs = BTreeSet::new();
+    entries.iter().for_each(|entry| entry.term.names(&mut inputs));
+    let texts: Vec<String> = entries.iter().map(|entry| format!("= {}", entry.text)).collect();
+    let layer = entries.first().map_or(TextLayer::Base, |entry| entry.place.layer);
+    Formula { text: texts.join(", "), inputs, layer }
+}
+
+impl Resolver<'_> {
+    /// Finds and reads every expression.
+    fn collect(&mut self) {
+        for (path, written) in self.document.values() {
+            let Some(Shape::Value { kind, .. }) = self.document.field(path).map(|f| &f.shape)
+            else {
+                continue;
+            };
+            // A title may begin with `=`.
+            if Dimension::of(*kind).is_none() {
+                continue;
+            }
+            let texts: Vec<_> = match &written.text {
+                WrittenText::Scalar(text) => vec![(None, text, &written.place)],
+                WrittenText::List(items) => {
+                    let items = items.iter().enumerate();
+                    items.map(|(i, (text, place))| (Some(i), text, place)).collect()
+                }
+            };
+            for (item, text, place) in texts {
+                let Some(text) = text_of(text) else { continue };
+                match parse::parse(text) {
+                    Ok(term) => {
+                        let (text, place) = (shown_whole(text), place.clone());
+                        let entry = Entry { item, text, place, term };
+                        self.entries.entry(path.clone()).or_default().push(entry);
+                    }
+                    Err(wrong) => {
+                        self.found.push(problem(path, text, place, wrong));
+                        self.broken.insert(path.clone());
+                    }
+                }
+            }
+        }
+    }
+
+    /// The value of a path that has expressions; nothing where something is wrong.
+    fn compute(&mut self, path: &str) -> Option<Quantity> {
+        match self.states.get(path) {
+            Some(State::Done(value)) => return *value,
+            Some(State::Open) => {
+                self.refuse_circle(path);
+                return None;
+            }
+            None => {}
+        }
+        let kind = self.kind(path);
+        let Some(entries) = self.entries.remove(path) else { return None };
+        self.states.insert(path.to_owned(), State::Open);
+        self.open.push(path.to_owned());
+        let mut last = None;
+        let mut values = Vec::new();
+        for entry in &entries {
+            let value = entry.term.value(&mut |name| self.lookup(name));
+            let value = value.and_then(|value| fitting(value, kind).map_err(Failure::Wrong));
+            match value {
+                Ok(value) => {
+                    values.push((entry.item, value.shown()));
+                    last = Some(value);
+                }
+                Err(Failure::Wrong(wrong)) => {
+                    self.found.push(problem(path, &entry.text, &entry.place, wrong));
+                }
+                Err(Failure::Elsewhere) => {}
+            }
+        }
+        self.open.pop();
+        if values.len() == entries.len() && !self.broken.contains(path) {
+            self.values.insert(path.to_owned(), values);
+        } else {
+            self.broken.insert(path.to_owned());
+            last = None;
+        }
+        self.entries.insert(path.to_owned(), entries);
+        self.states.insert(path.to_owned(), State::Done(last));
+        last
+    }
+
+    fn kind(&self, path: &str) -> Kind {
+        match self.document.field(path).map(|field| &field.shape) {
+            Some(Shape::Value { kind, .. }) => *kind,
+            _ => Kind::Text,
+        }
+    }
+
+    /// What a name in an expression stands for.
+    fn lookup(&mut self, name: &str) -> Result<Quantity, Failure> {
+        let wrong = |says: String, hint: String| Err(Failure::Wrong(Wrong { says, hint }));
+        let kind = match self.document.field(name).map(|field| &field.shape) {
+            Some(Shape::Value { kind, is_list: false, .. }) => *kind,
+            Some(Shape::Value { .. }) => {
+                let says = format!("uses `{name}`, which is a list");
+                return wrong(says, "use a single value".into());
+            }
+            Some(Shape::Section(fields)) => {
+                let keys: Vec<String> =
+                    fields.iter().map(|f| format!("`{name}.{}`", f.name)).collect();
+                let says = format!("uses `{name}`, which is a section, not a value");
+                return wrong(says, format!("use one of {}", keys.join(", ")));
+            }
+            None => {
+                let says = format!("uses `{}`, which is not a parameter", shown(name));
+                return wrong(says, self.document.suggest(name));
+            }
+        };
+        let Some(dimension) = Dimension::of(kind) else {
+            let says = format!("uses `{name}`, which is not a number");
+            return wrong(says, "use lengths, angles and numbers".into());
+        };
+        let is_expression = self.entries.contains_key(name) || self.states.contains_key(name);
+        if is_expression || self.broken.contains(name) {
+            let own = self.compute(name);
+            return own.ok_or(Failure::Elsewhere);
+        }
+        // What is missing or cannot be read is said where that is.
+        let Some(WrittenText::Scalar(text)) = self.document.value(name).map(|w| &w.text) else {
+            return Err(Failure::Elsewhere);
+        };
+        let value = match kind {
+            Kind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),
+            // To the digits that it was written with.
+            Kind::Angle => text.parse::<fabkit_geometry::Angle>().ok().map(|v| v.deg()),
+            Kind::Count => <u32 as Scalar>::parse(text).ok().map(f64::from),
+            _ => <f64 as Scalar>::parse(text).ok(),
+        };
+        value.map(|value| Quantity { value, dimension }).ok_or(Failure::Elsewhere)
+    }
+
+    /// Says who follows from whom, once for each circle: at what was written last, because the
+    /// circle was closed there.
+    fn refuse_circle(&mut self, path: &str) {
+        let from = self.open.iter().position(|open| open == path).unwrap_or_default();
+        let mut circle: Vec<String> = self.open[from..].to_vec();
+        let layer = |path: &String| self.document.value(path).map(|written| written.place.layer);
+        let is_over = |a: &String, b: &String| match (layer(a), layer(b)) {
+            (Some(a), Some(b)) => a.is_over(b) || a == b,
+            _ => false,
+        };
+        let last = circle.iter().filter(|one| circle.iter().all(|other| is_over(one, other))).min();
+        let begin = last.and_then(|last| circle.iter().position(|one| one == last));
+        circle.rotate_left(begin.unwrap_or_default());
+        let mut names: Vec<&str> = circle.iter().map(String::as_str).collect();
+        names.extend(circle.first().map(String::as_str));
+        let says = format!("follows from itself: {}", names.join(" -> "));
+        let wrong = Wrong::new(says, "write a plain value for one of them");
+        if let Some((path, written)) =
+            circle.first().and_then(|path| Some((path, self.document.value(path)?)))
+        {
+            self.found.push(problem(path, &written_text(&written.text), &written.place, wrong));
+        }
+        self.broken.extend(circle);
+    }
+}
+
+fn written_text(text: &WrittenText) -> String {
+    let shown = text.shown();
+    text_of(&shown).map(str::to_owned).unwrap_or(shown)
+}
+
+/// Without control characters, as long as it may be.
+fn shown_whole(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The value if it is what the parameter takes.
+fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
+    let wanted = Dimension::of(kind).unwrap_or(Dimension::NUMBER);
+    if value.dimension != wanted {
+        let says = format!("comes out as {}; it must be {wanted}", value.dimension);
+        let hint = match (value.dimension, wanted) {
+            (Dimension::NUMBER, Dimension::LENGTH) => "give its numbers units, for example `3 mm`",
+            (Dimension::NUMBER, Dimension::ANGLE) => "give its numbers units, for example `3 deg`",
+            (_, Dimension::NUMBER) => "divide by a value of the same unit, for example `/ 1 mm`",
+            _ => "check what is multiplied and divided",
+        };
+        return Err(Wrong::new(says, hint));
+    }
+    let whole = value.value.round();
+    match kind {
+        Kind::Count if (value.value - whole).abs() > SAME => {
+            let says = format!("comes out as {}; it must be a whole number", value.shown());
+            Err(Wrong::new(says, "use `round(...)`, `floor(...)` or `ceil(...)`"))
+        }
+        Kind::Count => Ok(Quantity { value: whole, ..value }),
+        _ => Ok(value),
+    }
+}
+
+fn problem(path: &str, text: &str, place: &Place, Wrong { says, hint }: Wrong) -> Found {
+    let text = format!("= {text}");
+    let message = format!("{path} is `{}`, which {says}", shown(&text));
+    place.problem(path, &shown(&text), message).hint(hint)
+}

@@ -74,7 +74,8 @@ fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
         let file = printable(&problem.file);
         let line = problem.line.map(|line| format!(":{line}")).unwrap_or_default();
         let column = problem.column.map(|column| format!(":{column}")).unwrap_or_default();
-        let _ = writeln!(out, "{:digits$}--> {file}{line}{column}", "");
+        let indent = problem.line.map_or(2, |_| digits);
+        let _ = writeln!(out, "{:indent$}--> {file}{line}{column}", "");
     }
     if let Some(hint) = hint {
         let _ = writeln!(out, "{:digits$} = help: {hint}", "");

@@ -308,24 +308,6 @@ fn step_of(line: &[u8]) -> Option<(usize, usize, &str)> {
     Some((done.parse().ok()?, all.parse().ok()?, last))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_of_progress_are_told_apart_from_what_kernels_say() {
-        assert_eq!(
-            step_of(b"fabkit-progress 3 12 shell in cadquery\n"),
-            Some((3, 12, "shell in cadquery"))
-        );
-        for other in
-            ["fabkit-progress 3", "fabkit-progress x 12 y", "Warning: fabkit-progress 1 2 a"]
-        {
-            assert_eq!(step_of(other.as_bytes()), None, "{other}");
-        }
-    }
-}
-
 fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
@@ -358,4 +340,22 @@ fn write_exports(
     let exported = exporting::export(design, &options, &|_| {})?;
     exporting::write(&[(folder.to_owned(), &exported)], Overwriting::default(), &|| false)?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_progress_are_told_apart_from_what_kernels_say() {
+        assert_eq!(
+            step_of(b"fabkit-progress 3 12 shell in cadquery\n"),
+            Some((3, 12, "shell in cadquery"))
+        );
+        for other in
+            ["fabkit-progress 3", "fabkit-progress x 12 y", "Warning: fabkit-progress 1 2 a"]
+        {
+            assert_eq!(step_of(other.as_bytes()), None, "{other}");
+        }
+    }
 }

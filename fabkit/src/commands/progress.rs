@@ -75,7 +75,7 @@ impl Drop for Progress {
 /// The templates are constants, and a test tries them.
 fn style(template: &str) -> ProgressStyle {
     let style = ProgressStyle::with_template(template);
-    style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("##.")
+    style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("#..")
 }
 
 #[cfg(test)]

@@ -125,7 +125,7 @@ fn what_cannot_be_built_is_refused() {
         ),
         (&["pins.layout=free", "pins.spacing=1.2 mm"], "pins.length", "0.3 mm apart"),
         (&["pins.length=8 mm"], "pins.length", "0.3 mm apart"),
-        (&["leds.count=32"], "leds.count", "at most 29 LEDs"),
+        (&["leds.count=32"], "leds.count", "at most 29, because the LEDs"),
         (&["leds.circle_radius=9.5 mm"], "leds.circle_radius", "inside the body"),
         (&["led_board.bore_radius=6 mm"], "led_board.bore_radius", "camera's sight"),
         (&["skin.upstand=0.9 mm"], "skin.upstand", "at most 0.7 mm"),

@@ -76,7 +76,7 @@ fn an_expression_that_has_no_value_is_refused_where_it_stands() {
     let deep = format!("{}1 mm{}", "(".repeat(400), ")".repeat(400));
     for (expression, says) in [
         ("tube.wall / (leds.count - 8)", "divides by `(leds.count - 8)`, which is 0"),
-        ("surface.radius + 3", "`3` is a plain number"),
+        ("surface.wall_height + 3", "`3` is a plain number"),
         ("coat.thicknes / 2", "did you mean `coat.thickness`?"),
         ("1e308 mm * 10", "is not finite"),
         ("tube.outer_diameter / 4", "surface.radius -> tube.outer_diameter -> surface.radius"),

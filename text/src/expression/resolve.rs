@@ -123,7 +123,7 @@ impl Resolver<'_> {
             None => {}
         }
         let kind = self.kind(path);
-        let Some(entries) = self.entries.remove(path) else { return None };
+        let entries = self.entries.remove(path)?;
         self.states.insert(path.to_owned(), State::Open);
         self.open.push(path.to_owned());
         let mut last = None;

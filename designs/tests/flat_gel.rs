@@ -240,7 +240,8 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("9dtact", "pad.length=9mm pad.width=9mm", "camera.board_size", "overhang"),
         (
             "9dtact",
-            "pad.width=18mm camera.holder_size=8.8mm camera.screw_spacing=12.2mm",
+            "pad.width=18mm camera.holder_size=8.8mm camera.screw_spacing=12.2mm \
+             camera.board_size=15mm",
             "pad.width",
             "holder",
         ),
@@ -248,7 +249,12 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("9dtact", "camera.lens_height=4mm", "camera.lens_height", "heads"),
         ("9dtact", "camera.back_clearance=1.2mm", "camera.back_clearance", "lip"),
         ("9dtact", "camera.screw_spacing=9mm", "camera.screw_spacing", "heads"),
-        ("9dtact", "camera.screw_spacing=13mm", "camera.screw_spacing", "board"),
+        (
+            "9dtact",
+            "camera.screw_spacing=13mm camera.board_size=15mm",
+            "camera.screw_spacing",
+            "board",
+        ),
         ("9dtact", "base.thickness=2.4mm", "base.thickness", "sunk"),
         ("9dtact", "base.thickness=1mm", "camera.back_clearance", "end inside"),
         ("9dtact", "shell.corner=4mm", "shell.corner", "heads"),

@@ -187,7 +187,7 @@ pub enum CalibrateError {
 ///
 /// # Example
 /// ```
-/// use fabkit_calibration::intrinsics::{LensModel, CornerObservation, BoardView, calibrate};
+/// use fabkit_calibration::intrinsics::{BoardView, CornerObservation, LensModel, calibrate};
 /// use fabkit_camera::{Camera, Point2, Point3};
 /// use fabkit_geometry::{Angle, Pose};
 ///
@@ -204,9 +204,9 @@ pub enum CalibrateError {
 ///         let corners = (0..48).map(|id| {
 ///             let (x, y) = (f64::from(id % 8) * 3.0, f64::from(id / 8) * 3.0);
 ///             let pixel = camera.project(&pose.point(Point3::new(x, y, 0.0))).unwrap();
-///             Observation { id, in_board_mm: Point2::new(x, y), pixel, sigma_px: 0.1 }
+///             CornerObservation { id, in_board_mm: Point2::new(x, y), pixel, sigma_px: 0.1 }
 ///         });
-///         View { name: format!("tilted by {a} and {b}"), corners: corners.collect() }
+///         BoardView { name: format!("tilted by {a} and {b}"), corners: corners.collect() }
 ///     })
 ///     .collect();
 /// let found = calibrate(&views, &nominal, &LensModel::ALL)?;

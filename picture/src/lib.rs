@@ -5,13 +5,10 @@
 //! them. Transparency is dropped. Of a TIFF the first picture counts.
 //!
 //! ```
-//! // A BMP of 1 x 1 px, blue.
-//! let mut file = b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\x18\0".to_vec();
-//! file.extend([0; 24]);
-//! file.extend([255, 0, 0, 0]);
-//! assert_eq!(fabkit_picture::size_px(&file)?, [1, 1]);
-//! let picture = fabkit_picture::read(&file, 64)?;
-//! assert_eq!((picture.channels, picture.values.get(2)), (3, Some(1.0)));
+//! let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/colour.jpg"));
+//! assert_eq!(fabkit_picture::size_px(file)?, [16, 12]);
+//! let picture = fabkit_picture::read(file, 1000)?;
+//! assert_eq!((picture.channels, picture.values.len()), (3, 3 * 16 * 12));
 //! # Ok::<(), fabkit_picture::PictureError>(())
 //! ```
 

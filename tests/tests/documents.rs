@@ -187,7 +187,7 @@ fn schema_completions_and_manual_are_there() {
     let offered = |words: &[&str]| {
         let mut command = command(root.path());
         let output = command.env("COMPLETE", "fish").args(["--", "fabkit"]).args(words).output();
-        Run::from(output.unwrap()).ok().stdout
+        Run::from(output.unwrap()).ok().stdout.trim_end().to_owned()
     };
     fs::write(root.path().join("rt.yaml"), "").unwrap();
     assert_eq!(offered(&["show", "rt"]), "rtac0\nrtac0-published-2025\nrt.yaml");

@@ -250,11 +250,11 @@ fn constraints_that_exclude_everything_are_named() {
         &["together exclude all 9", "`camera.depth < 7 mm` leaves 3"],
     );
     // Known afterwards: the table is there.
-    let root = folder(&small("[coverage > 2]").replace(", 2.9 mm", ""));
+    let root = folder(&small("[coverage > 2]").replace(", 0.7 mm", ""));
     let run = sweep(root.path(), &[]);
     assert_eq!(run.code, Some(1), "{run:?}");
     assert!(
-        run.stdout.contains("no variant is left: `coverage > 2` excludes 4 of 6"),
+        run.stdout.contains("no variant is left: `coverage > 2` excludes 6 of 6"),
         "{}",
         run.stdout
     );

@@ -121,6 +121,8 @@ class Parameter:
     """``paper``, ``measured``, ``chosen`` or ``override``."""
     note: str
     """More about the source."""
+    expression: str | None = None
+    """What the value follows from, as written: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
 
 
 class Design:

@@ -2,6 +2,7 @@
 
 pub mod bayonet;
 mod board_camera;
+pub mod cable_way;
 pub mod chamber_light;
 pub mod clamshell;
 pub mod frame_mold;
@@ -9,8 +10,10 @@ mod joint;
 mod led_ring;
 pub mod marker_grid;
 pub mod mold;
+pub mod mounting;
 pub mod posted_camera;
 mod rect;
+mod vented_lid;
 
 use std::f64::consts::{PI, TAU};
 
@@ -29,6 +32,7 @@ pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 pub(crate) use led_ring::{LedRing, led_ring};
 pub use rect::Rect;
+pub use vented_lid::VentedLid;
 
 crate::bodies! {
     /// An LED.

@@ -1,13 +1,14 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made.
 
-use std::f64::consts::{PI, SQRT_2, TAU};
+use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::housing::relief_edge_mm;
-use super::joints::Joints;
+use super::cavities;
+use super::housing::{cable_slot, relief_edge_mm};
+use super::joints::{Joints, mounting};
 use super::layout::Layout;
-use super::mold::OVERFLOW_MARGIN_MM;
+use super::mold::vents;
 use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, GROOVE_CORDS, groove_radius_mm};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring, require_castable, require_o_ring};
@@ -166,15 +167,15 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
             "the camera's screws must clear the nuts of the joint";
         base.cable_slot_length <= relief_edge_mm(p) - 0.5,
             "the slot must end inside the recess behind the camera";
-        base.cable_slot_width <= p.base.cable_slot_length.mm() - 0.5,
-            "the slot's width is its shorter side";
-        base.mount_radius <= layout.base_radius_mm - m3 - PRINTED_WALL_MM,
-            "a mounting hole needs a wall outside";
         base.mount_radius >= corner.min(relief_edge_mm(p) / 2.0 + 1.0) + m3 + PRINTED_WALL_MM,
             "a mounting hole must clear the recess behind the camera";
         base.height >= p.base.height.mm() + 2.5 - mounts.depth_mm,
             "an M3 mounting hole needs 2.5 mm of depth below the camera's pocket";
     }
+    cable_slot(p).check("base.cable_slot_width", report);
+    let outside = layout.base_radius_mm - PRINTED_WALL_MM;
+    let wall = (outside, "a mounting hole needs a wall outside");
+    mounting(p, layout).check(wall, PRINTED_WALL_MM, report);
     mount_holes_clear(p, &joints, report);
 }
 
@@ -229,25 +230,16 @@ fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
 
 fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
     crate::blocks::mold::check(&p.mold, layout.surface_radius_mm, layout.apex_z(), report);
-    vents(p, layout, report);
-}
-
-/// Vents open between what stands in the mold and the cavity's wall.
-fn vents(p: &Dome, layout: &Layout, report: &mut Report) {
-    let mold = &p.mold;
+    // Vents open between what stands in the mold and the cavity's wall.
     let transparent = layout.transparent_radius_mm - layout.tube_radius_mm;
     if transparent < THINNEST_GEL_MM {
         return; // Reported already; every limit below would follow from it.
     }
     let thinnest = transparent.min(p.translucent_gel.thickness.mm());
-    let circle = (layout.tube_radius_mm + layout.transparent_radius_mm) / 2.0;
-    limits! { report, p:
-        mold.vent_diameter <=
-            (thinnest - 0.2).min(transparent - 2.0 * (OVERFLOW_MARGIN_MM - FLANGE_INSET_MM)),
-            "a vent must open over the gel alone";
-        mold.vents <= TAU * circle / (mold.vent_diameter.mm() + PRINTED_WALL_MM),
-            "vents need walls between them";
-    }
+    let foot = (thinnest, "a vent must open over the gel alone");
+    // The channel lies beside the connector's flange.
+    let flange = layout.tube_radius_mm - FLANGE_INSET_MM;
+    vents(p, &cavities(p, layout)[0]).check(foot, flange, report);
 }
 
 fn tools(p: &Dome, layout: &Layout, report: &mut Report) {

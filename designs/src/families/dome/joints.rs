@@ -5,6 +5,7 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Point3, Pose, Vector3};
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::tooling::FormLayout;
+use crate::blocks::mounting::Mounting;
 use crate::blocks::{Joint, ring};
 use crate::hardware::{HeatSetNut, Screw};
 
@@ -38,7 +39,7 @@ impl Joints {
         Self {
             shell_base: shell_base(p, layout),
             camera: camera(p, layout),
-            mounting: mounting(p, layout),
+            mounting: mounting(p, layout).joint(layout.bottom_z_mm),
             form: form(p, layout),
         }
     }
@@ -67,12 +68,15 @@ fn camera(p: &Dome, layout: &Layout) -> Joint {
     Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
 }
 
-fn mounting(p: &Dome, layout: &Layout) -> Joint {
-    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z_mm);
-    // Half a step off the nuts.
-    let poses = ring(p.base.mount_holes, 0.5, Pose::z_to(-Vector3::z(), at));
-    let depth = layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm;
-    Joint::self_tapping("mounting hole", Screw::M3X4, poses, depth)
+/// Holes for what the sensor is mounted on.
+pub(super) fn mounting(p: &Dome, layout: &Layout) -> Mounting {
+    Mounting {
+        mount_holes: p.base.mount_holes,
+        mount_radius: p.base.mount_radius,
+        offset: 0.5, // Half a step off the nuts.
+        screw: Screw::M3X4,
+        depth_mm: layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm,
+    }
 }
 
 fn form(p: &Dome, layout: &Layout) -> Joint {

@@ -10,8 +10,8 @@ use super::joints::{Joints, mounting};
 use super::layout::Layout;
 use super::mold::vents;
 use super::parameters::Dome;
-use super::tooling::{FLANGE_INSET_MM, GROOVE_CORDS, groove_radius_mm};
-use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring, require_castable, require_o_ring};
+use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
+use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring, require_castable};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
@@ -244,30 +244,19 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
 
 fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     let connector = &p.connector;
-    let cord = connector.o_ring_cord.mm();
-    let bottom = 2.0 * groove_radius_mm(p, layout);
-    let form = &p.form;
-    let cord_path = ("connector.o_ring_cord", connector.o_ring_cord);
-    require_o_ring(cord_path, ("groove", bottom), "connector.o_ring_squeeze", report);
-    let lead = form.headroom.mm() + form.plate.mm();
+    let seat = o_ring_seat(p, layout);
+    seat.check("connector.o_ring_cord", "groove", "connector.o_ring_squeeze", report);
+    form(p, layout).check(report);
     limits! { report, p:
         connector.plug_length <= layout.wall_height_mm,
             "the plug must end in the tube's straight part";
-        connector.plug_length >= GROOVE_CORDS * cord + 2.0 * PRINTED_WALL_MM,
+        connector.plug_length >= seat.width_mm() + 2.0 * PRINTED_WALL_MM,
             "the O-ring's groove needs walls on both sides";
         connector.air_channel_diameter <=
-            bottom.min(connector.handle_diameter.mm()) - 2.4,
+            (2.0 * seat.radius_mm).min(connector.handle_diameter.mm()) - 2.4,
             "the air channel needs 1.2 mm of wall around it";
         connector.handle_diameter <= 2.0 * (layout.tube_radius_mm - FLANGE_INSET_MM) - 1.0,
             "the handle stands on the flange";
-        form.tube_length >= layout.wall_height_mm + layout.transparent_radius_mm + lead + 4.0,
-            "the glass tube must reach from the mold's tip through the bridge";
-        form.silicone >= gap_mm(Process::Fdm, Fit::Slide) + form.plate.mm() + 4.0,
-            "silicone is poured through windows between the tube's sleeve and the cup";
-        form.cup_wall >= Screw::M3X4.head_diameter_mm(),
-            "the heads of the bridge's M3 screws rest on the wall";
-        form.plate <= Screw::M3X4.length_mm - 1.5, "an M3x4 must bite 1.5 mm into the cup";
-        form.tube_rim >= gap_mm(Process::Fdm, Fit::Slide) + 0.3, "the tube hangs by its rim";
         coating.gap >= p.coating.wall.mm() + gap_mm(Process::Fdm, Fit::Slide) + 0.5,
             "the holder's spigot stands between module and container";
     }

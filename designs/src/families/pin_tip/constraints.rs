@@ -8,7 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
-use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring, require_castable, require_o_ring};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring, require_castable};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
@@ -90,8 +90,7 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         (layout.board_seat_radius_mm, "the body"),
         report,
     );
-    let neck = ("neck", 2.0 * layout.neck_radius_mm);
-    require_o_ring(("seal.cord", p.seal.cord), neck, "tip.diameter", report);
+    layout.seal_seat(p).check("seal.cord", "neck", "tip.diameter", report);
     limits! { report, p:
         leds.gap >= p.leds.gap.mm() + layout.board_top_z_mm - layout.neck_top_z_mm,
             "the board must be pressed in up to its upper side";

@@ -260,12 +260,3 @@ pub fn opening(name: impl Into<String>, out: &Pose, radius_mm: f64) -> Opening {
     let (point, axis) = (out.point(Point3::origin()), out.vector(Vector3::z()));
     Opening { name: name.into(), point, axis, radius_mm }
 }
-
-/// A layer's openings `vent 1`, `vent 2`, ...: at the poses, out of the layer against their z axes.
-pub fn vents(poses: &[Pose], radius_mm: f64) -> Vec<Opening> {
-    let vent = |(pose, i): (&Pose, i32)| Opening {
-        axis: -Vector3::z(),
-        ..opening(format!("vent {i}"), pose, radius_mm)
-    };
-    poses.iter().zip(1..).map(vent).collect()
-}

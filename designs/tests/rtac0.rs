@@ -42,6 +42,8 @@ const REFUSED: &[(&[&str], &str)] = &[
     (&["camera.board_size=20mm", "shell.outer_diameter=30mm"], "camera.board_size"),
     (&["camera.lens_height=8mm", "camera.depth=7mm"], "camera.lens_height"),
     (&["base.mount_holes=4"], "base.mount_holes"),
+    (&["base.cable_slot_length=4mm", "base.cable_slot_width=4mm"], "base.cable_slot_width"),
+    (&["form.plate=3mm"], "form.plate"),
     (&["mold.height=22mm"], "mold.height"),
     (&["mold.width=40mm"], "mold.width"),
     (&["mold.vents=30", "mold.vent_diameter=2mm"], "mold.vent_diameter"),

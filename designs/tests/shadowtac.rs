@@ -150,6 +150,7 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("base.window_width=28mm", "base.window_width", "screws"),
         ("camera.housing_size=36mm holder.width=37mm", "holder.width", "groove"),
         ("base.mount_radius=15.5mm", "base.mount_radius", "room"),
+        ("base.mount_radius=3mm base.mount_holes=8", "base.mount_radius", "walls between"),
         ("mold.height=11mm mold.wall=4mm", "mold.height", "floor"),
         ("mold.diameter=50mm", "mold.diameter", "nuts"),
         ("mold.trough=4mm mold.bolt_circle=47mm", "mold.bolt_circle", "trough"),

@@ -225,6 +225,7 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
         ("tooling.vent_diameter=1mm", "tooling.vent_diameter", "at most 0.8 mm"),
         ("tooling.vents=40", "tooling.vents", "write fewer"),
         ("base.mount_radius=3mm", "base.mount_radius", "write a larger radius"),
+        ("base.mount_radius=2mm base.mount_holes=6", "base.mount_radius", "walls between"),
         ("base.bolts=6 base.mount_holes=3", "base.mount_holes", "write 6"),
         ("camera.length=9mm", "camera.length", "at most"),
     ] {

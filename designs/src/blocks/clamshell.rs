@@ -5,6 +5,7 @@ use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Color, Grip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
+use super::cable_way::{Side, wall_way};
 use super::posted_camera::PostedCamera;
 use super::{APART_MM, BLACK, INTO_MM, Joint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
 use crate::assembling::Name;
@@ -117,9 +118,9 @@ impl<'a> Clamshell<'a> {
     }
 
     /// The notch at -y that cable and wires leave through, between two heights.
-    fn notch(&self, [bottom, top]: [f64; 2]) -> Solid {
-        let (half, out) = (self.shell.cable_width.mm() / 2.0, self.outside.half[1] + 1.0);
-        Solid::cuboid_between([-half, -out, bottom], [half, 0.0, top]).named("cable notch")
+    fn notch(&self, heights: [f64; 2]) -> Solid {
+        let reach = [0.0, self.outside.half[1] + 1.0];
+        wall_way(Side::Front, self.shell.cable_width.mm(), reach, heights).named("cable notch")
     }
 
     /// The shell with what is cut out of it from above down to the room's ceiling at `room_z`.

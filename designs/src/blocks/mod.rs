@@ -2,33 +2,39 @@
 
 pub mod bayonet;
 mod board_camera;
+pub mod cable_way;
 pub mod chamber_light;
 pub mod clamshell;
+pub mod cup_and_bridge;
 pub mod frame_mold;
 mod joint;
 mod led_ring;
 pub mod marker_grid;
 pub mod mold;
+pub mod mounting;
+mod o_ring_seat;
 pub mod posted_camera;
 mod rect;
+mod vented_lid;
 
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, Length, NominalCamera, Placement, Point3,
-    Pose, PressFit, Sensor, Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, Placement, Point3, Pose,
+    PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
 use crate::assembling::Name;
-use crate::hardware::{ORing, stocked_cords};
 use crate::materials::{castable, castable_names};
 use crate::parameters::Report;
 
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 pub(crate) use led_ring::{LedRing, led_ring};
+pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
+pub use vented_lid::VentedLid;
 
 crate::bodies! {
     /// An LED.
@@ -189,20 +195,6 @@ pub fn sensor(
 /// A length that follows from the parameters, for `fabkit show`.
 pub fn mm(name: &str, value: f64) -> (String, String) {
     (name.to_owned(), format!("{value:.3} mm"))
-}
-
-/// Reports a cord of which no O-ring is stocked for a seat of this diameter (mm), which follows from
-/// the parameter `seat`.
-pub fn require_o_ring(
-    (path, cord): (&str, Length),
-    (what, diameter_mm): (&str, f64),
-    seat: &str,
-    report: &mut Report,
-) {
-    let stocked = format!("cords of {} mm are stocked; or change `{seat}`", stocked_cords());
-    let holds = ORing::on(cord.mm(), diameter_mm).is_some();
-    let missing = format!("no O-ring of that cord is stocked for a {what} of {diameter_mm:.2} mm");
-    report.require(holds, path, || format!("{path} is {cord}; {missing}"), || stocked);
 }
 
 /// Reports materials, each named at its path, of which fabkit knows neither mix nor cure.

@@ -7,6 +7,7 @@ use super::joints::{Joints, casing_head_z};
 use super::layout::Layout;
 use super::parameters::Cap;
 use crate::assembling::{flipped, in_sensor};
+use crate::blocks::cable_way::{Side, wall_way};
 use crate::blocks::{BLACK, GLASS, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
 
@@ -44,8 +45,7 @@ fn pocket(layout: &Layout, heights: [f64; 2]) -> Solid {
 fn wire_groove(layout: &Layout, [bottom_z, top_z]: [f64; 2]) -> Solid {
     let [depth, width] = WIRE_GROOVE_MM;
     let reach = layout.pocket_half_mm + depth;
-    Solid::cuboid_between([0.0, -width / 2.0, bottom_z], [reach, width / 2.0, top_z])
-        .named("wire groove")
+    wall_way(Side::Right, width, [0.0, reach], [bottom_z, top_z]).named("wire groove")
 }
 
 /// The clear plate.
@@ -109,11 +109,10 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
     let (joints, head_z, bottom) =
         (Joints::new(p, layout), casing_head_z(layout), layout.bottom_z_mm);
-    let half = p.base.window_width.mm() / 2.0;
-    let window = Solid::cuboid_between(
-        [-half, -p.holder.width.mm(), layout.floor_z_mm + WINDOW_MARGIN_MM],
-        [half, 0.0, layout.housing_back_z_mm - WINDOW_MARGIN_MM],
-    );
+    let heights =
+        [layout.floor_z_mm + WINDOW_MARGIN_MM, layout.housing_back_z_mm - WINDOW_MARGIN_MM];
+    let (width, reach) = (p.base.window_width.mm(), [0.0, p.holder.width.mm()]);
+    let window = wall_way(Side::Front, width, reach, heights);
     let plug_room =
         Solid::rod(layout.chamber_radius_mm, [layout.floor_z_mm, layout.housing_back_z_mm + over]);
     let gap = gap_mm(Process::Fdm, Fit::Snug);

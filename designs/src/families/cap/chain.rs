@@ -5,10 +5,10 @@ use fabkit_geometry::{Cure, Step, Vector3};
 use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
-use super::mold::vent_poses;
+use super::mold::vents;
 use super::parameters::Cap;
 use crate::assembling::{
-    SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step, vents,
+    SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
 };
 use crate::blocks::LED;
 
@@ -20,7 +20,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
     // The mold is used with its mouth up.
     let up = -Vector3::z();
     let joints = Joints::new(p, layout);
-    let vents = vents(&vent_poses(p, layout), p.mold.vent_diameter.mm() / 2.0);
+    let vents = vents(p, layout).openings();
     let gel = liquid(&p.skin.material, 0.5).curing(ROOM_24_H);
     // Half of the mixture is solvent, and cup and brush keep some.
     let paint = liquid(&p.paint.material, 10.0).curing(ROOM_24_H);

@@ -6,9 +6,9 @@ use fabkit_geometry::Process;
 
 use super::casing::WIRE_GROOVE_MM;
 use super::components::CONNECTOR_MM;
-use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT};
+use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT, mounting};
 use super::layout::Layout;
-use super::mold::vent_circle_mm;
+use super::mold::vents;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
 use super::skin::dimple_count;
@@ -202,7 +202,6 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     let grip = CASING_SCREW.length_mm - BITE_MM;
     let room = half_chord(layout.chamber_radius_mm, layout.chamber_radius_mm / 2.0);
     let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
-    let pilot = Joints::new(p, layout).mounting.holes().radius_mm;
     limits! { report, p:
         base.height >= grip + 2.0, "the joint's M2x16 screws are sunk into the base";
         base.height >= p.base.height.mm() + PLUG_MM - plug_room_mm(p, layout),
@@ -211,11 +210,9 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
             2.0 * room.min(p.holder.screw_spacing.mm() / 2.0 - head - PRINTED_WALL_MM),
             "the window opens into the round room behind the camera, between two screws";
         base.window_width >= CONNECTOR_MM[0] + 1.0, "the camera's plug must pass the window";
-        base.mount_radius <= layout.chamber_radius_mm - pilot,
-            "a mounting hole ends in the room behind the camera";
-        base.mount_radius >= (pilot + PRINTED_WALL_MM) / (PI / f64::from(p.base.mount_holes)).sin(),
-            "mounting holes need walls between them";
     }
+    let room = (layout.chamber_radius_mm, "a mounting hole ends in the room behind the camera");
+    mounting(p).check(room, PRINTED_WALL_MM, report);
 }
 
 fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
@@ -223,7 +220,6 @@ fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
     let hole = mold.lid_hole.mm().max(mold.block_hole.mm()) / 2.0;
     let pocket = Joints::new(p, layout).mold.holes().radius_mm;
     let seen = layout.foot_radius_mm - layout.chamber_radius_mm;
-    let apart = 2.0 * vent_circle_mm(layout) * (PI / f64::from(mold.vents)).sin();
     limits! { report, p:
         mold.height >= p.skin.height.mm() + mold.wall.mm(),
             "the block needs a floor below the cavity";
@@ -240,8 +236,7 @@ fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
             "pry slots lie between bolts";
         mold.pry_depth <= layout.mold_radius_mm - layout.spacer_bore_mm - 1.0,
             "the block's pry slots must end outside the trough";
-        mold.vent_diameter <= seen - 0.2,
-            "vents open between what the camera sees and the gel's edge";
-        mold.vent_diameter <= apart - PRINTED_WALL_MM, "vents need walls between them";
     }
+    let foot = (seen, "vents open between what the camera sees and the gel's edge");
+    vents(p, layout).check(foot, 0.0, report);
 }

@@ -4,6 +4,7 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Pose, Process};
 
 use super::layout::Layout;
 use super::parameters::Cap;
+use crate::blocks::mounting::Mounting;
 use crate::blocks::{Joint, corners, hanging, ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HexNut, Screw};
@@ -36,8 +37,6 @@ impl Joints {
         let half = p.holder.screw_spacing.mm() / 2.0;
         let head_z = casing_head_z(layout);
         let casing = corners([half, half]).map(|at| hanging(at, head_z)).to_vec();
-        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z_mm);
-        let mount_depth = p.base.floor.mm() + CUT_OVERLAP_MM;
 
         let (bolt, nut) = MOLD_BOLT;
         let (circle, bolts) = (p.mold.bolt_circle.mm() / 2.0, p.mold.bolts);
@@ -50,16 +49,22 @@ impl Joints {
                 casing,
                 CASING_SCREW.length_mm + PILOT_SPARE_MM,
             ),
-            mounting: Joint::self_tapping(
-                "mounting hole",
-                Screw::M3X4,
-                ring(p.base.mount_holes, 0.0, mount),
-                mount_depth,
-            ),
+            mounting: mounting(p).joint(layout.bottom_z_mm),
             mold: Joint::nutted("bolt", bolt, ring(bolts, 0.0, down), (nut, nuts))
                 .in_pockets(gap_mm(Process::Sla, Fit::Slide), p.mold.height.mm() - layout.nut_z_mm)
                 .of_bolts(),
         }
+    }
+}
+
+/// Holes for a gripper's screws.
+pub(super) fn mounting(p: &Cap) -> Mounting {
+    Mounting {
+        mount_holes: p.base.mount_holes,
+        mount_radius: p.base.mount_radius,
+        offset: 0.0,
+        screw: Screw::M3X4,
+        depth_mm: p.base.floor.mm() + CUT_OVERLAP_MM,
     }
 }
 

@@ -15,19 +15,14 @@ use super::layout::Layout;
 use super::parameters::Cap;
 use super::skin::gel;
 use crate::assembling::{Name, flipped, shrinkage};
-use crate::blocks::{MOLD_BLUE, TOOL_GREY, copies, holes, marks, ring, turn};
+use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, holes, marks, turn};
 
 const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone from curing";
 
-/// Radius of the circle on which the vents open, mm: midway between what the camera sees and the
-/// gel's edge.
-pub fn vent_circle_mm(layout: &Layout) -> f64 {
-    (layout.chamber_radius_mm + layout.foot_radius_mm) / 2.0
-}
-
-/// Where the vents meet the gel's foot, z axis up.
-pub fn vent_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
-    ring(p.mold.vents, 0.5, Pose::translation(vent_circle_mm(layout), 0.0, 0.0))
+/// The vents, between what the camera sees and the gel's edge.
+pub fn vents(p: &Cap, layout: &Layout) -> VentedLid {
+    let foot = [layout.chamber_radius_mm, layout.foot_radius_mm];
+    VentedLid::over(foot, (p.mold.vents, p.mold.vent_diameter))
 }
 
 /// The bolts' holes, of another width in the block than in what lies on it.
@@ -104,11 +99,10 @@ fn lid(p: &Cap, layout: &Layout) -> Body {
         [0.0, 0.0],
     ]);
     let depth = -layout.lid_z_mm + CUT_OVERLAP_MM;
-    let vent = Solid::cylinder(p.mold.vent_diameter.mm() / 2.0, depth + CUT_OVERLAP_MM);
-    let vents = copies("vent", &vent_poses(p, layout), &vent.at_z(-depth));
-    tool(p, LID, Solid::revolution(outline).minus_all(vents), -24.0)
+    let through = |radius| Solid::cylinder(radius, depth + CUT_OVERLAP_MM).at_z(-depth);
+    tool(p, LID, Solid::revolution(outline), -24.0)
         .note("boss up; polish the boss, the camera looks through its print")
         .note(WASH)
-        .with_handles(p.mold.vents as i32)
+        .cut(vents(p, layout).cut(through))
         .cut(bolt_holes(p, layout, p.mold.lid_hole.mm()))
 }

@@ -6,12 +6,13 @@ use super::bodies::*;
 use super::cavities;
 use super::joints::Joints;
 use super::layout::Layout;
-use super::mold::vent_poses;
+use super::mold::vents;
 use super::parameters::Dome;
-use super::tooling::{FormLayout, PUSH_HOLE_RADIUS_MM};
+use super::tooling::form;
 use crate::assembling::{
-    Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare, rigid, step, vents,
+    Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare, rigid, step,
 };
+use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
 use crate::blocks::{DOWEL, LED};
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
@@ -24,11 +25,9 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
     // Molds and tube are used tip down.
     let up = -Vector3::z();
     let halves_apart = |a: Name, b: Name| [rigid(a, -Vector3::x()), rigid(b, Vector3::x())];
-    let vents = cavities(p, layout)
-        .map(|cavity| vents(&vent_poses(p, &cavity), p.mold.vent_diameter.mm() / 2.0));
-    let [inner_vents, outer_vents] = vents;
+    let [inner_vents, outer_vents] = cavities(p, layout).map(|cavity| vents(p, &cavity).openings());
 
-    let form = FormLayout::new(p, layout);
+    let form = form(p, layout);
     let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM, 0.0, up);
     push_hole.name = "push hole, taped".into();
     push_hole.point.z = form.silicone_top_z;

@@ -8,12 +8,13 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::surface::dome_shell;
-use super::tooling::{FormLayout, groove_radius_mm};
+use super::tooling::{form, o_ring_seat};
 use crate::assembling::{AssemblyName, SENSOR, in_sensor};
+use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
 use crate::blocks::{CAMERA_GREEN, DOWEL, GLASS, INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::{Dowel, ORing};
+use crate::hardware::Dowel;
 
 /// Everything bought.
 pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
@@ -31,8 +32,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
         .into_iter()
         .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat());
-    let form = FormLayout::new(p, layout);
-    let (ring, dowel) = (o_ring(p, layout), dowel(p));
+    let form = form(p, layout);
+    let (seat, dowel) = (o_ring_seat(p, layout), dowel(p));
     let joints = Joints::new(p, layout);
 
     let sensor = vec![
@@ -73,8 +74,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             .times(2 * (side.len() + lid.len()) as u32),
         O_RING
             .bought(
-                format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard),
-                ring.between_cylinders([groove_radius_mm(p, layout), layout.tube_bore_radius_mm])
+                seat.ordered(),
+                seat.ring()
+                    .between_cylinders([seat.radius_mm, layout.tube_bore_radius_mm])
                     .at_z(p.connector.plug_length.mm() / 2.0),
                 [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
                     .into_iter()
@@ -127,13 +129,8 @@ fn dowel(p: &Dome) -> Dowel {
     Dowel { diameter_mm: p.mold.dowel_diameter.mm(), length_mm: p.mold.dowel_length.mm() }
 }
 
-/// The ring on the connector's plug.
-fn o_ring(p: &Dome, layout: &Layout) -> ORing {
-    ORing::or_unstocked(p.connector.o_ring_cord.mm(), 2.0 * groove_radius_mm(p, layout))
-}
-
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
-fn form_tube(p: &Dome, layout: &Layout, form: &FormLayout) -> Solid {
+fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>) -> Solid {
     let (outer, wall) = (layout.transparent_radius_mm, layout.wall_height_mm);
     let inner = outer - p.tube.wall.mm();
     let centre = [0.0, wall];

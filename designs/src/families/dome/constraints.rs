@@ -1,16 +1,17 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made.
 
-use std::f64::consts::{PI, SQRT_2, TAU};
+use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::housing::relief_edge_mm;
-use super::joints::Joints;
+use super::cavities;
+use super::housing::{cable_slot, relief_edge_mm};
+use super::joints::{Joints, mounting};
 use super::layout::Layout;
-use super::mold::OVERFLOW_MARGIN_MM;
+use super::mold::vents;
 use super::parameters::Dome;
-use super::tooling::{FLANGE_INSET_MM, GROOVE_CORDS, groove_radius_mm};
-use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring, require_castable, require_o_ring};
+use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
+use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring, require_castable};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
@@ -166,15 +167,15 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
             "the camera's screws must clear the nuts of the joint";
         base.cable_slot_length <= relief_edge_mm(p) - 0.5,
             "the slot must end inside the recess behind the camera";
-        base.cable_slot_width <= p.base.cable_slot_length.mm() - 0.5,
-            "the slot's width is its shorter side";
-        base.mount_radius <= layout.base_radius_mm - m3 - PRINTED_WALL_MM,
-            "a mounting hole needs a wall outside";
         base.mount_radius >= corner.min(relief_edge_mm(p) / 2.0 + 1.0) + m3 + PRINTED_WALL_MM,
             "a mounting hole must clear the recess behind the camera";
         base.height >= p.base.height.mm() + 2.5 - mounts.depth_mm,
             "an M3 mounting hole needs 2.5 mm of depth below the camera's pocket";
     }
+    cable_slot(p).check("base.cable_slot_width", report);
+    let outside = layout.base_radius_mm - PRINTED_WALL_MM;
+    let wall = (outside, "a mounting hole needs a wall outside");
+    mounting(p, layout).check(wall, PRINTED_WALL_MM, report);
     mount_holes_clear(p, &joints, report);
 }
 
@@ -229,53 +230,33 @@ fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
 
 fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
     crate::blocks::mold::check(&p.mold, layout.surface_radius_mm, layout.apex_z(), report);
-    vents(p, layout, report);
-}
-
-/// Vents open between what stands in the mold and the cavity's wall.
-fn vents(p: &Dome, layout: &Layout, report: &mut Report) {
-    let mold = &p.mold;
+    // Vents open between what stands in the mold and the cavity's wall.
     let transparent = layout.transparent_radius_mm - layout.tube_radius_mm;
     if transparent < THINNEST_GEL_MM {
         return; // Reported already; every limit below would follow from it.
     }
     let thinnest = transparent.min(p.translucent_gel.thickness.mm());
-    let circle = (layout.tube_radius_mm + layout.transparent_radius_mm) / 2.0;
-    limits! { report, p:
-        mold.vent_diameter <=
-            (thinnest - 0.2).min(transparent - 2.0 * (OVERFLOW_MARGIN_MM - FLANGE_INSET_MM)),
-            "a vent must open over the gel alone";
-        mold.vents <= TAU * circle / (mold.vent_diameter.mm() + PRINTED_WALL_MM),
-            "vents need walls between them";
-    }
+    let foot = (thinnest, "a vent must open over the gel alone");
+    // The channel lies beside the connector's flange.
+    let flange = layout.tube_radius_mm - FLANGE_INSET_MM;
+    vents(p, &cavities(p, layout)[0]).check(foot, flange, report);
 }
 
 fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     let connector = &p.connector;
-    let cord = connector.o_ring_cord.mm();
-    let bottom = 2.0 * groove_radius_mm(p, layout);
-    let form = &p.form;
-    let cord_path = ("connector.o_ring_cord", connector.o_ring_cord);
-    require_o_ring(cord_path, ("groove", bottom), "connector.o_ring_squeeze", report);
-    let lead = form.headroom.mm() + form.plate.mm();
+    let seat = o_ring_seat(p, layout);
+    seat.check("connector.o_ring_cord", "groove", "connector.o_ring_squeeze", report);
+    form(p, layout).check(report);
     limits! { report, p:
         connector.plug_length <= layout.wall_height_mm,
             "the plug must end in the tube's straight part";
-        connector.plug_length >= GROOVE_CORDS * cord + 2.0 * PRINTED_WALL_MM,
+        connector.plug_length >= seat.width_mm() + 2.0 * PRINTED_WALL_MM,
             "the O-ring's groove needs walls on both sides";
         connector.air_channel_diameter <=
-            bottom.min(connector.handle_diameter.mm()) - 2.4,
+            (2.0 * seat.radius_mm).min(connector.handle_diameter.mm()) - 2.4,
             "the air channel needs 1.2 mm of wall around it";
         connector.handle_diameter <= 2.0 * (layout.tube_radius_mm - FLANGE_INSET_MM) - 1.0,
             "the handle stands on the flange";
-        form.tube_length >= layout.wall_height_mm + layout.transparent_radius_mm + lead + 4.0,
-            "the glass tube must reach from the mold's tip through the bridge";
-        form.silicone >= gap_mm(Process::Fdm, Fit::Slide) + form.plate.mm() + 4.0,
-            "silicone is poured through windows between the tube's sleeve and the cup";
-        form.cup_wall >= Screw::M3X4.head_diameter_mm(),
-            "the heads of the bridge's M3 screws rest on the wall";
-        form.plate <= Screw::M3X4.length_mm - 1.5, "an M3x4 must bite 1.5 mm into the cup";
-        form.tube_rim >= gap_mm(Process::Fdm, Fit::Slide) + 0.3, "the tube hangs by its rim";
         coating.gap >= p.coating.wall.mm() + gap_mm(Process::Fdm, Fit::Slide) + 0.5,
             "the holder's spigot stands between module and container";
     }

@@ -9,6 +9,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
 use crate::assembling::{flipped, in_sensor};
+use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK, MASK_GREEN, holes, led_ring, marks, turn};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
@@ -85,13 +86,6 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     let relief =
         Solid::cuboid(relief_edge, relief_edge, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
             .at_z(layout.relief_z_mm);
-    let slot_half = (p.base.cable_slot_length.mm() - p.base.cable_slot_width.mm()) / 2.0;
-    let cable_slot = Solid::extrusion(
-        Path::slot([-slot_half, 0.0], [slot_half, 0.0], p.base.cable_slot_width.mm() / 2.0),
-        layout.relief_z_mm - bottom + 2.0 * CUT_OVERLAP_MM,
-    )
-    .at_z(bottom - CUT_OVERLAP_MM);
-
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
@@ -101,22 +95,23 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         slot.turned_z(turn(i, 2, 0.5)).named(format!("pry slot {}", i + 1))
     });
 
-    BASE.made(
-        Process::Fdm,
-        plug.minus(pocket.named("camera pocket"))
-            .minus(relief.named("relief"))
-            .minus(cable_slot.named("cable slot")),
-    )
-    .from(&p.shell.material)
-    .placed([in_sensor().lifted(-66.0)])
-    .colored(BLACK)
-    .note("melt the M2 nuts in flush with the side before anything else")
-    .note("lead the cable through the slot, then screw the camera down")
-    .with_handles(1) // The cable slot.
-    .cut(joints.camera.held_through().unmarked())
-    .cut(joints.shell_base.held())
-    .cut(joints.mounting.held())
-    .cut(holes(pry_slots))
+    BASE.made(Process::Fdm, plug.minus(pocket.named("camera pocket")).minus(relief.named("relief")))
+        .from(&p.shell.material)
+        .placed([in_sensor().lifted(-66.0)])
+        .colored(BLACK)
+        .note("melt the M2 nuts in flush with the side before anything else")
+        .note("lead the cable through the slot, then screw the camera down")
+        .cut(cable_slot(p).cut("cable slot", [bottom, layout.relief_z_mm]))
+        .cut(joints.camera.held_through().unmarked())
+        .cut(joints.shell_base.held())
+        .cut(joints.mounting.held())
+        .cut(holes(pry_slots))
+}
+
+/// The slot for the cable, below the camera's connector.
+pub fn cable_slot(p: &Dome) -> FloorSlot {
+    let (length, width) = (p.base.cable_slot_length, p.base.cable_slot_width);
+    FloorSlot { length, width, along: 0, at: [0.0; 2] }
 }
 
 /// Edge of the square recess behind the camera board, mm: up to the pads of its screws.

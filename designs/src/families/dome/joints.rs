@@ -4,7 +4,8 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Point3, Pose, Vector3};
 
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::tooling::FormLayout;
+use super::tooling::form;
+use crate::blocks::mounting::Mounting;
 use crate::blocks::{Joint, ring};
 use crate::hardware::{HeatSetNut, Screw};
 
@@ -16,9 +17,6 @@ const NUT_SPARE_MM: f64 = 0.6;
 
 /// Floor left between a mounting hole and the camera pocket, mm.
 const MOUNT_FLOOR_MM: f64 = 1.0;
-
-/// Depth of a self-tapping screw's hole beyond its tip, mm.
-const PILOT_SPARE_MM: f64 = 0.5;
 
 /// All joints, in the sensor frame.
 pub struct Joints {
@@ -38,8 +36,8 @@ impl Joints {
         Self {
             shell_base: shell_base(p, layout),
             camera: camera(p, layout),
-            mounting: mounting(p, layout),
-            form: form(p, layout),
+            mounting: mounting(p, layout).joint(layout.bottom_z_mm),
+            form: form(p, layout).joint(),
         }
     }
 }
@@ -67,18 +65,13 @@ fn camera(p: &Dome, layout: &Layout) -> Joint {
     Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
 }
 
-fn mounting(p: &Dome, layout: &Layout) -> Joint {
-    let at = Point3::new(p.base.mount_radius.mm(), 0.0, layout.bottom_z_mm);
-    // Half a step off the nuts.
-    let poses = ring(p.base.mount_holes, 0.5, Pose::z_to(-Vector3::z(), at));
-    let depth = layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm;
-    Joint::self_tapping("mounting hole", Screw::M3X4, poses, depth)
-}
-
-fn form(p: &Dome, layout: &Layout) -> Joint {
-    let form = FormLayout::new(p, layout);
-    let at = Point3::new((form.silicone_radius + form.cup_radius) / 2.0, 0.0, form.bridge_z);
-    let poses = ring(p.form.screws, 0.0, Pose::z_to(-Vector3::z(), at));
-    let screw = Screw::M3X4;
-    Joint::self_tapping("screw", screw, poses, screw.length_mm + PILOT_SPARE_MM)
+/// Holes for what the sensor is mounted on.
+pub(super) fn mounting(p: &Dome, layout: &Layout) -> Mounting {
+    Mounting {
+        mount_holes: p.base.mount_holes,
+        mount_radius: p.base.mount_radius,
+        offset: 0.5, // Half a step off the nuts.
+        screw: Screw::M3X4,
+        depth_mm: layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm,
+    }
 }

@@ -5,9 +5,7 @@
 //! over, filled, and the tube pushed in from above. Air and surplus rise to the gel's foot, the
 //! highest point, and leave through the lid's vents.
 
-use fabkit_geometry::{
-    Angle, Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Profile, Solid, Vector3,
-};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Placement, Pose, Process, Solid, Vector3};
 
 use super::bodies::*;
 use super::layout::Layout;
@@ -16,14 +14,8 @@ use super::surface::dome_tool;
 use super::tooling::plug_radius_mm;
 use crate::assembling::{AssemblyName, Name, flipped};
 use crate::blocks::mold::{self as molds, Half};
-use crate::blocks::{MOLD_BLUE, TOOL_GREY, copies, ring};
+use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, copies, holes};
 use crate::fits::{Fit, gap_mm};
-
-/// Depth of the channel that collects what rises through the vents, mm.
-const OVERFLOW_DEPTH_MM: f64 = 1.2;
-
-/// Width of that channel beside a vent, mm.
-pub(super) const OVERFLOW_MARGIN_MM: f64 = 0.3;
 
 /// Which layer a mold casts.
 pub struct Cavity {
@@ -73,55 +65,36 @@ fn used_in(cavity: &Cavity) -> Vec<Placement> {
     std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
 }
 
-/// Radius of the circle on which the lid's vents open, mm: midway over the gel's foot.
-fn vent_circle_mm(cavity: &Cavity) -> f64 {
-    (cavity.core_radius + cavity.radius) / 2.0
-}
-
-/// Where the vents meet the gel's foot, z axis up.
-pub fn vent_poses(p: &Dome, cavity: &Cavity) -> Vec<Pose> {
-    let out = Pose::translation(vent_circle_mm(cavity), 0.0, 0.0);
-    ring(p.mold.vents, 0.5, out)
+/// The vents over the gel's foot.
+pub fn vents(p: &Dome, cavity: &Cavity) -> VentedLid {
+    let foot = [cavity.core_radius, cavity.radius];
+    VentedLid::over(foot, (p.mold.vents, p.mold.vent_diameter))
 }
 
 /// The lid: centres the connector and so the tube, lets air and surplus out.
 pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     let thickness = p.mold.lid_thickness.mm();
+    let vents = vents(p, cavity);
     let through = |radius: f64| {
         Solid::cylinder(radius, thickness + 2.0 * CUT_OVERLAP_MM).at_z(-thickness - CUT_OVERLAP_MM)
     };
     let bore = through(plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Slide));
-    let vent_circle = vent_circle_mm(cavity);
-    let vent_radius = p.mold.vent_diameter.mm() / 2.0;
-    let vents = copies("vent", &vent_poses(p, cavity), &through(vent_radius));
-    let half_width = vent_radius + OVERFLOW_MARGIN_MM;
-    let overflow = Solid::extrusion(
-        Profile::new(Path::circle([0.0; 2], vent_circle + half_width))
-            .with_hole(Path::circle([0.0; 2], vent_circle - half_width)),
-        OVERFLOW_DEPTH_MM + CUT_OVERLAP_MM,
-    )
-    .at_z(-thickness - CUT_OVERLAP_MM);
     let dowel = molds::dowel_tool(&p.mold, Fit::Slide, thickness + CUT_OVERLAP_MM);
     let dowels = copies("dowel hole", &molds::lid_dowel_poses(&p.mold), &dowel);
     cavity
         .lid
-        .made(
-            Process::Fdm,
-            molds::plate(&p.mold, thickness)
-                .minus(bore.named("bore"))
-                .minus_all(vents)
-                .minus(overflow.named("overflow channel"))
-                .minus_all(dowels)
-                .minus_all(molds::plate_pry_slots(&p.mold)),
-        )
+        .made(Process::Fdm, molds::plate(&p.mold, thickness).minus(bore.named("bore")))
+        .cut(vents.cut(through))
+        .cut(vents.overflow(-thickness))
+        .cut(holes(dowels).with_handles(2))
+        .cut(holes(molds::plate_pry_slots(&p.mold)))
         .from(&p.mold.material)
         .placed([cavity.assembly.in_place().lifted(-30.0)])
         .colored(TOOL_GREY)
         .lying(flipped())
         .note("the flat side closes the mold, the channel faces up")
-        // Bore, vents and two dowel holes.
         .for_shrinkage(cavity.shrinkage)
-        .with_handles(3 + p.mold.vents as i32)
+        .with_handles(1) // The bore.
 }
 
 /// The ring that centres the shell over the module while the filling gel cures.

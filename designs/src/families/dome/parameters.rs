@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::sections;
 
@@ -184,28 +185,6 @@ sections! {
         handle_length: Length = 5.0..=80.0,
         /// Diameter of the air channel.
         air_channel_diameter: Length = 1.0..=8.0,
-    }
-
-    /// The cup and bridge that cast a silicone mold around a glass tube.
-    pub struct Form {
-        /// Thickness of silicone beside the tube.
-        silicone: Length = 3.0..=40.0,
-        /// Thickness of silicone under the tube's tip.
-        silicone_floor: Length = 2.0..=40.0,
-        /// Material of the mold.
-        silicone_material: String = 1..=80,
-        /// Length of the glass tube from rim to tip.
-        tube_length: Length = 20.0..=300.0,
-        /// Width of the tube's rim beyond its outside.
-        tube_rim: Length = 0.3..=5.0,
-        /// Thickness of the cup's wall.
-        cup_wall: Length = 4.0..=20.0,
-        /// Thickness of floor and bridge.
-        plate: Length = 1.2..=10.0,
-        /// Height of the cup above the silicone.
-        headroom: Length = 0.5..=20.0,
-        /// Number of M3x4 screws that hold the bridge.
-        screws: u32 = 2..=8,
     }
 
     /// The container for black mixture and the holder that hangs a sensor into it.

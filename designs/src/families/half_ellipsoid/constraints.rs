@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use fabkit_geometry::Process;
 
-use super::housing::{LED_HOLE_MARGIN_MM, pocket_radii_mm, wire_slot_radius_mm};
-use super::joints::Joints;
+use super::housing::{LED_HOLE_MARGIN_MM, PRY_SLOT_MM, pocket_radii_mm, wire_slot};
+use super::joints::{Joints, mounting};
 use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
@@ -181,7 +181,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;
     let width = p.base.wire_slot_width.mm();
     let (slot, half) =
-        (wire_slot_radius_mm(p, layout) + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
+        (wire_slot(p, layout).at[0] + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
     let mount = mounts.radius_mm;
     limits! { report, p:
         base.wire_slot_width <=
@@ -191,9 +191,10 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "two holes in the board stand over the slot";
         base.wire_slot_length <= 2.0 * half_chord(pocket_outer, slot),
             "the wires' slot opens into the pocket";
-        base.mount_radius <= layout.holder_radius_mm - 1.0 - mount - RESIN_WALL_MM,
-            "mounting holes need a wall beside the pry slots";
     }
+    let outside = layout.holder_radius_mm - PRY_SLOT_MM[0] - RESIN_WALL_MM;
+    let wall = (outside, "mounting holes need a wall beside the pry slots");
+    mounting(p).check(wall, RESIN_WALL_MM, report);
     // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
     let clearance = mounts
         .poses

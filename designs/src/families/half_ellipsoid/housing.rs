@@ -7,13 +7,14 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR, flipped};
+use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
 use crate::fits::{Fit, gap_mm};
 
 const WHITE: Color = [240, 240, 236];
 
 /// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
-const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
+pub const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
 
 /// How much wider than an LED the hole above it is, mm per side.
 pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
@@ -141,26 +142,18 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         ])
 }
 
-/// Where the board's wires pass, mm: over the slot in the base.
-fn wire_hole_centres(p: &HalfEllipsoid, layout: &Layout) -> [[f64; 2]; 2] {
-    let half = wire_slot_half_mm(p);
-    [-half, half].map(|y| [wire_slot_radius_mm(p, layout), y])
-}
-
-/// Distance of the wire slot's middle from the axis, mm: it opens into the pocket alone.
-pub fn wire_slot_radius_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
-    pocket_radii_mm(layout)[0] + p.base.wire_slot_width.mm() / 2.0 + 0.1
-}
-
-fn wire_slot_half_mm(p: &HalfEllipsoid) -> f64 {
-    (p.base.wire_slot_length.mm() - p.base.wire_slot_width.mm()) / 2.0
+/// The slot for the board's wires, along y: it opens into the pocket alone.
+pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
+    let (length, width) = (p.base.wire_slot_length, p.base.wire_slot_width);
+    let x = pocket_radii_mm(layout)[0] + width.mm() / 2.0 + 0.1;
+    FloorSlot { length, width, along: 1, at: [x, 0.0] }
 }
 
 /// The outline of the LED board: resistors and switch sit on its underside.
 fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let bore = layout.post_radius_mm + gap_mm(Process::Pcb, Fit::Free);
     let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
-    let profile = wire_hole_centres(p, layout).into_iter().fold(
+    let profile = wire_slot(p, layout).ends().into_iter().fold(
         Profile::new(Path::circle([0.0; 2], layout.board_radius_mm))
             .with_hole(Path::circle([0.0; 2], bore)),
         |profile, centre| profile.with_hole(Path::circle(centre, wire)),
@@ -214,12 +207,6 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
         [layout.cable_radius_mm, layout.post_end_z_mm],
     ]);
 
-    let slot_half = wire_slot_half_mm(p);
-    let wires = Solid::extrusion(
-        Path::slot([0.0, -slot_half], [0.0, slot_half], p.base.wire_slot_width.mm() / 2.0),
-        plug_top - layout.bottom_z_mm + 2.0 * CUT_OVERLAP_MM,
-    )
-    .at(wire_slot_radius_mm(p, layout), 0.0, layout.bottom_z_mm - CUT_OVERLAP_MM);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
         // Twice as deep as it shows: the outer half cuts air, whatever the curvature.
@@ -229,20 +216,15 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
             .named(format!("pry slot {}", i + 1))
     });
     let joints = Joints::new(p, layout);
-    part(
-        BASE,
-        Solid::revolution(Path::polygon(&outline)).minus(wires.named("wire slot")),
-        &p.holder.material,
-        -66.0,
-    )
-    .cut(joints.holder.held())
-    .cut(joints.mounting.held())
-    .cut(holes(pry_slots))
-    // Passages of the camera's cable and of the board's wires.
-    .with_handles(2)
-    .notes([
-        "flange on the bed",
-        "glue in this order: post with camera, board, diffusion ring",
-        "the bolts cut their own threads; drive them once before anything is glued",
-    ])
+    part(BASE, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -66.0)
+        .cut(wire_slot(p, layout).cut("wire slot", [layout.bottom_z_mm, plug_top]))
+        .cut(joints.holder.held())
+        .cut(joints.mounting.held())
+        .cut(holes(pry_slots))
+        .with_handles(1) // The passage of the camera's cable.
+        .notes([
+            "flange on the bed",
+            "glue in this order: post with camera, board, diffusion ring",
+            "the bolts cut their own threads; drive them once before anything is glued",
+        ])
 }

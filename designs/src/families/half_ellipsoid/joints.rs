@@ -4,7 +4,8 @@ use fabkit_geometry::{Point3, Pose, Vector3};
 
 use super::layout::{BOLT, Layout};
 use super::parameters::HalfEllipsoid;
-use crate::blocks::{Joint, hanging, ring};
+use crate::blocks::mounting::Mounting;
+use crate::blocks::{Joint, ring};
 use crate::hardware::Screw;
 
 /// Room of a bolt's hole beyond its tip, mm.
@@ -29,13 +30,21 @@ impl Joints {
         let radius = (layout.holder_radius_mm.powi(2) - head.powi(2)).sqrt();
         let bolt = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z_mm));
         let bolts = ring(p.base.bolts, 0.0, bolt);
-        let mount = hanging([p.base.mount_radius.mm(), 0.0], layout.bottom_z_mm);
-        // Half a step off the bolts.
-        let mounts = ring(p.base.mount_holes, 0.5, mount);
         let depth = BOLT.length_mm + BOLT_SPARE_MM;
         Self {
             holder: Joint::self_tapping("bolt", BOLT, bolts, depth).of_bolts(),
-            mounting: Joint::self_tapping("mounting hole", Screw::M2X4, mounts, MOUNT_DEPTH_MM),
+            mounting: mounting(p).joint(layout.bottom_z_mm),
         }
+    }
+}
+
+/// Holes for what the sensor is mounted on.
+pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting {
+    Mounting {
+        mount_holes: p.base.mount_holes,
+        mount_radius: p.base.mount_radius,
+        offset: 0.5, // Half a step off the bolts.
+        screw: Screw::M2X4,
+        depth_mm: MOUNT_DEPTH_MM,
     }
 }

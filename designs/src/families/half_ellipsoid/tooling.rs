@@ -9,6 +9,7 @@ use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
+use crate::blocks::cup_and_bridge::bowl;
 use crate::blocks::{TOOL_GREY, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
 
@@ -158,14 +159,7 @@ fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
 fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
     let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let lip = radius + wall + gap_mm(Process::Sla, Fit::Slide);
-    let plate = Solid::revolution(Path::polygon(&[
-        [0.0, -wall],
-        [lip + wall, -wall],
-        [lip + wall, LIP_MM],
-        [lip, LIP_MM],
-        [lip, 0.0],
-        [0.0, 0.0],
-    ]));
+    let plate = bowl([lip, lip + wall], LIP_MM, [0.0, -wall]);
     let on_plate = |solid: Solid| solid.minus(Solid::below(-CUT_OVERLAP_MM));
     let (dome, material) = match boundary {
         Boundary::Inner => (on_plate(markers::slotted(p, layout)), &p.inner_elastomer.material),

@@ -7,6 +7,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{flipped, in_sensor};
+use crate::blocks::cable_way::{Side, wall_way};
 use crate::blocks::{MASK_GREEN, holes, led_ring, marks};
 
 const ABS_GREY: Color = [104, 110, 120];
@@ -79,11 +80,9 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
     let height = p.body.wiring_room.mm() / 2.0;
     // From well inside the wall, whose inner face curves away, to beyond its outside.
     let inner = bore - width / 2.0;
-    let length = outer + CUT_OVERLAP_MM - inner;
-    let middle = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0;
-    Solid::cuboid(length, width, height)
-        .at(inner + length / 2.0, 0.0, middle - height / 2.0)
-        .named("cable slot")
+    let bottom = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0 - height / 2.0;
+    let reach = [inner, outer + CUT_OVERLAP_MM];
+    wall_way(Side::Right, width, reach, [bottom, bottom + height]).named("cable slot")
 }
 
 /// The annular board.

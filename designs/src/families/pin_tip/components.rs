@@ -10,7 +10,6 @@ use super::parameters::PinTip;
 use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::{INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
-use crate::hardware::ORing;
 
 const BOARD_BLUE: Color = [40, 70, 130];
 
@@ -20,15 +19,12 @@ const PLUG_MARGIN_MM: f64 = 2.0;
 /// Everything bought.
 pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let (c, joints) = (&p.camera, Joints::new(p, layout));
-    let ring = ORing::or_unstocked(p.seal.cord.mm(), 2.0 * layout.neck_radius_mm);
+    let seat = layout.seal_seat(p);
     let below = |lift_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(lift_mm);
     let seal_z = (layout.lens_bottom_z_mm + layout.seal_z_mm) / 2.0;
-    let seal =
-        ring.between_planes(layout.neck_radius_mm, layout.lens_bottom_z_mm - layout.seal_z_mm);
-    let ring_text = format!(
-        "O-ring {} x {} mm, {}, silicone, black",
-        ring.inside_mm, ring.cord_mm, ring.standard
-    );
+    let height = layout.lens_bottom_z_mm - layout.seal_z_mm;
+    let seal = seat.ring().between_planes(layout.neck_radius_mm, height);
+    let ring_text = format!("{}, silicone, black", seat.ordered());
     let camera_text = format!(
         "{}, {} x {} px, statistics at {} Hz or images at {} Hz, M12 lens of {} mm ({} on a large \
          chip)",

@@ -8,9 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
-use crate::blocks::{
-    APART_MM, PRINTED_WALL_MM, around, led_ring, require_castable, require_o_ring,
-};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring, require_castable};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
@@ -92,8 +90,7 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
         (layout.board_seat_radius_mm, "the body"),
         report,
     );
-    let neck = ("neck", 2.0 * layout.neck_radius_mm);
-    require_o_ring(("seal.cord", p.seal.cord), neck, "tip.diameter", report);
+    layout.seal_seat(p).check("seal.cord", "neck", "tip.diameter", report);
     limits! { report, p:
         leds.gap >= p.leds.gap.mm() + layout.board_top_z_mm - layout.neck_top_z_mm,
             "the board must be pressed in up to its upper side";
@@ -169,11 +166,8 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
 
 fn mount(p: &PinTip, layout: &Layout, report: &mut Report) {
     let inside = layout.mount_joint.spigot_radius - p.mount.spigot_wall.mm();
-    let head = Joints::new(p, layout).robot.bolt.head_diameter_mm / 2.0;
     limits! { report, p:
         mount.spigot_height >= layout.mount_joint.lug_top + 0.5, "the spigot must carry its lugs";
-        mount.bolt_circle <= 2.0 * (inside - head - 0.5), "the bolts' heads lie inside the spigot";
-        mount.bolts <= around(p.mount.bolt_circle.mm() / 2.0, 2.0 * head + 1.0),
-            "the M5 heads stand side by side on their circle";
     }
+    Joints::new(p, layout).robot.check((inside, "the spigot"), report);
 }

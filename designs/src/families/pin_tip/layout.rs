@@ -6,7 +6,7 @@ use fabkit_geometry::{Angle, InvalidPattern, Pattern, Pose, Process};
 
 use super::parameters::{PinLayout, PinTip};
 use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
-use crate::blocks::sphere;
+use crate::blocks::{ORingSeat, sphere};
 use crate::fits::{Fit, gap_mm};
 use crate::layout;
 
@@ -130,6 +130,11 @@ layout! {
 }
 
 impl Layout {
+    /// What the O-ring is stretched over.
+    pub fn seal_seat(&self, p: &PinTip) -> ORingSeat {
+        ORingSeat { cord: p.seal.cord, radius_mm: self.neck_radius_mm }
+    }
+
     /// Where the slope from the skin to the lens's opening ends. Filled with the lens on top, air
     /// runs along it to the holes.
     pub fn slope_bottom_z(&self) -> f64 {

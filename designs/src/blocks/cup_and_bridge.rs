@@ -1,0 +1,189 @@
+//! What casts a silicone mold around a tube: a cup for the silicone, and a bridge over it in whose
+//! sleeve the tube hangs by its rim.
+//!
+//! Both stand on the tube's axis like what the mold will cast, tip up: they are used tip down.
+
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Length, Path, Process, Solid};
+
+use super::{Joint, TOOL_GREY, hanging, holes, ring, turn};
+use crate::assembling::{Name, flipped};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Screw;
+use crate::parameters;
+use crate::parameters::{Report, limits};
+
+parameters! {
+    /// The cup and bridge that cast a silicone mold around a glass tube.
+    pub struct Form {
+        /// Thickness of silicone beside the tube.
+        silicone: Length = 3.0..=40.0,
+        /// Thickness of silicone under the tube's tip.
+        silicone_floor: Length = 2.0..=40.0,
+        /// Material of the mold.
+        silicone_material: String = 1..=80,
+        /// Length of the glass tube from rim to tip.
+        tube_length: Length = 20.0..=300.0,
+        /// Width of the tube's rim beyond its outside.
+        tube_rim: Length = 0.3..=5.0,
+        /// Thickness of the cup's wall.
+        cup_wall: Length = 4.0..=20.0,
+        /// Thickness of floor and bridge.
+        plate: Length = 1.2..=10.0,
+        /// Height of the cup above the silicone.
+        headroom: Length = 0.5..=20.0,
+        /// Number of M3x4 screws that hold the bridge.
+        screws: u32 = 2..=8,
+    }
+}
+
+/// What holds the bridge.
+const SCREW: Screw = Screw::M3X4;
+
+/// Depth of a screw's hole beyond its tip, mm.
+const PILOT_SPARE_MM: f64 = 0.5;
+
+/// Radius of the hole through which a cured mold is pushed out of its cup, mm.
+pub const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
+
+/// Number of windows in the bridge to pour through.
+const POUR_WINDOWS: u32 = 3;
+
+/// Half the angle of a window, degrees.
+const WINDOW_HALF_DEG: f64 = 25.0;
+
+/// How far windows stay off the sleeve and inside the silicone, mm.
+const WINDOW_RIM_MM: f64 = 1.0;
+
+/// Height of the tube's rim, mm.
+const TUBE_RIM_MM: f64 = 1.5;
+
+/// Heights and radii around a tube, mm; the silicone's face is z = 0.
+#[derive(Clone, Debug)]
+pub struct CupAndBridge<'a> {
+    form: &'a Form,
+    /// Outside of the tube.
+    tube_radius: f64,
+    /// Its tip.
+    tip_z: f64,
+    /// Outside of the silicone, inside of the cup.
+    pub silicone_radius: f64,
+    /// Top of the silicone (its floor in use).
+    pub silicone_top_z: f64,
+    /// Rim of the cup.
+    cup_rim_z: f64,
+    /// Outside of the cup.
+    cup_radius: f64,
+    /// Side of the bridge that faces away from the cup.
+    bridge_z: f64,
+    /// Where the tube's rim rests on the bridge's sleeve.
+    pub sleeve_z: f64,
+    /// Open end of the tube.
+    pub rim_z: f64,
+}
+
+impl Form {
+    /// Around a tube with that radius, its tip at that height, mm.
+    pub fn around(&self, tube_radius: f64, tip_z: f64) -> CupAndBridge<'_> {
+        let silicone_radius = tube_radius + self.silicone.mm();
+        let rim_z = tip_z - self.tube_length.mm();
+        let cup_rim_z = -self.headroom.mm();
+        CupAndBridge {
+            form: self,
+            tube_radius,
+            tip_z,
+            silicone_radius,
+            silicone_top_z: tip_z + self.silicone_floor.mm(),
+            cup_rim_z,
+            cup_radius: silicone_radius + self.cup_wall.mm(),
+            bridge_z: cup_rim_z - self.plate.mm(),
+            sleeve_z: rim_z + TUBE_RIM_MM,
+            rim_z,
+        }
+    }
+}
+
+/// A round vessel around z, between two radii, open at its rim; its floor from inside to outside.
+pub fn bowl([inner, outer]: [f64; 2], rim_z: f64, [floor_z, end_z]: [f64; 2]) -> Solid {
+    let mut outline = [
+        [0.0, floor_z],
+        [inner, floor_z],
+        [inner, rim_z],
+        [outer, rim_z],
+        [outer, end_z],
+        [0.0, end_z],
+    ];
+    if rim_z > floor_z {
+        outline.reverse();
+    }
+    Solid::revolution(Path::polygon(&outline))
+}
+
+impl CupAndBridge<'_> {
+    /// Through the bridge into the cup's wall.
+    pub fn joint(&self) -> Joint {
+        let first = hanging([(self.silicone_radius + self.cup_radius) / 2.0, 0.0], self.bridge_z);
+        let depth = SCREW.length_mm + PILOT_SPARE_MM;
+        Joint::self_tapping("screw", SCREW, ring(self.form.screws, 0.0, first), depth)
+    }
+
+    fn tool(name: Name, solid: Solid, note: &str) -> Body {
+        name.made(Process::Fdm, solid).colored(TOOL_GREY).lying(flipped()).note(note)
+    }
+
+    /// The cup.
+    pub fn cup(&self, name: Name) -> Body {
+        let (floor_z, plate) = (self.silicone_top_z, self.form.plate.mm());
+        let radii = [self.silicone_radius, self.cup_radius];
+        let push_hole = Solid::cylinder(PUSH_HOLE_RADIUS_MM, plate + 2.0 * CUT_OVERLAP_MM)
+            .at_z(floor_z - CUT_OVERLAP_MM);
+        let note = "tape the hole in the floor before pouring; push the cured mold out through it";
+        Self::tool(name, bowl(radii, self.cup_rim_z, [floor_z, floor_z + plate]), note)
+            .cut(holes([push_hole.named("push hole")]).with_handles(1))
+            .cut(self.joint().held().unmarked())
+    }
+
+    /// The bridge.
+    pub fn bridge(&self, name: Name) -> Body {
+        let plate = self.form.plate.mm();
+        let bore = self.tube_radius + gap_mm(Process::Fdm, Fit::Slide);
+        let sleeve = bore + plate;
+        let outline = Path::polygon(&[
+            [bore, self.cup_rim_z],
+            [self.cup_radius, self.cup_rim_z],
+            [self.cup_radius, self.bridge_z],
+            [sleeve, self.bridge_z],
+            [sleeve, self.sleeve_z],
+            [bore, self.sleeve_z],
+        ]);
+        let [from, to] = [-WINDOW_HALF_DEG, WINDOW_HALF_DEG]
+            .map(|degrees| Angle::from_deg(degrees).expect("finite"));
+        let (inner, outer) = (sleeve + WINDOW_RIM_MM, self.silicone_radius - WINDOW_RIM_MM);
+        let sector = Path::ring_sector(inner, outer, from, to);
+        let window = Solid::extrusion(sector, plate + 2.0 * CUT_OVERLAP_MM)
+            .at_z(self.bridge_z - CUT_OVERLAP_MM);
+        let windows = (0..POUR_WINDOWS).map(|i| {
+            let turned = window.clone().turned_z(turn(i, POUR_WINDOWS, 0.5));
+            turned.named(format!("pour window {}", i + 1))
+        });
+        Self::tool(name, Solid::revolution(outline), "sleeve up, no supports")
+            .with_handles(1)
+            .cut(holes(windows).with_handles(POUR_WINDOWS as i32))
+            .cut(self.joint().passed(plate, gap_mm(Process::Fdm, Fit::Snug)).unmarked())
+    }
+
+    /// Reports what cannot be put together or poured. The section must be called `form`.
+    pub fn check(&self, report: &mut Report) {
+        let (form, slide) = (self.form, gap_mm(Process::Fdm, Fit::Slide));
+        let lead = form.headroom.mm() + form.plate.mm();
+        limits! { report:
+            form.tube_length >= self.tip_z + lead + 4.0,
+                "the glass tube must reach from the mold's tip through the bridge";
+            form.silicone >= slide + form.plate.mm() + 4.0,
+                "silicone is poured through windows between the tube's sleeve and the cup";
+            form.cup_wall >= SCREW.head_diameter_mm(),
+                "the heads of the bridge's M3 screws rest on the wall";
+            form.plate <= SCREW.length_mm - 1.5, "an M3x4 must bite 1.5 mm into the cup";
+            form.tube_rim >= slide + 0.3, "the tube hangs by its rim";
+        }
+    }
+}

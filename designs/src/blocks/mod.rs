@@ -6,6 +6,7 @@ pub mod chamber_light;
 pub mod clamshell;
 pub mod frame_mold;
 mod joint;
+pub mod label;
 mod led_ring;
 pub mod marker_grid;
 pub mod mold;

@@ -5,6 +5,8 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use fabkit_application::designs::blocks::hanging;
+use fabkit_application::designs::blocks::label::{Label, LabelError};
 use fabkit_application::geometry::{Body, CUT_OVERLAP_MM, Cut, Landmark, Pose, Process, Solid};
 use fabkit_application::mesh::{DEFAULT_TOLERANCE_MM, mesh};
 use fabkit_application::{export, staging};
@@ -12,13 +14,22 @@ use fabkit_application::{export, staging};
 const HEIGHT_MM: f64 = 8.0;
 
 /// A foot for a fingertip of 30 mm: a disc with a seat, screwed to the bench at three places.
-fn foot() -> Body {
+fn foot() -> Result<Body, LabelError> {
     // The seat has 0.2 mm of play. Cuts begin in front of the face that they start from.
     let seat = Solid::cylinder(15.2, 5.0 + CUT_OVERLAP_MM).at(0.0, 0.0, HEIGHT_MM - 5.0);
-    Body::made("foot", "holds a fingertip upright", Process::Fdm, Solid::cylinder(25.0, HEIGHT_MM))
-        .from("PLA")
-        .cut(Cut { tools: vec![seat.named("seat")], ..Cut::default() })
-        .cut(screw_holes(3))
+    // Read from below: a face's own z axis comes out of it.
+    let label = Label::new("foot-30", 5.0, hanging([0.0; 2], 0.0))?;
+    let foot = Body::made(
+        "foot",
+        "holds a fingertip upright",
+        Process::Fdm,
+        Solid::cylinder(25.0, HEIGHT_MM),
+    )
+    .from("PLA")
+    .cut(Cut { tools: vec![seat.named("seat")], ..Cut::default() })
+    .cut(screw_holes(3))
+    .cut(label.sunken());
+    Ok(foot)
 }
 
 /// Holes, marks for whoever needs them, and how many handles they make: stated in one place.
@@ -36,7 +47,7 @@ fn screw_holes(count: u32) -> Cut {
 
 /// Writes the files, all or none.
 pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
-    let foot = foot();
+    let foot = foot()?;
     let triangles = mesh(&foot.solid, DEFAULT_TOLERANCE_MM)?;
     // What the author counted must be what the mesh has: a hole that closed would be noticed here.
     assert_eq!(Some(triangles.genus()), foot.genus);

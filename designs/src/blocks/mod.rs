@@ -8,6 +8,7 @@ pub mod clamshell;
 pub mod cup_and_bridge;
 pub mod frame_mold;
 mod joint;
+pub mod label;
 mod led_ring;
 pub mod marker_grid;
 pub mod mold;

@@ -1,0 +1,181 @@
+//! Text on a plane of a part: cut into it, or standing on it.
+
+mod lettering;
+
+use std::collections::BTreeSet;
+
+use fabkit_geometry::{CUT_OVERLAP_MM, Cut, Pose, Solid};
+
+pub use lettering::{Lettering, NoGlyph};
+
+use super::INTO_MM;
+
+/// Lowest letters that can be read when they are printed with a nozzle of 0.4 mm, mm.
+pub const LEAST_HEIGHT_MM: f64 = 4.0;
+
+/// Width of strokes unless a label says otherwise, mm: two lines of that nozzle.
+const STROKE_MM: f64 = super::PRINTED_WALL_MM;
+
+/// Widest strokes, in parts of the height: between wider ones holes of letters close.
+const MOST_STROKE: f64 = 0.18;
+
+/// How deep letters are cut or how high they stand unless a label says otherwise, mm: two layers.
+const DEPTH_MM: f64 = 0.4;
+
+/// Text on a plane, with strokes that print.
+///
+/// Small letters of the Latin alphabet are written as capitals.
+///
+/// ```
+/// use fabkit_designs::blocks::label::Label;
+/// use fabkit_geometry::{Body, Pose, Process, Solid};
+/// // On the front of a lid of 40 x 8 x 3 mm, that is read from -y.
+/// let upright = Pose::rotation_x(fabkit_geometry::Angle::from_deg(90.0)?);
+/// let front = Pose::translation(0.0, -4.0, 1.5).then_in(upright);
+/// # assert!(Label::new("lid-2", 2.0, front).is_err());
+/// let lid = Solid::cuboid_between([-20.0, -4.0, -3.0], [20.0, 4.0, 6.0]);
+/// let label = Label::new("lid-2", 5.0, front)?;
+/// assert!(label.size_mm()[0] < 40.0 - 2.0);
+/// let lid = Body::made("lid", "closes the box", Process::Fdm, lid).cut(label.sunken());
+/// # assert!(lid.solid.validate().is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Label {
+    text: String,
+    font: Lettering,
+    depth_mm: f64,
+    pose: Pose,
+}
+
+/// Why a text is no label.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LabelError {
+    /// Characters that the font does not have, each once.
+    #[error(
+        "label `{text}`: there are no letters for {}; write A to Z, 0 to 9, `-`, `.`, `/` and spaces",
+        listed(.missing)
+    )]
+    NoGlyphs {
+        /// What was to be written.
+        text: String,
+        /// What is missing.
+        missing: BTreeSet<char>,
+    },
+    /// No characters but spaces.
+    #[error("a label without letters; write at least one")]
+    Empty,
+    /// Letters that nobody could read.
+    #[error(
+        "letters of a label are {0} mm high; below {LEAST_HEIGHT_MM} mm they cannot be read when they \
+         are printed; write {LEAST_HEIGHT_MM} mm or more"
+    )]
+    Low(f64),
+    /// Strokes that close the holes of letters, or none.
+    #[error(
+        "strokes of a label are {stroke_mm} mm wide; letters {height_mm} mm high take more than 0 and \
+         at most {most:.2} mm; write thinner strokes or higher letters",
+        most = MOST_STROKE * .height_mm
+    )]
+    Stroke {
+        /// What was asked for, mm.
+        stroke_mm: f64,
+        /// Height of the letters, mm.
+        height_mm: f64,
+    },
+    /// Nothing to be seen.
+    #[error("letters of a label are {0} mm deep; write more than 0 mm, for example {DEPTH_MM} mm")]
+    Depth(f64),
+}
+
+/// `&` and `ä`, for messages.
+fn listed(characters: &BTreeSet<char>) -> String {
+    let quoted: Vec<String> = characters.iter().map(|c| format!("`{c}`")).collect();
+    match quoted.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => String::new(),
+    }
+}
+
+impl Label {
+    /// Letters of that height (mm) around the origin of the pose: x along the text, y up, z out of
+    /// the face that carries them, to the reader. Strokes are 0.8 mm wide where letters are high
+    /// enough for that, and 0.4 mm deep.
+    ///
+    /// # Errors
+    /// Characters that the font does not have, no letters, or letters that are too low.
+    pub fn new(text: &str, height_mm: f64, pose: Pose) -> Result<Self, LabelError> {
+        let capitals = text.to_ascii_uppercase();
+        let missing: BTreeSet<char> =
+            capitals.chars().filter(|c| *c != ' ' && !Lettering::has(*c)).collect();
+        if !missing.is_empty() {
+            return Err(LabelError::NoGlyphs { text: text.into(), missing });
+        }
+        if capitals.chars().all(|c| c == ' ') {
+            return Err(LabelError::Empty);
+        }
+        // Written so that NaN is refused too.
+        if !(height_mm >= LEAST_HEIGHT_MM && height_mm.is_finite()) {
+            return Err(LabelError::Low(height_mm));
+        }
+        let stroke_mm = STROKE_MM.min(MOST_STROKE * height_mm);
+        let font = Lettering { height_mm, stroke_mm };
+        Ok(Self { text: capitals, font, depth_mm: DEPTH_MM, pose })
+    }
+
+    /// The same with strokes of another width, mm.
+    ///
+    /// # Errors
+    /// Strokes that close the holes of letters.
+    pub fn stroked(mut self, stroke_mm: f64) -> Result<Self, LabelError> {
+        let height_mm = self.font.height_mm;
+        if !(stroke_mm > 0.0 && stroke_mm <= MOST_STROKE * height_mm) {
+            return Err(LabelError::Stroke { stroke_mm, height_mm });
+        }
+        self.font.stroke_mm = stroke_mm;
+        Ok(self)
+    }
+
+    /// The same cut so deep, or standing out so far, mm.
+    ///
+    /// # Errors
+    /// No depth.
+    pub fn deep(self, depth_mm: f64) -> Result<Self, LabelError> {
+        match depth_mm > 0.0 && depth_mm.is_finite() {
+            true => Ok(Self { depth_mm, ..self }),
+            false => Err(LabelError::Depth(depth_mm)),
+        }
+    }
+
+    /// What is written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Sides of the smallest rectangle around the origin of the pose that holds all letters: width
+    /// and height, mm.
+    pub fn size_mm(&self) -> [f64; 2] {
+        let letters = self.font.profiles(&self.text).unwrap_or_default();
+        let bounds = letters.iter().flat_map(|letter| letter.bounds_mm());
+        let far =
+            bounds.fold([0.0_f64; 2], |far, [x, y]| [far[0].max(x.abs()), far[1].max(y.abs())]);
+        far.map(|far| 2.0 * far)
+    }
+
+    /// Letters cut into the body. They go through nothing, so that no handles come with them.
+    pub fn sunken(&self) -> Cut {
+        Cut { tools: vec![self.between(-self.depth_mm, CUT_OVERLAP_MM)], ..Cut::default() }
+    }
+
+    /// Letters that stand on the body, to be united with it; they reach into it, so that no faces
+    /// coincide. No handles come with them either.
+    pub fn raised(&self) -> Solid {
+        self.between(-INTO_MM, self.depth_mm)
+    }
+
+    fn between(&self, low_mm: f64, high_mm: f64) -> Solid {
+        let letters = self.font.between(&self.text, low_mm, high_mm);
+        letters.expect("checked when the label was made").placed(self.pose).named("label")
+    }
+}

@@ -30,7 +30,7 @@ const DEPTH_MM: f64 = 0.4;
 /// use fabkit_designs::blocks::label::Label;
 /// use fabkit_geometry::{Body, Pose, Process, Solid};
 /// // On the front of a lid of 40 x 8 x 3 mm, that is read from -y.
-/// let upright = Pose::rotation_x(fabkit_geometry::Angle::from_deg(90.0)?);
+/// let upright = Pose::rotation_x(fabkit_geometry::Angle::from_deg(90.0).ok_or("not finite")?);
 /// let front = Pose::translation(0.0, -4.0, 1.5).then_in(upright);
 /// # assert!(Label::new("lid-2", 2.0, front).is_err());
 /// let lid = Solid::cuboid_between([-20.0, -4.0, -3.0], [20.0, 4.0, 6.0]);

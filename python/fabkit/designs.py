@@ -122,7 +122,7 @@ class Parameter:
     note: str
     """More about the source."""
     expression: str | None = None
-    """What the value follows from, as written: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
+    """What the value follows from: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
 
 
 class Design:

@@ -130,8 +130,8 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let seen = run(py, Interrupted::Leave, None, move |_| {
-            let press =
-                |id: &String| scene.project.press(id).map_err(|error| press_error(&sensor, error));
+            let finder = scene.project.press_finder();
+            let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
             let cast =
                 Cast { presses: &presses, samples, membrane_mm, print_sigma_mm, allow_no_contact };

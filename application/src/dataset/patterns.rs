@@ -1,7 +1,7 @@
 //! Which patterns a data set has: the sensor's semi-domes, or what a text file lists.
 
 use fabkit_depth::truth::Presser;
-use fabkit_fixtures::{Press, PressError, Project};
+use fabkit_fixtures::{Press, PressError, PressFinder, Project};
 use fabkit_text::{Fault, Position, shown};
 
 use super::PressPattern;
@@ -70,9 +70,7 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
 pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Fault>> {
     let mut faults = Vec::new();
     let mut patterns: Vec<NamedPresses> = Vec::new();
-    // Listing semi-domes designs them all: once is enough.
-    let listed: Vec<Press> =
-        project.presses().into_iter().filter_map(Result::ok).flatten().collect();
+    let finder = project.press_finder();
     for (line, content) in (1..).zip(text.lines()) {
         let content = content.split('#').next().unwrap_or_default().trim_end();
         let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
@@ -84,7 +82,7 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
             let fault = Fault::new(Position { line, column }, "", message).hint(hint);
             faults.push(Fault { written: shown(content), ..fault });
         };
-        match pattern(content, project, &listed) {
+        match pattern(content, &finder) {
             Ok(found) if patterns.iter().any(|other| other.name == found.name) => {
                 let message = format!("there is a pattern `{}` already", found.name);
                 fault(message, "give it another name".into());
@@ -104,7 +102,7 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
 /// What is wrong, and what to do.
 type Wrong = (String, String);
 
-fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPresses, Wrong> {
+fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
     let (name, ids) = match content.split_once('=') {
         Some((name, ids)) => (name.trim(), ids),
         None => (content, content),
@@ -119,8 +117,7 @@ fn pattern(content: &str, project: &Project, listed: &[Press]) -> Result<NamedPr
         return Err((message, hint));
     }
     let press = |id: &str| {
-        let found = listed.iter().find(|press| press.id == id).cloned();
-        found.map_or_else(|| project.press(id), Ok).map_err(|error| {
+        finder.press(id).map_err(|error| {
             let hint = match &error {
                 PressError::Unknown { id, known, place } => unknown_hint(id, known, place),
                 _ => FORM.into(),

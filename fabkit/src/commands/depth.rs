@@ -119,9 +119,9 @@ fn write(
 }
 
 fn presses(scene: &SensorView, args: &Depth) -> Result<Vec<Press>, Failure> {
-    let project = &scene.project;
+    let finder = scene.project.press_finder();
     let press = |id: &String| {
-        project.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
+        finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
     };
     args.press.iter().map(press).collect()
 }

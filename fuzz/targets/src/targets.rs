@@ -109,7 +109,8 @@ pub fn landmarks(data: &[u8]) {
 pub fn press(data: &[u8]) {
     let (Ok(text), Some(project)) = (std::str::from_utf8(data), project()) else { return };
     let _ = read_patterns(text, project);
-    text.lines().take(4).for_each(|id| drop(project.press(id)));
+    let finder = project.press_finder();
+    text.lines().take(4).for_each(|id| drop(finder.press(id)));
 }
 
 /// A picture: of pins, of a board, or a capture.

@@ -23,6 +23,9 @@ const BUILTIN_YAML: &str = include_str!("../../materials.yaml");
 /// Most components of a mixture, and most materials that one sticks to.
 const MOST_ITEMS: usize = 32;
 
+/// Longest source that goes for each value, bytes.
+const LONGEST_NOTE: usize = 500;
+
 /// Shares that are mixed.
 const SHARES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
@@ -109,6 +112,7 @@ fn material(
     let mut stack = layered.stack(MATERIALS, key, found)?;
     let (mut mix, mut bonds) = (None, None);
     for (place, entries) in &mut stack {
+        with_sources(place, entries);
         mix = taken(entries, "mix").map(|node| (place.clone(), node)).or(mix);
         bonds = taken(entries, "bonds").map(|node| (place.clone(), node)).or(bonds);
     }
@@ -126,23 +130,48 @@ fn material(
     let figures = read::<Figures>(MATERIALS, &name, &last.place, stack, found);
     let (figures, mut settings) = figures.filter(|_| found.len() == before)?;
     settings.extend(own);
-    sourced(&mut settings, &figures, &origin);
+    let is_text = |path: &str| path.ends_with(".source") || path.ends_with(".note");
+    settings.retain(|setting| !is_text(&setting.path));
     Some(Material { name, origin, figures, by_mass, bonds, settings })
 }
 
-/// What a material as a whole says of its source goes for figures that say nothing.
-fn sourced(settings: &mut Vec<Setting>, figures: &Figures, origin: &Origin) {
-    let is_text = |path: &str| path.ends_with(".source") || path.ends_with(".note");
-    settings.retain(|setting| !is_text(&setting.path));
-    for setting in settings.iter_mut().filter(|s| s.source.kind == SourceKind::User) {
-        let Some(note) = figures.source.as_ref().filter(|_| setting.source.note.is_empty()) else {
-            continue;
-        };
-        setting.source.note.clone_from(note);
-        if *origin == Origin::BuiltIn {
-            setting.source.kind = SourceKind::Maker;
+/// What a section says of its source goes for each of its values that says nothing, so that it stays
+/// with them wherever other texts lie over them.
+fn with_sources(place: &Place, entries: &mut [Entry]) {
+    let kind = if &*place.file == BUILTIN_FILE { SourceKind::Maker } else { SourceKind::User };
+    let text = entries.iter().find(|entry| entry.key == "source").and_then(|e| e.value.text());
+    // What is too long for a note is told of the source itself.
+    let Some(text) = text.filter(|text| text.len() <= LONGEST_NOTE).map(str::to_owned) else {
+        return;
+    };
+    for entry in entries {
+        match (&*entry.key, &mut entry.value.content) {
+            ("source" | "note" | "extends", _) => {}
+            ("cure", Content::Map(inner)) if inner.iter().all(|e| e.key != "value") => {
+                inner.iter_mut().for_each(|entry| wrap(&mut entry.value, kind, &text));
+            }
+            _ => wrap(&mut entry.value, kind, &text),
         }
     }
+}
+
+/// A value with its source, in place of the value alone.
+fn wrap(node: &mut Node, kind: SourceKind, note: &str) {
+    if matches!(node.content, Content::Nothing) || node.get("value").is_some() {
+        return;
+    }
+    let position = node.position;
+    let entry = |key: &str, content| Entry {
+        key: key.to_owned(),
+        key_position: position,
+        value: Node { position, content },
+    };
+    let plain = std::mem::replace(&mut node.content, Content::Nothing);
+    node.content = Content::Map(vec![
+        entry("value", plain),
+        entry("source", Content::Scalar(kind.word().to_owned())),
+        entry("note", Content::Scalar(note.to_owned())),
+    ]);
 }
 
 /// The map behind a key, and its source where it is written with one.

@@ -13,6 +13,9 @@ use fabkit_text::{
 /// Names that start from each other: more than this is a circle.
 const LONGEST_CHAIN: usize = 16;
 
+/// Most names that somebody may have meant.
+const MOST_SUGGESTED: usize = 3;
+
 /// Most characters of a name.
 const LONGEST_NAME: usize = 80;
 
@@ -43,11 +46,24 @@ pub(crate) fn key_of(name: &str) -> String {
 /// Names that somebody may have meant, best first.
 pub(crate) fn near<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let plain = |name: &str| key_of(name).replace(' ', "_");
-    let plains: Vec<(String, &str)> = known.into_iter().map(|name| (plain(name), name)).collect();
+    // Whole names, and what follows a maker's name.
+    let mut plains: Vec<(String, &str)> = Vec::new();
+    for name in known {
+        let whole = plain(name);
+        let tails = whole.match_indices('_').map(|(at, _)| whole[at + 1..].to_owned());
+        plains.extend(tails.chain([whole.clone()]).map(|plain| (plain, name)));
+    }
     let found = similar(&plain(written), plains.iter().map(|(plain, _)| &**plain));
-    let name =
-        |found: &str| plains.iter().find(|(plain, _)| *plain == found).map(|(_, name)| *name);
-    found.into_iter().filter_map(name).collect()
+    let mut names: Vec<&str> = Vec::new();
+    for found in found {
+        for (_, name) in plains.iter().filter(|(plain, _)| *plain == found) {
+            if !names.contains(name) {
+                names.push(name);
+            }
+        }
+    }
+    names.truncate(MOST_SUGGESTED);
+    names
 }
 
 /// A name that a file gives; `None` after reporting why it is none.

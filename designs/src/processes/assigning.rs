@@ -239,7 +239,11 @@ pub(crate) fn assign(
         }
         let path = join(PARTS, &shown(&given.pattern));
         let near = near(&given.pattern, names.iter().map(String::as_str));
+        let stem = format!("{}-", given.pattern);
         let did = match near.is_empty() {
+            _ if names.iter().any(|name| name.starts_with(&stem)) => {
+                format!("did you mean `{stem}*`? ")
+            }
             true => String::new(),
             false => format!("{} ", fabkit_text::did_you_mean(&near)),
         };

@@ -46,6 +46,7 @@ pub fn show(design: &Design) -> Value {
         "parameters": parameters,
         "derived": derived,
         "bodies": bodies,
+        "materials": crate::materials::json(&design.materials),
     })
 }
 

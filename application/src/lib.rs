@@ -48,6 +48,7 @@ mod error;
 pub mod exporting;
 pub mod ground_truth;
 pub mod identity;
+pub mod materials;
 pub mod memory;
 pub mod pictures;
 pub mod progress;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fabkit_checks::{self as checks, CheckReport, InvalidBody};
 use fabkit_designs::profile::ProcessProfile;
-use fabkit_designs::{self as designs, Design};
+use fabkit_designs::{self as designs, Design, UserFile};
 use fabkit_fixtures::{self as fixtures, FixtureError, Project};
 use fabkit_text::InvalidDesign;
 
@@ -197,6 +197,8 @@ pub struct Source {
     main: SourceText,
     /// It may extend a built-in sensor, and problems may lie there.
     others: Vec<SourceText>,
+    /// What the user keeps for all sensors.
+    user: Option<UserFile>,
 }
 
 impl Source {
@@ -213,7 +215,7 @@ impl Source {
             let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
             return Err(SourceError::Sensor(unknown).into());
         };
-        Ok(Self::of_text(main))
+        Ok(Self::of_text(main).with_user(user_file()?))
     }
 
     /// A sensor whose text came from elsewhere; `main.file` names it in messages.
@@ -222,7 +224,22 @@ impl Source {
             .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
         let others = designs::builtin_names().into_iter().filter_map(builtin).chain(defaults);
         let others = others.filter(|other| other.file != main.file).collect();
-        Self { main, others }
+        Self { main, others, user: None }
+    }
+
+    /// The same with what the user keeps for all sensors.
+    #[must_use]
+    pub fn with_user(mut self, user: Option<UserFile>) -> Self {
+        let text =
+            |user: &UserFile| SourceText { file: user.file.clone(), text: user.text.clone() };
+        self.others.extend(user.as_ref().map(text));
+        self.user = user;
+        self
+    }
+
+    /// What the user keeps for all sensors.
+    pub fn user(&self) -> Option<&UserFile> {
+        self.user.as_ref()
     }
 
     /// Finds a built-in variant of a built-in sensor: `rtac0` and `published-2025`.
@@ -240,7 +257,7 @@ impl Source {
         };
         let mut others: Vec<SourceText> = std::iter::once(base.main).chain(base.others).collect();
         others.retain(|other| other.file != main.file);
-        Ok(Self { main, others })
+        Ok(Self { main, others, user: base.user })
     }
 
     /// The sensor's own file.
@@ -258,7 +275,8 @@ impl Source {
     /// # Errors
     /// All problems of the design.
     pub fn load(&self, overrides: &[String]) -> Result<Project, Error> {
-        fixtures::load(&self.main.file, &self.main.text, overrides)
+        let SourceText { file, text } = &self.main;
+        fixtures::load_with(file, text, overrides, self.user.as_ref())
             .map_err(|invalid| self.invalid(invalid))
     }
 
@@ -279,6 +297,24 @@ impl Source {
 fn builtin(name: &str) -> Option<SourceText> {
     let text = designs::builtin_yaml(name)?;
     Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
+}
+
+/// Names the file with what a user keeps for all sensors: materials and processes.
+pub const USER_FILE_VARIABLE: &str = "FABKIT_MATERIALS";
+
+/// Reads the user's own file, where the environment names one.
+///
+/// # Errors
+/// A file that cannot be read; what is wrong in it is told with the sensor's problems.
+pub fn user_file() -> Result<Option<UserFile>, Error> {
+    let Some(name) = std::env::var_os(USER_FILE_VARIABLE).filter(|name| !name.is_empty()) else {
+        return Ok(None);
+    };
+    let path = Path::new(&name);
+    let hint = "FABKIT_MATERIALS names a file with `materials:` and `processes:`";
+    let expected = Expected { what: "a file of materials", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::read_text(path, expected)?;
+    Ok(Some(UserFile { file: path.display().to_string(), text }))
 }
 
 fn read_yaml(path: &Path) -> Result<String, Error> {

@@ -23,7 +23,13 @@ fn design(parts: Vec<Body>) -> Design {
         field_of_view: Angle::from_deg(160.0).unwrap(),
     };
     let sensor = Sensor::new("small", "Small", "", camera, parts);
-    Design { sensor, parameters: Vec::new(), derived: Vec::new(), companions: Vec::new() }
+    Design {
+        sensor,
+        parameters: Vec::new(),
+        derived: Vec::new(),
+        materials: Vec::new(),
+        companions: Vec::new(),
+    }
 }
 
 fn run(parts: Vec<Body>) -> Result<Exported, ExportFailure> {

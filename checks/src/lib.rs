@@ -44,7 +44,7 @@ use rayon::prelude::*;
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
 pub use memo::Memo;
-pub use printability::{PrintLimits, print_limits, printability, thinnest_wall};
+pub use printability::{PrintLimits, part_limits, print_limits, printability, thinnest_wall};
 pub use scene::InvalidBody;
 
 use scene::Assemblies;

@@ -47,6 +47,23 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
     }
 }
 
+/// The limits of a part's process, or of the machine that it is made on.
+pub fn part_limits(part: &Body) -> Option<PrintLimits> {
+    let usual = print_limits(part.process()?)?;
+    let Some(machine) = &part.machine else { return Some(usual) };
+    let [width, depth, height] = usual.bed_mm;
+    let [own_width, own_depth, own_height] = machine.bed_mm;
+    Some(PrintLimits {
+        wall_mm: machine.wall_mm.unwrap_or(usual.wall_mm),
+        hole_mm: machine.hole_mm.unwrap_or(usual.hole_mm),
+        bed_mm: [
+            own_width.unwrap_or(width),
+            own_depth.unwrap_or(depth),
+            own_height.unwrap_or(height),
+        ],
+    })
+}
+
 /// Applies the rule to the printed parts of a kit; the second figure is how many there are.
 ///
 /// Walls are measured along exact lines: from where a line enters, along the face's normal to where
@@ -69,7 +86,7 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
 /// [`InvalidBody`] if a solid is none.
 pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let printed: Vec<(&Body, PrintLimits)> =
-        kit.parts().filter_map(|part| Some((part, print_limits(part.process()?)?))).collect();
+        kit.parts().filter_map(|part| Some((part, part_limits(part)?))).collect();
     let found: Vec<Vec<Finding>> =
         printed.par_iter().map(|(part, limits)| examine(part, limits)).collect::<Result<_, _>>()?;
     Ok((found.into_iter().flatten().collect(), printed.len()))
@@ -89,12 +106,15 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     let over = [(long, width.max(depth)), (short, width.min(depth)), (size.z, height)];
     if let Some((value, limit)) = over.into_iter().find(|(value, limit)| value > limit) {
         let message = format!(
-            "{} is {:.1} x {:.1} x {:.1} mm, more than a usual printer for {} takes",
+            "{} is {:.1} x {:.1} x {:.1} mm, more than {} takes",
             part.name,
             size.x,
             size.y,
             size.z,
-            part.process_word()
+            match &part.machine {
+                Some(machine) => machine.name.clone(),
+                None => format!("a usual printer for {}", part.process_word()),
+            }
         );
         let fix = "make it smaller, or print it elsewhere";
         findings.push(

@@ -6,7 +6,7 @@ use fabkit_geometry::{
 };
 
 use crate::blocks::bought;
-use crate::materials::{Castable, castable};
+use crate::materials::Castable;
 
 /// Name of an assembly, as a family's constants hold it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,7 +188,7 @@ pub struct Liquid {
 }
 
 /// A material by its trade name, with so much surplus, as its maker says that it cures.
-pub fn liquid(material: &str, waste: f64) -> Liquid {
+pub fn liquid(material: &Castable, waste: f64) -> Liquid {
     Liquid { mix: mix(material), waste, cure: cure(material) }
 }
 
@@ -219,22 +219,19 @@ impl Liquid {
     }
 }
 
-/// What a layer is mixed from; nothing for an unknown material, which constraints refuse.
-pub fn mix(material: &str) -> Mix {
-    castable(material).map_or_else(
-        || Mix { by_mass: Vec::new(), density_g_per_cm3: 0.0, degas: false },
-        Castable::mix,
-    )
+/// What a layer is mixed from.
+pub fn mix(material: &Castable) -> Mix {
+    material.mix()
 }
 
-/// How a layer cures; not at all for an unknown material, which constraints refuse.
-pub fn cure(material: &str) -> Cure {
-    castable(material).map_or(Cure { hours: 0.0, celsius: 23.0 }, |material| material.cure)
+/// How a layer cures.
+pub fn cure(material: &Castable) -> Cure {
+    material.cure()
 }
 
-/// How much a material shrinks as it cures, as a share; nothing if it is unknown.
-pub fn shrinkage(material: &str) -> f64 {
-    castable(material).map_or(0.0, |material| material.shrinkage)
+/// How much a material shrinks as it cures, as a share.
+pub fn shrinkage(material: &Castable) -> f64 {
+    material.shrinkage()
 }
 
 /// A rigid tool that comes off in a direction.
@@ -244,9 +241,8 @@ pub fn rigid(body: Name, direction: Vector3<f64>) -> Pull {
 
 /// A body that comes off in a direction while a soft material gives way: the body's own, or what was
 /// cast.
-pub fn peeled(body: Name, direction: Vector3<f64>, material: &str) -> Pull {
-    let strain_limit = castable(material).map(|material| material.breaking_strain);
-    Pull { strain_limit, ..rigid(body, direction) }
+pub fn peeled(body: Name, direction: Vector3<f64>, material: &Castable) -> Pull {
+    Pull { strain_limit: material.breaking_strain(), ..rigid(body, direction) }
 }
 
 /// The open top of what is poured, within `radius_mm` around the z axis, at a height; `up` is out of it.

@@ -9,7 +9,9 @@ mod families;
 mod fits;
 pub mod hardware;
 mod kerf;
-mod materials;
+pub mod materials;
+mod own;
+pub mod processes;
 pub mod profile;
 mod registry;
 
@@ -21,6 +23,7 @@ pub use hardware::{
     Dowel, Head, HeatSetNut, HexNut, HexSpacer, ORing, SQUEEZED_PLAY_MM, Screw, SocketScrew,
 };
 pub use kerf::kerf_mm;
+pub use own::UserFile;
 pub use registry::{
     Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry, Start,
 };
@@ -87,6 +90,8 @@ pub struct Design {
     pub parameters: Vec<parameters::Setting>,
     /// What follows from the parameters: name, value with unit; for `fabkit show`.
     pub derived: Vec<(String, String)>,
+    /// The materials that are cast, in the order of the parameters that name them.
+    pub materials: Vec<materials::Castable>,
     /// Files that belong to the design besides those of its parts.
     pub companions: Vec<Companion>,
 }

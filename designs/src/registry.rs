@@ -15,6 +15,9 @@ use fabkit_text::{shown, suggestion, take_word};
 pub use starting::Start;
 
 use crate::Design;
+use crate::materials::Castable;
+use crate::own::{Own, UserFile, add_to_schema};
+use crate::processes::assign;
 
 /// The version of the file format that is read.
 pub const FORMAT: u32 = 1;
@@ -214,7 +217,10 @@ impl Registry {
                 .filter(|name| self.family_of(name) == Some(family.name))
                 .collect(),
         };
-        root_schema(FORMAT, &self.families.iter().map(schema).collect::<Vec<_>>(), extensions)
+        let families: Vec<FamilySchema> = self.families.iter().map(schema).collect();
+        let mut schema = root_schema(FORMAT, &families, extensions);
+        add_to_schema(&mut schema);
+        schema
     }
 
     /// The family that a built-in sensor belongs to, directly or through what it extends.
@@ -238,7 +244,7 @@ impl Registry {
         overrides: &[String],
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
-        let extra = Extra { others, section: None };
+        let extra = Extra { others, section: None, user: None };
         self.load_with(file, yaml, overrides, extra, &mut |_| ()).map(|(design, _)| design)
     }
 
@@ -252,6 +258,7 @@ impl Registry {
         yaml: &str,
         overrides: &[String],
         extension: &Extension,
+        user: Option<&UserFile>,
     ) -> Result<(Design, Extended<P>), InvalidDesign> {
         let (mut parameters, mut settings) = (None, Vec::new());
         let field =
@@ -260,7 +267,7 @@ impl Registry {
             parameters = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
-        let extra = Extra { others: &[], section: Some((extension, field)) };
+        let extra = Extra { others: &[], section: Some((extension, field)), user };
         let (design, report) = self.load_with(file, yaml, overrides, extra, &mut read)?;
         match parameters {
             Some(parameters) => Ok((design, Extended { parameters, settings, report })),
@@ -278,10 +285,11 @@ impl Registry {
     ) -> Result<(Design, Report), InvalidDesign> {
         let place = Place::new(TextLayer::File, file, &SENSOR);
         let mut found = Vec::new();
-        let Some(layers) = self.layers(yaml, place.clone(), &mut found) else {
+        let Some(mut layers) = self.layers(yaml, place.clone(), &mut found) else {
             return Err(InvalidDesign { problems: Found::sorted(found) });
         };
         let family = layers.family;
+        let mut own = Own::take(&mut layers.entries, extra.user, &mut found);
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
         if let Some((extension, field)) = extra.section {
@@ -298,14 +306,25 @@ impl Registry {
             entries.retain(|entry| !extra.others.contains(&&*entry.key));
             document.lay(entries, &place);
         }
-        apply_overrides(&mut document, overrides);
+        let overrides = own.take_overrides(overrides, &mut document.found);
+        apply_overrides(&mut document, &overrides);
         let example = self.example(&family);
-        let Run { settings, built, report } =
-            (family.run)(Reader::new(document), example.as_ref(), read_more);
+        let known = own.known();
+        let making = known.making.clone();
+        let reader = Reader::new(document).knowing(known);
+        let Run { settings, built, report } = (family.run)(reader, example.as_ref(), read_more);
         match built {
-            Some(Built { sensor, derived }) if report.is_clean() => {
+            Some(Built { mut sensor, derived }) if report.is_clean() => {
+                let mut found = Vec::new();
+                assign(&mut sensor, &own.processes, &making, &mut found);
+                if !found.is_empty() {
+                    return Err(InvalidDesign { problems: Found::sorted(found) });
+                }
+                let materials: Vec<Castable> = own.used(&settings);
+                let mut parameters = settings;
+                parameters.extend(own.settings(&materials));
                 let companions = Vec::new();
-                Ok((Design { sensor, parameters: settings, derived, companions }, report))
+                Ok((Design { sensor, parameters, derived, materials, companions }, report))
             }
             _ if !report.is_clean() => Err(report.into_invalid()),
             _ => Err(bug(file, format!("the family {} built nothing", family.name))),
@@ -410,6 +429,8 @@ struct Extra<'a> {
     others: &'a [&'a str],
     /// A section that is read.
     section: Option<(&'a Extension, Field)>,
+    /// What the user keeps for all sensors.
+    user: Option<&'a UserFile>,
 }
 
 /// A file, then the built-in sensors it extends.

@@ -35,8 +35,8 @@ pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
 pub use manifest::{
-    Compensation, FileEntry, GivenProfile, Manifest, NotApplied, OptionsEntry, OtherFile,
-    Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
+    Compensation, FileEntry, GivenProfile, MachineEntry, Manifest, NotApplied, OptionsEntry,
+    OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
 };
 pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use parquet::{Column, parquet};

@@ -158,6 +158,18 @@ pub struct PartEntry {
     /// The outlines in its DXF and SVG files, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<SheetFigures>,
+    /// What it is made on, where a file says so, and what differs by that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineEntry>,
+}
+
+/// What a part is made on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MachineEntry {
+    /// As its owner calls it.
+    pub name: String,
+    /// What differs from how the part is usually made.
+    pub note: String,
 }
 
 /// How exported copies differ from the nominal geometry, which pictures, trees and ground truth

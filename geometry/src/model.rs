@@ -185,6 +185,22 @@ impl Kind {
     }
 }
 
+/// The machine that a part is made on, where somebody says so; what it does not say is as usual for the
+/// part's process.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Machine {
+    /// As its owner calls it.
+    pub name: String,
+    /// Thinnest wall that it makes, mm.
+    pub wall_mm: Option<f64>,
+    /// Smallest diameter of a hole that it makes, mm.
+    pub hole_mm: Option<f64>,
+    /// Room for a part: width, depth, height, mm.
+    pub bed_mm: [Option<f64>; 3],
+    /// What differs from how the part is usually made, for whoever makes it.
+    pub note: String,
+}
+
 /// A part that a lab makes, a layer that it casts or a component that it buys.
 ///
 /// Stated by what is special about it; everything else is as for nearly all bodies.
@@ -224,6 +240,8 @@ pub struct Body {
     pub bed_from_body: Pose,
     /// What to mind when making it.
     pub notes: Vec<String>,
+    /// What it is made on, if that is not just any machine for its process.
+    pub machine: Option<Machine>,
     /// Linear shrinkage of what is cast in it, 0 for everything but molds: exported copies, and only
     /// those, are larger by 1 / (1 - shrinkage).
     pub shrinkage: f64,
@@ -250,6 +268,7 @@ impl Body {
             opacity: 1.0,
             bed_from_body: Pose::identity(),
             notes: Vec::new(),
+            machine: None,
             shrinkage: 0.0,
             genus: is_counted.then_some(0),
             shells: is_counted.then_some(Shells::ONE),

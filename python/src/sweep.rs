@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use fabkit_application::designs::UserFile;
 use fabkit_application::diagnostics::{Diagnosed, SourceText};
 use fabkit_application::documents;
 use fabkit_application::fixtures;
@@ -26,9 +27,10 @@ pub struct SweepPlan {
 
 impl SweepPlan {
     fn new(plan: Plan) -> Self {
-        let PlanSource { sensor_file, sensor_yaml, .. } = plan.source();
+        let PlanSource { sensor_file, sensor_yaml, user, .. } = plan.source();
         let main = SourceText { file: sensor_file.clone(), text: sensor_yaml.clone() };
-        Self { sensor: Arc::new(Source::of_text(main)), plan: Arc::new(plan) }
+        let user = user.clone().map(|(file, text)| UserFile { file, text });
+        Self { sensor: Arc::new(Source::of_text(main).with_user(user)), plan: Arc::new(plan) }
     }
 
     fn variant(&self, number: usize) -> Result<Variant, Failure> {

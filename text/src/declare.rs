@@ -79,6 +79,27 @@ impl<T: Scalar> Parameter for T {
     }
 }
 
+/// A value that may be left out: nothing stands for what is not known.
+impl<T: Scalar> Parameter for Option<T> {
+    type Limits = T::Limits;
+
+    fn shape(limits: &T::Limits) -> Shape {
+        T::shape(limits)
+    }
+
+    fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
+        match reader.is_written(path) {
+            true => reader.scalar(path, summary, limits).map(Some),
+            false => Some(None),
+        }
+    }
+
+    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64) -> Vec<(String, Self)> {
+        let others = self.iter().flat_map(|value| Scalar::neighbours(value, limits, share));
+        others.map(|other| (path.to_owned(), Some(other))).collect()
+    }
+}
+
 /// Limits: how many items, and those of each item.
 impl<T: Scalar> Parameter for Vec<T> {
     type Limits = (RangeInclusive<usize>, T::Limits);
@@ -155,6 +176,7 @@ pub fn summary(lines: &[&str]) -> String {
 /// | `bool` | `true` | none |
 /// | an enum of [`choices!`](crate::choices!) | `round` | none |
 /// | `Vec` of one of these | `[1 mm, 2 mm]` | `(1..=8, 0.0..=5.0)`: items, then of each |
+/// | `Option` of one of these | left out where it is not known | as without |
 ///
 /// The first paragraph of each comment is what `fabkit show` and the schema say.
 ///
@@ -258,7 +280,7 @@ macro_rules! parameters {
         impl $crate::Section for $name {
             fn fields() -> Vec<$crate::Field> {
                 use $crate::{Field, Parameter, summary};
-                vec![$(
+                let mut fields = vec![$(
                     Field {
                         name: stringify!($field),
                         summary: summary(&[$($field_doc),+]),
@@ -266,7 +288,10 @@ macro_rules! parameters {
                             &$crate::parameter_limits!($($limits)?),
                         ),
                     }
-                ),+]
+                ),+];
+                // What stands nowhere in a file.
+                fields.retain(|field| !matches!(&field.shape, $crate::Shape::Section(inner) if inner.is_empty()));
+                fields
             }
         }
     };

@@ -41,7 +41,7 @@ pub use place::{Found, Place, TextLayer, Written, WrittenText};
 pub use reader::{Example, Reader};
 pub use reading::{Reading, check_format, mapping_of, read_section, take_word};
 pub use report::{Quantity, Report};
-pub use schema::{FamilySchema, root_schema};
+pub use schema::{FamilySchema, root_schema, section_schema};
 pub use serde_json::Value as Json;
 pub use suggest::{did_you_mean, hint as suggestion, similar};
 pub use tree::{Content, Dialect, Entry, Fault, Node, Position};
@@ -52,6 +52,8 @@ pub use value::{Kind, Name, Refusal, Scalar};
 pub enum SourceKind {
     /// Stated in the paper.
     Paper,
+    /// Stated by the maker of what is bought: in a data sheet.
+    Maker,
     /// Measured from published files.
     Measured,
     /// Chosen by fabkit's authors.
@@ -62,12 +64,13 @@ pub enum SourceKind {
 
 impl SourceKind {
     /// Every kind, in the order in which messages name them.
-    pub const ALL: [Self; 4] = [Self::Paper, Self::Measured, Self::Chosen, Self::User];
+    pub const ALL: [Self; 5] = [Self::Paper, Self::Maker, Self::Measured, Self::Chosen, Self::User];
 
     /// As written in YAML.
     pub fn word(self) -> &'static str {
         match self {
             Self::Paper => "paper",
+            Self::Maker => "maker",
             Self::Measured => "measured",
             Self::Chosen => "chosen",
             Self::User => "user",

@@ -1,7 +1,9 @@
 //! Typed values from the table of written ones; collects what is wrong and goes on.
 
+use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use crate::document::Document;
 use crate::expression::resolve;
@@ -16,6 +18,7 @@ pub struct Reader {
     settings: Vec<Setting>,
     missing: Vec<String>,
     found: Vec<Found>,
+    known: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Reader {
@@ -23,7 +26,49 @@ impl Reader {
     pub fn new(mut document: Document) -> Self {
         resolve(&mut document);
         let found = std::mem::take(&mut document.found);
-        Self { document, settings: Vec::new(), missing: Vec::new(), found }
+        Self { document, settings: Vec::new(), missing: Vec::new(), found, known: None }
+    }
+
+    /// The same with what values may name, for [`Reader::known`].
+    #[must_use]
+    pub fn knowing<K: Any + Send + Sync>(self, known: K) -> Self {
+        Self { known: Some(Arc::new(known)), ..self }
+    }
+
+    /// What values may name: materials, for example.
+    pub fn known<K: Any + Send + Sync>(&self) -> Option<&K> {
+        self.known.as_deref()?.downcast_ref()
+    }
+
+    /// Whether anything stands at a path, be it wrong.
+    pub fn is_written(&self, path: &str) -> bool {
+        self.document.value(path).is_some() || self.document.is_broken(path)
+    }
+
+    /// Reads a text that stands for something else, and how that is called in `fabkit show`.
+    /// `allowed` is what may stand there, for people.
+    pub fn looked_up<T>(
+        &mut self,
+        path: &str,
+        summary: &str,
+        allowed: &str,
+        look_up: impl FnOnce(&str) -> Result<(T, String), Refusal>,
+    ) -> Option<T> {
+        let written = self.written(path)?;
+        let WrittenText::Scalar(text) = &written.text else { return None };
+        match look_up(text) {
+            Ok((value, shown)) => {
+                self.setting(path, summary, shown, Kind::Text, allowed.to_owned(), &written);
+                Some(value)
+            }
+            Err(Refusal { says, hint }) => {
+                let message = format!("{path} is `{}`, {says}", crate::shown(text.trim()));
+                let mut found = written.place.problem(path, &crate::shown(text), message);
+                found.problem.hint = hint;
+                self.found.push(found);
+                None
+            }
+        }
     }
 
     /// Reads one scalar.

@@ -79,6 +79,11 @@ pub fn root_schema(
     })
 }
 
+/// A section of which anything may be left out.
+pub fn section_schema(fields: &[Field], summary: &str) -> Json {
+    section(fields, summary, false)
+}
+
 fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
     let property = |field: &Field| {
         let schema = match &field.shape {

@@ -16,8 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_designs::{Companion, Design};
 use fabkit_export::{
-    Compensation, Document, FileEntry, Manifest, MeshFigures, Object, PartEntry, SamplesDocument,
-    SettingEntry, TreeDocument,
+    Compensation, Document, FileEntry, MachineEntry, Manifest, MeshFigures, Object, PartEntry,
+    SamplesDocument, SettingEntry, TreeDocument,
 };
 use fabkit_geometry::{Body, Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
@@ -468,5 +468,9 @@ fn part_entry(meshed: &Meshed) -> PartEntry {
         bounds_in_file_mm: meshed.lying.bounds(),
         mesh: meshed.figures,
         sheet: meshed.sheet.as_ref().map(CutSheet::figures),
+        machine: body
+            .machine
+            .as_ref()
+            .map(|machine| MachineEntry { name: machine.name.clone(), note: machine.note.clone() }),
     }
 }

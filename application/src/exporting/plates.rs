@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
-use fabkit_export::{Document, Object, Spot};
+use fabkit_export::{Bed, Document, Object, Spot};
 use fabkit_geometry::{Pose, Process};
 use fabkit_mesh::PrintMesh;
 use rayon::prelude::*;
@@ -25,19 +25,27 @@ pub(super) fn plates(
     // The parts of a group would be laid out apart.
     let groups = &design.sensor.print_groups;
     let in_group = |name: &str| groups.iter().any(|g| g.parts.iter().any(|part| part == name));
-    let mut copies: BTreeMap<(usize, &str), Vec<&Meshed>> = BTreeMap::new();
+    let mut copies: BTreeMap<(usize, &str, &str), Vec<&Meshed>> = BTreeMap::new();
     for m in meshed.iter().filter(|m| !in_group(&m.body.name)) {
         let process = BED_PROCESSES.iter().position(|bed| m.body.process() == Some(*bed));
         let Some(process) = process else { continue };
-        let plate = copies.entry((process, m.body.material.as_str())).or_default();
+        let machine = m.body.machine.as_ref().map_or("", |machine| &*machine.name);
+        let plate = copies.entry((process, machine, m.body.material.as_str())).or_default();
         plate.extend(std::iter::repeat_n(m, m.body.quantity as usize));
     }
     limit_triangles(copies.values().flatten().map(|m| m.figures.triangles).sum())?;
-    let words = stock::words(copies.keys().map(|(_, material)| *material));
+    let words = stock::words(copies.keys().map(|(_, _, material)| *material));
+    let machines = stock::words(copies.keys().map(|(_, machine, _)| *machine));
     let mut made = Vec::new();
-    for ((process, material), copies) in &copies {
+    for ((process, machine, material), copies) in &copies {
         let stock = (BED_PROCESSES[*process], *material);
-        let name = format!("plate-{}-{}", stock.0, words[material]);
+        // A process of one's own goes by its own name.
+        let made_on = match (stock.0.to_string(), *machine) {
+            (process, "") => process,
+            (process, machine) if machine.eq_ignore_ascii_case(&process) => process,
+            (process, machine) => format!("{process}-{}", machines[machine]),
+        };
+        let name = format!("plate-{made_on}-{}", words[material]);
         made.extend(plates_of(design, hash, options, (&name, stock), copies)?);
     }
     Ok(made)
@@ -58,7 +66,8 @@ fn plates_of(
             (m.body.name.as_str(), [width_mm, depth_mm])
         })
         .collect();
-    let spots = fabkit_export::pack(&footprints, options.bed)?;
+    let bed = bed_of(copies, options);
+    let spots = fabkit_export::pack(&footprints, bed)?;
     let plates = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
     let plate = |plate: usize| {
         let title = format!("{name}-{}", plate + 1);
@@ -82,6 +91,17 @@ fn plates_of(
         })
     };
     (0..plates).map(plate).collect()
+}
+
+/// The bed of the machine that the copies are made on; where nobody says, the one that was asked for.
+fn bed_of(copies: &[&Meshed], options: &ExportOptions) -> Bed {
+    let machine = copies.first().and_then(|m| m.body.machine.as_ref());
+    match machine.map(|machine| machine.bed_mm) {
+        Some([Some(width_mm), Some(depth_mm), _]) => {
+            Bed { size_mm: [width_mm, depth_mm], ..options.bed }
+        }
+        _ => options.bed,
+    }
 }
 
 /// Moved before rounding to `f32`, and checked again after it: rounding depends on the place.

@@ -71,6 +71,7 @@ pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<
         sensor_file,
         sensor_yaml,
         custom_metrics: custom.to_vec(),
+        user: source.user().map(|user| (user.file.clone(), user.text.clone())),
     };
     Plan::new(plan).map_err(|invalid| {
         let texts = std::iter::once(of_plan()).chain(source.texts().cloned());

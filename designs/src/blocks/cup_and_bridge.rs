@@ -9,6 +9,7 @@ use super::{Joint, TOOL_GREY, hanging, holes, ring, turn};
 use crate::assembling::{Name, flipped};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
+use crate::materials::Castable;
 use crate::parameters;
 use crate::parameters::{Report, limits};
 
@@ -20,7 +21,7 @@ parameters! {
         /// Thickness of silicone under the tube's tip.
         silicone_floor: Length = 2.0..=40.0,
         /// Material of the mold.
-        silicone_material: String = 1..=80,
+        silicone_material: Castable,
         /// Length of the glass tube from rim to tip.
         tube_length: Length = 20.0..=300.0,
         /// Width of the tube's rim beyond its outside.

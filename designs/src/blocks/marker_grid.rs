@@ -3,6 +3,7 @@
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Length, Path, Pose, Process, Profile, Shells, Solid};
 
 use super::{Rect, STEEL, copies, upright};
+use crate::materials::Castable;
 use crate::parameters;
 use crate::parameters::{Report, limits};
 
@@ -20,7 +21,7 @@ parameters! {
         /// Thickness of the ink.
         thickness: Length = 0.005..=0.5,
         /// Trade name of the ink.
-        material: String = 1..=80,
+        material: Castable,
     }
 }
 

@@ -27,8 +27,6 @@ use fabkit_geometry::{
 
 use crate::Header;
 use crate::assembling::Name;
-use crate::materials::{castable, castable_names};
-use crate::parameters::Report;
 
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
@@ -196,16 +194,4 @@ pub fn sensor(
 /// A length that follows from the parameters, for `fabkit show`.
 pub fn mm(name: &str, value: f64) -> (String, String) {
     (name.to_owned(), format!("{value:.3} mm"))
-}
-
-/// Reports materials, each named at its path, of which fabkit knows neither mix nor cure.
-pub fn require_castable(named: &[(&str, &String)], report: &mut Report) {
-    for (path, name) in named {
-        report.require(
-            castable(name).is_some(),
-            path,
-            || format!("{path} is `{name}`, of which fabkit knows neither mix nor cure"),
-            || format!("write one of {}", castable_names()),
-        );
-    }
 }

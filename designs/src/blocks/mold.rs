@@ -10,9 +10,11 @@ use fabkit_geometry::{
 };
 
 use super::PRINTED_WALL_MM;
-use crate::fits::{Fit, gap_mm};
+use crate::assembling::Name;
+use crate::fits::Fit;
 use crate::parameters;
 use crate::parameters::{Report, limits};
+use crate::processes::Making;
 
 parameters! {
     /// Two-piece molds for the gel layers.
@@ -47,6 +49,8 @@ parameters! {
         vent_diameter: Length = 0.6..=4.0,
         /// Material.
         material: String = 1..=80,
+        /// Which of its parts are made how.
+        making: Making,
     }
 }
 
@@ -77,7 +81,7 @@ impl Half {
 
 /// A half without a cavity: block, sockets for the dowels of the other half and of a lid, pry slots
 /// and band groove.
-pub fn half(mold: &Mold, which: Half) -> Solid {
+pub fn half(mold: &Mold, name: Name, which: Half) -> Solid {
     let (w, height) = (mold.width.mm() / 2.0, mold.height.mm());
     // Half A; half B is its image turned by half a turn.
     let outline = Path::from([0.0, w])
@@ -97,10 +101,10 @@ pub fn half(mold: &Mold, which: Half) -> Solid {
         Half::B => (Fit::Slide, grip + SOCKET_SPARE_MM),
     };
     let sockets = side_dowel_poses(mold).into_iter().enumerate().map(|(i, pose)| {
-        dowel_tool(mold, fit, depth).placed(pose).named(format!("socket {}", i + 1))
+        dowel_tool(mold, name, fit, depth).placed(pose).named(format!("socket {}", i + 1))
     });
     let lid_pose = lid_dowel_poses(mold)[usize::from(which == Half::B)];
-    let lid_socket = dowel_tool(mold, Fit::Press, grip).placed(lid_pose).named("lid socket");
+    let lid_socket = dowel_tool(mold, name, Fit::Press, grip).placed(lid_pose).named("lid socket");
     let pry = [-1.0, 1.0].map(|side| {
         let (gap, depth) = (mold.pry_gap.mm(), mold.pry_depth.mm());
         Solid::cuboid(gap, 2.0 * depth, mold.pry_length.mm())
@@ -129,9 +133,9 @@ pub fn lid_dowel_poses(mold: &Mold) -> Vec<Pose> {
     [-x, x].map(|x| Pose::translation(x, 0.0, 0.0)).to_vec()
 }
 
-/// A hole for a dowel along z around the origin, `depth_mm` to both sides.
-pub fn dowel_tool(mold: &Mold, fit: Fit, depth_mm: f64) -> Solid {
-    let radius = mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Fdm, fit);
+/// A hole in a part for a dowel along z around the origin, `depth_mm` to both sides.
+pub fn dowel_tool(mold: &Mold, part: Name, fit: Fit, depth_mm: f64) -> Solid {
+    let radius = mold.dowel_diameter.mm() / 2.0 + mold.making.gap_mm(part, Process::Fdm, fit);
     Solid::cylinder(radius, 2.0 * depth_mm).at_z(-depth_mm)
 }
 
@@ -166,16 +170,17 @@ pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
 pub fn check(mold: &Mold, radius_mm: f64, depth_mm: f64, report: &mut Report) {
     let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
     let grip = mold.dowel_length.mm() / 2.0;
+    let slide = mold.making.widest_mm(Process::Fdm, Fit::Slide);
     limits! { report:
         mold.height >= depth_mm + mold.wall.mm(), "the block needs a floor below the cavity";
         mold.width >= 2.0 * (radius_mm + mold.wall.mm() + dowel + inset),
             "dowels stand between the cavity's wall and the side";
         mold.dowel_inset >=
-            dowel + gap_mm(Process::Fdm, Fit::Slide) + mold.band_depth.mm() + PRINTED_WALL_MM,
+            dowel + slide + mold.band_depth.mm() + PRINTED_WALL_MM,
             "a dowel needs a wall between its hole and the band groove";
         mold.dowel_length <= mold.height.mm() - mold.band_width.mm() - 2.0 * PRINTED_WALL_MM,
             "the lid's dowels must end above the band groove";
-        mold.pry_depth <= inset - dowel - gap_mm(Process::Fdm, Fit::Slide) - 0.6,
+        mold.pry_depth <= inset - dowel - slide - 0.6,
             "the pry slots must end in front of the dowels";
         mold.pry_length <= mold.height.mm() / 2.0 - mold.band_width.mm(),
             "the pry slots lie between the band groove and the block's end";

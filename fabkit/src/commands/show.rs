@@ -1,6 +1,7 @@
 //! `fabkit show SENSOR`
 
 mod chain;
+mod materials;
 
 use std::iter;
 
@@ -73,6 +74,7 @@ fn text(design: &Design) -> String {
             text += &format!("\n{}", table(&[Left, Right, Left, Left, Left], &rows));
         }
     }
+    text += &materials::text(&design.materials);
     let notes = notes(&sensor.bodies);
     if !notes.is_empty() {
         let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(notes).collect();

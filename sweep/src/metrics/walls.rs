@@ -1,6 +1,6 @@
 //! Walls of printed parts.
 
-use fabkit_checks::{print_limits, thinnest_wall};
+use fabkit_checks::{part_limits, thinnest_wall};
 use fabkit_geometry::{CompiledSolid, InvalidSolid, Sensor};
 
 use super::Computed;
@@ -13,7 +13,7 @@ const LINES: usize = 600;
 
 pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
     let mut smallest_mm: Option<f64> = None;
-    for part in sensor.parts().filter(|part| part.process().and_then(print_limits).is_some()) {
+    for part in sensor.parts().filter(|part| part_limits(part).is_some()) {
         let found = thinnest_wall(&CompiledSolid::new(&part.solid)?, LIMIT_MM, LINES);
         let wall_mm = found.map_or(LIMIT_MM, |(wall_mm, _)| wall_mm);
         smallest_mm = Some(smallest_mm.map_or(wall_mm, |smallest| smallest.min(wall_mm)));

@@ -8,6 +8,7 @@ mod schema;
 
 use std::collections::BTreeMap;
 
+use fabkit_designs::UserFile;
 use fabkit_fixtures::Project;
 use fabkit_geometry::sequences;
 use fabkit_text::{InvalidDesign, Kind};
@@ -41,6 +42,9 @@ pub struct PlanSource {
     pub sensor_yaml: String,
     /// Metrics that somebody else computes, by name.
     pub custom_metrics: Vec<String>,
+    /// Name and text of the file with what the user keeps for all sensors.
+    #[serde(default)]
+    pub user: Option<(String, String)>,
 }
 
 impl PlanSource {
@@ -52,7 +56,14 @@ impl PlanSource {
             sensor_file: sensor_file.into(),
             sensor_yaml: sensor_yaml.into(),
             custom_metrics: Vec::new(),
+            user: None,
         }
+    }
+
+    /// Builds the sensor with its fixtures.
+    pub(crate) fn load(&self, overrides: &[String]) -> Result<Project, InvalidDesign> {
+        let user = self.user.clone().map(|(file, text)| UserFile { file, text });
+        fabkit_fixtures::load_with(&self.sensor_file, &self.sensor_yaml, overrides, user.as_ref())
     }
 }
 
@@ -240,8 +251,9 @@ impl Plan {
     /// BLAKE3 over everything that decides the rows: plan, sensor, version. Hexadecimal.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        let PlanSource { text, sensor_yaml, custom_metrics, .. } = &self.source;
-        for part in [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics.join("\n")] {
+        let PlanSource { text, sensor_yaml, custom_metrics, user, .. } = &self.source;
+        let parts = [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics.join("\n")];
+        for part in parts.into_iter().chain(user.as_ref().map(|(_, text)| &**text)) {
             hasher.update(&(part.len() as u64).to_le_bytes());
             hasher.update(part.as_bytes());
         }
@@ -376,8 +388,7 @@ impl Plan {
     /// # Errors
     /// Everything that keeps it from being built.
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
-        let PlanSource { sensor_file, sensor_yaml, .. } = &self.source;
-        fabkit_fixtures::load(sensor_file, sensor_yaml, &variant.overrides)
+        self.source.load(&variant.overrides)
     }
 
     /// Whether a constraint is decided before a variant is built: by what is written for it.

@@ -7,8 +7,9 @@ use serde_json::Value;
 
 use super::{GENERATED, Output};
 
-/// Keys of every family that `reference/yaml.md` explains by hand.
-const COMMON: [&str; 4] = ["format", "family", "extends", "fixtures"];
+/// Keys of every family that `reference/yaml.md` and `reference/own.md` explain by hand.
+const COMMON: [&str; 7] =
+    ["format", "family", "extends", "fixtures", "materials", "processes", "parts"];
 
 /// One page for each family, and one for the fixtures, which are the same for all.
 ///

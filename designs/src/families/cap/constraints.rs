@@ -12,7 +12,7 @@ use super::mold::vents;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
 use super::skin::dimple_count;
-use crate::blocks::{APART_MM, PRINTED_WALL_MM, half_chord, require_castable};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, half_chord};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
@@ -31,8 +31,6 @@ const PLUG_MM: f64 = 8.0;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &Cap, report: &mut Report) {
     let layout = Layout::new(p);
-    let materials = [("skin.material", &p.skin.material), ("paint.material", &p.paint.material)];
-    require_castable(&materials, report);
     limits! { report, p:
         skin.height <=
             layout.foot_radius_mm, "more than a hemisphere cannot be drawn out of its mold";

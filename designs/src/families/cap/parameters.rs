@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::materials::Castable;
 use crate::{choices, parameters, sections};
 
 parameters! {
@@ -12,7 +13,7 @@ parameters! {
         /// Height of the cap; with the foot it gives the sphere.
         height: Length = 1.0..=60.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 }
 
@@ -46,7 +47,7 @@ sections! {
         /// Thickness when dry.
         thickness: Length = 0.005..=1.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The clear plate that carries the skin.

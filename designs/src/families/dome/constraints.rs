@@ -11,7 +11,7 @@ use super::layout::Layout;
 use super::mold::vents;
 use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
-use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring, require_castable};
+use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
@@ -25,14 +25,6 @@ const THINNEST_GEL_MM: f64 = 0.5;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &Dome, report: &mut Report) {
     let layout = Layout::new(p);
-    let materials = [
-        ("filling_gel.material", &p.filling_gel.material),
-        ("transparent_gel.material", &p.transparent_gel.material),
-        ("translucent_gel.material", &p.translucent_gel.material),
-        ("coat.material", &p.coat.material),
-        ("form.silicone_material", &p.form.silicone_material),
-    ];
-    require_castable(&materials, report);
     contact_module(p, &layout, report);
     envelope(p, &layout, report);
     illumination(p, &layout, report);

@@ -11,7 +11,7 @@ use super::parameters::Dome;
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK, MASK_GREEN, holes, led_ring, marks, turn};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::hardware::Screw;
 
 const FROST: Color = [225, 236, 240];
@@ -52,7 +52,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let ribs = (0..p.shell.ribs)
         .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
     let through = layout.shell_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
-    let gap = gap_mm(Process::Fdm, Fit::Snug);
+    let gap = p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Snug);
     SHELL
         .made(Process::Fdm, Solid::union(std::iter::once(wall).chain(ribs)))
         .from(&p.shell.material)
@@ -77,7 +77,8 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         [0.0, top],
     ]));
 
-    let pocket_edge = p.camera.board_size.mm() + 2.0 * gap_mm(Process::Fdm, Fit::Slide);
+    let pocket_edge =
+        p.camera.board_size.mm() + 2.0 * p.mold.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
     let pocket_floor = layout.camera_board_bottom_z_mm;
     let pocket = Solid::cuboid(pocket_edge, pocket_edge, top - pocket_floor + CUT_OVERLAP_MM)
         .at_z(pocket_floor);

@@ -2,6 +2,7 @@
 
 use fabkit_geometry::Process;
 
+use super::bodies::SHELL;
 use super::parameters::Dome;
 use crate::fits::{Fit, gap_mm};
 use crate::layout;
@@ -33,11 +34,13 @@ layout! {
         /// How far ribs reach inwards: their smallest radius.
         rib_radius_mm = shell_bore_radius_mm - p.shell.rib_depth.mm();
         /// Outside of the diffuser.
-        diffuser_radius_mm = shell_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide);
+        diffuser_radius_mm =
+            shell_bore_radius_mm - p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
         /// Outside of the LED board.
         board_radius_mm = shell_bore_radius_mm - gap_mm(Process::Pcb, Fit::Press);
         /// Outside of the base's plug.
-        base_radius_mm = shell_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide);
+        base_radius_mm =
+            shell_bore_radius_mm - p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
 
         /// Bottom of the diffuser, top of the ribs.
         diffuser_bottom_z_mm = -p.diffuser.thickness.mm();

@@ -69,7 +69,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        press_fits: press_fits(&Joints::new(p, &layout)),
+        press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
         ..blocks::sensor(header, camera, bodies)
     }
@@ -118,9 +118,12 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
 }
 
 /// The overlaps that are meant.
-fn press_fits(joints: &Joints) -> Vec<PressFit> {
-    let [board, dowel] = [Process::Pcb, Process::Fdm].map(|process| -gap_mm(process, Fit::Press));
-    let held = |half, reason| press_fit(DOWEL, half, dowel, reason);
+fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
+    let board = -gap_mm(Process::Pcb, Fit::Press);
+    let held = |half, reason| {
+        let dowel = -p.mold.making.gap_mm(half, Process::Fdm, Fit::Press);
+        press_fit(DOWEL, half, dowel, reason)
+    };
     let screws = [
         joints.camera.press_fit(BASE),
         joints.form.press_fit(FORM_CUP),

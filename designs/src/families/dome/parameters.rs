@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
+use crate::materials::Castable;
 use crate::sections;
 
 sections! {
@@ -26,7 +27,7 @@ sections! {
     /// The layer between tube and translucent gel; its thickness is what these two leave.
     pub struct TransparentGel {
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The layer whose brightness tells its depth.
@@ -34,7 +35,7 @@ sections! {
         /// Thickness with the coat: the difference of the two cavities' radii.
         thickness: Length = 0.3..=10.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The black layer outside.
@@ -42,13 +43,13 @@ sections! {
         /// Thickness when dry.
         thickness: Length = 0.005..=1.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The gel that fills the tube and glues it to the diffuser and shell.
     pub struct FillingGel {
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The largest outer dimensions.

@@ -13,6 +13,7 @@ use crate::blocks::frame_mold::FLOOR;
 use crate::blocks::marker_grid::{MARKERS, STENCIL};
 use crate::blocks::posted_camera::CAMERA;
 use crate::blocks::{DOWEL, LED};
+use crate::materials::Castable;
 
 /// What a primer and an adhesive for silicone need before the next step.
 const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
@@ -29,7 +30,7 @@ fn surface(layout: &Layout, z: f64) -> Vec<Opening> {
     vec![opening("surface", &Pose::translation(0.0, 0.0, z), x.hypot(y))]
 }
 
-fn pour(material: &str, walls: &[Name], layer: Name, openings: Vec<Opening>) -> Action {
+fn pour(material: &Castable, walls: &[Name], layer: Name, openings: Vec<Opening>) -> Action {
     liquid(material, SCRAPED).fills(walls, layer, Vector3::z(), openings)
 }
 

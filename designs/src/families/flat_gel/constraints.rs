@@ -6,7 +6,7 @@ use fabkit_geometry::Process;
 use super::layout::Layout;
 use super::pad::frames;
 use super::parameters::FlatGel;
-use crate::blocks::{PRINTED_WALL_MM, require_castable};
+use crate::blocks::PRINTED_WALL_MM;
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
@@ -28,13 +28,6 @@ const EDGES: [&str; 2] = ["pad.length", "pad.width"];
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &FlatGel, report: &mut Report) {
     let layout = Layout::new(p);
-    let materials = [
-        ("pad.material", &p.pad.material),
-        ("coat.material", &p.coat.material),
-        ("bed.material", &p.bed.material),
-        ("markers.material", &p.markers.material),
-    ];
-    require_castable(&materials, report);
     pad(p, &layout, report);
     plate(p, &layout, report);
     if !report.is_clean() {

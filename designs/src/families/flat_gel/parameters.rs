@@ -7,6 +7,7 @@ use crate::blocks::clamshell::{Base, Shell};
 use crate::blocks::frame_mold::FrameMold;
 use crate::blocks::marker_grid::Markers;
 use crate::blocks::posted_camera::PostedCamera;
+use crate::materials::Castable;
 use crate::{choices, parameters, sections};
 
 parameters! {
@@ -21,7 +22,7 @@ parameters! {
         /// Radius of the upright edges, with the coat.
         corner: Length = 0.2..=20.0,
         /// Trade name of the gel.
-        material: String = 1..=80,
+        material: Castable,
     }
 }
 
@@ -45,7 +46,7 @@ sections! {
         /// How it is made.
         by: CoatBy,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The clear gel between plate and pad, poured into the shell.
@@ -53,7 +54,7 @@ sections! {
         /// Thickness; 0 for a pad that is glued to the plate itself.
         thickness: Length = 0.0..=30.0,
         /// Trade name; the pad is glued with it, too.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The clear plate that carries the gel; it lies on a ledge in the shell.

@@ -10,7 +10,7 @@ use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{key_circle_mm, vent_circles_mm};
-use crate::blocks::{APART_MM, around, half_chord, require_castable, turn};
+use crate::blocks::{APART_MM, around, half_chord, turn};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
@@ -23,13 +23,6 @@ const TIP_RADIUS_MM: f64 = 0.3;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
     let layout = Layout::new(p);
-    let materials = [
-        ("inner_elastomer.material", &p.inner_elastomer.material),
-        ("outer_elastomer.material", &p.outer_elastomer.material),
-        ("black_gel.material", &p.black_gel.material),
-        ("tooling.silicone_material", &p.tooling.silicone_material),
-    ];
-    require_castable(&materials, report);
     layers(p, &layout, report);
     // Everything below is measured from these surfaces.
     if report.is_clean() {

@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::materials::Castable;
 use crate::{choices, sections};
 
 choices! {
@@ -44,7 +45,7 @@ sections! {
         /// Thickness, along the surface's normal.
         thickness: Length = 0.1..=10.0,
         /// What is cast, as fabkit's table of materials names it.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// Slots in the inner elastomer that the outer elastomer fills: what UV light makes visible.
@@ -180,7 +181,7 @@ sections! {
         /// Thickness of printed walls and plates.
         wall: Length = 1.2..=10.0,
         /// Silicone of the molds.
-        silicone_material: String = 1..=80,
+        silicone_material: Castable,
         /// Resin of the negatives.
         resin: String = 1..=80,
     }

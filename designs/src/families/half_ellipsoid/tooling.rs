@@ -12,6 +12,7 @@ use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::cup_and_bridge::bowl;
 use crate::blocks::{TOOL_GREY, copies, marks, ring};
 use crate::fits::{Fit, gap_mm};
+use crate::materials::Castable;
 
 /// Height of the lip that centres the sleeve, and how far the core's negative rises above the
 /// silicone, mm.
@@ -151,7 +152,7 @@ fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
 }
 
 /// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
-fn double_shrinkage(p: &HalfEllipsoid, layer: &str) -> f64 {
+fn double_shrinkage(p: &HalfEllipsoid, layer: &Castable) -> f64 {
     1.0 - (1.0 - shrinkage(&p.tooling.silicone_material)) * (1.0 - shrinkage(layer))
 }
 

@@ -8,7 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
-use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring, require_castable};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
@@ -19,7 +19,6 @@ const DOTS_APART_MM: f64 = 0.3;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &PinTip, report: &mut Report) {
     let layout = Layout::new(p);
-    require_castable(&[("fill.material", &p.fill.material)], report);
     pins(p, &layout, report);
     tip(p, &layout, report);
     p.bayonet.check(&layout.tip_joint, report);

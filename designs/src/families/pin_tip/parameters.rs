@@ -3,6 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::bayonet::Bayonet;
+use crate::materials::Castable;
 use crate::{choices, sections};
 
 choices! {
@@ -64,7 +65,7 @@ sections! {
         /// Distance of the lens below the hemisphere's foot.
         depth: Length = 0.5..=20.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The flat window that closes the tip.

@@ -6,7 +6,6 @@ mod rigid;
 use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
 use super::layout::Layout;
 use super::parameters::{Arrangement, SheetMold};
-use crate::blocks::require_castable;
 use crate::parameters::{Report, limits};
 
 pub(super) use rigid::check_sheets;
@@ -32,13 +31,6 @@ const APART_MM: f64 = 0.3;
 /// Reports every combination that cannot be built.
 pub(super) fn check(p: &SheetMold, report: &mut Report) {
     let layout = Layout::new(p);
-    let materials = [
-        ("channel_layer.material", &p.channel_layer.material),
-        ("marker_layer.material", &p.marker_layer.material),
-        ("markers.paint_material", &p.markers.paint_material),
-        ("tubes.glue", &p.tubes.glue),
-    ];
-    require_castable(&materials, report);
     channels(p, report);
     markers(p, report);
     rigid::plates(p, &layout, report);

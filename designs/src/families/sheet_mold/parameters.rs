@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::materials::Castable;
 use crate::{choices, sections};
 
 choices! {
@@ -46,7 +47,7 @@ sections! {
         /// Thickness above the channels: the sheet of the mold's frame.
         roof: Length = 1.0..=10.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
     }
 
     /// The channels.
@@ -74,7 +75,7 @@ sections! {
         /// Thickness without markers: the sheet of the mold's frame.
         thickness: Length = 1.0..=10.0,
         /// Trade name.
-        material: String = 1..=80,
+        material: Castable,
         /// Trade name of the pigment that makes it dark.
         pigment: String = 1..=80,
         /// Share of the pigment by mass.
@@ -94,7 +95,7 @@ sections! {
         /// Thickness of the paint on their ends.
         paint: Length = 0.02..=0.5,
         /// Trade name of the paint.
-        paint_material: String = 1..=80,
+        paint_material: Castable,
     }
 
     /// What the molds are made from.
@@ -118,7 +119,7 @@ sections! {
         /// How far a tube is glued into its channel.
         insertion: Length = 2.0..=20.0,
         /// Trade name of the glue.
-        glue: String = 1..=80,
+        glue: Castable,
         /// Outer diameter of the steel needle that joins a tube to the display.
         needle_outer_diameter: Length = 0.3..=8.0,
         /// Inner diameter of the needle.

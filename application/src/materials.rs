@@ -1,0 +1,56 @@
+//! What is known of materials, for programs.
+
+use fabkit_designs::materials::{Castable, Material, Origin};
+use serde_json::{Value, json};
+
+/// Every material of a design with its figures; what nobody knows is null.
+pub fn json(materials: &[Castable]) -> Value {
+    materials.iter().map(|castable| of(castable)).collect()
+}
+
+fn of(castable: &Castable) -> Value {
+    let Material { name, figures, by_mass, bonds, settings, .. } = castable.material();
+    let (origin, file) = origin(castable.material());
+    let cure = castable.cure();
+    let sources: Vec<Value> = settings
+        .iter()
+        .map(|setting| {
+            json!({
+                "path": setting.path,
+                "value": setting.value,
+                "source": setting.source.kind.word(),
+                "note": setting.source.note,
+            })
+        })
+        .collect();
+    let hardness = |hardness: fabkit_designs::materials::Hardness| json!({ "scale": hardness.scale.word(), "value": hardness.value });
+    json!({
+        "name": name,
+        "origin": origin,
+        "file": file,
+        "kind": figures.kind.map(|kind| kind.word()),
+        "mix": by_mass.iter().map(|(name, share)| json!({ "name": name, "share": share })).collect::<Value>(),
+        "density_g_per_cm3": figures.density.0,
+        "cure": { "hours": cure.hours, "celsius": cure.celsius },
+        "pot_life_min": figures.pot_life.map(|time| time.0),
+        "shrinkage": figures.shrinkage.map(|share| share.share()),
+        "breaking_strain": castable.breaking_strain(),
+        "hardness": figures.hardness.map(hardness),
+        "modulus_kpa": figures.modulus.map(|modulus| modulus.0),
+        "refractive_index": figures.refractive_index,
+        "clarity": figures.clarity.map(|clarity| clarity.word()),
+        "degas": figures.degas,
+        "bonds": bonds.iter().map(|bond| json!({ "to": bond.to, "primer": bond.primer })).collect::<Value>(),
+        "note": figures.note,
+        "sources": sources,
+    })
+}
+
+/// Who says what a material is, as one word, and in which file.
+pub fn origin(material: &Material) -> (&'static str, Option<&str>) {
+    match &material.origin {
+        Origin::BuiltIn => ("built-in", None),
+        Origin::Own(file) => ("own", Some(file)),
+        Origin::Changed(file) => ("changed", Some(file)),
+    }
+}

@@ -1,0 +1,327 @@
+//! Materials by name: the built-in ones, and what files say of these and of others.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
+
+use fabkit_text::{
+    Content, Dialect, Entry, Found, Kind, Node, Place, Reading, Setting, Source, SourceKind,
+    TextLayer, check_format, join, mapping_of, shown,
+};
+
+use super::{Bond, Castable, Figures, Material, Origin};
+use crate::own::named::{Layered, Noun, Raw, given_name, key_of, raws, read, taken};
+
+/// Materials in files.
+pub(crate) const MATERIALS: Noun = Noun {
+    key: "materials",
+    dialect: &Dialect::new("material", 1, ", then `materials:` and names with sections"),
+};
+
+const BUILTIN_FILE: &str = "materials.yaml (built-in)";
+const BUILTIN_YAML: &str = include_str!("../../materials.yaml");
+
+/// Most components of a mixture, and most materials that one sticks to.
+const MOST_ITEMS: usize = 32;
+
+/// Longest source that goes for each value, bytes.
+const LONGEST_NOTE: usize = 500;
+
+/// Shares that are mixed.
+const SHARES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+
+static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
+    let place = Place::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
+    let mut found = Vec::new();
+    let mut own = Vec::new();
+    for entry in builtin_entries(&place, &mut found) {
+        own.extend(raws(MATERIALS, entry, &place, &mut found));
+    }
+    let catalogue = Catalogue::of(own, &mut found);
+    debug_assert!(found.is_empty(), "{found:#?}");
+    catalogue
+});
+
+fn builtin_entries(place: &Place, found: &mut Vec<Found>) -> Vec<Entry> {
+    let mut entries = mapping_of(BUILTIN_YAML, place, found).unwrap_or_default();
+    check_format(&mut entries, place, found);
+    entries
+}
+
+/// Every material that a sensor's file may name.
+#[derive(Clone, Debug)]
+pub(crate) struct Catalogue {
+    raws: Arc<Vec<Raw>>,
+    by_key: Arc<BTreeMap<String, Castable>>,
+}
+
+impl Catalogue {
+    /// What fabkit comes with.
+    pub fn builtin() -> &'static Self {
+        &BUILTIN
+    }
+
+    /// The same with what files say, the later ones over the earlier ones.
+    pub fn with(&self, own: Vec<Raw>, found: &mut Vec<Found>) -> Self {
+        if own.is_empty() {
+            return self.clone();
+        }
+        Self::of(self.raws.iter().cloned().chain(own).collect(), found)
+    }
+
+    fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
+        let layered = Layered::new(&raws);
+        let material = |(key, said): (&String, &[&Raw])| {
+            let material = material(&layered, key, said, found)?;
+            Some((key.clone(), Castable(Arc::new(material))))
+        };
+        let by_key = layered.iter().filter_map(material).collect();
+        Self { by_key: Arc::new(by_key), raws: Arc::new(raws) }
+    }
+
+    /// The material of that name, without regard to case and doubled spaces.
+    pub fn find(&self, name: &str) -> Option<&Castable> {
+        self.by_key.get(&key_of(name))
+    }
+
+    /// All names.
+    pub fn names(&self) -> Vec<&str> {
+        self.by_key.values().map(|castable| &**castable).collect()
+    }
+}
+
+fn is_builtin(raw: &Raw) -> bool {
+    &*raw.place.file == BUILTIN_FILE
+}
+
+/// One material; `None` after reporting what is wrong with it.
+fn material(
+    layered: &Layered,
+    key: &str,
+    said: &[&Raw],
+    found: &mut Vec<Found>,
+) -> Option<Material> {
+    // The name as it was first written, so that the built-in ones keep theirs.
+    let (first, last) = (said.first()?, said.last()?);
+    let name = first.name.clone();
+    let origin = match (is_builtin(first), is_builtin(last)) {
+        (true, true) => Origin::BuiltIn,
+        (true, false) => Origin::Changed(last.place.file.to_string()),
+        (false, _) => Origin::Own(last.place.file.to_string()),
+    };
+    let before = found.len();
+    let mut stack = layered.stack(MATERIALS, key, found)?;
+    let (mut mix, mut bonds) = (None, None);
+    for (place, entries) in &mut stack {
+        with_sources(place, entries);
+        mix = taken(entries, "mix").map(|node| (place.clone(), node)).or(mix);
+        bonds = taken(entries, "bonds").map(|node| (place.clone(), node)).or(bonds);
+    }
+    let path = join(MATERIALS.key, &shown(&name));
+    let mut own = Vec::new();
+    let by_mass = match mix {
+        Some((place, node)) => by_mass(&place, &join(&path, "mix"), node, &mut own, found),
+        // It comes ready to use.
+        None => vec![(name.clone(), 1.0)],
+    };
+    let bonds = match bonds {
+        Some((place, node)) => bonds_of(&place, &join(&path, "bonds"), node, &mut own, found),
+        None => Vec::new(),
+    };
+    let figures = read::<Figures>(MATERIALS, &name, &last.place, stack, found);
+    let (figures, mut settings) = figures.filter(|_| found.len() == before)?;
+    settings.extend(own);
+    let is_text = |path: &str| path.ends_with(".source") || path.ends_with(".note");
+    settings.retain(|setting| !is_text(&setting.path));
+    Some(Material { name, origin, figures, by_mass, bonds, settings })
+}
+
+/// What a section says of its source goes for each of its values that says nothing, so that it stays
+/// with them wherever other texts lie over them.
+fn with_sources(place: &Place, entries: &mut [Entry]) {
+    let kind = if &*place.file == BUILTIN_FILE { SourceKind::Maker } else { SourceKind::User };
+    let text = entries.iter().find(|entry| entry.key == "source").and_then(|e| e.value.text());
+    // What is too long for a note is told of the source itself.
+    let Some(text) = text.filter(|text| text.len() <= LONGEST_NOTE).map(str::to_owned) else {
+        return;
+    };
+    for entry in entries {
+        match (&*entry.key, &mut entry.value.content) {
+            ("source" | "note" | "extends", _) => {}
+            ("cure", Content::Map(inner)) if inner.iter().all(|e| e.key != "value") => {
+                inner.iter_mut().for_each(|entry| wrap(&mut entry.value, kind, &text));
+            }
+            _ => wrap(&mut entry.value, kind, &text),
+        }
+    }
+}
+
+/// A value with its source, in place of the value alone.
+fn wrap(node: &mut Node, kind: SourceKind, note: &str) {
+    if matches!(node.content, Content::Nothing) || node.get("value").is_some() {
+        return;
+    }
+    let position = node.position;
+    let entry = |key: &str, content| Entry {
+        key: key.to_owned(),
+        key_position: position,
+        value: Node { position, content },
+    };
+    let plain = std::mem::replace(&mut node.content, Content::Nothing);
+    node.content = Content::Map(vec![
+        entry("value", plain),
+        entry("source", Content::Scalar(kind.word().to_owned())),
+        entry("note", Content::Scalar(note.to_owned())),
+    ]);
+}
+
+/// The map behind a key, and its source where it is written with one.
+fn with_source<'n>(
+    reading: &mut Reading,
+    path: &str,
+    node: &'n Node,
+) -> Option<(&'n [Entry], Source)> {
+    let mut source = Source { kind: SourceKind::User, note: String::new() };
+    let Some(inner @ Node { content: Content::Map(_), .. }) = node.get("value") else {
+        return Some((reading.map(path, node), source));
+    };
+    for entry in node.entries() {
+        let text = entry.value.text().unwrap_or_default().trim();
+        match &*entry.key {
+            "value" => {}
+            "note" => source.note = shown(text),
+            "source" => match SourceKind::ALL.into_iter().find(|kind| kind.word() == text) {
+                Some(kind) => source.kind = kind,
+                None => {
+                    let words = SourceKind::ALL.map(SourceKind::word).join(", ");
+                    let message = format!("the source of {path} is `{}`", shown(text));
+                    let hint = format!("write one of {words}");
+                    reading.problem(entry.value.position, path, text, message, hint);
+                }
+            },
+            key => {
+                let message = format!("`{}` is not known beside `value`", shown(key));
+                reading.problem(entry.key_position, path, key, message, "remove the line");
+            }
+        }
+    }
+    Some((inner.entries(), source))
+}
+
+fn setting(path: &str, value: String, summary: &str, limits: &str, source: Source) -> Setting {
+    Setting {
+        path: path.to_owned(),
+        value,
+        kind: Kind::Text,
+        source,
+        summary: summary.to_owned(),
+        limits: limits.to_owned(),
+        expression: None,
+    }
+}
+
+fn too_many(reading: &mut Reading, path: &str, node: &Node, count: usize) -> bool {
+    let is_wrong = count == 0 || count > MOST_ITEMS;
+    if is_wrong && reading.found.is_empty() {
+        let message = format!("{path} has {count} items; it must have between 1 and {MOST_ITEMS}");
+        reading.problem(node.position, path, "", message, "write `{NAME: VALUE, NAME: VALUE}`");
+    }
+    is_wrong
+}
+
+fn by_mass(
+    place: &Place,
+    path: &str,
+    node: Node,
+    settings: &mut Vec<Setting>,
+    found: &mut Vec<Found>,
+) -> Vec<(String, f64)> {
+    let mut reading = Reading::new(place.clone());
+    let mut mix = Vec::new();
+    if let Some((entries, source)) = with_source(&mut reading, path, &node)
+        && !too_many(&mut reading, path, &node, entries.len())
+    {
+        for entry in entries {
+            let at = place.at(entry.key_position);
+            let name = given_name(&entry.key, &at, path, &mut reading.found);
+            let path = join(path, &shown(&entry.key));
+            let share = reading.scalar(&path, &entry.value);
+            let share = share
+                .and_then(|text| reading.value::<f64>(entry.value.position, &path, text, &SHARES));
+            mix.extend(name.zip(share));
+        }
+        let shown: Vec<String> =
+            mix.iter().map(|(name, share)| format!("{share} {name}")).collect();
+        let limits = "shares by mass, each more than 0";
+        let summary = "Components and their shares by mass.";
+        settings.push(setting(path, shown.join(" : "), summary, limits, source));
+    }
+    found.extend(reading.found);
+    mix
+}
+
+fn bonds_of(
+    place: &Place,
+    path: &str,
+    node: Node,
+    settings: &mut Vec<Setting>,
+    found: &mut Vec<Found>,
+) -> Vec<Bond> {
+    let mut reading = Reading::new(place.clone());
+    let mut bonds = Vec::new();
+    if let Some((entries, source)) = with_source(&mut reading, path, &node)
+        && !too_many(&mut reading, path, &node, entries.len())
+    {
+        for entry in entries {
+            let at = place.at(entry.key_position);
+            let to = given_name(&entry.key, &at, path, &mut reading.found);
+            let path = join(path, &shown(&entry.key));
+            let primer = reading.scalar(&path, &entry.value);
+            let at = place.at(entry.value.position);
+            let primer = primer.and_then(|text| given_name(text, &at, &path, &mut reading.found));
+            let (Some(to), Some(primer)) = (to, primer) else { continue };
+            bonds.push(Bond { to, primer: Some(primer).filter(|primer| primer != "none") });
+        }
+        let shown = |bond: &Bond| match &bond.primer {
+            Some(primer) => format!("{} with {primer}", bond.to),
+            None => bond.to.clone(),
+        };
+        let shown: Vec<String> = bonds.iter().map(shown).collect();
+        let summary = "What it sticks to, and with which primer.";
+        settings.push(setting(
+            path,
+            shown.join("; "),
+            summary,
+            "a primer or none, by material",
+            source,
+        ));
+    }
+    found.extend(reading.found);
+    bonds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_figure_is_read_and_says_where_it_comes_from() {
+        let place = Place::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
+        let mut found = Vec::new();
+        let own: Vec<Raw> = builtin_entries(&place, &mut found)
+            .into_iter()
+            .flat_map(|entry| raws(MATERIALS, entry, &place, &mut found))
+            .collect();
+        let written = own.len();
+        let catalogue = Catalogue::of(own, &mut found);
+        assert!(found.is_empty(), "{found:#?}");
+        assert_eq!(catalogue.by_key.len(), written);
+        for castable in catalogue.by_key.values() {
+            let material = castable.material();
+            assert!(material.settings.len() >= 4, "{}", material.name);
+            for setting in &material.settings {
+                let Source { kind, note } = &setting.source;
+                assert!(*kind != SourceKind::User && !note.is_empty(), "{setting:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Liquids that are cast: what is mixed, how it cures, how it shrinks.
+//!
+//! The built-in ones stand in `materials.yaml`, in the form in which anybody writes their own. A paper's
+//! own mixing ratio or cure time goes before them, in the sensor's chain.
+
+mod catalogue;
+mod units;
+
+use std::ops::Deref;
+use std::sync::Arc;
+
+use fabkit_geometry::{Cure, Mix};
+use fabkit_text::{Parameter, Reader, Refusal, Setting, Shape};
+
+use crate::own::{Known, unknown_hint};
+use crate::{choices, parameters};
+
+pub(crate) use catalogue::{Catalogue, MATERIALS};
+pub use units::{Celsius, Density, Hardness, Hours, Minutes, Percent, Pressure, Scale};
+
+/// Room temperature, degrees Celsius, where nothing is said.
+const ROOM: Celsius = Celsius(23.0);
+
+choices! {
+    /// What sort of material it is.
+    pub enum MaterialKind {
+        /// A rubber of silicone.
+        Silicone = "silicone",
+        /// A soft gel.
+        Gel = "gel",
+        /// A rubber or resin of polyurethane.
+        Polyurethane = "polyurethane",
+        /// A resin of epoxy.
+        Epoxy = "epoxy",
+        /// What coats a surface.
+        Paint = "paint",
+        /// What marks a surface.
+        Ink = "ink",
+        /// What joins parts.
+        Glue = "glue",
+        /// None of these.
+        Other = "other",
+    }
+}
+
+choices! {
+    /// What light does in it.
+    pub enum Clarity {
+        /// It is seen through.
+        Clear = "clear",
+        /// It spreads light.
+        Translucent = "translucent",
+        /// It stops light.
+        Opaque = "opaque",
+    }
+}
+
+parameters! {
+    /// How a material cures.
+    pub struct CureFigures {
+        /// How long.
+        time: Hours = 0.01..=2000.0,
+        /// How warm; 23 C where nothing is said.
+        temperature: Option<Celsius> = -20.0..=300.0,
+    }
+}
+
+parameters! {
+    /// A material that is cast, sprayed or painted; what is not known is left out.
+    pub struct Figures {
+        /// What sort of material it is.
+        kind: Option<MaterialKind>,
+        /// Density of the mixture.
+        density: Density = 0.05..=25.0,
+        /// How it cures.
+        cure: CureFigures,
+        /// Time to work in after mixing.
+        pot_life: Option<Minutes> = 0.1..=10000.0,
+        /// Linear shrinkage on curing: molds are made larger by it.
+        shrinkage: Option<Percent> = 0.0..=20.0,
+        /// Strain at which it breaks: the limit for a tool that is peeled off.
+        breaking_strain: Option<Percent> = 0.1..=5000.0,
+        /// Hardness by durometer.
+        hardness: Option<Hardness>,
+        /// Tensile modulus at 100 % strain.
+        modulus: Option<Pressure> = 0.01..=10000000.0,
+        /// Refractive index for visible light.
+        refractive_index: Option<f64> = 1.0..=3.0,
+        /// What light does in it.
+        clarity: Option<Clarity>,
+        /// Whether air is drawn out in a vacuum before pouring; not where nothing is said.
+        degas: Option<bool>,
+        /// Where the figures come from.
+        source: Option<String> = 0..=500,
+        /// What to mind.
+        note: Option<String> = 0..=500,
+    }
+}
+
+/// What a material sticks to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bond {
+    /// The other material.
+    pub to: String,
+    /// What is put between them first.
+    pub primer: Option<String>,
+}
+
+/// Who says what a material is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// fabkit.
+    BuiltIn,
+    /// A file.
+    Own(String),
+    /// A file, over what is built in.
+    Changed(String),
+}
+
+/// A material with all that is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Maker and product, as sensor files name it.
+    pub name: String,
+    /// Who says so.
+    pub origin: Origin,
+    /// What is measured of it.
+    pub figures: Figures,
+    /// Components and their shares by mass, in any scale.
+    pub by_mass: Vec<(String, f64)>,
+    /// What it sticks to.
+    pub bonds: Vec<Bond>,
+    /// All of it as written, with its sources; paths begin with `materials.NAME.`.
+    pub settings: Vec<Setting>,
+}
+
+impl Material {
+    /// Whether it is as fabkit comes with it.
+    pub fn is_builtin(&self) -> bool {
+        self.origin == Origin::BuiltIn
+    }
+}
+
+/// A material as a parameter: read by its name, which it also stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Castable(Arc<Material>);
+
+impl Castable {
+    /// All that is known of it.
+    pub fn material(&self) -> &Material {
+        &self.0
+    }
+
+    /// What is mixed.
+    pub fn mix(&self) -> Mix {
+        Mix {
+            by_mass: self.0.by_mass.clone(),
+            density_g_per_cm3: self.0.figures.density.0,
+            degas: self.0.figures.degas.unwrap_or(false),
+        }
+    }
+
+    /// How it cures.
+    pub fn cure(&self) -> Cure {
+        let CureFigures { time, temperature } = &self.0.figures.cure;
+        Cure { hours: time.0, celsius: temperature.unwrap_or(ROOM).0 }
+    }
+
+    /// How much it shrinks as it cures, as a fraction; nothing where nobody has said.
+    pub fn shrinkage(&self) -> f64 {
+        self.0.figures.shrinkage.map_or(0.0, Percent::share)
+    }
+
+    /// The strain at which it breaks; without one, no tool can be peeled off it.
+    pub fn breaking_strain(&self) -> Option<f64> {
+        self.0.figures.breaking_strain.map(Percent::share)
+    }
+}
+
+/// Its name.
+impl Deref for Castable {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0.name
+    }
+}
+
+impl From<&Castable> for String {
+    fn from(castable: &Castable) -> Self {
+        castable.0.name.clone()
+    }
+}
+
+/// Read by name, from what the reader knows.
+impl Parameter for Castable {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        match <String as Parameter>::shape(&(1..=80)) {
+            Shape::Value { is_list, kind, schema, .. } => {
+                Shape::Value { is_list, kind, allowed: ALLOWED.into(), schema }
+            }
+            section @ Shape::Section(_) => section,
+        }
+    }
+
+    fn read(reader: &mut Reader, path: &str, summary: &str, (): &()) -> Option<Self> {
+        let known = reader.known::<Known>().map(|known| &known.materials);
+        let known = known.unwrap_or_else(|| Catalogue::builtin()).clone();
+        reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
+            Some(castable) => Ok((castable.clone(), castable.0.name.clone())),
+            None => Err(Refusal {
+                says: "of which fabkit knows neither mix nor cure".into(),
+                hint: Some(format!(
+                    "{}; or declare your own: `materials: {{{}: {{density: 1 g/cm3, cure: {{time: \
+                     24 h}}}}}}`",
+                    unknown_hint(text, &known.names()),
+                    fabkit_text::shown(text.trim())
+                )),
+            }),
+        })
+    }
+
+    fn neighbours(&self, _: &str, (): &(), _: f64) -> Vec<(String, Self)> {
+        Vec::new()
+    }
+}
+
+/// What a castable may be, for people.
+const ALLOWED: &str = "a known material";

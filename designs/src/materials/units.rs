@@ -1,0 +1,282 @@
+//! The quantities of materials and processes, with their units, and how they are written.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use fabkit_text::{Json, Kind, Refusal, Scalar, shown};
+
+/// The number before a unit, and the unit.
+fn split(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let is_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | '_');
+    let mut end = text.find(|c| !is_number(c)).unwrap_or(text.len());
+    // `1e3 kg/m3`.
+    let exponent = text[end..].strip_prefix(['e', 'E']);
+    if let Some(digits) = exponent.filter(|rest| rest.starts_with(is_number)) {
+        let length = digits.find(|c| !is_number(c)).unwrap_or(digits.len());
+        end += 1 + length;
+    }
+    let number = text[..end].replace('_', "").parse::<f64>().ok()?;
+    Some((number, text[end..].trim()))
+}
+
+/// Reads a number with one of these units, each with its size in the first one.
+fn parse(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, Refusal> {
+    let refuse = |says: &str, hint: String| Err(Refusal { says: says.into(), hint: Some(hint) });
+    let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
+    let write =
+        || format!("write a number and one of {}, for example `{example}`", known.join(", "));
+    let lower = text.trim().to_lowercase();
+    if lower.trim_start_matches(['+', '-', '.']).starts_with("nan") || lower.contains("inf") {
+        return refuse("is not finite", write());
+    }
+    let Some((number, unit)) = split(text) else {
+        return refuse("is not a number with a unit", write());
+    };
+    if unit.is_empty() {
+        let hint = format!("write `{} {}`", shown(text.trim()), known[0]);
+        return refuse("has no unit", hint);
+    }
+    let Some((_, size)) = units.iter().find(|(known, _)| *known == unit) else {
+        return refuse(&format!("is in `{}`, which does not fit", shown(unit)), write());
+    };
+    match number * size {
+        value if value.is_finite() => Ok(value),
+        _ => refuse("is not finite", write()),
+    }
+}
+
+/// Declares a quantity: its unit, the others that may be written, and an example.
+macro_rules! quantities {
+    ($($(#[doc = $doc:literal])+ $name:ident $example:literal [$($unit:literal = $size:expr),+];)+) => {$(
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+        pub struct $name(pub f64);
+
+        impl $name {
+            const UNITS: &'static [(&'static str, f64)] = &[$(($unit, $size)),+];
+
+            fn with_unit(number: f64) -> String {
+                // `-0` reads badly.
+                format!("{} {}", number + 0.0, Self::UNITS[0].0)
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(&Self::with_unit(self.0))
+            }
+        }
+
+        impl Scalar for $name {
+            // No expressions: they know lengths, angles and plain numbers.
+            const KIND: Kind = Kind::Text;
+            type Limits = RangeInclusive<f64>;
+
+            fn parse(text: &str) -> Result<Self, Refusal> {
+                parse(text, Self::UNITS, $example).map(Self)
+            }
+
+            fn is_within(&self, limits: &Self::Limits) -> bool {
+                limits.contains(&self.0)
+            }
+
+            fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
+                Some(Self(self.0.max(*limits.start()).min(*limits.end())))
+            }
+
+            fn show(&self) -> String {
+                self.to_string()
+            }
+
+            fn allowed(limits: &Self::Limits) -> String {
+                let [low, high] = [limits.start(), limits.end()].map(|l| Self::with_unit(*l));
+                format!("{low} to {high}")
+            }
+
+            fn must_be(limits: &Self::Limits) -> String {
+                let [low, high] = [limits.start(), limits.end()].map(|l| Self::with_unit(*l));
+                format!("between {low} and {high}")
+            }
+
+            fn schema(_: &Self::Limits) -> Json {
+                let units: Vec<String> = Self::UNITS.iter().map(|(unit, _)| escaped(unit)).collect();
+                let pattern = format!("^{NUMBER} *({})$", units.join("|"));
+                Json::from_iter([("type", "string"), ("pattern", &pattern)])
+            }
+        }
+    )+};
+}
+
+/// What a number looks like before its unit, as a regular expression.
+const NUMBER: &str = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";
+
+fn escaped(unit: &str) -> String {
+    unit.replace('.', r"\.")
+}
+
+quantities! {
+    /// Mass by volume, g/cm^3.
+    Density "1.07 g/cm3" ["g/cm3" = 1.0, "g/cm^3" = 1.0, "g/ml" = 1.0, "g/mL" = 1.0, "kg/m3" = 1e-3, "kg/m^3" = 1e-3];
+    /// Time that a cure takes, h.
+    Hours "24 h" ["h" = 1.0, "min" = 1.0 / 60.0, "d" = 24.0];
+    /// Time to work in, min.
+    Minutes "45 min" ["min" = 1.0, "h" = 60.0, "s" = 1.0 / 60.0];
+    /// Temperature, degrees Celsius.
+    Celsius "23 C" ["C" = 1.0, "°C" = 1.0, "degC" = 1.0];
+    /// A share, percent.
+    Percent "0.1 %" ["%" = 1.0];
+    /// Stress, kPa.
+    Pressure "69 kPa" ["kPa" = 1.0, "MPa" = 1e3, "Pa" = 1e-3, "psi" = 6.894_757_293_168_361];
+}
+
+impl Percent {
+    /// As a fraction of 1.
+    pub fn share(self) -> f64 {
+        self.0 / 100.0
+    }
+}
+
+/// A durometer's scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Gels and very soft silicones.
+    Shore00,
+    /// Rubbers.
+    ShoreA,
+    /// Hard plastics.
+    ShoreD,
+}
+
+/// How hard a material is, on a scale of Shore.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hardness {
+    /// Which scale.
+    pub scale: Scale,
+    /// 0 to 100.
+    pub value: f64,
+}
+
+impl Scale {
+    fn of(word: &str) -> Option<Self> {
+        match word {
+            "00" | "OO" | "oo" => Some(Self::Shore00),
+            "A" | "a" => Some(Self::ShoreA),
+            "D" | "d" => Some(Self::ShoreD),
+            _ => None,
+        }
+    }
+
+    /// As makers write it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Shore00 => "00",
+            Self::ShoreA => "A",
+            Self::ShoreD => "D",
+        }
+    }
+}
+
+impl fmt::Display for Hardness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let gap = if self.scale == Scale::Shore00 { "-" } else { " " };
+        write!(f, "Shore {}{gap}{}", self.scale.word(), self.value)
+    }
+}
+
+impl Scalar for Hardness {
+    const KIND: Kind = Kind::Text;
+    type Limits = ();
+
+    /// `Shore 00-30`, `00-30`, `Shore A 43`, `43A`.
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        let text = text.trim();
+        let is_shore = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("shore"));
+        let plain = if is_shore { text[5..].trim() } else { text };
+        let words: Vec<&str> =
+            plain.split([' ', '-']).map(str::trim).filter(|word| !word.is_empty()).collect();
+        let found = match &words[..] {
+            [scale, value] if Scale::of(scale).is_some() => Some((Scale::of(scale), *value)),
+            [value, scale] => Some((Scale::of(scale), *value)),
+            // `43A`
+            [one] => {
+                one.strip_suffix(['A', 'D']).map(|value| (Scale::of(&one[value.len()..]), value))
+            }
+            _ => None,
+        };
+        let is_plain = |value: &&str| value.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+        let found = found.and_then(|(scale, value)| {
+            Some(Self { scale: scale?, value: Some(value).filter(is_plain)?.parse().ok()? })
+        });
+        match found {
+            Some(hardness) if (0.0..=100.0).contains(&hardness.value) => Ok(hardness),
+            _ => Err(Refusal {
+                says: "is no hardness on a scale of Shore".into(),
+                hint: Some("write for example `Shore 00-30` or `Shore A 43`".into()),
+            }),
+        }
+    }
+
+    fn is_within(&self, (): &()) -> bool {
+        true
+    }
+
+    fn nearest(&self, (): &()) -> Option<Self> {
+        None
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed((): &()) -> String {
+        "0 to 100 on the scales Shore 00, A and D".into()
+    }
+
+    fn schema((): &()) -> Json {
+        Json::from_iter([("type", "string")])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_read_and_what_has_none_is_refused() {
+        let density = |text| <Density as Scalar>::parse(text).map(|d| d.0).map_err(|e| e.says);
+        assert_eq!(density("1.07 g/cm3"), Ok(1.07));
+        assert_eq!(density("1070kg/m3"), Ok(1.07));
+        assert_eq!(density("1.07e3 kg/m3"), Ok(1.07));
+        for (text, says) in [
+            ("1.07", "has no unit"),
+            ("nan g/cm3", "is not finite"),
+            ("1e999 g/cm3", "is not finite"),
+            ("1.07 mm", "is in `mm`, which does not fit"),
+            ("heavy", "is not a number with a unit"),
+            ("", "is not a number with a unit"),
+            ("é", "is not a number with a unit"),
+        ] {
+            assert_eq!(density(text).unwrap_err(), says, "{text}");
+        }
+        assert_eq!(<Minutes as Scalar>::parse("1.5 h").map(|m| m.0), Ok(90.0));
+        // The shares that built-in sensors are scaled by, to the last digit.
+        for (percent, share) in [(0.1, 0.001), (339.0, 3.39), (145.0, 1.45), (120.0, 1.2)] {
+            assert_eq!(Percent(percent).share(), share);
+        }
+    }
+
+    #[test]
+    fn hardness_is_read_as_makers_write_it() {
+        let read = |text| <Hardness as Scalar>::parse(text).map(|h| h.to_string());
+        for text in ["Shore 00-30", "00-30", "shore 00 30", "30 00"] {
+            assert_eq!(read(text), Ok("Shore 00-30".to_owned()), "{text}");
+        }
+        for text in ["Shore A 43", "43A", "A-43", "43 A"] {
+            assert_eq!(read(text), Ok("Shore A 43".to_owned()), "{text}");
+        }
+        for text in ["43", "Shore", "Shore B 43", "A 143", "A -4", "é", "shoré 4"] {
+            assert!(read(text).is_err(), "{text}");
+        }
+    }
+}

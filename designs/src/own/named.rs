@@ -1,0 +1,267 @@
+//! Sections whose keys are names that people give: materials and processes.
+//!
+//! What a file says of a name lies over what is built in, as a sensor's file lies over the one that it
+//! extends: it states what differs. `extends: NAME` starts from another name.
+
+use std::collections::BTreeMap;
+
+use fabkit_text::{
+    Content, Dialect, Document, Entry, Found, Node, Place, Position, Problem, Reader, Scalar,
+    Section, Setting, join, shown, similar, take_word,
+};
+
+/// Names that start from each other: more than this is a circle.
+const LONGEST_CHAIN: usize = 16;
+
+/// Most names that somebody may have meant.
+const MOST_SUGGESTED: usize = 3;
+
+/// Most characters of a name.
+const LONGEST_NAME: usize = 80;
+
+/// A kind of named section.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Noun {
+    /// The key at the top of the file: `materials`.
+    pub key: &'static str,
+    /// For messages, as the noun of files.
+    pub dialect: &'static Dialect,
+}
+
+/// What one text says of one name.
+#[derive(Clone, Debug)]
+pub(crate) struct Raw {
+    /// As written.
+    pub name: String,
+    /// Where the name stands.
+    pub place: Place,
+    entries: Vec<Entry>,
+}
+
+/// A name as it is compared: without case, and without doubled spaces.
+pub(crate) fn key_of(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+/// Names that somebody may have meant, best first.
+pub(crate) fn near<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let plain = |name: &str| key_of(name).replace(' ', "_");
+    // Whole names, and what follows a maker's name.
+    let mut plains: Vec<(String, &str)> = Vec::new();
+    for name in known {
+        let whole = plain(name);
+        let tails = whole.match_indices('_').map(|(at, _)| whole[at + 1..].to_owned());
+        plains.extend(tails.chain([whole.clone()]).map(|plain| (plain, name)));
+    }
+    let found = similar(&plain(written), plains.iter().map(|(plain, _)| &**plain));
+    let mut names: Vec<&str> = Vec::new();
+    for found in found {
+        for (_, name) in plains.iter().filter(|(plain, _)| *plain == found) {
+            if !names.contains(name) {
+                names.push(name);
+            }
+        }
+    }
+    names.truncate(MOST_SUGGESTED);
+    names
+}
+
+/// A name that a file gives; `None` after reporting why it is none.
+pub(crate) fn given_name(
+    text: &str,
+    place: &Place,
+    path: &str,
+    found: &mut Vec<Found>,
+) -> Option<String> {
+    let name = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let limits = 1..=LONGEST_NAME;
+    let says = match <String as Scalar>::parse(&name) {
+        Ok(name) if name.is_within(&limits) => return Some(name),
+        Ok(_) => format!("is not between 1 and {LONGEST_NAME} characters long"),
+        Err(refusal) => refusal.says,
+    };
+    let message = format!("`{}` is no name: it {says}", shown(text));
+    found.push(place.problem(path, &shown(text), message).hint("write a short name on one line"));
+    None
+}
+
+/// Reads what stands behind the key: names with sections, or a list of sections with `name:`.
+pub(crate) fn raws(noun: Noun, entry: Entry, place: &Place, found: &mut Vec<Found>) -> Vec<Raw> {
+    let place = Place { dialect: noun.dialect, ..place.clone() };
+    let mut raws: Vec<Raw> = Vec::new();
+    let sections: Vec<(Option<String>, Position, Node)> = match entry.value.content {
+        Content::Map(entries) => {
+            entries.into_iter().map(|e| (Some(e.key), e.key_position, e.value)).collect()
+        }
+        Content::List(items) => items.into_iter().map(|i| (None, i.position, i)).collect(),
+        _ => {
+            let message = format!("{} must be names with sections", noun.key);
+            let hint = format!("write `{}:`, then indented lines `NAME: {{...}}`", noun.key);
+            found.push(place.at(entry.key_position).problem(noun.key, "", message).hint(hint));
+            return raws;
+        }
+    };
+    for (name, position, node) in sections {
+        let mut at = place.at(position);
+        let Content::Map(mut entries) = node.content else {
+            let name = name.as_deref().map(shown).unwrap_or_default();
+            let message = format!("`{name}` of {} is no section", noun.key);
+            let hint = "write its values as indented lines `KEY: VALUE`";
+            found.push(at.problem(&join(noun.key, &name), "", message).hint(hint));
+            continue;
+        };
+        let name = match name {
+            Some(name) => name,
+            None => match take_word(&mut entries, "name", &place, found) {
+                Some((name, name_at)) => {
+                    at = name_at;
+                    name
+                }
+                None => {
+                    let message = format!("an item of {} has no name", noun.key);
+                    found.push(at.problem(noun.key, "", message).hint("write `name: NAME` in it"));
+                    continue;
+                }
+            },
+        };
+        let Some(name) = given_name(&name, &at, noun.key, found) else { continue };
+        let twice = raws.iter().find(|raw| key_of(&raw.name) == key_of(&name));
+        if let Some(first) = twice {
+            let line = |at: &Place| at.position.map(|p| p.line).unwrap_or_default();
+            let [first, second] = [line(&first.place), line(&at)];
+            let message = format!(
+                "`{}` is written twice: on line {first} and on line {second}",
+                shown(&name)
+            );
+            let path = join(noun.key, &shown(&name));
+            let hint = "keep one of them; case and doubled spaces do not tell names apart";
+            found.push(at.problem(&path, &shown(&name), message).hint(hint));
+            continue;
+        }
+        raws.push(Raw { name, place: at, entries });
+    }
+    raws
+}
+
+/// What all texts say, the later ones over the earlier ones, by [`key_of`] the name.
+#[derive(Debug, Default)]
+pub(crate) struct Layered<'a> {
+    by_key: BTreeMap<String, Vec<&'a Raw>>,
+}
+
+/// Sections of one name with all that it starts from, the lowest first.
+type Stack = Vec<(Place, Vec<Entry>)>;
+
+impl<'a> Layered<'a> {
+    /// Of all texts in order.
+    pub fn new(raws: impl IntoIterator<Item = &'a Raw>) -> Self {
+        let mut by_key: BTreeMap<String, Vec<&Raw>> = BTreeMap::new();
+        for raw in raws {
+            by_key.entry(key_of(&raw.name)).or_default().push(raw);
+        }
+        Self { by_key }
+    }
+
+    /// Every name with what the texts say of it.
+    pub fn iter(&self) -> impl Iterator<Item = (&String, &[&'a Raw])> {
+        self.by_key.iter().map(|(key, raws)| (key, &raws[..]))
+    }
+
+    fn names(&self) -> Vec<&'a str> {
+        self.by_key.values().filter_map(|raws| raws.first()).map(|raw| &*raw.name).collect()
+    }
+
+    /// Everything said of a name; `None` after reporting why it cannot be read.
+    pub fn stack(&self, noun: Noun, key: &str, found: &mut Vec<Found>) -> Option<Stack> {
+        let mut parts: Vec<Stack> = Vec::new();
+        let mut seen: Vec<String> = Vec::new();
+        let mut next = Some(key.to_owned());
+        while let Some(key) = next.take() {
+            let raws = self.by_key.get(&key)?;
+            seen.push(key);
+            let (mut stack, mut base) = (Stack::new(), None);
+            for raw in raws {
+                let mut entries = raw.entries.clone();
+                let extends_something = entries.iter().any(|entry| entry.key == "extends");
+                let extends = take_word(&mut entries, "extends", &raw.place, found);
+                if extends_something {
+                    // The text that lies over the others says what the name starts from.
+                    base = Some((raw, extends?));
+                }
+                stack.push((raw.place.clone(), entries));
+            }
+            parts.push(stack);
+            let Some((raw, (name, at))) = base else { continue };
+            let path = join(&join(noun.key, &shown(&raw.name)), "extends");
+            let base = key_of(&name);
+            if seen.contains(&base) || seen.len() > LONGEST_CHAIN {
+                let message = format!("{} extends itself", shown(&raw.name));
+                let hint = "extend another name; what a file says of a known name lies over it \
+                            without `extends`";
+                found.push(at.problem(&path, &shown(&name), message).hint(hint));
+                return None;
+            }
+            if !self.by_key.contains_key(&base) {
+                let message =
+                    format!("{} extends `{}`, which is not known", shown(&raw.name), shown(&name));
+                let hint = unknown_hint(&name, &self.names());
+                found.push(at.problem(&path, &shown(&name), message).hint(hint));
+                return None;
+            }
+            next = Some(base);
+        }
+        Some(parts.into_iter().rev().flatten().collect())
+    }
+}
+
+/// Takes a key out of entries.
+pub(crate) fn taken(entries: &mut Vec<Entry>, key: &str) -> Option<Node> {
+    let at = entries.iter().position(|entry| entry.key == key)?;
+    Some(entries.remove(at).value)
+}
+
+/// What to write for a name that is not known.
+pub(crate) fn unknown_hint(written: &str, names: &[&str]) -> String {
+    let near = near(written, names.iter().copied());
+    let list = format!("known are {}", names.join("; "));
+    match near.is_empty() {
+        true => list,
+        false => format!("{} {list}", fabkit_text::did_you_mean(&near)),
+    }
+}
+
+/// Reads the keys that are declared; `None` after reporting what is wrong, with the name before it.
+pub(crate) fn read<S: Section>(
+    noun: Noun,
+    name: &str,
+    place: &Place,
+    stack: Stack,
+    found: &mut Vec<Found>,
+) -> Option<(S, Vec<Setting>)> {
+    let mut document = Document::new(S::fields(), place.clone());
+    for (place, entries) in stack {
+        document.lay(entries, &place);
+    }
+    let mut reader = Reader::new(document);
+    let section = S::read(&mut reader, "", "", &());
+    let mut settings = reader.take_settings();
+    let report = reader.finish(None);
+    let section_path = join(noun.key, &shown(name));
+    for setting in &mut settings {
+        setting.path = join(&section_path, &setting.path);
+    }
+    if report.is_clean() {
+        return section.map(|section| (section, settings));
+    }
+    let about = |problem: Problem| {
+        let message = match problem.message.strip_prefix("the file lacks") {
+            Some(rest) => format!("{} lacks{rest}", shown(name)),
+            None => format!("{}: {}", shown(name), problem.message),
+        };
+        let path = join(&section_path, &problem.path);
+        let path = path.trim_end_matches('.').to_owned();
+        Found { layer: place.layer, problem: Problem { path, message, ..problem } }
+    };
+    found.extend(report.into_invalid().problems.into_iter().map(about));
+    None
+}

@@ -1,0 +1,81 @@
+//! What the JSON Schema of sensor files says of a user's own materials and processes.
+
+use fabkit_text::{Json, Section, section_schema};
+use serde_json::json;
+
+use crate::materials::Figures;
+use crate::processes::ProcessFigures;
+
+/// Adds the sections to every definition of a sensor's file.
+pub(crate) fn add_to_schema(schema: &mut Json) {
+    let Some(definitions) = schema["definitions"].as_object_mut() else { return };
+    for definition in definitions.values_mut() {
+        definition["properties"]["materials"] = materials();
+        definition["properties"]["processes"] = processes();
+        definition["properties"]["parts"] = parts();
+    }
+}
+
+fn materials() -> Json {
+    let plain = |of: Json, description: &str| {
+        let with_source = json!({
+            "type": "object",
+            "properties": { "value": of, "source": { "type": "string" }, "note": { "type": "string" } },
+            "required": ["value"],
+            "additionalProperties": false,
+        });
+        json!({ "description": description, "anyOf": [of, with_source] })
+    };
+    let summary = "What it is; of a material that is known already, what differs.";
+    let mut one = section_schema(&Figures::fields(), summary);
+    let share = json!({ "type": "object", "additionalProperties": { "type": "number", "exclusiveMinimum": 0 } });
+    let primer = json!({ "type": "object", "additionalProperties": { "type": "string" } });
+    one["properties"]["mix"] = plain(share, "Components and their shares by mass.");
+    one["properties"]["bonds"] = plain(primer, "What it sticks to: the primer, or `none`.");
+    one["properties"]["extends"] = json!({ "type": "string", "description": "Another material; the section then lists what differs." });
+    named(
+        &one,
+        "Materials that are cast, by name: own ones, or what differs from the built-in ones.",
+    )
+}
+
+fn processes() -> Json {
+    let summary = "A machine; what is not said is as usual for its kind.";
+    let mut one = section_schema(&ProcessFigures::fields(), summary);
+    let texts = json!({ "type": "array", "items": { "type": "string" }, "maxItems": 32 });
+    one["properties"]["materials"] = texts;
+    one["properties"]["extends"] = json!({ "type": "string", "description": "Another process; the section then lists what differs." });
+    named(
+        &one,
+        "Processes by name: own ones, or what differs from `fdm`, `sla`, `polyjet`, `laser`, `cnc`.",
+    )
+}
+
+fn parts() -> Json {
+    json!({
+        "description": "How parts are made, by name; `*` stands for anything.",
+        "type": "object",
+        "additionalProperties": {
+            "type": "object",
+            "properties": {
+                "process": { "type": "string", "description": "A process by its name." },
+                "material": { "type": "string", "description": "What they are made from." },
+            },
+            "additionalProperties": false,
+        },
+    })
+}
+
+/// Sections by name, or a list of sections with their names in them.
+fn named(one: &Json, description: &str) -> Json {
+    let mut item = one.clone();
+    item["properties"]["name"] = json!({ "type": "string", "description": "Its name." });
+    item["required"] = json!(["name"]);
+    json!({
+        "description": description,
+        "anyOf": [
+            { "type": "object", "additionalProperties": one },
+            { "type": "array", "items": item },
+        ],
+    })
+}

@@ -1,0 +1,130 @@
+//! Fits of parts that a file gives another process.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use fabkit_geometry::Process;
+use fabkit_text::{Parameter, Reader, Shape};
+
+use super::Recipe;
+use crate::assembling::Name;
+use crate::own::Known;
+use crate::{Fit, gap_mm};
+
+/// Which parts are made otherwise than their family says, for those who cut fits into them.
+///
+/// It is read with the parameters of a section, and stands nowhere in a file.
+#[derive(Clone, Debug, Default)]
+pub struct Making(Arc<Inner>);
+
+#[derive(Debug, Default)]
+struct Inner {
+    /// Recipes of whole kinds: what a file says of `fdm` goes for every part of that kind.
+    of_kind: Vec<Recipe>,
+    /// Parts by pattern; the last that fits counts.
+    of_parts: Vec<(String, Recipe, AtomicBool)>,
+}
+
+/// What it says does not tell parameters apart: it is the same for all of a design.
+impl PartialEq for Making {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Making {
+    pub(crate) fn new(of_kind: Vec<Recipe>, of_parts: Vec<(String, Recipe)>) -> Self {
+        let of_parts = of_parts.into_iter();
+        let of_parts =
+            of_parts.map(|(pattern, recipe)| (pattern, recipe, AtomicBool::new(false))).collect();
+        Self(Arc::new(Inner { of_kind, of_parts }))
+    }
+
+    /// Gap per side of a fit of a part that is usually made by `usual`: see [`gap_mm`].
+    pub fn gap_mm(&self, part: Name, usual: Process, fit: Fit) -> f64 {
+        let given = self.0.of_parts.iter().rev().find(|(pattern, ..)| fits(pattern, part.name));
+        if let Some((_, recipe, followed)) = given {
+            followed.store(true, Ordering::Relaxed);
+            return gap_of(recipe, fit);
+        }
+        let of_kind = self.0.of_kind.iter().find(|recipe| recipe.kind.process() == usual);
+        of_kind.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit))
+    }
+
+    /// The widest gap of a fit that any of these parts may have.
+    pub fn widest_mm(&self, usual: Process, fit: Fit) -> f64 {
+        let of_parts = self.0.of_parts.iter().map(|(_, recipe, _)| gap_of(recipe, fit));
+        let of_kind = self.0.of_kind.iter().find(|recipe| recipe.kind.process() == usual);
+        let usual = of_kind.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit));
+        of_parts.fold(usual, f64::max)
+    }
+
+    /// What a file says of a part: its process, and whether fits have followed it.
+    pub(crate) fn of(&self, part: &str) -> Option<(&Recipe, bool)> {
+        let given = self.0.of_parts.iter().rev().find(|(pattern, ..)| fits(pattern, part))?;
+        Some((&given.1, given.2.load(Ordering::Relaxed)))
+    }
+
+    /// What a file says of every part of a kind.
+    pub(crate) fn of_kind(&self, process: Process) -> Option<&Recipe> {
+        self.0.of_kind.iter().find(|recipe| recipe.kind.process() == process)
+    }
+}
+
+fn gap_of(recipe: &Recipe, fit: Fit) -> f64 {
+    recipe.clearance_mm(fit).unwrap_or_else(|| gap_mm(recipe.kind.process(), fit))
+}
+
+/// Whether a name is as a pattern says, in which `*` stands for anything.
+pub(crate) fn fits(pattern: &str, name: &str) -> bool {
+    let mut pieces = pattern.split('*');
+    let first = pieces.next().unwrap_or_default();
+    let Some(mut rest) = name.strip_prefix(first) else { return false };
+    let mut pieces: Vec<&str> = pieces.collect();
+    let Some(last) = pieces.pop() else { return rest.is_empty() };
+    for piece in pieces {
+        let Some(at) = rest.find(piece) else { return false };
+        rest = &rest[at + piece.len()..];
+    }
+    rest.ends_with(last)
+}
+
+/// It stands nowhere in a file.
+impl Parameter for Making {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        Shape::Section(Vec::new())
+    }
+
+    fn read(reader: &mut Reader, _: &str, _: &str, (): &()) -> Option<Self> {
+        Some(reader.known::<Known>().map(|known| known.making.clone()).unwrap_or_default())
+    }
+
+    fn neighbours(&self, _: &str, (): &(), _: f64) -> Vec<(String, Self)> {
+        Vec::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_stands_for_anything() {
+        for (pattern, name, is_it) in [
+            ("mold-*", "mold-gel-a", true),
+            ("mold-*", "my-mold-a", false),
+            ("*-a", "mold-gel-a", true),
+            ("mold-*-a", "mold-gel-a", true),
+            ("mold-*-a", "mold-a", false),
+            ("*", "", true),
+            ("lid", "lid", true),
+            ("lid", "lids", false),
+            ("a*a", "a", false),
+            ("*el*l*", "gel-lid", true),
+        ] {
+            assert_eq!(fits(pattern, name), is_it, "{pattern} {name}");
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! How parts are made: a user's own machines, and which of the parts are made on them.
+//!
+//! A family says how each of its parts is usually made. What a file says of processes changes that for
+//! the parts it names: their fits, what is checked of them, and what is told to whoever makes them.
+
+mod assigning;
+mod making;
+
+use fabkit_geometry::{Angle, Length, Machine, Process};
+
+use crate::{Fit, choices, parameters};
+
+pub(crate) use assigning::{PARTS, PROCESSES, Processes, assign};
+pub use making::Making;
+
+choices! {
+    /// A way to make a part that a part may be given.
+    pub enum ProcessKind {
+        /// Filament.
+        Fdm = "fdm",
+        /// Resin.
+        Sla = "sla",
+        /// Jetted resin.
+        PolyJet = "polyjet",
+        /// Cut from a sheet.
+        Laser = "laser",
+        /// Machined.
+        Cnc = "cnc",
+    }
+}
+
+impl ProcessKind {
+    /// Every kind.
+    pub(crate) const ALL: [Self; 5] = [Self::Fdm, Self::Sla, Self::PolyJet, Self::Laser, Self::Cnc];
+
+    /// As parts have it.
+    pub fn process(self) -> Process {
+        match self {
+            Self::Fdm => Process::Fdm,
+            Self::Sla => Process::Sla,
+            Self::PolyJet => Process::PolyJet,
+            Self::Laser => Process::Laser,
+            Self::Cnc => Process::Cnc,
+        }
+    }
+
+    /// What parts are made from where nobody says: nothing for what is cut from a stock that the family
+    /// names.
+    fn usual_material(self) -> Option<&'static str> {
+        match self {
+            Self::Fdm => Some("PLA"),
+            Self::Sla => Some("resin"),
+            Self::PolyJet => Some("jetted resin"),
+            Self::Laser | Self::Cnc => None,
+        }
+    }
+}
+
+parameters! {
+    /// Gaps per side between a hole and what goes in; those of the kind where nothing is said.
+    pub struct Clearance {
+        /// Holds by itself: less than nothing.
+        press: Option<Length> = -1.0..=0.0,
+        /// Located without play worth naming.
+        snug: Option<Length> = 0.0..=2.0,
+        /// Moves freely, stays centred.
+        slide: Option<Length> = 0.0..=2.0,
+        /// Never touches.
+        free: Option<Length> = 0.0..=4.0,
+    }
+}
+
+parameters! {
+    /// Room that a machine has for a part.
+    pub struct Room {
+        /// Along its x.
+        width: Option<Length> = 10.0..=5000.0,
+        /// Along its y.
+        depth: Option<Length> = 10.0..=5000.0,
+        /// Upwards.
+        height: Option<Length> = 10.0..=5000.0,
+    }
+}
+
+parameters! {
+    /// A machine that parts are made on; what is not said is as usual for its kind.
+    pub struct ProcessFigures {
+        /// Which kind of process it is.
+        kind: Option<ProcessKind>,
+        /// Height of a layer.
+        layer_height: Option<Length> = 0.005..=2.0,
+        /// Width of a line: of a filament printer, that of its nozzle.
+        line_width: Option<Length> = 0.01..=5.0,
+        /// Thinnest wall that it makes; of filament printers two lines.
+        wall: Option<Length> = 0.01..=20.0,
+        /// Smallest hole that it makes.
+        hole: Option<Length> = 0.01..=50.0,
+        /// Gaps of fits.
+        clearance: Clearance,
+        /// Steepest overhang without support, from the vertical.
+        overhang: Option<Angle> = 0.0..=90.0,
+        /// Room for a part.
+        bed: Room,
+        /// Where the figures come from.
+        source: Option<String> = 0..=500,
+        /// What to mind.
+        note: Option<String> = 0..=500,
+    }
+}
+
+/// A process that a part may be given.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Recipe {
+    /// As it is called.
+    pub name: String,
+    /// Which kind it is.
+    pub kind: ProcessKind,
+    /// What a file says of it; nothing of a kind that no file speaks of.
+    pub figures: Option<ProcessFigures>,
+    /// What it is made from; any where none is named.
+    pub materials: Vec<String>,
+}
+
+impl Recipe {
+    /// Gap per side of a fit, where a file says one.
+    fn clearance_mm(&self, fit: Fit) -> Option<f64> {
+        let clearance = &self.figures.as_ref()?.clearance;
+        let gap = match fit {
+            Fit::Press => clearance.press,
+            Fit::Snug => clearance.snug,
+            Fit::Slide => clearance.slide,
+            Fit::Free => clearance.free,
+        };
+        gap.map(Length::mm)
+    }
+
+    /// What parts remember of it.
+    fn machine(&self) -> Machine {
+        let Some(figures) = &self.figures else {
+            return Machine { name: self.name.clone(), ..Machine::default() };
+        };
+        let lines = figures.line_width.filter(|_| self.kind == ProcessKind::Fdm);
+        let room = &figures.bed;
+        Machine {
+            name: self.name.clone(),
+            wall_mm: figures.wall.map(Length::mm).or(lines.map(|line| 2.0 * line.mm())),
+            hole_mm: figures.hole.map(Length::mm),
+            bed_mm: [room.width, room.depth, room.height].map(|side| side.map(Length::mm)),
+            note: String::new(),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! The materials of a design in `fabkit show`.
+
+use fabkit_application::designs::materials::{Castable, Origin};
+
+use super::row;
+use crate::table::{Align::Left, table};
+
+/// One line for each material; nothing where none is cast.
+pub(super) fn text(materials: &[Castable]) -> String {
+    if materials.is_empty() {
+        return String::new();
+    }
+    let mut rows =
+        vec![row(["material", "density", "cure", "pot life", "shrinks", "hardness", "from"])];
+    for castable in materials {
+        let material = castable.material();
+        let figures = &material.figures;
+        let known = |text: Option<String>| text.unwrap_or_else(|| "-".into());
+        let from = match &material.origin {
+            Origin::BuiltIn => "built-in".to_owned(),
+            Origin::Own(file) => file.clone(),
+            Origin::Changed(file) => format!("{file}, over built-in"),
+        };
+        rows.push(vec![
+            material.name.clone(),
+            figures.density.to_string(),
+            figures.cure.time.to_string(),
+            known(figures.pot_life.map(|f| f.to_string())),
+            known(figures.shrinkage.map(|f| f.to_string())),
+            known(figures.hardness.map(|f| f.to_string())),
+            from,
+        ]);
+    }
+    format!("\n{}", table(&[Left; 7], &rows))
+}

@@ -9,6 +9,7 @@ mod families;
 mod fits;
 pub mod hardware;
 mod kerf;
+mod labeling;
 mod materials;
 pub mod profile;
 mod registry;
@@ -22,7 +23,8 @@ pub use hardware::{
 };
 pub use kerf::kerf_mm;
 pub use registry::{
-    Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry, Start,
+    BaseFile, Built, Extended, Extends, Extension, FORMAT, Family, FamilyEntry, Header, Registry,
+    SensorText, Start, extended_file,
 };
 
 /// Sections of parameters, one after the other: [`parameters!`] for each.

@@ -28,7 +28,8 @@ impl SweepPlan {
     fn new(plan: Plan) -> Self {
         let PlanSource { sensor_file, sensor_yaml, .. } = plan.source();
         let main = SourceText { file: sensor_file.clone(), text: sensor_yaml.clone() };
-        Self { sensor: Arc::new(Source::of_text(main)), plan: Arc::new(plan) }
+        let source = Source::of_texts(main, plan.source().bases());
+        Self { sensor: Arc::new(source), plan: Arc::new(plan) }
     }
 
     fn variant(&self, number: usize) -> Result<Variant, Failure> {

@@ -8,6 +8,7 @@ mod schema;
 
 use std::collections::BTreeMap;
 
+use fabkit_designs::{BaseFile, SensorText};
 use fabkit_fixtures::Project;
 use fabkit_geometry::sequences;
 use fabkit_text::{InvalidDesign, Kind};
@@ -39,6 +40,9 @@ pub struct PlanSource {
     pub sensor_file: String,
     /// The sensor, YAML.
     pub sensor_yaml: String,
+    /// Files that the sensor's extends: texts in the order of [`BaseFile`]'s fields.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensor_bases: Vec<[String; 4]>,
     /// Metrics that somebody else computes, by name.
     pub custom_metrics: Vec<String>,
 }
@@ -51,8 +55,32 @@ impl PlanSource {
             text: text.into(),
             sensor_file: sensor_file.into(),
             sensor_yaml: sensor_yaml.into(),
+            sensor_bases: Vec::new(),
             custom_metrics: Vec::new(),
         }
+    }
+
+    /// The files that the sensor's extends.
+    pub fn bases(&self) -> Vec<BaseFile> {
+        let base = |[by, word, file, text]: [String; 4]| BaseFile { by, word, file, text };
+        self.sensor_bases.iter().cloned().map(base).collect()
+    }
+
+    /// The same with the files that the sensor's extends.
+    #[must_use]
+    pub fn with_bases(mut self, bases: &[BaseFile]) -> Self {
+        let texts = |base: BaseFile| [base.by, base.word, base.file, base.text];
+        self.sensor_bases = bases.iter().cloned().map(texts).collect();
+        self
+    }
+
+    /// Reads the sensor.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub(crate) fn load(&self, overrides: &[String]) -> Result<Project, InvalidDesign> {
+        let (file, yaml, bases) = (&*self.sensor_file, &*self.sensor_yaml, &*self.bases());
+        fabkit_fixtures::load_text(SensorText { file, yaml, bases }, overrides)
     }
 }
 
@@ -240,8 +268,12 @@ impl Plan {
     /// BLAKE3 over everything that decides the rows: plan, sensor, version. Hexadecimal.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        let PlanSource { text, sensor_yaml, custom_metrics, .. } = &self.source;
-        for part in [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics.join("\n")] {
+        let PlanSource { text, sensor_yaml, custom_metrics, sensor_bases, .. } = &self.source;
+        let bases = sensor_bases.iter().map(|[_, _, _, text]| &**text);
+        let custom_metrics = custom_metrics.join("\n");
+        for part in
+            [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics].into_iter().chain(bases)
+        {
             hasher.update(&(part.len() as u64).to_le_bytes());
             hasher.update(part.as_bytes());
         }
@@ -376,8 +408,7 @@ impl Plan {
     /// # Errors
     /// Everything that keeps it from being built.
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
-        let PlanSource { sensor_file, sensor_yaml, .. } = &self.source;
-        fabkit_fixtures::load(sensor_file, sensor_yaml, &variant.overrides)
+        self.source.load(&variant.overrides)
     }
 
     /// Whether a constraint is decided before a variant is built: by what is written for it.

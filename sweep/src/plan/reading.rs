@@ -60,7 +60,7 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     let (fixed, places) = fixed(&mut reading, &entries);
 
     // The sensor with what is fixed, which tells what parameters there are.
-    let project = fabkit_fixtures::load(&source.sensor_file, &source.sensor_yaml, &fixed);
+    let project = source.load(&fixed);
     let project = match project {
         Ok(project) => project,
         Err(invalid) => {

@@ -16,7 +16,8 @@ pub fn design_hash(design: &Design) -> String {
     };
     line("fabkit", fabkit_export::VERSION);
     line("sensor", &design.sensor.name);
-    for setting in &design.parameters {
+    // What a family does by default it did before it could do otherwise.
+    for setting in design.parameters.iter().filter(|setting| !setting.is_default) {
         line(&setting.path, &setting.value);
     }
     hasher.finalize().to_hex().to_string()

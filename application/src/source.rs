@@ -1,17 +1,17 @@
 //! `SENSOR[/FIXTURE][/PART]`: where a design's text comes from.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fabkit_checks::{self as checks, CheckReport, InvalidBody};
 use fabkit_designs::profile::ProcessProfile;
-use fabkit_designs::{self as designs, Design, UserFile};
+use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
 use fabkit_fixtures::{self as fixtures, FixtureError, Project};
 use fabkit_text::InvalidDesign;
 
 use crate::bodies::UnknownName;
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::progress::{OnProgress, counted};
-use crate::reading::{self, Expected};
+use crate::reading::{self, Expected, ReadError};
 use crate::{Error, ErrorKind, Explained};
 
 /// Longest sensor file.
@@ -33,15 +33,33 @@ pub enum SourceError {
     },
     /// No such fixture, or none for this sensor.
     Fixture(FixtureError),
+    /// A file that another one extends and that cannot be read.
+    #[error("{file}:{line}: extends `{word}`: {why}")]
+    Extended {
+        /// The one that extends it.
+        file: String,
+        /// Where it does.
+        line: usize,
+        /// What stands there.
+        word: String,
+        /// Why it cannot be read.
+        why: Box<ReadError>,
+    },
 }
 
 impl Explained for SourceError {
     fn kind(&self) -> ErrorKind {
-        ErrorKind::BadInput
+        match self {
+            Self::Extended { why, .. } => why.kind(),
+            _ => ErrorKind::BadInput,
+        }
     }
 
     fn hint(&self) -> Option<String> {
         Some(match self {
+            Self::Extended { why, .. } => {
+                return why.hint().or(Some("paths are relative to the file that extends".into()));
+            }
             Self::Sensor(unknown) => {
                 format!("{}; a file of your own ends in .yaml", unknown.hint())
             }
@@ -89,9 +107,15 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The sensor's file, where it is not built in.
-    pub fn file(&self) -> Option<&'a Path> {
-        is_path(self.sensor).then(|| Path::new(self.sensor))
+    /// The sensor's file, where it is not built in, and those that it extends, as far as they can be
+    /// read.
+    pub fn files(&self) -> Vec<PathBuf> {
+        if !is_path(self.sensor) {
+            return Vec::new();
+        }
+        let extended = Source::find(self.sensor).map(|source| source.bases).unwrap_or_default();
+        let extended = extended.into_iter().map(|base| base.file.into());
+        std::iter::once(self.sensor.into()).chain(extended).collect()
     }
 
     /// Whether a built-in sensor is meant.
@@ -195,7 +219,9 @@ fn is_path(sensor: &str) -> bool {
 /// A sensor's file as text, with the built-in files that it may refer to.
 pub struct Source {
     main: SourceText,
-    /// It may extend a built-in sensor, and problems may lie there.
+    /// The user's files that it extends.
+    bases: Vec<BaseFile>,
+    /// It may extend those and a built-in sensor, and problems may lie there.
     others: Vec<SourceText>,
     /// What the user keeps for all sensors.
     user: Option<UserFile>,
@@ -208,7 +234,9 @@ impl Source {
     /// Unknown names, unreadable or oversized files.
     pub fn find(sensor: &str) -> Result<Self, Error> {
         let main = if is_path(sensor) {
-            SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? }
+            let main = SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? };
+            let bases = extended_files(&main)?;
+            return Ok(Self::of_texts(main, bases).with_user(user_file()?));
         } else if let Some(text) = builtin(sensor) {
             text
         } else {
@@ -220,11 +248,20 @@ impl Source {
 
     /// A sensor whose text came from elsewhere; `main.file` names it in messages.
     pub fn of_text(main: SourceText) -> Self {
+        Self::of_texts(main, Vec::new())
+    }
+
+    /// The same of one that extends other files.
+    pub fn of_texts(main: SourceText, bases: Vec<BaseFile>) -> Self {
+        let own = bases.iter().map(|BaseFile { file, text, .. }| (file.clone(), text.clone()));
+        let own: Vec<_> = own.map(|(file, text)| SourceText { file, text }).collect();
         let defaults = fixtures::default_files()
+            .chain(designs::REGISTRY.default_files())
             .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
-        let others = designs::builtin_names().into_iter().filter_map(builtin).chain(defaults);
+        let builtin = designs::builtin_names().into_iter().filter_map(builtin);
+        let others = own.into_iter().chain(builtin).chain(defaults);
         let others = others.filter(|other| other.file != main.file).collect();
-        Self { main, others, user: None }
+        Self { main, bases, others, user: None }
     }
 
     /// The same with what the user keeps for all sensors.
@@ -257,7 +294,18 @@ impl Source {
         };
         let mut others: Vec<SourceText> = std::iter::once(base.main).chain(base.others).collect();
         others.retain(|other| other.file != main.file);
-        Ok(Self { main, others, user: base.user })
+        Ok(Self { main, bases: Vec::new(), others, user: base.user })
+    }
+
+    /// All that it is read from.
+    fn sensor_text(&self) -> SensorText<'_> {
+        let SourceText { file, text: yaml } = &self.main;
+        SensorText { file, yaml, bases: &self.bases, user: self.user.as_ref() }
+    }
+
+    /// The files that the sensor's extends.
+    pub fn bases(&self) -> &[BaseFile] {
+        &self.bases
     }
 
     /// The sensor's own file.
@@ -275,9 +323,7 @@ impl Source {
     /// # Errors
     /// All problems of the design.
     pub fn load(&self, overrides: &[String]) -> Result<Project, Error> {
-        let SourceText { file, text } = &self.main;
-        fixtures::load_with(file, text, overrides, self.user.as_ref())
-            .map_err(|invalid| self.invalid(invalid))
+        fixtures::load_text(self.sensor_text(), overrides).map_err(|invalid| self.invalid(invalid))
     }
 
     /// Why a fixture cannot be had, with the texts that are to blame.
@@ -291,6 +337,38 @@ impl Source {
     fn invalid(&self, invalid: InvalidDesign) -> Error {
         Diagnosed::new(invalid, self.texts().cloned()).into()
     }
+}
+
+/// Reads the files that a file extends, one through the other. A circle, or more of them than may be,
+/// ends there: what is wrong with them is told where they are read.
+fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
+    /// One more than may be.
+    const MOST: usize = 17;
+    let mut bases: Vec<BaseFile> = Vec::new();
+    let real = |file: &str| std::fs::canonicalize(file).unwrap_or_else(|_| file.into());
+    let mut known = vec![(real(&main.file), main.file.clone())];
+    let mut last = main.clone();
+    while bases.len() < MOST
+        && let Some(Extends { word, line }) = designs::extended_file(&last.text)
+    {
+        let folder = Path::new(&last.file).parent().unwrap_or(Path::new(""));
+        let file = folder.join(&word).display().to_string();
+        let by = last.file.clone();
+        // Under the name that it has already, however it is spelled here.
+        let place = real(&file);
+        if let Some((_, file)) = known.iter().find(|(known, _)| *known == place) {
+            bases.push(BaseFile { by, word, file: file.clone(), text: String::new() });
+            break;
+        }
+        let text = reading::read_text(Path::new(&file), EXPECTED).map_err(|why| {
+            let (file, word, why) = (by.clone(), word.clone(), Box::new(why));
+            SourceError::Extended { file, line, word, why }
+        })?;
+        known.push((place, file.clone()));
+        bases.push(BaseFile { by, word, file: file.clone(), text: text.clone() });
+        last = SourceText { file, text };
+    }
+    Ok(bases)
 }
 
 /// The text of a built-in sensor, named as the designs crate names it in messages.
@@ -316,11 +394,14 @@ pub fn user_file() -> Result<Option<UserFile>, Error> {
     let text = reading::read_text(path, expected)?;
     Ok(Some(UserFile { file: path.display().to_string(), text }))
 }
+const EXPECTED: Expected = Expected {
+    what: "a sensor's file",
+    max_bytes: MAX_YAML_BYTES,
+    hint: "is it the right file? `fabkit show rtac0` shows what one holds",
+};
 
 fn read_yaml(path: &Path) -> Result<String, Error> {
-    let hint = "is it the right file? `fabkit show rtac0` shows what one holds";
-    let expected = Expected { what: "a sensor's file", max_bytes: MAX_YAML_BYTES, hint };
-    Ok(reading::read_text(path, expected)?)
+    Ok(reading::read_text(path, EXPECTED)?)
 }
 
 /// Reads what a printer does to sizes.

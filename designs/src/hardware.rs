@@ -62,7 +62,7 @@ struct Countersunk {
 }
 
 /// ISO 7045 (dk max, k max), ISO 7046-1 (dk max, theoretical dk max), ISO 15065 (Dc min).
-const THREADS: [Thread; 4] = [
+const THREADS: [Thread; 7] = [
     // The ISO standards begin at M1.6. Pan: JCIS 10-70, type 3 (D, H max). Countersunk: DIN 963
     // (dk, and k = 0.72 mm gives the sharp diameter); no standard countersink: the largest head.
     Thread {
@@ -105,6 +105,19 @@ const THREADS: [Thread; 4] = [
         pilot_hole: 1.65,
     },
     Thread {
+        nominal: 2.5,
+        pan_head_diameter: 5.0,
+        pan_head_height: 2.1,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 4.7,
+            sharp_diameter: 5.5,
+            sink_diameter: 5.5,
+        },
+        clearance_hole: 2.9,
+        pilot_hole: 2.05,
+    },
+    Thread {
         nominal: 3.0,
         pan_head_diameter: 5.6,
         pan_head_height: 2.4,
@@ -116,6 +129,32 @@ const THREADS: [Thread; 4] = [
         },
         clearance_hole: 3.4,
         pilot_hole: 2.5,
+    },
+    Thread {
+        nominal: 4.0,
+        pan_head_diameter: 8.0,
+        pan_head_height: 3.1,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 8.4,
+            sharp_diameter: 9.4,
+            sink_diameter: 9.4,
+        },
+        clearance_hole: 4.5,
+        pilot_hole: 3.3,
+    },
+    Thread {
+        nominal: 5.0,
+        pan_head_diameter: 9.5,
+        pan_head_height: 3.7,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 9.3,
+            sharp_diameter: 10.4,
+            sink_diameter: 10.4,
+        },
+        clearance_hole: 5.5,
+        pilot_hole: 4.2,
     },
 ];
 

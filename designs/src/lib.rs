@@ -9,6 +9,7 @@ mod families;
 mod fits;
 pub mod hardware;
 mod kerf;
+mod labeling;
 pub mod materials;
 mod own;
 pub mod processes;
@@ -25,7 +26,8 @@ pub use hardware::{
 pub use kerf::kerf_mm;
 pub use own::UserFile;
 pub use registry::{
-    Built, Extended, Extension, FORMAT, Family, FamilyEntry, Header, Registry, Start,
+    BaseFile, Built, Extended, Extends, Extension, FORMAT, Family, FamilyEntry, Header, Registry,
+    SensorText, Start, extended_file,
 };
 
 /// Sections of parameters, one after the other: [`parameters!`] for each.

@@ -1,5 +1,6 @@
 //! Families of sensors and built-in sensors, and how a file becomes a design.
 
+mod extending;
 mod starting;
 
 use std::collections::BTreeMap;
@@ -12,11 +13,13 @@ use fabkit_text::{
 use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
 use fabkit_text::{shown, suggestion, take_word};
 
+pub use extending::{BaseFile, Extends, SensorText, extended_file};
 pub use starting::Start;
 
 use crate::Design;
+use crate::labeling::{self, Labels};
 use crate::materials::Castable;
-use crate::own::{Own, UserFile, add_to_schema};
+use crate::own::{Own, add_to_schema};
 use crate::processes::assign;
 
 /// The version of the file format that is read.
@@ -25,9 +28,6 @@ pub const FORMAT: u32 = 1;
 /// Files of sensors.
 const SENSOR: Dialect =
     Dialect { base: "a built-in sensor", ..Dialect::new("sensor", FORMAT, " and `extends: NAME`") };
-
-/// Built-in sensors that extend each other: more than this is a circle.
-const LONGEST_CHAIN: usize = 8;
 
 fabkit_text::parameters! {
     /// What every sensor file says besides its parameters.
@@ -60,6 +60,11 @@ pub trait Family {
     const SUMMARY: &'static str;
     /// The built-in sensor whose values serve as examples.
     const EXAMPLE: &'static str;
+    /// Values that hold where no file says anything else: name for messages and YAML text of each file.
+    ///
+    /// What they ask for is what the family made before it had these parameters, so that they do not
+    /// count for the identity of a design.
+    const DEFAULTS: &'static [(&'static str, &'static str)] = &[];
 
     /// Reports impossible combinations. Each value is within its own limits by now.
     fn check(parameters: &Self::Parameters, report: &mut Report);
@@ -74,6 +79,7 @@ pub struct FamilyEntry {
     name: &'static str,
     summary: &'static str,
     example: &'static str,
+    defaults: &'static [(&'static str, &'static str)],
     fields: fn() -> Vec<Field>,
     run: fn(Reader, Option<&Example>, ReadMore) -> Run,
 }
@@ -119,6 +125,7 @@ impl FamilyEntry {
             name: F::NAME,
             summary: F::SUMMARY,
             example: F::EXAMPLE,
+            defaults: F::DEFAULTS,
             fields: F::Parameters::fields,
             run: run::<F>,
         }
@@ -139,11 +146,22 @@ impl FamilyEntry {
         self.example
     }
 
+    /// Its parameters, and those that every family has.
+    fn parameters(&self) -> Vec<Field> {
+        let mut fields = (self.fields)();
+        let shape = Labels::shape(&());
+        fields.push(Field { name: labeling::KEY, summary: labeling::SUMMARY.into(), shape });
+        fields
+    }
+
     /// Every key of a file of this family but `format`, `family` and `extends`.
     fn all_fields(&self) -> Vec<Field> {
-        let mut fields = Header::fields();
-        fields.extend((self.fields)());
-        fields
+        [Header::fields(), self.parameters()].concat()
+    }
+
+    /// Files with values that hold where no file says anything else.
+    fn defaults(&self) -> Vec<(&'static str, &'static str)> {
+        [self.defaults, &[labeling::DEFAULTS]].concat()
     }
 }
 
@@ -151,6 +169,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
     let parameters = F::Parameters::read(&mut reader, "", "", &());
+    let labels = Labels::read(&mut reader, labeling::KEY, "", &());
     let settings = reader.take_settings();
     read_more(&mut reader);
     let mut report = reader.finish(example);
@@ -158,12 +177,18 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
         F::check(parameters, &mut report);
         report.trace("", parameters, F::check);
     }
-    let built = match (&parameters, &header) {
+    let mut built = match (&parameters, &header) {
         (Some(parameters), Some(header)) if report.is_clean() => {
             F::build(parameters, header, &mut report)
         }
         _ => None,
     };
+    if let (Some(built), Some(labels)) = (&mut built, labels) {
+        let labelled = labeling::apply(&labels, &mut built.sensor, &mut report);
+        if !labelled.is_empty() {
+            built.derived.push(("labelled parts".into(), labelled.join(", ")));
+        }
+    }
     Run { settings, built, report }
 }
 
@@ -195,11 +220,18 @@ impl Registry {
         self.sensors.iter().find(|(known, _)| *known == name).map(|(_, yaml)| *yaml)
     }
 
+    /// The files with values that families have where no file says anything else, as messages name
+    /// them, and their texts; some are several families'.
+    pub fn default_files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let defaults = self.families.iter().flat_map(|family| family.defaults.iter().copied());
+        defaults.chain([labeling::DEFAULTS])
+    }
+
     /// Dotted path of every parameter of a family, in order.
     pub fn parameter_paths(&self, family: &str) -> Vec<String> {
         let family = self.families.iter().filter(|f| f.name == family);
         let root = Place::new(TextLayer::File, "", &SENSOR);
-        family.flat_map(|f| Document::new((f.fields)(), root.clone()).paths()).collect()
+        family.flat_map(|f| Document::new(f.parameters(), root.clone()).paths()).collect()
     }
 
     /// The JSON Schema (draft-07) of sensor files.
@@ -207,7 +239,14 @@ impl Registry {
     /// `extensions` are the sections that other crates keep in the files: key, line for people,
     /// fields. All of their values have defaults.
     pub fn json_schema(&self, extensions: &[(&str, &str, Vec<Field>)]) -> Json {
+        let optional = |family: &FamilyEntry| {
+            let place = Place::new(TextLayer::Default, "", &SENSOR);
+            let mut document = Document::new(family.parameters(), place);
+            lay_defaults(&mut document, &family.defaults(), TextLayer::Default);
+            document.into_values().into_keys().collect()
+        };
         let schema = |family: &FamilyEntry| FamilySchema {
+            optional: optional(family),
             name: family.name,
             summary: family.summary,
             fields: family.all_fields(),
@@ -226,7 +265,7 @@ impl Registry {
     /// The family that a built-in sensor belongs to, directly or through what it extends.
     fn family_of(&self, name: &str) -> Option<&'static str> {
         let place = Place::new(TextLayer::Base, name, &SENSOR);
-        let layers = self.layers(self.builtin_yaml(name)?, place, &mut Vec::new())?;
+        let layers = self.layers(self.builtin_yaml(name)?, place, &[], &mut Vec::new())?;
         Some(layers.family.name)
     }
 
@@ -244,8 +283,9 @@ impl Registry {
         overrides: &[String],
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
-        let extra = Extra { others, section: None, user: None };
-        self.load_with(file, yaml, overrides, extra, &mut |_| ()).map(|(design, _)| design)
+        let extra = Extra { others, section: None };
+        let text = SensorText::alone(file, yaml);
+        self.load_with(text, overrides, extra, &mut |_| ()).map(|(design, _)| design)
     }
 
     /// Builds a design and reads the section that another crate keeps in the file.
@@ -254,11 +294,9 @@ impl Registry {
     /// As for [`Registry::load`].
     pub fn load_extended<P: Section>(
         &self,
-        file: &str,
-        yaml: &str,
+        text: SensorText,
         overrides: &[String],
         extension: &Extension,
-        user: Option<&UserFile>,
     ) -> Result<(Design, Extended<P>), InvalidDesign> {
         let (mut parameters, mut settings) = (None, Vec::new());
         let field =
@@ -267,39 +305,34 @@ impl Registry {
             parameters = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
-        let extra = Extra { others: &[], section: Some((extension, field)), user };
-        let (design, report) = self.load_with(file, yaml, overrides, extra, &mut read)?;
+        let extra = Extra { others: &[], section: Some((extension, field)) };
+        let (design, report) = self.load_with(text, overrides, extra, &mut read)?;
         match parameters {
             Some(parameters) => Ok((design, Extended { parameters, settings, report })),
-            None => Err(bug(file, format!("`{}` cannot be read", extension.key))),
+            None => Err(bug(text.file, format!("`{}` cannot be read", extension.key))),
         }
     }
 
     fn load_with(
         &self,
-        file: &str,
-        yaml: &str,
+        SensorText { file, yaml, bases, user }: SensorText,
         overrides: &[String],
         extra: Extra,
         read_more: ReadMore,
     ) -> Result<(Design, Report), InvalidDesign> {
         let place = Place::new(TextLayer::File, file, &SENSOR);
         let mut found = Vec::new();
-        let Some(mut layers) = self.layers(yaml, place.clone(), &mut found) else {
+        let Some(mut layers) = self.layers(yaml, place.clone(), bases, &mut found) else {
             return Err(InvalidDesign { problems: Found::sorted(found) });
         };
         let family = layers.family;
-        let mut own = Own::take(&mut layers.entries, extra.user, &mut found);
+        let mut own = Own::take(&mut layers.entries, user, &mut found);
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
+        lay_defaults(&mut document, &family.defaults(), TextLayer::Default);
         if let Some((extension, field)) = extra.section {
             document.add_field(field);
-            for (name, yaml) in extension.defaults {
-                let place = Place::new(TextLayer::Base, name, &SENSOR);
-                let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
-                check_format(&mut entries, &place, &mut document.found);
-                document.lay(entries, &place);
-            }
+            lay_defaults(&mut document, extension.defaults, TextLayer::Base);
         }
         // What is extended comes first, so that the file lies over it.
         for (place, mut entries) in layers.entries.into_iter().rev() {
@@ -340,8 +373,10 @@ impl Registry {
     /// What the file of a built-in sensor and those that it extends say, by path, and its family.
     fn values_of(&self, sensor: &str) -> Option<(FamilyEntry, BTreeMap<String, Written>)> {
         let place = Place::new(TextLayer::Base, sensor, &SENSOR);
-        let layers = self.layers(self.builtin_yaml(sensor)?, place.clone(), &mut Vec::new())?;
+        let yaml = self.builtin_yaml(sensor)?;
+        let layers = self.layers(yaml, place.clone(), &[], &mut Vec::new())?;
         let mut document = Document::new(layers.family.all_fields(), place);
+        lay_defaults(&mut document, &layers.family.defaults(), TextLayer::Default);
         // Keys of others are unknown here, and nobody asks what is wrong.
         for (place, entries) in layers.entries.into_iter().rev() {
             document.lay(entries, &place);
@@ -349,11 +384,17 @@ impl Registry {
         Some((layers.family, document.into_values()))
     }
 
-    /// Reads a file and the built-in sensors it extends, and finds the family.
+    /// Reads a file and what it extends, near and far, and finds the family.
     ///
     /// `None` after reporting why the rest cannot be read.
-    fn layers(&self, yaml: &str, place: Place, found: &mut Vec<Found>) -> Option<Layers> {
-        let mut entries = Vec::new();
+    fn layers(
+        &self,
+        yaml: &str,
+        place: Place,
+        bases: &[BaseFile],
+        found: &mut Vec<Found>,
+    ) -> Option<Layers> {
+        let mut entries: Vec<(Place, Vec<Entry>)> = Vec::new();
         let mut family: Option<(&FamilyEntry, Place)> = None;
         let mut next = Some((yaml, place.clone()));
         while let Some((yaml, place)) = next.take() {
@@ -384,19 +425,8 @@ impl Registry {
             }
             // Extends something unreadable: everything else would seem to be missing.
             let (name, at) = extends?;
-            let Some(base) = self.builtin_yaml(&name) else {
-                let message = format!("extends `{}`, which is not a built-in sensor", shown(&name));
-                let hint = suggestion(&name, self.builtin_names(), "the built-in sensors are");
-                found.push(at.problem("extends", &shown(&name), message).hint(hint));
-                return None;
-            };
-            if entries.len() >= LONGEST_CHAIN {
-                let message = format!("extends {name}, which extends itself");
-                found.push(at.problem("extends", &name, message).hint("extend another sensor"));
-                return None;
-            }
-            let file = format!("{name}.yaml (built-in)");
-            next = Some((base, Place::new(TextLayer::Base, &file, &SENSOR)));
+            let above: Vec<&Place> = entries.iter().map(|(place, _)| place).collect();
+            next = Some(self.extended(&name, &at, &above, bases, found)?);
         }
         let Some((family, _)) = family else {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
@@ -429,14 +459,22 @@ struct Extra<'a> {
     others: &'a [&'a str],
     /// A section that is read.
     section: Option<(&'a Extension, Field)>,
-    /// What the user keeps for all sensors.
-    user: Option<&'a UserFile>,
 }
 
-/// A file, then the built-in sensors it extends.
+/// A file, then what it extends, near and far.
 struct Layers {
     family: FamilyEntry,
     entries: Vec<(Place, Vec<Entry>)>,
+}
+
+/// Lays files with defaults over a document: name and text of each.
+fn lay_defaults(document: &mut Document, files: &[(&str, &str)], layer: TextLayer) {
+    for (name, yaml) in files {
+        let place = Place::new(layer, name, &SENSOR);
+        let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
+        check_format(&mut entries, &place, &mut document.found);
+        document.lay(entries, &place);
+    }
 }
 
 /// Something that only a slip in fabkit itself can cause.

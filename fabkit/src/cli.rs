@@ -179,7 +179,8 @@ pub struct Export {
     /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
-    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE]
+    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE; in place of `out` what fabkit.yaml
+    /// says]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
@@ -194,15 +195,16 @@ pub struct Export {
         value_name = "LIST"
     )]
     pub format: Vec<FormatArg>,
-    /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm
-    #[arg(long, value_parser = tolerance, default_value = "0.01mm", value_name = "LENGTH")]
-    pub tolerance: f64,
+    /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm [default: 0.01mm]
+    #[arg(long, value_parser = tolerance, value_name = "LENGTH")]
+    pub tolerance: Option<f64>,
     /// Printer bed on which plates are laid out: width x depth, or a printer, such as `prusa-mk4`
-    #[arg(long, value_parser = bed, default_value = "250x210mm", value_name = "WxD")]
-    pub bed: [f64; 2],
-    /// Stock sheets on which laser-cut parts are laid out, width x depth
-    #[arg(long, value_parser = bed, default_value = "600x300mm", value_name = "WxD")]
-    pub stock: [f64; 2],
+    /// [default: 250x210mm]
+    #[arg(long, value_parser = bed, value_name = "WxD")]
+    pub bed: Option<[f64; 2]>,
+    /// Stock sheets on which laser-cut parts are laid out, width x depth [default: 600x300mm]
+    #[arg(long, value_parser = bed, value_name = "WxD")]
+    pub stock: Option<[f64; 2]>,
     /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
@@ -211,7 +213,7 @@ pub struct Export {
     #[arg(long, value_name = "FILE.yaml")]
     pub process: Option<PathBuf>,
     /// Apply the profile to parts of other materials too, where the process is the same
-    #[arg(long, requires = "process")]
+    #[arg(long)]
     pub process_for_any_material: bool,
     /// Write the geometry as designed, without making up for the laser's cut, the printer and
     /// shrinkage
@@ -360,11 +362,11 @@ impl FormatArg {
     }
 }
 
-fn tolerance(text: &str) -> Result<f64, String> {
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     length_within(text, TOLERANCE_LIMITS_MM)
 }
 
-fn kerf(text: &str) -> Result<f64, String> {
+pub(crate) fn kerf(text: &str) -> Result<f64, String> {
     length_within(text, KERF_LIMITS_MM)
 }
 
@@ -378,7 +380,7 @@ fn length_within(text: &str, [min, max]: [f64; 2]) -> Result<f64, String> {
 }
 
 /// A printer, `250x210mm`, or with a unit on both.
-fn bed(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn bed(text: &str) -> Result<[f64; 2], String> {
     if let Some(size_mm) = beds::of(text) {
         return Ok(size_mm);
     }

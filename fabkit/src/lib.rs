@@ -4,6 +4,7 @@ use std::ffi::OsString;
 
 mod cli;
 mod commands;
+mod defaults;
 mod failure;
 mod hints;
 mod interrupt;

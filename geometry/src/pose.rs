@@ -25,6 +25,11 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// With its axes along these and its origin there; `None` unless they are a right-handed frame.
+    pub fn with_axes(axes: [Vector3<f64>; 3], origin: Point3<f64>) -> Option<Self> {
+        Self::new(Matrix3::from_columns(&axes), origin.coords)
+    }
+
     /// Nothing moves.
     pub fn identity() -> Self {
         Self { rotation: Matrix3::identity(), translation_mm: Vector3::zeros() }

@@ -30,7 +30,8 @@ impl SweepPlan {
         let PlanSource { sensor_file, sensor_yaml, user, .. } = plan.source();
         let main = SourceText { file: sensor_file.clone(), text: sensor_yaml.clone() };
         let user = user.clone().map(|(file, text)| UserFile { file, text });
-        Self { sensor: Arc::new(Source::of_text(main).with_user(user)), plan: Arc::new(plan) }
+        let source = Source::of_texts(main, plan.source().bases()).with_user(user);
+        Self { sensor: Arc::new(source), plan: Arc::new(plan) }
     }
 
     fn variant(&self, number: usize) -> Result<Variant, Failure> {

@@ -110,6 +110,8 @@ pub struct Setting {
     pub limits: String,
     /// The expression that the value follows from, beginning with `= `, where there is one.
     pub expression: Option<String>,
+    /// Whether no file and no override says it: the family does so by default.
+    pub is_default: bool,
 }
 
 /// One thing wrong with a design.

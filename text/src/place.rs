@@ -13,17 +13,23 @@ pub enum TextLayer {
     File,
     /// `--set`.
     Override,
-    /// What is built in: the file that it extends, defaults.
+    /// A file of the user's that the file extends, so many steps away.
+    Extended(u8),
+    /// What is built in: the sensor that it extends, defaults.
     Base,
+    /// What holds where nobody says anything, and means that something is as it always was.
+    Default,
 }
 
 impl TextLayer {
     /// Whether what stands in this text replaces what stands in another.
     pub(crate) fn is_over(self, other: Self) -> bool {
         let height = |layer| match layer {
-            Self::Base => 0,
-            Self::File => 1,
-            Self::Override => 2,
+            Self::Default => 0,
+            Self::Base => 1,
+            Self::Extended(steps) => 257 - u16::from(steps),
+            Self::File => 258,
+            Self::Override => 259,
         };
         height(self) > height(other)
     }

@@ -9,7 +9,7 @@ use crate::document::Document;
 use crate::expression::resolve;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
-use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, join};
+use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, TextLayer, join};
 
 /// Reads parameters by path.
 #[derive(Debug)]
@@ -172,6 +172,7 @@ impl Reader {
             source: written.source.clone(),
             summary: summary.to_owned(),
             limits,
+            is_default: written.place.layer == TextLayer::Default,
             expression: written.formula.as_ref().map(|formula| formula.text.clone()),
         });
     }

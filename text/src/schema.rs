@@ -1,8 +1,10 @@
 //! JSON Schema (draft-07) of sensor files, from the declarations.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Map, Value as Json, json};
 
-use crate::{Field, Kind, Shape, SourceKind};
+use crate::{Field, Kind, Shape, SourceKind, join};
 
 /// What the schema says about one family.
 pub struct FamilySchema<'a> {
@@ -14,6 +16,8 @@ pub struct FamilySchema<'a> {
     pub fields: Vec<Field>,
     /// Built-in sensors of the family.
     pub sensors: Vec<&'a str>,
+    /// Paths of values that a file may leave out.
+    pub optional: BTreeSet<String>,
 }
 
 /// The schema of a file: complete if it names a family, partial if it extends a sensor.
@@ -28,8 +32,9 @@ pub fn root_schema(
         "format": { "const": format, "description": "Version of the file format." },
         "family": { "enum": names, "description": "Which family of parts." },
         "extends": {
-            "enum": sensors,
-            "description": "A built-in sensor; the file then lists only what differs.",
+            "anyOf": [{ "enum": sensors }, { "type": "string", "pattern": "\\.ya?ml$" }],
+            "description": "A built-in sensor, or the path of another file, relative to the folder of \
+                            this one; the file then lists only what differs.",
         },
     });
     let mut definitions = Map::new();
@@ -53,13 +58,17 @@ pub fn root_schema(
             "then": { "$ref": format!("#/definitions/{partial}") },
         }));
         for (name, is_complete) in [(complete, true), (partial, false)] {
-            let mut schema = section(&family.fields, family.summary, is_complete);
+            let mut schema = section(
+                &family.fields,
+                family.summary,
+                is_complete.then_some(("", &family.optional)),
+            );
             if let (Some(properties), Some(head)) =
                 (schema["properties"].as_object_mut(), head.as_object())
             {
                 properties.extend(head.clone());
                 for (key, summary, fields) in extensions {
-                    properties.insert((*key).to_owned(), section(fields, summary, false));
+                    properties.insert((*key).to_owned(), section(fields, summary, None));
                 }
             }
             definitions.insert(name, schema);
@@ -81,13 +90,19 @@ pub fn root_schema(
 
 /// A section of which anything may be left out.
 pub fn section_schema(fields: &[Field], summary: &str) -> Json {
-    section(fields, summary, false)
+    section(fields, summary, None)
 }
 
-fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
+/// Of what must be complete, its path, and the paths that may be left out.
+type Complete<'a> = Option<(&'a str, &'a BTreeSet<String>)>;
+
+fn section(fields: &[Field], summary: &str, complete: Complete) -> Json {
     let property = |field: &Field| {
         let schema = match &field.shape {
-            Shape::Section(inner) => section(inner, &field.summary, is_complete),
+            Shape::Section(inner) => {
+                let path = complete.map(|(path, _)| join(path, field.name)).unwrap_or_default();
+                section(inner, &field.summary, complete.map(|(_, optional)| (&*path, optional)))
+            }
             Shape::Value { allowed, schema, kind, is_list } => {
                 let expressions =
                     matches!(kind, Kind::Length | Kind::Angle | Kind::Count | Kind::Number);
@@ -103,10 +118,20 @@ fn section(fields: &[Field], summary: &str, is_complete: bool) -> Json {
         "properties": properties,
         "additionalProperties": false,
     });
-    if is_complete {
-        schema["required"] = fields.iter().map(|field| field.name).collect();
+    if let Some((path, optional)) = complete {
+        let required = fields.iter().filter(|field| !is_optional(field, path, optional));
+        schema["required"] = required.map(|field| field.name).collect();
     }
     schema
+}
+
+/// Whether a value, or all of a section's, may be left out.
+fn is_optional(field: &Field, path: &str, optional: &BTreeSet<String>) -> bool {
+    let path = join(path, field.name);
+    match &field.shape {
+        Shape::Section(inner) => inner.iter().all(|field| is_optional(field, &path, optional)),
+        Shape::Value { .. } => optional.contains(&path),
+    }
 }
 
 /// A value stands alone, or in a map with its source; in place of a number may stand an expression.

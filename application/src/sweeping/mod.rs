@@ -70,9 +70,11 @@ pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<
         text: text.into(),
         sensor_file,
         sensor_yaml,
+        sensor_bases: Vec::new(),
         custom_metrics: custom.to_vec(),
         user: source.user().map(|user| (user.file.clone(), user.text.clone())),
-    };
+    }
+    .with_bases(source.bases());
     Plan::new(plan).map_err(|invalid| {
         let texts = std::iter::once(of_plan()).chain(source.texts().cloned());
         Diagnosed::new(invalid, texts).into()

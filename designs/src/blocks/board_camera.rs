@@ -6,8 +6,8 @@ use super::INTO_MM;
 
 /// A board with a lens holder and a barrel on it.
 pub struct BoardCamera {
-    /// Edge of the board.
-    pub board: Length,
+    /// Edges of the board along x and y.
+    pub board: [Length; 2],
     /// Thickness of the board.
     pub thickness: Length,
     /// Edge of the lens holder.
@@ -22,10 +22,16 @@ pub struct BoardCamera {
 
 /// The parameters of a family's section `camera` that [`BoardCamera`] is made of.
 macro_rules! board_camera {
-    ($camera:expr) => {{
+    ($camera:expr) => {
+        $crate::blocks::board_camera!($camera, [$camera.board_size, $camera.board_size_y])
+    };
+    ($camera:expr, square) => {
+        $crate::blocks::board_camera!($camera, [$camera.board_size; 2])
+    };
+    ($camera:expr, $board:expr) => {{
         let camera = &$camera;
         $crate::blocks::BoardCamera {
-            board: camera.board_size,
+            board: $board,
             thickness: camera.board_thickness,
             holder: camera.holder_size,
             holder_height: camera.holder_height,
@@ -40,9 +46,9 @@ impl BoardCamera {
     /// The camera, looking along +z, its board between two heights (mm), with `holes` for screws
     /// and a plug behind it.
     pub fn solid(&self, [bottom, top]: [f64; 2], holes: Vec<Solid>, plug: Solid) -> Solid {
-        let (board, holder) = (self.board.mm(), self.holder.mm());
+        let ([x, y], holder) = (self.board.map(Length::mm), self.holder.mm());
         let holder_height = self.holder_height.mm();
-        let plate = Solid::cuboid(board, board, self.thickness.mm()).at_z(bottom).minus_all(holes);
+        let plate = Solid::cuboid(x, y, self.thickness.mm()).at_z(bottom).minus_all(holes);
         let holder = Solid::cuboid(holder, holder, holder_height + INTO_MM).at_z(top - INTO_MM);
         let length = self.lens_height.mm() - holder_height + INTO_MM;
         let barrel = Solid::cylinder(self.barrel.mm() / 2.0, length);

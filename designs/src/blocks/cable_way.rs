@@ -1,8 +1,9 @@
 //! Ways out for cables and wires: slots through a floor, notches and windows through a wall.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Cut, Length, Path, Solid};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Cut, Length, Path, Solid, Vector3};
 
 use super::holes;
+use crate::choices;
 use crate::parameters::Report;
 
 /// A slot with round ends through a floor.
@@ -16,6 +17,8 @@ pub struct FloorSlot {
     pub along: usize,
     /// Its middle, mm.
     pub at: [f64; 2],
+    /// By how much it is turned around its middle from there.
+    pub turn: Angle,
 }
 
 /// How much longer than wide a slot is, mm.
@@ -32,7 +35,13 @@ impl FloorSlot {
         [-half, half].map(|out| {
             let mut end = [0.0; 2];
             end[self.along] = out;
-            end
+            match self.turn.rad() {
+                0.0 => end,
+                turn => {
+                    let (sin, cos) = turn.sin_cos();
+                    [end[0] * cos - end[1] * sin, end[0] * sin + end[1] * cos]
+                }
+            }
         })
     }
 
@@ -55,13 +64,38 @@ impl FloorSlot {
     }
 }
 
-/// The side of a housing that something leaves by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// At +x.
-    Right,
-    /// At -y.
-    Front,
+choices! {
+    /// The side of a housing that something leaves by.
+    pub enum Side {
+        /// At +x.
+        Right = "right",
+        /// At -x.
+        Left = "left",
+        /// At -y.
+        Front = "front",
+        /// At +y.
+        Back = "back",
+    }
+}
+
+impl Side {
+    /// The axis that it looks along: 0 for x, 1 for y.
+    pub fn axis(self) -> usize {
+        match self {
+            Self::Right | Self::Left => 0,
+            Self::Front | Self::Back => 1,
+        }
+    }
+
+    /// Out of the housing.
+    pub fn out(self) -> Vector3<f64> {
+        match self {
+            Self::Right => Vector3::x(),
+            Self::Left => -Vector3::x(),
+            Self::Front => -Vector3::y(),
+            Self::Back => Vector3::y(),
+        }
+    }
 }
 
 /// A way through the wall on one side, `width_mm` wide, between two distances from the axis and two
@@ -70,6 +104,8 @@ pub fn wall_way(side: Side, width_mm: f64, [from, to]: [f64; 2], [bottom, top]: 
     let half = width_mm / 2.0;
     match side {
         Side::Right => Solid::cuboid_between([from, -half, bottom], [to, half, top]),
+        Side::Left => Solid::cuboid_between([-to, -half, bottom], [-from, half, top]),
         Side::Front => Solid::cuboid_between([-half, -to, bottom], [half, -from, top]),
+        Side::Back => Solid::cuboid_between([-half, from, bottom], [half, to, top]),
     }
 }

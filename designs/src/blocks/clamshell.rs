@@ -6,7 +6,8 @@ use fabkit_geometry::{
 };
 
 use super::cable_way::{Side, wall_way};
-use super::posted_camera::PostedCamera;
+use super::mounting::{Mount, MountHold, MountRing, Mounting};
+use super::posted_camera::{self, PostedCamera};
 use super::{APART_MM, BLACK, INTO_MM, Joint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
 use crate::assembling::Name;
 use crate::fits::{Fit, gap_mm};
@@ -23,6 +24,8 @@ sections! {
         wall: Length = 0.8..=10.0,
         /// Radius of the upright edges.
         corner: Length = 0.2..=20.0,
+        /// Which side cable and wires leave by: `right` at +x, `left` at -x, `front` at -y, `back` at +y.
+        cable_side: Side,
         /// Width of the notch for cable and wires.
         cable_width: Length = 1.0..=30.0,
         /// Height of the notch.
@@ -43,9 +46,6 @@ sections! {
 /// What joins base and shell.
 const SCREW: Screw = Screw::M1_6X6;
 
-/// What a user screws the base to a gripper with.
-const MOUNT_SCREW: Screw = Screw::M3X4;
-
 /// Base under the head of a screw, mm.
 const SHELF_MM: f64 = 1.2;
 
@@ -63,6 +63,8 @@ pub struct Clamshell<'a> {
     pub shell: &'a Shell,
     /// The base's parameters.
     pub base: &'a Base,
+    /// The holes that it is mounted by.
+    pub mount: &'a Mount,
     /// Outside of both.
     pub outside: Rect,
     /// The room above the base; its corners leave the screws their walls.
@@ -78,7 +80,7 @@ pub struct Clamshell<'a> {
 impl<'a> Clamshell<'a> {
     /// Around what it carries and around a room (half their edges), its seam at `joint_z`.
     pub fn around(
-        (shell, base): (&'a Shell, &'a Base),
+        (shell, base, mount): (&'a Shell, &'a Base, &'a Mount),
         carried: [f64; 2],
         room: [f64; 2],
         joint_z: f64,
@@ -89,6 +91,7 @@ impl<'a> Clamshell<'a> {
         Self {
             shell,
             base,
+            mount,
             outside: Rect { half, corner: shell.corner.mm() },
             room: room.rounded_off(screw, SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM),
             joint_z,
@@ -103,24 +106,35 @@ impl<'a> Clamshell<'a> {
         Joint::self_tapping("screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
-    /// In the base's floor, just inside the lip; a user's screws.
-    fn mounting(&self) -> Joint {
-        let axis = self.room.longer();
-        let inside = self.room.half[axis] - gap_mm(Process::Fdm, Fit::Slide) - LIP_MM[0];
-        let out = inside - APART_MM - MOUNT_SCREW.pilot_hole_mm() / 2.0;
-        let poses = [-out, out].map(|out| {
-            let mut at = [0.0; 2];
-            at[axis] = out;
-            hanging(at, self.bottom_z)
-        });
-        let depth = self.base.thickness.mm() + CUT_OVERLAP_MM;
-        Joint::self_tapping("mounting hole", MOUNT_SCREW, poses.to_vec(), depth)
+    /// Half the edges of what holes in the floor must lie within, mm: just inside the lip.
+    fn floor(&self) -> [f64; 2] {
+        self.room.half.map(|half| half - gap_mm(Process::Fdm, Fit::Slide) - LIP_MM[0] - APART_MM)
     }
 
-    /// The notch at -y that cable and wires leave through, between two heights.
+    /// In the base's floor; a user's screws.
+    fn holes(&self) -> Mounting<'a> {
+        let axis = self.room.longer();
+        let inside = self.room.half[axis] - gap_mm(Process::Fdm, Fit::Slide) - LIP_MM[0];
+        let pair = Mounting {
+            mount: self.mount,
+            ring: MountRing::Pair(0.0, axis),
+            depth_mm: self.base.thickness.mm() + CUT_OVERLAP_MM,
+            is_through: true,
+            holds: (&[MountHold::Tapped, MountHold::Insert, MountHold::Through], ""),
+        };
+        Mounting { ring: MountRing::Pair(inside - APART_MM - pair.hole_mm(), axis), ..pair }
+    }
+
+    /// The same as a joint.
+    pub fn mounting(&self) -> Joint {
+        self.holes().joint(self.bottom_z)
+    }
+
+    /// The notch that cable and wires leave through, between two heights.
     fn notch(&self, heights: [f64; 2]) -> Solid {
-        let reach = [0.0, self.outside.half[1] + 1.0];
-        wall_way(Side::Front, self.shell.cable_width.mm(), reach, heights).named("cable notch")
+        let side = self.shell.cable_side;
+        let reach = [0.0, self.outside.half[side.axis()] + 1.0];
+        wall_way(side, self.shell.cable_width.mm(), reach, heights).named("cable notch")
     }
 
     /// The shell with what is cut out of it from above down to the room's ceiling at `room_z`.
@@ -159,13 +173,15 @@ impl<'a> Clamshell<'a> {
     /// What fixtures hold on to: all of it; the notch exists once.
     pub fn grip(&self) -> Grip {
         let notch_z = self.joint_z + self.shell.cable_height.mm() / 2.0;
-        let notch = Point3::new(0.0, -self.outside.half[1], notch_z);
+        let out = self.shell.cable_side.out();
+        let out_mm = self.outside.half[self.shell.cable_side.axis()];
+        let notch = Point3::from(out_mm * out + Vector3::new(0.0, 0.0, notch_z));
         Grip {
             outline: self.outside.path(),
             top_z_mm: 0.0,
             bottom_z_mm: self.bottom_z,
             clear_radius_mm: 0.0,
-            key: Some(Pose::z_to(-Vector3::y(), notch)),
+            key: Some(Pose::z_to(out, notch)),
             threads: self.mounting().held().landmarks,
         }
     }
@@ -177,6 +193,7 @@ impl<'a> Clamshell<'a> {
         let ceiling = ceiling_z - self.joint_z;
         let tip = SCREW.length_mm - SHELF_MM + PILOT_SPARE_MM;
         let pilot = SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM;
+        let side = self.shell.cable_side.axis();
         limits! { report:
             shell.corner <= head_mm() + PRINTED_WALL_MM,
                 "the screws' heads need a wall at the rounded corner";
@@ -187,8 +204,21 @@ impl<'a> Clamshell<'a> {
             shell.cable_height <= ceiling - PRINTED_WALL_MM, "the notch needs a wall above it";
             camera.back_clearance >= camera.back_clearance.mm() + tip + PRINTED_WALL_MM - ceiling,
                 "the shell's screws need a wall above their tips";
-            shell.cable_width <= (2.0 * (self.screw[0] - pilot)).min(self.room.straight(1)),
+            shell.cable_width <=
+                (2.0 * (self.screw[1 - side] - pilot)).min(self.room.straight(side)),
                 "the notch lies in the straight wall between two screws";
+        }
+        let holes = self.holes();
+        holes.check_in(self.floor(), PRINTED_WALL_MM, report);
+        let posts = corners(camera.spacing_mm().map(|mm| mm / 2.0));
+        let screw = (posted_camera::SCREW.pilot_hole_mm() / 2.0, "a screw of the camera");
+        holes.check_clear(&posts, screw, PRINTED_WALL_MM, report);
+        let head = (head_mm(), "a screw of the shell");
+        holes.check_clear(&corners(self.screw), head, PRINTED_WALL_MM, report);
+        if self.mount.hold == MountHold::Insert {
+            limits! { report:
+                base.thickness >= holes.least_depth_mm(), "the inserts lie in the floor";
+            }
         }
     }
 }

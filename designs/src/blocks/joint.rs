@@ -28,6 +28,11 @@ enum Hold {
     },
     /// The thread of something bought, such as a spacer.
     Thread,
+    /// A nut on the far side, a user's: the screw passes.
+    Free {
+        /// Depth of the hole below the origin, mm.
+        depth_mm: f64,
+    },
     /// A hexagon nut, on a face or in a pocket that keeps it from turning.
     Hex {
         /// Which.
@@ -116,6 +121,11 @@ impl Joint {
         Self { label, screw, poses, word: "screw", hold: Hold::Thread }
     }
 
+    /// Screws that pass holes so deep into what somebody else has.
+    pub fn free(label: &'static str, screw: Screw, poses: Vec<Pose>, depth_mm: f64) -> Self {
+        Self { label, screw, poses, word: "screw", hold: Hold::Free { depth_mm } }
+    }
+
     /// The same, called bolts where a lab reads of them.
     #[must_use]
     pub fn of_bolts(self) -> Self {
@@ -160,6 +170,10 @@ impl Joint {
     pub fn held(&self) -> Cut {
         match &self.hold {
             Hold::Thread => Cut::default(),
+            Hold::Free { depth_mm } => {
+                let tool = Solid::cylinder(self.free_radius_mm(), *depth_mm + CUT_OVERLAP_MM);
+                self.cut(&tool.at_z(-*depth_mm), &self.poses, &self.hole())
+            }
             Hold::Plastic { depth_mm } => {
                 self.cut(&self.screw.pilot_tool(*depth_mm), &self.poses, &self.hole())
             }
@@ -181,6 +195,9 @@ impl Joint {
     pub fn holes(&self) -> Holes<'_> {
         match &self.hold {
             Hold::Thread => Holes { poses: &self.poses, radius_mm: 0.0, depth_mm: 0.0 },
+            Hold::Free { depth_mm } => {
+                Holes { poses: &self.poses, radius_mm: self.free_radius_mm(), depth_mm: *depth_mm }
+            }
             Hold::Plastic { depth_mm } => Holes {
                 poses: &self.poses,
                 radius_mm: self.screw.pilot_hole_mm() / 2.0,
@@ -193,6 +210,10 @@ impl Joint {
                 Holes { poses, radius_mm: nut.corner_mm(*gap_mm), depth_mm: *depth_mm }
             }
         }
+    }
+
+    fn free_radius_mm(&self) -> f64 {
+        self.screw.clearance_hole_mm() / 2.0
     }
 
     fn hole(&self) -> String {
@@ -215,8 +236,13 @@ impl Joint {
         let screws = self.screw.solid();
         let screws =
             bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw));
-        let nuts = match &self.hold {
-            Hold::Plastic { .. } | Hold::Thread => None,
+        std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
+    }
+
+    /// The nuts alone, of screws that a user brings.
+    pub fn bought_nuts(&self, place_nut: impl Fn(&Pose) -> Placement) -> Option<Body> {
+        match &self.hold {
+            Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,
             Hold::HeatSet { nut, poses, .. } => {
                 let places = poses.iter().map(place_nut);
                 Some(bought(&nut.name(), nut.ordered(), nut.solid(), places).colored(BRASS))
@@ -225,8 +251,7 @@ impl Joint {
                 let places = poses.iter().map(place_nut);
                 Some(bought(&nut.name(), nut.ordered(), nut.solid(), places))
             }
-        };
-        std::iter::once(screws).chain(nuts).collect()
+        }
     }
 
     /// How what holds overlaps: the thread and plastic, or the nut and the plastic that it melts;
@@ -241,17 +266,21 @@ impl Joint {
             Hold::HeatSet { nut, .. } => {
                 Some(press_fit(nut.name(), holder, nut.overlap_mm(), "the nut is melted in"))
             }
-            Hold::Hex { .. } | Hold::Thread => None,
+            Hold::Hex { .. } | Hold::Thread | Hold::Free { .. } => None,
         }
     }
 
     /// What is bought for it, by name, for the chain's steps.
     pub fn names(&self) -> Vec<String> {
-        let nut = match &self.hold {
-            Hold::Plastic { .. } | Hold::Thread => None,
+        std::iter::once(self.name()).chain(self.nut_name()).collect()
+    }
+
+    /// The nut's name among a sensor's bodies, if there is one.
+    pub fn nut_name(&self) -> Option<String> {
+        match &self.hold {
+            Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,
             Hold::HeatSet { nut, .. } => Some(nut.name()),
             Hold::Hex { nut, .. } => Some(nut.name()),
-        };
-        std::iter::once(self.name()).chain(nut).collect()
+        }
     }
 }

@@ -1,11 +1,12 @@
 //! How a sensor is held: a user's screws in its floor, or bolts through its plate into the flange of
 //! a robot.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Length, Placement, Pose, Solid};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Length, Placement, Pose, Solid};
 
-use super::{Joint, around, bought, copies, hanging, marks, ring};
-use crate::hardware::{Screw, SocketScrew};
+use super::{Joint, around, bought, copies, corners, hanging, marks, ring};
+use crate::hardware::{HeatSetNut, Screw, SocketScrew};
 use crate::parameters::{Report, limits};
+use crate::{choices, parameters};
 
 /// Length of thread that a robot's flange takes, mm.
 const BOLT_BITE_MM: f64 = 6.0;
@@ -16,39 +17,386 @@ const HEADS_APART_MM: f64 = 1.0;
 /// Between a bolt's head and the wall around it, mm.
 const HEAD_IN_WALL_MM: f64 = 0.5;
 
-/// Holes on a circle of a floor, for a user's screws.
-pub struct Mounting {
-    /// How many.
-    pub mount_holes: u32,
-    /// Radius of their circle.
-    pub mount_radius: Length,
-    /// By how many steps the first is off the x axis.
-    pub offset: f64,
-    /// What is screwed in.
-    pub screw: Screw,
-    /// Depth of the holes, mm.
-    pub depth_mm: f64,
+choices! {
+    /// How the holes for mounting lie.
+    pub enum MountPattern {
+        /// On a circle.
+        Ring = "ring",
+        /// At the corners of a rectangle.
+        Rectangle = "rectangle",
+        /// One by one.
+        List = "list",
+    }
 }
 
-impl Mounting {
-    /// In a floor whose underside has that height, mm.
-    pub fn joint(&self, bottom_z: f64) -> Joint {
-        let first = hanging([self.mount_radius.mm(), 0.0], bottom_z);
-        let poses = ring(self.mount_holes, self.offset, first);
-        Joint::self_tapping("mounting hole", self.screw, poses, self.depth_mm)
+choices! {
+    /// Threads of screws for mounting.
+    pub enum MountThread {
+        /// M2.
+        M2 = "M2",
+        /// M2.5.
+        M2_5 = "M2.5",
+        /// M3.
+        M3 = "M3",
+        /// M4.
+        M4 = "M4",
+        /// M5.
+        M5 = "M5",
+    }
+}
+
+choices! {
+    /// What holds the screws.
+    pub enum MountHold {
+        /// They cut their threads into plastic.
+        Tapped = "tapped",
+        /// Nuts that are melted in.
+        Insert = "insert",
+        /// They pass, into what is mounted.
+        Through = "through",
+    }
+}
+
+parameters! {
+    /// The holes that the sensor is mounted by.
+    pub struct Mount {
+        /// How they lie: `ring` as many as `base` says, or two in a rectangular housing; `rectangle` at four
+        /// corners; `list` wherever `x` and `y` say.
+        pattern: MountPattern,
+        /// Turn of the pattern around the sensor's axis.
+        angle: Angle = -180.0..=180.0,
+        /// Rectangle: distance of the holes along x.
+        width: Length = 4.0..=120.0,
+        /// Rectangle: distance of the holes along y.
+        depth: Length = 4.0..=120.0,
+        /// List: x of each hole.
+        x: Vec<Length> = (1..=12, -70.0..=70.0),
+        /// List: y of each hole.
+        y: Vec<Length> = (1..=12, -70.0..=70.0),
+        /// Thread of the screws.
+        thread: MountThread,
+        /// What holds them: `tapped` plastic that they cut their thread into, an `insert` that is melted
+        /// in, or nothing, so that they go `through` from inside.
+        hold: MountHold,
+    }
+}
+
+impl MountThread {
+    /// The screw, of which only the thread matters: a user brings it.
+    fn screw(self) -> Screw {
+        let thread_mm = match self {
+            Self::M2 => 2.0,
+            Self::M2_5 => 2.5,
+            Self::M3 => 3.0,
+            Self::M4 => 4.0,
+            Self::M5 => 5.0,
+        };
+        Screw { thread_mm, ..Screw::M3X4 }
     }
 
-    /// Reports holes beyond a radius (mm), or without walls so thick (mm) between them. The section
-    /// must be called `base`.
-    pub fn check(&self, (within_mm, because): (f64, &str), wall_mm: f64, report: &mut Report) {
-        let (base, hole) = (self, self.screw.pilot_hole_mm() / 2.0);
-        let half_step = std::f64::consts::PI / f64::from(self.mount_holes);
-        limits! { report:
-            base.mount_radius <= within_mm - hole, because;
-            base.mount_radius >= (hole + wall_mm) / half_step.sin(),
-                "mounting holes need walls between them";
+    fn nut(self) -> HeatSetNut {
+        match self {
+            Self::M2 => HeatSetNut::M2,
+            Self::M2_5 => HeatSetNut::M2_5,
+            Self::M3 => HeatSetNut::M3,
+            Self::M4 => HeatSetNut::M4,
+            Self::M5 => HeatSetNut::M5,
         }
     }
+}
+
+/// Room behind an insert, mm.
+const INSERT_SPARE_MM: f64 = 0.6;
+
+/// How deep a screw cuts its thread into plastic at least, as a part of its diameter.
+const LEAST_BITE: f64 = 2.5 / 3.0;
+
+/// Where holes of a ring are.
+#[derive(Clone, Copy, Debug)]
+pub enum MountRing {
+    /// So many on a circle of that radius, which the section `base` has; by how many steps the first is
+    /// off the x axis.
+    Circle(u32, Length, f64),
+    /// Two, so far (mm) from the middle along an axis: 0 for x, 1 for y.
+    Pair(f64, usize),
+}
+
+/// Holes in a floor, for a user's screws.
+#[derive(Clone, Copy, Debug)]
+pub struct Mounting<'a> {
+    /// What the section `mount` says.
+    pub mount: &'a Mount,
+    /// Where they are if they lie on a ring.
+    pub ring: MountRing,
+    /// How deep they may be, mm.
+    pub depth_mm: f64,
+    /// Whether that is through all of the floor.
+    pub is_through: bool,
+    /// What may hold the screws, and why nothing else may.
+    pub holds: (&'static [MountHold], &'static str),
+}
+
+impl Mounting<'_> {
+    /// In a floor whose underside has that height, mm.
+    pub fn joint(&self, bottom_z: f64) -> Joint {
+        let Mount { thread, hold, .. } = *self.mount;
+        let (label, screw, poses) = ("mounting hole", thread.screw(), self.poses(bottom_z));
+        match hold {
+            MountHold::Tapped => Joint::self_tapping(label, screw, poses, self.depth_mm),
+            MountHold::Through => Joint::free(label, screw, poses, self.depth_mm),
+            MountHold::Insert => {
+                let nuts = poses.clone();
+                let room_mm = self.depth_mm - thread.nut().length_mm;
+                let spare_mm = if self.is_through { room_mm } else { INSERT_SPARE_MM.min(room_mm) };
+                Joint::heat_set(label, screw, poses, (thread.nut(), nuts, spare_mm))
+            }
+        }
+    }
+
+    fn poses(&self, bottom_z: f64) -> Vec<Pose> {
+        let mount = self.mount;
+        let hang = |at: Vec<[f64; 2]>| at.into_iter().map(|at| hanging(at, bottom_z)).collect();
+        let poses: Vec<Pose> = match (mount.pattern, self.ring) {
+            (MountPattern::Ring, MountRing::Circle(count, radius, offset)) => {
+                ring(count, offset, hanging([radius.mm(), 0.0], bottom_z))
+            }
+            (MountPattern::Ring, MountRing::Pair(out, axis)) => hang(pair(out, axis).to_vec()),
+            (MountPattern::Rectangle, _) => {
+                hang(corners([mount.width.mm() / 2.0, mount.depth.mm() / 2.0]).to_vec())
+            }
+            (MountPattern::List, _) => {
+                hang(mount.x.iter().zip(&mount.y).map(|(x, y)| [x.mm(), y.mm()]).collect())
+            }
+        };
+        match mount.angle.rad() {
+            0.0 => poses,
+            _ => poses.into_iter().map(|p| Pose::rotation_z(mount.angle).then_in(p)).collect(),
+        }
+    }
+
+    /// Where the holes are, mm.
+    pub fn places(&self) -> Vec<[f64; 2]> {
+        self.poses(0.0).iter().map(|pose| pose.translation_mm().xy().into()).collect()
+    }
+
+    /// The parameter that moves the holes outwards.
+    pub fn path(&self) -> &'static str {
+        match (self.mount.pattern, self.ring) {
+            (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_radius",
+            (MountPattern::Ring, MountRing::Pair(..)) => "mount.thread",
+            (MountPattern::Rectangle, _) => "mount.width",
+            (MountPattern::List, _) => "mount.x",
+        }
+    }
+
+    /// That parameter with its value, for messages.
+    pub fn told(&self) -> String {
+        let value = match (self.mount.pattern, self.ring) {
+            (MountPattern::Ring, MountRing::Circle(_, radius, _)) => radius.to_string(),
+            (MountPattern::Ring, MountRing::Pair(..)) => self.mount.thread.word().into(),
+            (MountPattern::Rectangle, _) => self.mount.width.to_string(),
+            (MountPattern::List, _) => {
+                let x: Vec<String> = self.mount.x.iter().map(ToString::to_string).collect();
+                format!("[{}]", x.join(", "))
+            }
+        };
+        format!("{} is {value}", self.path())
+    }
+
+    /// The parameter that turns them or says how many there are.
+    pub fn turned_by(&self) -> &'static str {
+        match (self.mount.pattern, self.ring) {
+            (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_holes",
+            _ => "mount.angle",
+        }
+    }
+
+    /// Whether they are as they are unless `mount` says otherwise.
+    pub fn is_ring(&self) -> bool {
+        self.mount.pattern == MountPattern::Ring
+    }
+
+    /// How deep a hole must be for what holds its screw, mm.
+    pub fn least_depth_mm(&self) -> f64 {
+        let Mount { thread, hold, .. } = *self.mount;
+        match hold {
+            MountHold::Tapped => LEAST_BITE * thread.screw().thread_mm,
+            MountHold::Insert => thread.nut().length_mm,
+            MountHold::Through => 0.0,
+        }
+    }
+
+    /// Radius of a hole, mm.
+    pub fn hole_mm(&self) -> f64 {
+        let Mount { thread, hold, .. } = *self.mount;
+        match hold {
+            MountHold::Tapped => thread.screw().pilot_hole_mm() / 2.0,
+            MountHold::Insert => thread.nut().hole_mm / 2.0,
+            MountHold::Through => thread.screw().clearance_hole_mm() / 2.0,
+        }
+    }
+
+    /// Wall around a hole, mm, in a part whose walls have that thickness.
+    fn wall_mm(&self, wall_mm: f64) -> f64 {
+        match self.mount.hold {
+            MountHold::Insert => wall_mm.max(self.mount.thread.nut().wall_mm),
+            _ => wall_mm,
+        }
+    }
+
+    /// Reports holes that hold their screws by what this floor cannot, or lists that are of two lengths.
+    /// The section must be called `mount`.
+    fn check_hold(&self, report: &mut Report) {
+        let mount = self.mount;
+        let words = |holds: &[MountHold]| {
+            let words: Vec<String> =
+                holds.iter().map(|hold| format!("`{}`", hold.word())).collect();
+            words.join(" or ")
+        };
+        let (holds, because) = self.holds;
+        report.require(
+            holds.contains(&mount.hold),
+            "mount.hold",
+            || format!("mount.hold is `{}`: {because}", mount.hold.word()),
+            || format!("write {}", words(holds)),
+        );
+        let (x, y) = (mount.x.len(), mount.y.len());
+        report.require(
+            mount.pattern != MountPattern::List || x == y,
+            "mount.x",
+            || format!("mount.x has {x} items and mount.y has {y}; each hole has one of both"),
+            || "write as many of each".into(),
+        );
+    }
+
+    /// Reports holes beyond a radius (mm), or without walls so thick (mm) between them. Counts and radii
+    /// of rings stand in `base`.
+    pub fn check(&self, (within_mm, because): (f64, &str), wall_mm: f64, report: &mut Report) {
+        self.check_hold(report);
+        let (hole, wall_mm) = (self.hole_mm(), self.wall_mm(wall_mm));
+        if let (MountPattern::Ring, MountRing::Circle(count, radius, _)) =
+            (self.mount.pattern, self.ring)
+        {
+            let half_step = std::f64::consts::PI / f64::from(count);
+            report.at_most("base.mount_radius", radius, within_mm - hole, because);
+            report.at_least(
+                "base.mount_radius",
+                radius,
+                (hole + wall_mm) / half_step.sin(),
+                "mounting holes need walls between them",
+            );
+            return;
+        }
+        let out = |[x, y]: &[f64; 2]| within_mm - hole - x.hypot(*y);
+        self.require_all(out, &format!("which must keep inside ({because}), is outside"), report);
+        self.check_apart(wall_mm, report);
+    }
+
+    /// The same within a rectangle of these half edges, mm.
+    pub fn check_in(&self, within_mm: [f64; 2], wall_mm: f64, report: &mut Report) {
+        self.check_hold(report);
+        if self.is_ring() && self.mount.angle.rad() == 0.0 {
+            return; // Where they are follows from the rectangle.
+        }
+        let hole = self.hole_mm();
+        let out = |at: &[f64; 2]| {
+            (0..2).map(|i| within_mm[i] - hole - at[i].abs()).fold(f64::INFINITY, f64::min)
+        };
+        self.require_all(out, "which must open into the room inside, lies outside", report);
+        self.check_apart(self.wall_mm(wall_mm), report);
+    }
+
+    /// Reports the hole for which `spare`, mm, is least, if that is below 0. `what` is followed by what
+    /// is missing.
+    pub fn require_all(&self, spare: impl Fn(&[f64; 2]) -> f64, what: &str, report: &mut Report) {
+        let places = self.places();
+        let spares = places.iter().map(spare).zip(1..);
+        let Some((least, number)) = spares.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+        let path = self.path();
+        report.require(
+            least >= -1e-9,
+            path,
+            || {
+                let [x, y] = places[number - 1];
+                let missing = -least;
+                format!(
+                    "{}; of mounting hole {number} at {x:.2} mm, {y:.2} mm, {what} {missing:.2} mm",
+                    self.told()
+                )
+            },
+            || self.movers(),
+        );
+    }
+
+    /// Reports holes that come nearer than `wall_mm` to other holes, of that radius, unless they lie as
+    /// they would anyway; `what` these are.
+    pub fn check_clear(
+        &self,
+        others: &[[f64; 2]],
+        (radius_mm, what): (f64, &str),
+        wall_mm: f64,
+        report: &mut Report,
+    ) {
+        if self.is_ring() && self.mount.hold == MountHold::Tapped {
+            return;
+        }
+        let spare = |[x, y]: &[f64; 2]| {
+            let apart = others.iter().map(|[u, v]| (x - u).hypot(y - v));
+            apart.fold(f64::INFINITY, f64::min) - self.hole_mm() - radius_mm - wall_mm
+        };
+        self.require_all(spare, &format!("the wall to {what} lacks"), report);
+    }
+
+    /// Holes without walls between them.
+    fn check_apart(&self, wall_mm: f64, report: &mut Report) {
+        let (places, hole, path) = (self.places(), self.hole_mm(), self.path());
+        let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) - 2.0 * hole;
+        let pairs = (0..places.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
+        let apart = pairs.map(|(j, i)| (apart(&places[j], &places[i]), j + 1, i + 1));
+        let Some((least, first, second)) = apart.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+        report.require(
+            least >= wall_mm - 1e-9,
+            path,
+            || {
+                format!(
+                    "{}; {least:.2} mm stay between mounting holes {first} and {second}, and {wall_mm} \
+                     mm are needed",
+                    self.told()
+                )
+            },
+            || self.movers(),
+        );
+    }
+
+    /// What to change so that holes lie elsewhere.
+    pub fn movers(&self) -> String {
+        match (self.mount.pattern, self.ring) {
+            (MountPattern::Ring, MountRing::Circle(..)) => {
+                "change `base.mount_radius`, `base.mount_holes` or `mount.angle`".into()
+            }
+            (MountPattern::Ring, MountRing::Pair(..)) => {
+                "write a smaller `mount.thread`, or `mount.pattern: rectangle`".into()
+            }
+            (MountPattern::Rectangle, _) => {
+                "change `mount.width`, `mount.depth` or `mount.angle`".into()
+            }
+            (MountPattern::List, _) => "change `mount.x`, `mount.y` or `mount.angle`".into(),
+        }
+    }
+}
+
+/// Two places so far from the middle along an axis.
+fn pair(out: f64, axis: usize) -> [[f64; 2]; 2] {
+    [-out, out].map(|out| {
+        let mut at = [0.0; 2];
+        at[axis] = out;
+        at
+    })
+}
+
+/// How far a point lies outside of a rectangle around the middle with these half edges; 0 inside.
+pub fn outside([x, y]: [f64; 2], half_mm: [f64; 2]) -> f64 {
+    (x.abs() - half_mm[0]).max(0.0).hypot((y.abs() - half_mm[1]).max(0.0))
 }
 
 /// Socket head bolts through a plate into a robot's flange.

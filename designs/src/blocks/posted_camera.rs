@@ -28,12 +28,16 @@ parameters! {
         pixel_pitch: Length = 0.001..=1.0,
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the square board.
+        /// Edge of the board along x.
         board_size: Length = 4.0..=60.0,
+        /// Edge of the board along y.
+        board_size_y: Length = 4.0..=60.0,
         /// Thickness of the board.
         board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along an edge.
+        /// Distance of the screw holes' centres along x.
         screw_spacing: Length = 2.0..=58.0,
+        /// Distance of the screw holes' centres along y.
+        screw_spacing_y: Length = 2.0..=58.0,
         /// Edge of the square lens holder.
         holder_size: Length = 2.0..=40.0,
         /// Height of the lens holder above the board.
@@ -106,9 +110,19 @@ impl PostedCamera {
         holder.max(self.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
     }
 
-    /// Edge of the connector behind the board, mm: it lies between the posts.
-    fn connector_mm(&self) -> f64 {
-        self.screw_spacing.mm() - 2.0 * (post_mm() + gap_mm(Process::Fdm, Fit::Slide))
+    /// Edges of the connector behind the board, mm: it lies between the posts.
+    fn connector_mm(&self) -> [f64; 2] {
+        self.spacing_mm().map(|mm| mm - 2.0 * (post_mm() + gap_mm(Process::Fdm, Fit::Slide)))
+    }
+
+    /// Distances of the screws along x and y, mm.
+    pub fn spacing_mm(&self) -> [f64; 2] {
+        [self.screw_spacing, self.screw_spacing_y].map(Length::mm)
+    }
+
+    /// Edges of the board along x and y, mm.
+    pub fn board_mm(&self) -> [f64; 2] {
+        [self.board_size, self.board_size_y].map(Length::mm)
     }
 }
 
@@ -120,30 +134,30 @@ fn post_mm() -> f64 {
 impl Posted<'_> {
     /// The screws through the board's corners.
     pub fn joint(&self) -> Joint {
-        let half = self.camera.screw_spacing.mm() / 2.0;
-        let poses = corners([half, half]).map(|at| upright(at, self.top_z)).to_vec();
+        let half = self.camera.spacing_mm().map(|mm| mm / 2.0);
+        let poses = corners(half).map(|at| upright(at, self.top_z)).to_vec();
         Joint::self_tapping("camera screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
     /// What the base gets added.
     pub fn posts(&self) -> Vec<Solid> {
-        let half = self.camera.screw_spacing.mm() / 2.0;
+        let half = self.camera.spacing_mm().map(|mm| mm / 2.0);
         let post = Solid::rod(post_mm(), [self.foot_z - INTO_MM, self.bottom_z]);
-        copies("post", &corners([half, half]).map(|at| upright(at, 0.0)), &post)
+        copies("post", &corners(half).map(|at| upright(at, 0.0)), &post)
     }
 
     /// The camera; where it stands, its family says.
     pub fn body(&self) -> Body {
         let c = self.camera;
-        let edge = c.board_size.mm();
+        let [x, y] = c.board_mm();
         let ordered = format!(
-            "{}, {} x {} px at {} fps, {} lens, board {edge} x {edge} mm",
+            "{}, {} x {} px at {} fps, {} lens, board {x} x {y} mm",
             c.model, c.width_px, c.height_px, c.frame_rate, c.field_of_view
         );
         let thickness = c.board_thickness.mm();
         let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
-        let (edge, bottom) = (c.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
-        let connector = Solid::cuboid(edge, edge / 2.0, self.bottom_z + INTO_MM - bottom)
+        let ([x, y], bottom) = (c.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
+        let connector = Solid::cuboid(x, y / 2.0, self.bottom_z + INTO_MM - bottom)
             .at_z(bottom)
             .named("connector");
         let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
@@ -162,21 +176,36 @@ impl Posted<'_> {
             camera.screw_spacing >= camera.holder_size.mm() + 2.0 * (head + APART_MM),
                 "the screws' heads lie beside the lens's holder";
             camera.screw_spacing >=
-                camera.screw_spacing.mm() + LEAST_CONNECTOR_MM - camera.connector_mm(),
+                camera.screw_spacing.mm() + LEAST_CONNECTOR_MM - camera.connector_mm()[0],
                 "the connector lies between the posts";
             camera.screw_spacing <= camera.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
                 "the screws' holes need half a millimetre of board around them";
             camera.back_clearance >= bite + FLOOR_MM - base_mm,
                 "the camera's M1.6x5 screws end inside posts and base";
         }
+        if camera.screw_spacing != camera.screw_spacing_y
+            || camera.board_size != camera.board_size_y
+        {
+            limits! { report:
+                camera.screw_spacing_y >= camera.holder_size.mm() + 2.0 * (head + APART_MM),
+                    "the screws' heads lie beside the lens's holder";
+                camera.screw_spacing_y >= camera.screw_spacing_y.mm() + LEAST_CONNECTOR_MM
+                    - camera.connector_mm()[1],
+                    "the connector lies between the posts";
+                camera.screw_spacing_y <=
+                    camera.board_size_y.mm() - SCREW.clearance_hole_mm() - 1.0,
+                    "the screws' holes need half a millimetre of board around them";
+            }
+        }
         report.require(
-            room.holds([camera.board_size.mm() / 2.0; 2], APART_MM),
+            room.holds(camera.board_mm().map(|mm| mm / 2.0), APART_MM),
             "camera.board_size",
             || {
                 format!(
-                    "camera.board_size is {}; its corners meet the walls of its room, {:.2} x {:.2} mm \
+                    "camera.board_size is {} by {}; its corners meet the walls of its room, {:.2} x {:.2} mm \
                      with round corners of {:.2} mm",
                     camera.board_size,
+                    camera.board_size_y,
                     2.0 * room.half[0],
                     2.0 * room.half[1],
                     room.corner

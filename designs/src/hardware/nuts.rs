@@ -8,6 +8,8 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
 pub struct HeatSetNut {
     /// Maker and series.
     pub maker: &'static str,
+    /// What bodies are called: `nut` or, beside other nuts, `insert`.
+    pub word: &'static str,
     /// Thread, mm.
     pub thread_mm: f64,
     /// Outer diameter over the knurl, mm.
@@ -24,19 +26,39 @@ impl HeatSetNut {
     /// M2, 3 mm long, 3.0 mm over the knurl, into a hole of 2.65 to 2.75 mm.
     pub const M2: Self = Self {
         maker: "Pencom MNZ",
+        word: "nut",
         thread_mm: 2.0,
         diameter_mm: 3.0,
         length_mm: 3.0,
         hole_mm: 2.7,
         wall_mm: 0.8,
     };
+    /// M2.5, 5.7 mm long.
+    pub const M2_5: Self = Self::insert(2.5, 4.6, 5.7, 4.0, 1.6);
+    /// M3, 5.7 mm long.
+    pub const M3: Self = Self::insert(3.0, 4.6, 5.7, 4.0, 1.6);
+    /// M4, 8.1 mm long.
+    pub const M4: Self = Self::insert(4.0, 6.3, 8.1, 5.6, 2.1);
+    /// M5, 9.5 mm long.
+    pub const M5: Self = Self::insert(5.0, 7.1, 9.5, 6.4, 2.6);
+
+    const fn insert(
+        thread_mm: f64,
+        diameter_mm: f64,
+        length_mm: f64,
+        hole_mm: f64,
+        wall_mm: f64,
+    ) -> Self {
+        let (maker, word) = ("Ruthex RX", "insert");
+        Self { maker, word, thread_mm, diameter_mm, length_mm, hole_mm, wall_mm }
+    }
 
     /// Play of the screw in the modelled bore, mm per side: a thread that neither binds nor shows.
     const BORE_PLAY_MM: f64 = 0.02;
 
     /// Its name among a sensor's bodies, for example `nut-m2`.
     pub fn name(&self) -> String {
-        format!("nut-m{}", self.thread_mm)
+        format!("{}-m{}", self.word, self.thread_mm).replace('.', "-")
     }
 
     /// How it is ordered.

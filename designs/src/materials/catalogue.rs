@@ -216,6 +216,7 @@ fn setting(path: &str, value: String, summary: &str, limits: &str, source: Sourc
         summary: summary.to_owned(),
         limits: limits.to_owned(),
         expression: None,
+        is_default: false,
     }
 }
 

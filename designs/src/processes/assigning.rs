@@ -176,6 +176,7 @@ impl Processes {
                     summary: summary.into(),
                     limits: String::new(),
                     expression: None,
+                    is_default: false,
                 })
             };
             let process = given.recipe.as_ref().map(|recipe| recipe.name.clone());

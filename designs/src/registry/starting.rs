@@ -42,7 +42,7 @@ impl Registry {
         let value = |path: &str| given(path).or_else(|| values.get(path).map(yaml_of));
         let (own, inherited): (Vec<Field>, Vec<Field>) =
             Header::fields().into_iter().partition(|field| given(field.name).is_some());
-        let parameters = [inherited, (family.fields)()].concat();
+        let parameters = [inherited, family.parameters()].concat();
         let (header, parameters) = (lines(&own, &value), lines(&parameters, &value));
         let format = format!("format: {FORMAT}\n");
         Some(match start {

@@ -35,7 +35,10 @@ fn what_is_extended_must_exist_and_fit() {
     let found = problem("format: 1\nextends: ../../etc/passwd\n", &[]);
     assert!(found.message.contains("is not a built-in sensor"));
     let found = problem("format: 1\nextends: loop\n", &[]);
-    assert_eq!(found.message, "extends loop, which extends itself");
+    let chain = "my.yaml -> loop.yaml (built-in) -> loop.yaml (built-in)";
+    assert_eq!(found.message, format!("extends `loop`, which extends itself: {chain}"));
+    let found = problem("format: 1\nextends: other.yaml\n", &[]);
+    assert_eq!(found.message, "extends `other.yaml`, a file that is not at hand here");
     let found = problem("format: 1\nextends: [glow]\n", &[]);
     assert_eq!(found.message, "extends must be followed by one word");
 }

@@ -16,10 +16,14 @@ use serde_json::{Value, json};
 use super::progress::Progress;
 use super::{Outcome, profiled};
 use crate::cli::{Export, Global};
+use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
+
+/// How far triangles are from the exact surface unless somebody says otherwise, mm.
+const TOLERANCE_MM: f64 = 0.01;
 
 /// Files that are named in one line.
 const MOST_NAMED: usize = 8;
@@ -32,7 +36,8 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         let hint = format!("write `fabkit export {} --fixtures`", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
-    let profile = args.process.as_deref().map(source::read_profile).transpose()?;
+    let chosen = Chosen::new(args, &Defaults::read()?)?;
+    let profile = chosen.process.as_deref().map(source::read_profile).transpose()?;
     let (design, fixtures) = match args.fixtures {
         true => target.design_with_fixtures(&args.set)?,
         false => (target.design(&args.set)?, Vec::new()),
@@ -46,10 +51,10 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
             .chain(args.parts.iter().cloned())
             .collect(),
         formats: args.format.iter().filter_map(|format| format.own()).collect(),
-        tolerance_mm: args.tolerance,
-        bed: Bed { size_mm: args.bed, ..Bed::default() },
-        stock: Bed { size_mm: args.stock, ..DEFAULT_STOCK },
-        kerf_mm: args.kerf,
+        tolerance_mm: chosen.tolerance_mm,
+        bed: chosen.bed,
+        stock: chosen.stock,
+        kerf_mm: chosen.kerf_mm,
         profile,
         profile_for_any_material: args.process_for_any_material,
         nominal: args.nominal,
@@ -81,7 +86,8 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         }
     }
 
-    let folder = args.output.clone().unwrap_or_else(|| default_folder(&target, &design));
+    let folder = args.output.clone();
+    let folder = folder.unwrap_or_else(|| default_folder(chosen.output, &target, &design));
     // Fixtures lie in folders below; the sensor's own list of contents comes last.
     let below = of_fixtures.iter().map(|(name, exported)| (folder.join(name), exported));
     let exports: Vec<_> = below.chain([(folder.clone(), &exported)]).collect();
@@ -90,8 +96,9 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     });
     let files: Vec<(PathBuf, u64)> = files.collect();
     Roles::default()
-        .reads("SENSOR", target.file())
-        .reads("--process", &args.process)
+        .reads("SENSOR", target.files())
+        .reads("--process", &chosen.process)
+        .reads("defaults", (!chosen.from_file.is_empty()).then_some(defaults::FILE))
         .writes("-o", files.iter().map(|(place, _)| place))
         .check()?;
     interrupt::begin_writing()?;
@@ -117,16 +124,74 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     );
     let own = own.ok_or_else(|| Failure::bug("an export without a folder"))?;
     text += &remains(&exported, &own);
+    if !chosen.from_file.is_empty() {
+        text += &format!("from {}: {}\n", defaults::FILE, chosen.from_file.join(", "));
+    }
     let mut json = json(&own, &folder);
     if args.fixtures {
         json["fixtures"] = json!(manifests);
     }
+    if !chosen.from_file.is_empty() {
+        json["defaults"] = json!({ "file": defaults::FILE, "keys": chosen.from_file });
+    }
     Ok(Outcome { text, json, failed: false })
 }
 
+/// What options say; where they are not given, what the working folder's file says, else fabkit.
+struct Chosen {
+    tolerance_mm: f64,
+    bed: Bed,
+    stock: Bed,
+    kerf_mm: Option<f64>,
+    process: Option<PathBuf>,
+    /// The folder that folders are made in.
+    output: PathBuf,
+    /// Which of them come from the file.
+    from_file: Vec<&'static str>,
+}
+
+impl Chosen {
+    fn new(args: &Export, defaults: &Defaults) -> Result<Self, Failure> {
+        let mut from_file = Vec::new();
+        let mut or = |key: &'static str, is_given: bool, is_there: bool| {
+            if !is_given && is_there {
+                from_file.push(key);
+            }
+        };
+        or("tolerance", args.tolerance.is_some(), defaults.tolerance_mm.is_some());
+        or("bed", args.bed.is_some(), defaults.bed_mm.is_some());
+        or("stock", args.stock.is_some(), defaults.stock_mm.is_some());
+        // What `--nominal` rules out counts as given.
+        or("kerf", args.nominal || args.kerf.is_some(), defaults.kerf_mm.is_some());
+        or("profile", args.nominal || args.process.is_some(), defaults.profile.is_some());
+        or("output", args.output.is_some(), defaults.output.is_some());
+        let nominal = args.nominal;
+        let process = args.process.clone().or(defaults.profile.clone().filter(|_| !nominal));
+        if args.process_for_any_material && process.is_none() {
+            let message = "--process-for-any-material is given without --process <FILE.yaml>";
+            let hint =
+                "name the profile, or leave the option out; `fabkit export --help` lists both";
+            return Err(Failure::new(ErrorKind::BadInput, message, hint));
+        }
+        let sized = |given: Option<[f64; 2]>, default: Option<[f64; 2]>, bed: Bed| Bed {
+            size_mm: given.or(default).unwrap_or(bed.size_mm),
+            ..bed
+        };
+        Ok(Self {
+            tolerance_mm: args.tolerance.or(defaults.tolerance_mm).unwrap_or(TOLERANCE_MM),
+            bed: sized(args.bed, defaults.bed_mm, Bed::default()),
+            stock: sized(args.stock, defaults.stock_mm, DEFAULT_STOCK),
+            kerf_mm: args.kerf.or(defaults.kerf_mm.filter(|_| !nominal)),
+            process,
+            output: defaults.output.clone().unwrap_or_else(|| "out".into()),
+            from_file,
+        })
+    }
+}
+
 /// `out/rtac0`, `out/rtac0/pin-dome`.
-fn default_folder(target: &Target, design: &Design) -> PathBuf {
-    let (out, name) = (PathBuf::from("out"), &design.sensor.name);
+fn default_folder(out: PathBuf, target: &Target, design: &Design) -> PathBuf {
+    let name = &design.sensor.name;
     let sensor = target
         .fixture
         .and_then(|fixture| Some((name.strip_suffix(fixture)?.strip_suffix('-')?, fixture)));

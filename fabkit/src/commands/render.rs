@@ -40,7 +40,7 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
         let message = format!("{} does not name a .png file", args.output.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    Roles::default().reads("SENSOR", target.file()).writes("-o", [&args.output]).check()?;
+    Roles::default().reads("SENSOR", target.files()).writes("-o", [&args.output]).check()?;
     if part.is_some() && (args.exploded || args.assembly.is_some()) {
         let message = "--exploded and --assembly are for whole assemblies, not for one part";
         return Err(Failure::plain(ErrorKind::BadInput, message));

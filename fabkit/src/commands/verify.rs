@@ -23,7 +23,7 @@ pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
     }
     let target = Target::new(&args.sensor);
     let part = target.part;
-    Roles::default().reads("SENSOR", target.file()).writes("--report", &args.report).check()?;
+    Roles::default().reads("SENSOR", target.files()).writes("--report", &args.report).check()?;
     let design = target.design(&args.set)?;
     let verifier = Verifier::find()?;
     let options = VerifyOptions {

@@ -13,7 +13,7 @@ use crate::roles::Roles;
 /// The files that say what is seen, and from where.
 pub(super) fn roles(design: &Design, view: &View) -> Roles {
     Roles::default()
-        .reads("SENSOR", Target::new(&design.sensor).file())
+        .reads("SENSOR", Target::new(&design.sensor).files())
         .reads("--camera", &view.camera)
         .reads("--pose", &view.pose)
 }

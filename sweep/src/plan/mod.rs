@@ -8,7 +8,7 @@ mod schema;
 
 use std::collections::BTreeMap;
 
-use fabkit_designs::UserFile;
+use fabkit_designs::{BaseFile, SensorText, UserFile};
 use fabkit_fixtures::Project;
 use fabkit_geometry::sequences;
 use fabkit_text::{InvalidDesign, Kind};
@@ -40,6 +40,9 @@ pub struct PlanSource {
     pub sensor_file: String,
     /// The sensor, YAML.
     pub sensor_yaml: String,
+    /// Files that the sensor's extends: texts in the order of [`BaseFile`]'s fields.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensor_bases: Vec<[String; 4]>,
     /// Metrics that somebody else computes, by name.
     pub custom_metrics: Vec<String>,
     /// Name and text of the file with what the user keeps for all sensors.
@@ -55,15 +58,35 @@ impl PlanSource {
             text: text.into(),
             sensor_file: sensor_file.into(),
             sensor_yaml: sensor_yaml.into(),
+            sensor_bases: Vec::new(),
             custom_metrics: Vec::new(),
             user: None,
         }
     }
 
-    /// Builds the sensor with its fixtures.
+    /// The files that the sensor's extends.
+    pub fn bases(&self) -> Vec<BaseFile> {
+        let base = |[by, word, file, text]: [String; 4]| BaseFile { by, word, file, text };
+        self.sensor_bases.iter().cloned().map(base).collect()
+    }
+
+    /// The same with the files that the sensor's extends.
+    #[must_use]
+    pub fn with_bases(mut self, bases: &[BaseFile]) -> Self {
+        let texts = |base: BaseFile| [base.by, base.word, base.file, base.text];
+        self.sensor_bases = bases.iter().cloned().map(texts).collect();
+        self
+    }
+
+    /// Reads the sensor.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
     pub(crate) fn load(&self, overrides: &[String]) -> Result<Project, InvalidDesign> {
         let user = self.user.clone().map(|(file, text)| UserFile { file, text });
-        fabkit_fixtures::load_with(&self.sensor_file, &self.sensor_yaml, overrides, user.as_ref())
+        let (file, yaml, bases) = (&*self.sensor_file, &*self.sensor_yaml, &*self.bases());
+        let text = SensorText { file, yaml, bases, user: user.as_ref() };
+        fabkit_fixtures::load_text(text, overrides)
     }
 }
 
@@ -251,9 +274,13 @@ impl Plan {
     /// BLAKE3 over everything that decides the rows: plan, sensor, version. Hexadecimal.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        let PlanSource { text, sensor_yaml, custom_metrics, user, .. } = &self.source;
-        let parts = [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics.join("\n")];
-        for part in parts.into_iter().chain(user.as_ref().map(|(_, text)| &**text)) {
+        let PlanSource { text, sensor_yaml, custom_metrics, sensor_bases, user, .. } = &self.source;
+        let bases = sensor_bases.iter().map(|[_, _, _, text]| &**text);
+        let own = bases.chain(user.as_ref().map(|(_, text)| &**text));
+        let custom_metrics = custom_metrics.join("\n");
+        for part in
+            [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics].into_iter().chain(own)
+        {
             hasher.update(&(part.len() as u64).to_le_bytes());
             hasher.update(part.as_bytes());
         }

@@ -148,6 +148,12 @@ impl Label {
         }
     }
 
+    /// The same elsewhere.
+    #[must_use]
+    pub fn at(self, pose: Pose) -> Self {
+        Self { pose, ..self }
+    }
+
     /// What is written.
     pub fn text(&self) -> &str {
         &self.text

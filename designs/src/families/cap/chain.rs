@@ -71,6 +71,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
                  join base and holder with four M2 screws, screw the base to the gripper",
             )
             .source("IV-B, figure 5")
-            .also(joints.casing.names()),
+            .also(joints.casing.names())
+            .also(joints.mounting.nut_name()),
     ]
 }

@@ -35,6 +35,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
         ],
         joints.casing.bought(below, below),
         joints.mold.bought(off_mold, off_mold),
+        joints.mounting.bought_nuts(below).into_iter().collect(),
     ]
     .concat()
 }

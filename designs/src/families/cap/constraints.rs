@@ -12,6 +12,7 @@ use super::mold::vents;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
 use super::skin::dimple_count;
+use crate::blocks::mounting::MountHold;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, half_chord};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
@@ -210,7 +211,13 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
         base.window_width >= CONNECTOR_MM[0] + 1.0, "the camera's plug must pass the window";
     }
     let room = (layout.chamber_radius_mm, "a mounting hole ends in the room behind the camera");
-    mounting(p).check(room, PRINTED_WALL_MM, report);
+    let mounting = mounting(p);
+    mounting.check(room, PRINTED_WALL_MM, report);
+    if p.mount.hold == MountHold::Insert {
+        limits! { report, p:
+            base.floor >= mounting.least_depth_mm(), "the inserts lie in the floor";
+        }
+    }
 }
 
 fn mold(p: &Cap, layout: &Layout, report: &mut Report) {

@@ -4,7 +4,7 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Pose, Process};
 
 use super::layout::Layout;
 use super::parameters::Cap;
-use crate::blocks::mounting::Mounting;
+use crate::blocks::mounting::{MountHold, MountRing, Mounting};
 use crate::blocks::{Joint, corners, hanging, ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::{HexNut, Screw};
@@ -55,16 +55,21 @@ impl Joints {
                 .of_bolts(),
         }
     }
+
+    /// The mounting holes, where nuts are melted into them.
+    pub fn inserts(&self) -> Option<&Joint> {
+        self.mounting.nut_name().map(|_| &self.mounting)
+    }
 }
 
 /// Holes for a gripper's screws.
-pub(super) fn mounting(p: &Cap) -> Mounting {
+pub(super) fn mounting(p: &Cap) -> Mounting<'_> {
     Mounting {
-        mount_holes: p.base.mount_holes,
-        mount_radius: p.base.mount_radius,
-        offset: 0.0,
-        screw: Screw::M3X4,
+        mount: &p.mount,
+        ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.0),
         depth_mm: p.base.floor.mm() + CUT_OVERLAP_MM,
+        is_through: true,
+        holds: (&[MountHold::Tapped, MountHold::Insert, MountHold::Through], ""),
     }
 }
 

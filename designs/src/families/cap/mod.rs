@@ -29,6 +29,8 @@ impl Family for CapFamily {
     const NAME: &'static str = "dome-cap";
     const SUMMARY: &'static str = "a dimpled, painted cap of gel on a plate, lit in three colours";
     const EXAMPLE: &'static str = "shadowtac";
+    const DEFAULTS: &'static [(&'static str, &'static str)] =
+        &[("dome-cap.yaml (defaults)", include_str!("defaults.yaml"))];
 
     fn check(parameters: &Cap, report: &mut Report) {
         constraints::check(parameters, report);
@@ -59,7 +61,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
     let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
     let size = [p.camera.width_px, p.camera.height_px];
     let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
-    let touch = touch(p, layout);
+    let (touch, joints) = (touch(p, layout), Joints::new(p, layout));
     let bodies = casing
         .into_iter()
         .chain(mold::parts(p, layout, dimples))
@@ -67,7 +69,12 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
         .chain(components::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
-        press_fits: Joints::new(p, layout).casing.press_fit(bodies::HOLDER).into_iter().collect(),
+        press_fits: joints
+            .casing
+            .press_fit(bodies::HOLDER)
+            .into_iter()
+            .chain(joints.inserts().and_then(|mounting| mounting.press_fit(bodies::BASE)))
+            .collect(),
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         ..blocks::sensor(header, camera, bodies)

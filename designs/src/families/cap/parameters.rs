@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::{choices, parameters, sections};
 
@@ -198,6 +199,8 @@ sections! {
         holder: Holder,
         /// The casing's lower piece.
         base: Base,
+        /// The holes that it is mounted by.
+        mount: Mount,
         /// The LEDs.
         leds: Leds,
         /// The camera.

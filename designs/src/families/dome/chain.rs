@@ -137,6 +137,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
             ))
             .source("III-B.2 to III-B.4")
             .also(joints.camera.names())
-            .also(joints.shell_base.names()),
+            .also(joints.shell_base.names())
+            .also(joints.mounting.nut_name()),
     ]
 }

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Solid};
 
 use super::bodies::*;
-use super::housing::{led_poses, relief_edge_mm};
+use super::housing::{led_poses, relief_edges_mm};
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Dome;
@@ -12,7 +12,7 @@ use super::tooling::{form, o_ring_seat};
 use crate::assembling::{AssemblyName, SENSOR, in_sensor};
 use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
-use crate::blocks::{CAMERA_GREEN, DOWEL, GLASS, INTO_MM, RUBBER, board_camera, led_ring};
+use crate::blocks::{CAMERA_GREEN, DOWEL, GLASS, INTO_MM, RUBBER, board_camera, led_ring, merged};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Dowel;
 
@@ -67,7 +67,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         joints.camera.bought(drawn_out(0.0, -36.0), drawn_out(0.0, 0.0)),
         joints.shell_base.bought(drawn_out(12.0, 0.0), drawn_out(6.0, -66.0)),
         joints.form.bought(in_form, in_form),
+        joints.mounting.bought_nuts(drawn_out(6.0, -66.0)).into_iter().collect(),
     ];
+    let screws = merged(screws.into_iter().flatten());
     let tools = vec![
         DOWEL
             .bought(dowel.specification(), dowel.solid(), dowels)
@@ -97,7 +99,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             .colored(GLASS)
             .opaque(0.35),
     ];
-    sensor.into_iter().chain(screws.into_iter().flatten()).chain(tools).collect()
+    sensor.into_iter().chain(screws).chain(tools).collect()
 }
 
 fn camera_specification(p: &Dome) -> String {
@@ -109,7 +111,7 @@ fn camera_specification(p: &Dome) -> String {
         p.camera.frame_rate,
         p.camera.field_of_view,
         p.camera.board_size.mm(),
-        p.camera.board_size.mm()
+        p.camera.board_size_y.mm()
     )
 }
 
@@ -117,10 +119,11 @@ fn camera_specification(p: &Dome) -> String {
 fn camera(p: &Dome, layout: &Layout) -> Solid {
     let thickness = p.camera.board_thickness.mm();
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
-    let edge = relief_edge_mm(p) - 2.0;
-    let connector = Solid::cuboid(edge, edge / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
-        .at_z(layout.relief_z_mm + 0.5)
-        .named("connector");
+    let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
+    let connector =
+        Solid::cuboid(edges[0], edges[1] / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
+            .at_z(layout.relief_z_mm + 0.5)
+            .named("connector");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
     board_camera!(p.camera).solid(heights, holes.tools, connector)
 }

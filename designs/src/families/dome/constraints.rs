@@ -5,13 +5,14 @@ use std::f64::consts::{PI, SQRT_2};
 use fabkit_geometry::Process;
 
 use super::cavities;
-use super::housing::{cable_slot, relief_edge_mm};
+use super::housing::{cable_slot, relief_edges_mm};
 use super::joints::{Joints, mounting};
 use super::layout::Layout;
 use super::mold::vents;
 use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
-use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, led_ring};
+use crate::blocks::mounting::{Mounting, outside};
+use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
@@ -62,6 +63,8 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
         shell.wall <=
             layout.shell_radius_mm - layout.tube_radius_mm - gap_mm(Process::Fdm, Fit::Slide),
             "the tube stands inside the shell's bore";
+        shell.edge_fillet <= p.shell.wall.mm() - PRINTED_WALL_MM / 2.0,
+            "the gel and the printer's bed need what a rounded edge leaves of the rim";
         shell.wall >= head + countersink + SINK_LAND_MM,
             "a countersunk M2 head must find material below its cone";
     }
@@ -112,13 +115,26 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
     let slide = gap_mm(Process::Fdm, Fit::Slide);
     let head = Screw::M1_6X5.head_diameter_mm();
     let bite = Screw::M1_6X5.length_mm - camera.board_thickness.mm();
+    let within = layout.base_radius_mm - PRINTED_WALL_MM;
+    // Where the board is no square, what the other edge leaves.
+    let widest = match camera.board_size == camera.board_size_y {
+        true => within * SQRT_2 - 2.0 * slide,
+        false => 2.0 * (half_chord(within, camera.board_size_y.mm() / 2.0 + slide) - slide),
+    };
+    let apart = head / 2.0 + APART_MM;
+    let beside = ((camera.screw_spacing_y.mm() - camera.holder_size.mm()) / 2.0).max(0.0);
+    let nearest = match camera.screw_spacing == camera.screw_spacing_y {
+        true => camera.holder_size.mm() + (head + 2.0 * APART_MM) / SQRT_2,
+        false if beside >= apart => 0.0,
+        false => camera.holder_size.mm() + 2.0 * half_chord(apart, beside),
+    };
     limits! { report, p:
-        camera.board_size <= (layout.base_radius_mm - PRINTED_WALL_MM) * SQRT_2 - 2.0 * slide,
-            "the board's corners must stay inside the base";
+        camera.board_size <= widest, "the board's corners must stay inside the base";
         camera.screw_spacing <= camera.board_size.mm() - head,
             "the M1.6 heads must stay on the board";
-        camera.screw_spacing >= camera.holder_size.mm() + (head + 2.0 * APART_MM) / SQRT_2,
-            "the M1.6 heads must clear the lens holder";
+        camera.screw_spacing_y <= camera.board_size_y.mm() - head,
+            "the M1.6 heads must stay on the board";
+        camera.screw_spacing >= nearest, "the M1.6 heads must clear the lens holder";
         led_board.bore_radius >=
             (camera.holder_size.mm() / SQRT_2).max(camera.barrel_diameter.mm() / 2.0) + 0.5,
             "lens and holder must pass the LED board";
@@ -144,35 +160,68 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
 
 fn base(p: &Dome, layout: &Layout, report: &mut Report) {
     let joints = Joints::new(p, layout);
-    let (nuts, mounts) = (joints.shell_base.holes(), joints.mounting.holes());
+    let nuts = joints.shell_base.holes();
     let nut_top = nuts.poses[0].translation_mm().z + nuts.radius_mm;
     let room = layout.camera_board_bottom_z_mm - nut_top - 0.5;
     // A nut's hole ends outside of whatever else goes through the base.
     let nut_end = layout.base_radius_mm - nuts.depth_mm - 0.1;
-    let pilot = p.camera.screw_spacing.mm() / SQRT_2 + joints.camera.holes().radius_mm;
-    let corner = relief_edge_mm(p) / SQRT_2;
-    let m3 = mounts.radius_mm;
+    let relief = relief_edges_mm(p);
+    let is_square = p.camera.screw_spacing == p.camera.screw_spacing_y;
+    let half = p.camera.screw_spacing_y.mm() / 2.0;
+    let pilot_radius = joints.camera.holes().radius_mm;
+    let (pilot, corner) = match is_square {
+        true => (p.camera.screw_spacing.mm() / SQRT_2 + pilot_radius, relief[0] / SQRT_2),
+        false => (
+            (p.camera.screw_spacing.mm() / 2.0).hypot(half) + pilot_radius,
+            (relief[0] / 2.0).hypot(relief[1] / 2.0),
+        ),
+    };
+    let most_spacing = match is_square {
+        true => p.camera.screw_spacing.mm() + (nut_end - pilot) * SQRT_2,
+        false => 2.0 * half_chord(nut_end - pilot_radius, half),
+    };
+    let slot = cable_slot(p);
+    let slot_half = p.base.cable_slot_width.mm() / 2.0;
+    let slot_reach = [0, 1].map(|i| slot.ends()[1][i].abs() + slot_half);
+    let m3 = joints.mounting.holes().radius_mm;
     limits! { report, p:
         base.height >= p.base.height.mm() - room,
             "the nuts of the joint need room below the camera board";
-        camera.screw_spacing <= p.camera.screw_spacing.mm() + (nut_end - pilot) * SQRT_2,
+        camera.screw_spacing <= most_spacing,
             "the camera's screws must clear the nuts of the joint";
-        base.cable_slot_length <= relief_edge_mm(p) - 0.5,
+        base.cable_slot_length <=
+            p.base.cable_slot_length.mm() + relief[0] - 0.5 - 2.0 * slot_reach[0],
             "the slot must end inside the recess behind the camera";
-        base.mount_radius >= corner.min(relief_edge_mm(p) / 2.0 + 1.0) + m3 + PRINTED_WALL_MM,
-            "a mounting hole must clear the recess behind the camera";
-        base.height >= p.base.height.mm() + 2.5 - mounts.depth_mm,
-            "an M3 mounting hole needs 2.5 mm of depth below the camera's pocket";
+        base.cable_slot_length <=
+            p.base.cable_slot_length.mm() + relief[1] - 0.5 - 2.0 * slot_reach[1],
+            "the slot must end inside the recess behind the camera";
+    }
+    let mounting = mounting(p, layout);
+    if mounting.is_ring() {
+        limits! { report, p:
+            base.mount_radius >= corner.min(relief[0].max(relief[1]) / 2.0 + 1.0) + m3 + PRINTED_WALL_MM,
+                "a mounting hole must clear the recess behind the camera";
+        }
+    } else {
+        let clear =
+            |at: &[f64; 2]| outside(*at, relief.map(|edge| edge / 2.0)) - m3 - PRINTED_WALL_MM;
+        mounting.require_all(clear, "the wall to the recess behind the camera lacks", report);
+    }
+    let least = mounting.least_depth_mm();
+    let thread = p.mount.thread.word();
+    limits! { report, p:
+        base.height >= p.base.height.mm() + least - mounting.depth_mm,
+            format!("an {thread} mounting hole needs {least} mm of depth below the camera's pocket");
     }
     cable_slot(p).check("base.cable_slot_width", report);
     let outside = layout.base_radius_mm - PRINTED_WALL_MM;
     let wall = (outside, "a mounting hole needs a wall outside");
-    mounting(p, layout).check(wall, PRINTED_WALL_MM, report);
-    mount_holes_clear(p, &joints, report);
+    mounting.check(wall, PRINTED_WALL_MM, report);
+    mount_holes_clear(p, &mounting, &joints, report);
 }
 
 /// Mounting holes stand between the joint's nuts and the camera's screws.
-fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
+fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mut Report) {
     let [mounts, nuts, screws] =
         [&joints.mounting, &joints.shell_base, &joints.camera].map(Joint::holes);
     let wall = 0.6;
@@ -194,6 +243,21 @@ fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
             nearest_screw = nearest_screw.min(apart - screws.radius_mm - mounts.radius_mm);
         }
     }
+    if !mounting.is_ring() {
+        let nearest = nearest_nut.min(nearest_screw);
+        return report.require(
+            nearest >= wall,
+            mounting.path(),
+            || {
+                format!(
+                    "{}; {nearest:.2} mm stay between a mounting hole and a nut of the shell or a screw \
+                     of the camera, and {wall} mm are needed",
+                    mounting.told()
+                )
+            },
+            || mounting.movers(),
+        );
+    }
     report.require(
         nearest_nut >= wall,
         "base.mount_holes",
@@ -204,7 +268,10 @@ fn mount_holes_clear(p: &Dome, joints: &Joints, report: &mut Report) {
                 p.base.mount_holes, p.shell.screws
             )
         },
-        || format!("write {}, as many as `shell.screws`", p.shell.screws),
+        || {
+            let screws = p.shell.screws;
+            format!("write {screws}, as many as `shell.screws`, or `mount.pattern: rectangle`")
+        },
     );
     report.require(
         nearest_screw >= wall,

@@ -31,7 +31,7 @@ pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let height = layout.shell_height();
-    let wall = Solid::cylinder(layout.shell_radius_mm, height).at_z(layout.bottom_z_mm).minus(
+    let wall = tube(p, layout).minus(
         Solid::cylinder(layout.shell_bore_radius_mm, height + 2.0 * CUT_OVERLAP_MM)
             .at_z(layout.bottom_z_mm - CUT_OVERLAP_MM),
     );
@@ -65,6 +65,22 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
         .cut(Joints::new(p, layout).shell_base.passed(through, gap))
 }
 
+/// The shell's outside, its upper edge rounded if it is.
+fn tube(p: &Dome, layout: &Layout) -> Solid {
+    let (radius, height) = (layout.shell_radius_mm, layout.shell_height());
+    let (fillet, bottom) = (p.shell.edge_fillet.mm(), layout.bottom_z_mm);
+    if fillet == 0.0 {
+        return Solid::cylinder(radius, height).at_z(bottom);
+    }
+    let inner = radius - fillet;
+    let outline = Path::from([0.0, bottom])
+        .line([radius, bottom])
+        .line([radius, -fillet])
+        .arc([inner, 0.0], [inner, -fillet], true)
+        .line([0.0, 0.0]);
+    Solid::revolution(outline.close())
+}
+
 /// The plug that carries the camera and closes the shell.
 pub fn base(p: &Dome, layout: &Layout) -> Body {
     let chamfer = 0.6;
@@ -77,15 +93,15 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         [0.0, top],
     ]));
 
-    let pocket_edge =
-        p.camera.board_size.mm() + 2.0 * p.mold.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
+    let [pocket_x, pocket_y] = [p.camera.board_size, p.camera.board_size_y]
+        .map(|edge| edge.mm() + 2.0 * p.mold.making.gap_mm(BASE, Process::Fdm, Fit::Slide));
     let pocket_floor = layout.camera_board_bottom_z_mm;
-    let pocket = Solid::cuboid(pocket_edge, pocket_edge, top - pocket_floor + CUT_OVERLAP_MM)
-        .at_z(pocket_floor);
+    let pocket =
+        Solid::cuboid(pocket_x, pocket_y, top - pocket_floor + CUT_OVERLAP_MM).at_z(pocket_floor);
     // Between the camera's screws there is room for its connector.
-    let relief_edge = relief_edge_mm(p);
+    let [relief_x, relief_y] = relief_edges_mm(p);
     let relief =
-        Solid::cuboid(relief_edge, relief_edge, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
+        Solid::cuboid(relief_x, relief_y, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
             .at_z(layout.relief_z_mm);
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
@@ -112,13 +128,13 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
 /// The slot for the cable, below the camera's connector.
 pub fn cable_slot(p: &Dome) -> FloorSlot {
     let (length, width) = (p.base.cable_slot_length, p.base.cable_slot_width);
-    FloorSlot { length, width, along: 0, at: [0.0; 2] }
+    FloorSlot { length, width, along: 0, at: [0.0; 2], turn: p.base.cable_angle }
 }
 
-/// Edge of the square recess behind the camera board, mm: up to the pads of its screws.
-pub fn relief_edge_mm(p: &Dome) -> f64 {
+/// Edges of the recess behind the camera board along x and y, mm: up to the pads of its screws.
+pub fn relief_edges_mm(p: &Dome) -> [f64; 2] {
     let pad = Screw::M1_6X5.pilot_hole_mm() + 1.2;
-    p.camera.screw_spacing.mm() - pad
+    [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|spacing| spacing.mm() - pad)
 }
 
 /// The frosted ring.

@@ -5,8 +5,8 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Point3, Pose, Vector3};
 use super::layout::Layout;
 use super::parameters::Dome;
 use super::tooling::form;
-use crate::blocks::mounting::Mounting;
-use crate::blocks::{Joint, ring};
+use crate::blocks::mounting::{MountHold, MountRing, Mounting};
+use crate::blocks::{Joint, corners, ring};
 use crate::hardware::{HeatSetNut, Screw};
 
 /// Plastic below the nuts of shell and base, mm.
@@ -40,6 +40,11 @@ impl Joints {
             form: form(p, layout).joint(),
         }
     }
+
+    /// The mounting holes, where nuts are melted into them.
+    pub fn inserts(&self) -> Option<&Joint> {
+        self.mounting.nut_name().map(|_| &self.mounting)
+    }
 }
 
 fn shell_base(p: &Dome, layout: &Layout) -> Joint {
@@ -57,21 +62,24 @@ fn shell_base(p: &Dome, layout: &Layout) -> Joint {
 }
 
 fn camera(p: &Dome, layout: &Layout) -> Joint {
-    let half = p.camera.screw_spacing.mm() / 2.0;
-    let corners = [[half, half], [-half, half], [-half, -half], [half, -half]];
-    let poses = corners.map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
+    let half = [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|mm| mm.mm() / 2.0);
+    let poses = corners(half).map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
     // All the way through the base, so that a broken screw can be pushed out.
     let depth = layout.camera_board_top_z_mm - layout.bottom_z_mm + CUT_OVERLAP_MM;
     Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
 }
 
 /// Holes for what the sensor is mounted on.
-pub(super) fn mounting(p: &Dome, layout: &Layout) -> Mounting {
+pub(super) fn mounting<'a>(p: &'a Dome, layout: &Layout) -> Mounting<'a> {
     Mounting {
-        mount_holes: p.base.mount_holes,
-        mount_radius: p.base.mount_radius,
-        offset: 0.5, // Half a step off the nuts.
-        screw: Screw::M3X4,
+        mount: &p.mount,
+        // Half a step off the nuts.
+        ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.5),
         depth_mm: layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm,
+        is_through: false,
+        holds: (
+            &[MountHold::Tapped, MountHold::Insert],
+            "the camera and the LED board stand above the holes, where heads would be",
+        ),
     }
 }

@@ -34,6 +34,8 @@ impl Family for DomeFamily {
     const NAME: &'static str = "dome";
     const SUMMARY: &'static str = "a hemisphere of gels on a glass tube, lit by a ring of LEDs";
     const EXAMPLE: &'static str = "rtac0";
+    const DEFAULTS: &'static [(&'static str, &'static str)] =
+        &[("dome.yaml (defaults)", include_str!("defaults.yaml"))];
 
     fn check(parameters: &Dome, report: &mut Report) {
         constraints::check(parameters, report);
@@ -128,6 +130,11 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
         joints.camera.press_fit(BASE),
         joints.form.press_fit(FORM_CUP),
         joints.shell_base.press_fit(BASE),
+        // Where nuts of one kind hold both, one fit says so.
+        joints
+            .inserts()
+            .filter(|mounting| mounting.nut_name() != joints.shell_base.nut_name())
+            .and_then(|mounting| mounting.press_fit(BASE)),
     ];
     let mut fits = vec![press_fit(LED_BOARD, SHELL, board, "the board is pressed in")];
     fits.extend(screws.into_iter().flatten());

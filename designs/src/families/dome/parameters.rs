@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
+use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::sections;
 
@@ -66,6 +67,8 @@ sections! {
         outer_diameter: Length = 12.0..=150.0,
         /// Thickness of the wall.
         wall: Length = 0.8..=10.0,
+        /// Radius of its outer edge below the gel; 0 for a sharp one.
+        edge_fillet: Length = 0.0..=8.0,
         /// Number of ribs between diffuser and LED board.
         ribs: u32 = 3..=12,
         /// How far a rib stands out from the wall.
@@ -140,12 +143,16 @@ sections! {
         depth: Length = 0.0..=100.0,
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the square board.
+        /// Edge of the board along x.
         board_size: Length = 4.0..=60.0,
+        /// Edge of the board along y.
+        board_size_y: Length = 4.0..=60.0,
         /// Thickness of the board.
         board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along an edge.
+        /// Distance of the screw holes' centres along x.
         screw_spacing: Length = 2.0..=58.0,
+        /// Distance of the screw holes' centres along y.
+        screw_spacing_y: Length = 2.0..=58.0,
         /// Edge of the square lens holder.
         holder_size: Length = 2.0..=40.0,
         /// Height of the lens holder above the board.
@@ -166,7 +173,9 @@ sections! {
         cable_slot_length: Length = 1.0..=20.0,
         /// Width of the slot for the cable.
         cable_slot_width: Length = 1.0..=20.0,
-        /// Number of M3 holes in the bottom for mounting.
+        /// Turn of the slot for the cable: it lies along x at 0, along y at 90 degrees.
+        cable_angle: Angle = -180.0..=180.0,
+        /// Number of holes in the bottom for mounting, on a ring.
         mount_holes: u32 = 2..=6,
         /// Radius of the circle of the mounting holes.
         mount_radius: Length = 2.0..=70.0,
@@ -224,6 +233,8 @@ sections! {
         camera: Camera,
         /// The base.
         base: Base,
+        /// The holes that it is mounted by.
+        mount: Mount,
         /// The molds.
         mold: Mold,
         /// The connector.

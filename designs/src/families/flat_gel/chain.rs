@@ -132,7 +132,8 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
                  below; a dot of silicone in the notch keeps light out",
             )
             .source("chosen")
-            .also(layout.housing.joint().names()),
+            .also(layout.housing.joint().names())
+            .also(layout.housing.mounting().nut_name()),
     ]);
     steps
 }

@@ -56,9 +56,9 @@ impl<'a> Layout<'a> {
 
         let chamber = opening.half.map(|half| half - p.plate.ledge.mm());
         // The camera comes in from below; what it needs, the room below the chamber has.
-        let board = p.camera.board_size.mm() / 2.0 + slide;
-        let room = chamber.map(|half| (half + p.leds.step_mm()).max(board));
-        let housing = Clamshell::around((&p.shell, &p.base), half, room, camera.foot_z);
+        let board = p.camera.board_mm().map(|edge| edge / 2.0 + slide);
+        let room = [0, 1].map(|i| (chamber[i] + p.leds.step_mm()).max(board[i]));
+        let housing = Clamshell::around((&p.shell, &p.base, &p.mount), half, room, camera.foot_z);
         let light = Light {
             leds: &p.leds,
             chamber: Rect { half: chamber, ..housing.room },

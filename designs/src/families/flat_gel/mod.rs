@@ -25,6 +25,8 @@ impl Family for FlatGelFamily {
     const NAME: &'static str = "flat-gel";
     const SUMMARY: &'static str = "a coated pad of gel on a clear plate above a camera";
     const EXAMPLE: &'static str = "9dtact";
+    const DEFAULTS: &'static [(&'static str, &'static str)] =
+        &[("flat-gel.yaml (defaults)", include_str!("defaults.yaml"))];
 
     fn check(parameters: &FlatGel, report: &mut Report) {
         constraints::check(parameters, report);
@@ -40,7 +42,9 @@ impl Family for FlatGelFamily {
 /// Everything a flat-gel sensor consists of.
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
-    let fits = [housing.joint().press_fit(SHELL), board.joint().press_fit(BASE)];
+    let mounting = housing.mounting();
+    let inserts = mounting.nut_name().and_then(|_| mounting.press_fit(BASE));
+    let fits = [housing.joint().press_fit(SHELL), board.joint().press_fit(BASE), inserts];
     let bodies = housing_parts(layout)
         .into_iter()
         .chain([pad::plate(p, layout)])
@@ -92,6 +96,7 @@ fn camera_and_screws(layout: &Layout) -> Vec<Body> {
     let screws = [
         layout.camera.joint().bought(lifted(-27.0), lifted(0.0)),
         layout.housing.joint().bought(lifted(-60.0), lifted(0.0)),
+        layout.housing.mounting().bought_nuts(lifted(-60.0)).into_iter().collect(),
     ];
     merged([camera].into_iter().chain(screws.into_iter().flatten()))
 }

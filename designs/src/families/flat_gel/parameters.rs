@@ -6,6 +6,7 @@ use crate::blocks::chamber_light::Leds;
 use crate::blocks::clamshell::{Base, Shell};
 use crate::blocks::frame_mold::FrameMold;
 use crate::blocks::marker_grid::Markers;
+use crate::blocks::mounting::Mount;
 use crate::blocks::posted_camera::PostedCamera;
 use crate::materials::Castable;
 use crate::{choices, parameters, sections};
@@ -85,6 +86,8 @@ sections! {
         shell: Shell,
         /// The base.
         base: Base,
+        /// The holes that it is mounted by.
+        mount: Mount,
         /// The LEDs.
         leds: Leds,
         /// The camera.

@@ -187,7 +187,27 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     }
     let outside = layout.holder_radius_mm - PRY_SLOT_MM[0] - RESIN_WALL_MM;
     let wall = (outside, "mounting holes need a wall beside the pry slots");
-    mounting(p).check(wall, RESIN_WALL_MM, report);
+    let mounting = mounting(p);
+    mounting.check(wall, RESIN_WALL_MM, report);
+    report.require(
+        mounting.least_depth_mm() <= mounting.depth_mm,
+        "mount.thread",
+        || {
+            format!(
+                "mount.thread is {}; it needs holes {:.1} mm deep, and the base has {} mm",
+                p.mount.thread.word(),
+                mounting.least_depth_mm(),
+                mounting.depth_mm
+            )
+        },
+        || "write `M2`, `M2.5` or `M3`".into(),
+    );
+    if !mounting.is_ring() {
+        let clear = |at: &[f64; 2]| {
+            at[0].hypot(at[1]) - layout.cable_radius_mm - mounting.hole_mm() - RESIN_WALL_MM
+        };
+        mounting.require_all(clear, "the wall to the passage of the camera's cable lacks", report);
+    }
     // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
     let clearance = mounts
         .poses
@@ -201,39 +221,51 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         .fold(f64::INFINITY, f64::min);
     report.require(
         clearance >= RESIN_WALL_MM,
-        "base.mount_radius",
+        mounting.path(),
         || {
             format!(
-                "base.mount_radius is {}; a mounting hole comes within {clearance:.2} mm of the \
-                 wires' slot, and {RESIN_WALL_MM} mm are needed",
-                p.base.mount_radius
+                "{}; a mounting hole comes within {clearance:.2} mm of the wires' slot, and \
+                 {RESIN_WALL_MM} mm are needed",
+                mounting.told()
             )
         },
-        || "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`".into(),
+        || match mounting.is_ring() {
+            true => {
+                "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`"
+                    .into()
+            }
+            false => format!("{}, or change `base.wire_slot_length`", mounting.movers()),
+        },
     );
     // Mounting holes end below the bolts unless they stand well between them.
     let between = layout.bolt_z_mm - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z_mm;
-    let nearest_turn = (0..p.base.mount_holes)
-        .flat_map(|i| (0..p.base.bolts).map(move |j| (i, j)))
-        .map(|(i, j)| {
-            let apart = turn(i, p.base.mount_holes, 0.5).rad() - turn(j, p.base.bolts, 0.0).rad();
-            (apart.sin().abs() * p.base.mount_radius.mm(), apart.cos())
+    let nearest_turn = mounting
+        .places()
+        .into_iter()
+        .flat_map(|at| (0..p.base.bolts).map(move |j| (at, turn(j, p.base.bolts, 0.0).rad())))
+        .map(|([x, y], bolt)| {
+            ((x * bolt.sin() - y * bolt.cos()).abs(), x * bolt.cos() + y * bolt.sin())
         })
         .filter(|(_, same_side)| *same_side > 0.0)
         .map(|(beside, _)| beside - mount - bolts.radius_mm)
         .fold(f64::INFINITY, f64::min);
     report.require(
         between >= mounts.depth_mm || nearest_turn >= RESIN_WALL_MM,
-        "base.mount_holes",
+        mounting.turned_by(),
         || {
+            let what = match mounting.is_ring() {
+                true => format!("base.mount_holes is {}", p.base.mount_holes),
+                false => mounting.told(),
+            };
             format!(
-                "base.mount_holes is {}; a hole comes within {:.2} mm of a bolt, and \
-                 {RESIN_WALL_MM} mm are needed",
-                p.base.mount_holes,
+                "{what}; a hole comes within {:.2} mm of a bolt, and {RESIN_WALL_MM} mm are needed",
                 nearest_turn.max(0.0)
             )
         },
-        || format!("write {}, as many as `base.bolts`", p.base.bolts),
+        || match mounting.is_ring() {
+            true => format!("write {}, as many as `base.bolts`", p.base.bolts),
+            false => mounting.movers(),
+        },
     );
 }
 

@@ -146,7 +146,7 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
 pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
     let (length, width) = (p.base.wire_slot_length, p.base.wire_slot_width);
     let x = pocket_radii_mm(layout)[0] + width.mm() / 2.0 + 0.1;
-    FloorSlot { length, width, along: 1, at: [x, 0.0] }
+    FloorSlot { length, width, along: 1, at: [x, 0.0], turn: turn(0, 1, 0.0) }
 }
 
 /// The outline of the LED board: resistors and switch sit on its underside.

@@ -4,9 +4,8 @@ use fabkit_geometry::{Point3, Pose, Vector3};
 
 use super::layout::{BOLT, Layout};
 use super::parameters::HalfEllipsoid;
-use crate::blocks::mounting::Mounting;
+use crate::blocks::mounting::{MountHold, MountRing, Mounting};
 use crate::blocks::{Joint, ring};
-use crate::hardware::Screw;
 
 /// Room of a bolt's hole beyond its tip, mm.
 const BOLT_SPARE_MM: f64 = 0.4;
@@ -39,12 +38,17 @@ impl Joints {
 }
 
 /// Holes for what the sensor is mounted on.
-pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting {
+pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting<'_> {
     Mounting {
-        mount_holes: p.base.mount_holes,
-        mount_radius: p.base.mount_radius,
-        offset: 0.5, // Half a step off the bolts.
-        screw: Screw::M2X4,
+        mount: &p.mount,
+        // Half a step off the bolts.
+        ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.5),
         depth_mm: MOUNT_DEPTH_MM,
+        is_through: false,
+        holds: (
+            &[MountHold::Tapped],
+            "the base is of resin, which does not melt around an insert, and everything in it is glued \
+             in above the holes",
+        ),
     }
 }

@@ -30,6 +30,8 @@ impl Family for HalfEllipsoidFamily {
     const NAME: &'static str = "half-ellipsoid";
     const SUMMARY: &'static str = "half ellipsoids of elastomer on a machined shell, UV markers";
     const EXAMPLE: &'static str = "uvdtact";
+    const DEFAULTS: &'static [(&'static str, &'static str)] =
+        &[("half-ellipsoid.yaml (defaults)", include_str!("defaults.yaml"))];
 
     fn check(parameters: &HalfEllipsoid, report: &mut Report) {
         constraints::check(parameters, report);

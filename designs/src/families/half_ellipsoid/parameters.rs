@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::{choices, sections};
 
@@ -152,7 +153,7 @@ sections! {
         wire_slot_length: Length = 1.0..=10.0,
         /// Width of the slot for the board's wires.
         wire_slot_width: Length = 0.6..=6.0,
-        /// Number of M2 holes in the bottom for mounting.
+        /// Number of holes in the bottom for mounting, on a ring.
         mount_holes: u32 = 2..=6,
         /// Radius of the circle of the mounting holes.
         mount_radius: Length = 2.0..=40.0,
@@ -214,6 +215,8 @@ sections! {
         camera_holder: CameraHolder,
         /// The base.
         base: Base,
+        /// The holes that it is mounted by.
+        mount: Mount,
         /// Molds and their negatives.
         tooling: Tooling,
     }

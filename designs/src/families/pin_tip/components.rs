@@ -62,5 +62,5 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
         .at_z(layout.camera_board_bottom_z_mm - room + PLUG_MARGIN_MM)
         .named("plug");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
-    board_camera!(p.camera).solid(heights, holes, plug)
+    board_camera!(p.camera, square).solid(heights, holes, plug)
 }

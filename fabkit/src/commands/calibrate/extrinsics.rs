@@ -57,7 +57,7 @@ fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
     let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
     let captures = Some(args.captures.as_path());
     Ok(Roles::default()
-        .reads("SENSOR", Target::new(&args.sensor).file())
+        .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--camera", [&args.camera])
         .reads("--landmarks", &args.landmarks)
         .reads("--reference", &args.reference)

@@ -18,7 +18,7 @@ use crate::roles::Roles;
 
 pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
     Roles::default()
-        .reads("SENSOR", Target::new(&args.sensor).file())
+        .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--board", [&args.board])
         .reads("--corners", &args.corners)
         .reads("IMAGE", &args.images)

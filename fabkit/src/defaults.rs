@@ -1,0 +1,117 @@
+//! `fabkit.yaml` in the working folder: what commands do where their options do not say otherwise.
+
+use std::path::{Path, PathBuf};
+
+use fabkit_application::diagnostics::{Diagnosed, SourceText};
+use fabkit_application::reading::{self, Expected};
+use fabkit_application::source::MAX_YAML_BYTES;
+use fabkit_application::text::{
+    Dialect, Entry, Place, Reading, TextLayer, check_format, mapping_of, shown, suggestion,
+};
+
+use crate::cli;
+use crate::failure::Failure;
+
+/// Where defaults are looked for, in the working folder.
+pub(crate) const FILE: &str = "fabkit.yaml";
+
+/// A key of the file, the option that it stands for, and an example.
+const KEYS: [(&str, &str, &str); 6] = [
+    ("bed", "--bed", "prusa-mk4"),
+    ("stock", "--stock", "600x300mm"),
+    ("profile", "--process", "my-printer.yaml"),
+    ("tolerance", "--tolerance", "0.01 mm"),
+    ("kerf", "--kerf", "0.15 mm"),
+    ("output", "-o", "out"),
+];
+
+const DEFAULTS: Dialect = Dialect::new("file of defaults", 1, "");
+
+/// What the working folder's file says.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Defaults {
+    /// Width and depth of the printer's bed, mm.
+    pub(crate) bed_mm: Option<[f64; 2]>,
+    /// Width and depth of sheets to cut from, mm.
+    pub(crate) stock_mm: Option<[f64; 2]>,
+    /// The printer's profile.
+    pub(crate) profile: Option<PathBuf>,
+    /// Largest distance between triangles and the exact surface, mm.
+    pub(crate) tolerance_mm: Option<f64>,
+    /// Width of the laser's cut, mm.
+    pub(crate) kerf_mm: Option<f64>,
+    /// The folder that folders of exports are made in.
+    pub(crate) output: Option<PathBuf>,
+}
+
+impl Defaults {
+    /// Reads the file of the working folder; nothing is set where there is none.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and everything that is wrong with it, with its lines.
+    pub(crate) fn read() -> Result<Self, Failure> {
+        let path = Path::new(FILE);
+        if std::fs::symlink_metadata(path).is_err() {
+            return Ok(Self::default());
+        }
+        let hint = "it holds what options of `fabkit export` are by default, and nothing else";
+        let expected = Expected { what: "a file of defaults", max_bytes: MAX_YAML_BYTES, hint };
+        Self::from_yaml(&reading::read_text(path, expected)?)
+    }
+
+    fn from_yaml(text: &str) -> Result<Self, Failure> {
+        let mut reading = Reading::new(Place::new(TextLayer::File, FILE, &DEFAULTS));
+        let mut defaults = Self::default();
+        let Reading { place, found } = &mut reading;
+        if let Some(mut entries) = mapping_of(text, place, found) {
+            check_format(&mut entries, place, found);
+            entries.iter().for_each(|entry| defaults.entry(&mut reading, entry));
+        }
+        reading.finish(Some(defaults)).map_err(|invalid| {
+            Diagnosed::new(invalid, [SourceText { file: FILE.into(), text: text.into() }]).into()
+        })
+    }
+
+    fn entry(&mut self, reading: &mut Reading, Entry { key, key_position, value }: &Entry) {
+        let Some((_, option, example)) = KEYS.iter().find(|(known, ..)| known == key) else {
+            let message = format!("`{}` is not a key of a file of defaults", shown(key));
+            let hint = suggestion(key, KEYS.map(|(known, ..)| known), "the keys are");
+            return reading.problem(*key_position, key, key, message, hint);
+        };
+        let Some(text) = reading.scalar(key, value) else { return };
+        let read = match key.as_str() {
+            "bed" => cli::bed(text).map(|size| self.bed_mm = Some(size)),
+            "stock" => cli::bed(text).map(|size| self.stock_mm = Some(size)),
+            "tolerance" => cli::tolerance(text).map(|mm| self.tolerance_mm = Some(mm)),
+            "kerf" => cli::kerf(text).map(|mm| self.kerf_mm = Some(mm)),
+            _ if text.is_empty() => Err("nothing is written there".into()),
+            "profile" => Ok(self.profile = Some(text.into())),
+            _ => Ok(self.output = Some(text.into())),
+        };
+        if let Err(why) = read {
+            let message = format!("{key} is `{}`: {why}", shown(text));
+            let hint = format!("write it as behind {option}, for example `{key}: {example}`");
+            reading.problem(value.position, key, text, message, hint);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_is_read_and_its_example_is_one() {
+        let lines = KEYS.map(|(key, _, example)| format!("{key}: {example}\n")).concat();
+        let read = Defaults::from_yaml(&format!("format: 1\n{lines}")).unwrap();
+        let expected = Defaults {
+            bed_mm: Some([250.0, 210.0]),
+            stock_mm: Some([600.0, 300.0]),
+            profile: Some("my-printer.yaml".into()),
+            tolerance_mm: Some(0.01),
+            kerf_mm: Some(0.15),
+            output: Some("out".into()),
+        };
+        assert_eq!(read, expected);
+    }
+}

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 
 use fabkit_geometry::Sensor;
 use fabkit_text::{
-    Dialect, Document, Entry, Example, Field, Found, InvalidDesign, Json, Name, Parameter, Place,
-    Problem, Reader, Report, Section, Setting, TextLayer, Written,
+    Dialect, Document, Entry, Example, Facts, Field, Found, InvalidDesign, Json, Name, Parameter,
+    Place, Problem, Reader, Report, Section, Setting, TextLayer, Written,
 };
 use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
-use fabkit_text::{shown, suggestion, take_word};
+use fabkit_text::{shown, similar, suggestion, take_word};
 
 pub use starting::Start;
 
@@ -368,7 +368,12 @@ impl Registry {
             let Some(base) = self.builtin_yaml(&name) else {
                 let message = format!("extends `{}`, which is not a built-in sensor", shown(&name));
                 let hint = suggestion(&name, self.builtin_names(), "the built-in sensors are");
-                found.push(at.problem("extends", &shown(&name), message).hint(hint));
+                let refused = at.problem("extends", &shown(&name), message).hint(hint);
+                let refused = refused.code("unknown_sensor");
+                found.push(match similar(&name, self.builtin_names()).first() {
+                    Some(meant) => refused.suggest("extends", meant),
+                    None => refused,
+                });
                 return None;
             };
             if entries.len() >= LONGEST_CHAIN {
@@ -398,7 +403,9 @@ impl Registry {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
             let message = format!("`{}` is not a family of sensors", shown(word));
             let hint = suggestion(word, names, "the families are");
-            found.push(at.problem("family", &shown(word), message).hint(hint));
+            found.push(
+                at.problem("family", &shown(word), message).hint(hint).code("unknown_family"),
+            );
         }
         family
     }
@@ -429,6 +436,7 @@ fn bug(file: &str, message: String) -> InvalidDesign {
             value: String::new(),
             message,
             hint: Some("this is a bug in fabkit; please report it with the file".into()),
+            facts: Facts::of("bug"),
         }],
     }
 }

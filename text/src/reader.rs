@@ -7,7 +7,7 @@ use crate::document::Document;
 use crate::expression::resolve;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
-use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, join};
+use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, Suggestion, join};
 
 /// Reads parameters by path.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Reader {
         let WrittenText::Scalar(text) = &written.text else { return None };
         match read::<T>(path, text, limits, &written.place) {
             Ok(value) => {
-                self.setting(path, summary, value.show(), T::KIND, T::allowed(limits), &written);
+                self.setting::<T>(path, summary, value.show(), T::KIND, limits, &written);
                 Some(value)
             }
             Err(found) => {
@@ -81,7 +81,7 @@ impl Reader {
                 count.end()
             );
             let shown = written.text.shown();
-            self.found.push(written.place.problem(path, &shown, message));
+            self.found.push(written.place.problem(path, &shown, message).code("wrong_count"));
             return None;
         }
         let mut values = Vec::new();
@@ -99,7 +99,10 @@ impl Reader {
         let allowed =
             format!("{} to {} items, each {}", count.start(), count.end(), T::allowed(each));
         let shown = format!("[{}]", shown.join(", "));
-        self.setting(path, summary, shown, Kind::List, allowed, &written);
+        self.setting::<T>(path, summary, shown, Kind::List, each, &written);
+        if let Some(setting) = self.settings.last_mut() {
+            setting.limits = allowed;
+        }
         Some(values)
     }
 
@@ -111,13 +114,13 @@ impl Reader {
         written
     }
 
-    fn setting(
+    fn setting<T: Scalar>(
         &mut self,
         path: &str,
         summary: &str,
         value: String,
         kind: Kind,
-        limits: String,
+        limits: &T::Limits,
         written: &Written,
     ) {
         self.settings.push(Setting {
@@ -126,7 +129,9 @@ impl Reader {
             kind,
             source: written.source.clone(),
             summary: summary.to_owned(),
-            limits,
+            limits: T::allowed(limits),
+            bounds: T::bounds(limits),
+            choices: choices::<T>(limits),
             expression: written.formula.as_ref().map(|formula| formula.text.clone()),
         });
     }
@@ -196,7 +201,7 @@ impl Reader {
         let message = format!("{whole} lacks {}", either(&keys, "and"));
         let place = self.document.section(section).unwrap_or(&self.document.root);
         let path = if let [one] = paths { one } else { section };
-        let found = place.problem(path, "", message);
+        let found = place.problem(path, "", message).code("missing_parameter");
         let Some(example) = example else { return found };
         let lines: Vec<String> = paths
             .iter()
@@ -232,18 +237,37 @@ pub(crate) fn read<T: Scalar>(
     place: &Place,
 ) -> Result<T, Box<Found>> {
     let written = crate::shown(text.trim());
-    let (message, hint) = match T::parse(text) {
+    let (message, hint, code, instead) = match T::parse(text) {
         Ok(value) if value.is_within(limits) => return Ok(value),
-        Ok(value) => (
-            format!("{path} is {written}; it must be {}", T::must_be(limits)),
-            value.nearest(limits).map(|v| format!("the nearest allowed value is {}", v.show())),
-        ),
-        Err(Refusal { says, hint }) => {
+        Ok(value) => {
+            let message = format!("{path} is {written}; it must be {}", T::must_be(limits));
+            let nearest = value.nearest(limits).map(|value| value.show());
+            let hint = nearest.as_ref().map(|v| format!("the nearest allowed value is {v}"));
+            (message, hint, "out_of_range", nearest)
+        }
+        Err(Refusal { says, hint, code, instead }) => {
             let must_be = T::must_be(limits);
-            (format!("{path} is `{written}`, which {says}; it must be {must_be}"), hint)
+            let message = format!("{path} is `{written}`, which {says}; it must be {must_be}");
+            // What lacks its unit may be out of its limits too.
+            let works = |text: &String| T::parse(text).is_ok_and(|value| value.is_within(limits));
+            (message, hint, code, instead.filter(works))
         }
     };
-    let mut found = place.problem(path, &crate::shown(text), message);
+    let mut found = place.problem(path, &crate::shown(text), message).code(code);
     found.problem.hint = hint;
+    let facts = &mut found.problem.facts;
+    [facts.at_least, facts.at_most] = match T::bounds(limits) {
+        Some(bounds) => bounds.map(Some),
+        None => [None, None],
+    };
+    facts.choices = choices::<T>(limits);
+    facts.suggestion = instead.map(|value| Suggestion { path: path.into(), value });
     Err(Box::new(found))
+}
+
+/// The words that are allowed, where it is one of a few.
+fn choices<T: Scalar>(limits: &T::Limits) -> Vec<String> {
+    let schema = T::schema(limits);
+    let words = schema["enum"].as_array().map(Vec::as_slice).unwrap_or_default();
+    words.iter().filter_map(|word| word.as_str().map(str::to_owned)).collect()
 }

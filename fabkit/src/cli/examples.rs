@@ -19,6 +19,12 @@ Examples:
   fabkit export rtac0 --fixtures --bed bambu-a1 -o out/all
   fabkit export rtac0 --set coat.thickness=0.1mm -o out/thin";
 
+pub(crate) const SCHEMA: &str = "\
+Examples:
+  fabkit schema > sensor.schema.json
+  fabkit schema --sweep > sweep.schema.json
+  fabkit schema --output error";
+
 pub(crate) const PROFILE: &str = "\
 Examples:
   fabkit export rtac0/coupon

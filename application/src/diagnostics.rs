@@ -109,6 +109,8 @@ fn printable(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use fabkit_text::Facts;
+
     use super::*;
 
     fn problem(line: Option<usize>, column: Option<usize>, value: &str) -> Problem {
@@ -120,6 +122,7 @@ mod tests {
             value: value.into(),
             message: "surface.radius is 900 mm; it must be between 4 mm and 60 mm".into(),
             hint: Some("60 mm is the largest".into()),
+            facts: Facts::default(),
         }
     }
 

@@ -4,41 +4,32 @@ use std::path::Path;
 
 use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
 use fabkit_designs::Design;
-use fabkit_geometry::Body;
+use fabkit_geometry::{Action, Body, Cure, Step};
 use fabkit_sweep::Status;
+use fabkit_text::{Kind, Setting};
 use serde_json::{Map, Value, json};
 
+use crate::coded::{amount, limit};
 use crate::ground_truth::SurfaceCoverage;
 use crate::identity::design_hash;
 use crate::sweeping::Finished;
 
-/// What a design is and consists of (`fabkit-show` version 1).
+/// What a design is and consists of (`fabkit-show` version 2).
 pub fn show(design: &Design) -> Value {
     let sensor = &design.sensor;
-    let parameters: Vec<Value> = design
-        .parameters
-        .iter()
-        .map(|setting| {
-            json!({
-                "path": setting.path,
-                "value": setting.value,
-                "limits": setting.limits,
-                "summary": setting.summary,
-                "source": setting.source.kind.to_string(),
-                "note": setting.source.note,
-                "expression": setting.expression,
-            })
-        })
-        .collect();
+    let parameters: Vec<Value> = own_first(&design.parameters).map(parameter_json).collect();
     let derived: Vec<Value> = design
         .derived
         .iter()
-        .map(|(name, value)| json!({ "name": name, "value": value }))
+        .map(|(name, written)| {
+            let (value, unit) = amount(written);
+            json!({ "name": name, "value": value, "unit": unit, "written": written })
+        })
         .collect();
     let bodies: Vec<Value> = sensor.bodies.iter().map(body_json).collect();
     json!({
         "format": "fabkit-show",
-        "version": 1,
+        "version": 2,
         "name": sensor.name,
         "title": sensor.title,
         "reference": sensor.reference,
@@ -48,6 +39,47 @@ pub fn show(design: &Design) -> Value {
         "bodies": bodies,
         "materials": crate::materials::json(&design.materials),
     })
+}
+
+/// A fixture's own parameters before those of the sensor that it is made for.
+pub fn own_first(settings: &[Setting]) -> impl Iterator<Item = &Setting> {
+    let is_own = |setting: &&Setting| setting.path.starts_with("fixtures.");
+    settings.iter().filter(is_own).chain(settings.iter().filter(move |s| !is_own(s)))
+}
+
+fn parameter_json(setting: &Setting) -> Value {
+    let (value, unit) = value_of(setting);
+    let ends = setting.bounds.as_ref().map(|ends| ends.each_ref().map(String::as_str));
+    let [min, max] = ends.map_or([None, None], |ends| ends.map(Some));
+    json!({
+        "path": setting.path,
+        "value": value,
+        "unit": unit,
+        "written": setting.value,
+        "limit": limit([min, max], &setting.choices),
+        "limits": setting.limits,
+        "summary": setting.summary,
+        "source": setting.source.kind.to_string(),
+        "note": setting.source.note,
+        "expression": setting.expression,
+    })
+}
+
+/// Numbers as such, with their unit beside them.
+fn value_of(setting: &Setting) -> (Value, Option<String>) {
+    let text = setting.value.as_str();
+    match setting.kind {
+        Kind::Length | Kind::Angle | Kind::Number => amount(text),
+        Kind::Count => (text.parse::<u64>().map_or_else(|_| json!(text), Value::from), None),
+        Kind::Switch => (json!(text == "true"), None),
+        Kind::Text => (json!(text), None),
+        Kind::List => {
+            let inner = text.trim_start_matches('[').trim_end_matches(']');
+            let items = inner.split(", ").filter(|item| !item.is_empty()).map(amount);
+            let (values, units): (Vec<Value>, Vec<Option<String>>) = items.unzip();
+            (json!(values), units.into_iter().next().flatten())
+        }
+    }
 }
 
 fn body_json(body: &Body) -> Value {
@@ -122,6 +154,67 @@ pub fn batch(batch: &Batch) -> Value {
         "degas": batch.degas,
         "cure": { "hours": batch.cure.hours, "celsius": batch.cure.celsius },
     })
+}
+
+/// How a design is built, step by step (`fabkit-chain` version 1).
+pub fn chain(design: &Design) -> Value {
+    let sensor = &design.sensor;
+    let batches = checks::batches(sensor);
+    let steps = sensor.chain.iter().map(|step| {
+        json!({
+            "name": step.name,
+            "instruction": step.instruction,
+            "action": word(&step.action),
+            "assembly": step.assembly.as_ref().map(|a| &a.0),
+            "bodies": step.bodies,
+            "batch": batch_of(&batches, step).map(batch),
+            "cure": cure(&step.action).map(|c| json!({ "hours": c.hours, "celsius": c.celsius })),
+            "remove": removed(&step.action),
+            "source": step.source,
+        })
+    });
+    json!({
+        "format": "fabkit-chain",
+        "version": 1,
+        "name": sensor.name,
+        "design_hash": design_hash(design),
+        "steps": steps.collect::<Vec<_>>(),
+    })
+}
+
+/// What is mixed for a step.
+pub fn batch_of<'a>(batches: &'a [Batch], step: &Step) -> Option<&'a Batch> {
+    batches.iter().find(|batch| batch.step == step.name)
+}
+
+/// How what is made in a step hardens.
+pub fn cure(action: &Action) -> Option<Cure> {
+    match action {
+        Action::Bond(cure) => Some(*cure),
+        Action::Spray(spray) => Some(spray.cure),
+        Action::Pour(pour) => Some(pour.cure),
+        Action::Make | Action::Prepare | Action::Assemble | Action::Demold(_) => None,
+    }
+}
+
+/// The tools that come off in a step.
+pub fn removed(action: &Action) -> Vec<&str> {
+    match action {
+        Action::Demold(pulls) => pulls.iter().map(|pull| pull.body.as_str()).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn word(action: &Action) -> &'static str {
+    match action {
+        Action::Make => "make",
+        Action::Prepare => "prepare",
+        Action::Assemble => "assemble",
+        Action::Bond(_) => "bond",
+        Action::Spray(_) => "spray",
+        Action::Pour(_) => "pour",
+        Action::Demold(_) => "demold",
+    }
 }
 
 /// What a sweep came to (`fabkit-sweep-report` version 1).

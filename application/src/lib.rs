@@ -41,6 +41,7 @@ pub use fabkit_text as text;
 pub mod authored;
 pub mod bodies;
 pub mod calibrating;
+pub mod coded;
 pub mod dataset;
 pub mod diagnostics;
 pub mod documents;

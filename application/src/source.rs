@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fabkit_checks::{self as checks, CheckReport, InvalidBody};
+use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
 use fabkit_fixtures::{self as fixtures, FixtureError, Project};
@@ -197,6 +197,57 @@ impl<'a> Target<'a> {
                 project.check_fixture(name, progress).map_err(|error| source.error(error))
             }
         }
+    }
+}
+
+/// What keeps designs from being built as described.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    /// How many findings are errors.
+    pub errors: usize,
+    /// Each design with errors, and the first of them.
+    pub first: Vec<(String, String)>,
+}
+
+impl Target<'_> {
+    /// Applies all rules to it, and perhaps to all fixtures of the sensor, for those who want to know
+    /// no more than whether it passes. The inner error is a solid that is none.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn faults(
+        &self,
+        overrides: &[String],
+        with_fixtures: bool,
+    ) -> Result<Result<Faults, InvalidBody>, Error> {
+        let source = self.source()?;
+        let project = source.load(overrides)?;
+        let fixtures = match self.fixture {
+            Some(name) => vec![name],
+            None if with_fixtures => project.fixture_names(),
+            None => Vec::new(),
+        };
+        let mut reports = Vec::new();
+        if self.fixture.is_none() {
+            // Nothing is weighed: that takes a third of the time of some sensors.
+            let report = checks::check_variant(&project.design.sensor, &checks::Memo::default());
+            reports.push((project.design.sensor.name.clone(), report));
+        }
+        for name in fixtures {
+            let report = project.check_fixture(name, &|_, _| {}).map_err(|e| source.error(e))?;
+            reports.push((format!("{}/{name}", project.design.sensor.name), report));
+        }
+        let mut faults = Faults::default();
+        for (name, report) in reports {
+            let report = match report {
+                Ok(report) => report,
+                Err(invalid) => return Ok(Err(invalid)),
+            };
+            faults.errors += report.errors();
+            let first = report.findings.into_iter().find(|f| f.severity == Severity::Error);
+            faults.first.extend(first.map(|finding| (name, finding.message)));
+        }
+        Ok(Ok(faults))
     }
 }
 

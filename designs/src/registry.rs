@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use fabkit_geometry::Sensor;
 use fabkit_text::{
-    Dialect, Document, Entry, Example, Field, Found, InvalidDesign, Json, Name, Parameter, Place,
-    Problem, Reader, Report, Section, Setting, TextLayer, Written,
+    Dialect, Document, Entry, Example, Facts, Field, Found, InvalidDesign, Json, Name, Parameter,
+    Place, Problem, Reader, Report, Section, Setting, TextLayer, Written,
 };
 use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
 use fabkit_text::{shown, suggestion, take_word};
@@ -447,7 +447,9 @@ impl Registry {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
             let message = format!("`{}` is not a family of sensors", shown(word));
             let hint = suggestion(word, names, "the families are");
-            found.push(at.problem("family", &shown(word), message).hint(hint));
+            found.push(
+                at.problem("family", &shown(word), message).hint(hint).code("unknown_family"),
+            );
         }
         family
     }
@@ -488,6 +490,7 @@ fn bug(file: &str, message: String) -> InvalidDesign {
             value: String::new(),
             message,
             hint: Some("this is a bug in fabkit; please report it with the file".into()),
+            facts: Facts::of("bug"),
         }],
     }
 }

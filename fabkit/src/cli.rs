@@ -50,7 +50,7 @@ pub struct Cli {
 /// Options of every command.
 #[derive(Debug, Args)]
 pub struct Global {
-    /// Write one JSON document to standard output instead of text
+    /// Write one JSON document to standard output instead of text, also for errors
     #[arg(long, global = true)]
     pub json: bool,
     /// Write nothing but errors
@@ -109,10 +109,14 @@ pub enum Command {
     #[command(after_help = examples::SWEEP)]
     Sweep(Sweep),
     /// Print the JSON Schema of sensor files, for editors
+    #[command(after_help = examples::SCHEMA)]
     Schema {
         /// Of plans for `sweep` instead
         #[arg(long)]
         sweep: bool,
+        /// Of what a command prints with `--json` instead: `show`, `check`, `error`, ...
+        #[arg(long, value_name = "NAME", conflicts_with = "sweep")]
+        output: Option<String>,
     },
     /// Print the completions for a shell
     Completions {
@@ -223,7 +227,8 @@ pub struct Export {
     /// it since
     #[arg(long)]
     pub clean: bool,
-    /// Replace also files that were changed since fabkit wrote them, or that it did not write
+    /// Replace also files that were changed since fabkit wrote them, or that it did not write; and do
+    /// not look whether the design passes `check`
     #[arg(long)]
     pub force: bool,
 }

@@ -7,11 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use fabkit_application::ErrorKind;
 use fabkit_application::calibrating::CalibratingError;
+use fabkit_application::coded::{self, About};
 use fabkit_application::diagnostics::{self, Diagnosed, SourceText};
 use fabkit_application::sweep::panics::becomes_a_row;
-use fabkit_application::text::{InvalidDesign, Problem};
+use fabkit_application::text::InvalidDesign;
 use fabkit_application::{Error, Explained};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::hints::{self, REPORT};
 
@@ -55,6 +56,8 @@ pub(crate) enum Failure {
         message: String,
         /// What to do about it.
         hint: Option<String>,
+        /// The same for programs, where more is known than the kind.
+        about: Option<Box<About>>,
     },
 }
 
@@ -67,12 +70,21 @@ impl<E: Into<Error>> From<E> for Failure {
 impl Failure {
     /// A failure with a hint.
     pub(crate) fn new(kind: ErrorKind, message: impl ToString, hint: impl Into<String>) -> Self {
-        Self::Command { kind, message: message.to_string(), hint: Some(hint.into()) }
+        Self::Command { kind, message: message.to_string(), hint: Some(hint.into()), about: None }
+    }
+
+    /// The same, with what programs want to know.
+    #[must_use]
+    pub(crate) fn about(mut self, known: About) -> Self {
+        if let Self::Command { about, .. } = &mut self {
+            *about = Some(Box::new(known));
+        }
+        self
     }
 
     /// A failure that speaks for itself.
     pub(crate) fn plain(kind: ErrorKind, message: impl ToString) -> Self {
-        Self::Command { kind, message: message.to_string(), hint: None }
+        Self::Command { kind, message: message.to_string(), hint: None, about: None }
     }
 
     /// A text with problems.
@@ -123,40 +135,53 @@ impl Failure {
         format!("error: {}\n{hint}", self.message())
     }
 
-    /// For scripts (`fabkit-error` version 1).
-    pub(crate) fn to_json(&self) -> serde_json::Value {
+    /// For scripts (`fabkit-error` version 2).
+    pub(crate) fn to_json(&self) -> Value {
         let problems = match self {
-            Self::Application(Error::Invalid(found)) => {
-                found.invalid.problems.iter().map(problem_json).collect()
+            Self::Application(Error::Invalid(_) | Error::Several(_)) => Vec::new(),
+            Self::Application(error) => {
+                let hint = self.hint();
+                vec![coded::about(error).to_json(&self.message(), hint.as_deref())]
             }
-            _ => vec![json!({ "message": self.message(), "hint": self.hint() })],
+            Self::Command { kind, message, hint, about } => {
+                let about = about.as_deref().cloned().unwrap_or_else(|| coded::of_kind(*kind));
+                vec![about.to_json(message, hint.as_deref())]
+            }
         };
-        json!({
-            "format": "fabkit-error",
-            "version": 1,
-            "exit_code": self.exit() as u8,
-            "kind": self.kind().word(),
-            "problems": problems,
-        })
+        let listed = match self {
+            Self::Application(error) if problems.is_empty() => problems_of(error),
+            _ => problems,
+        };
+        document(self.kind(), listed)
     }
 }
 
-fn problem_json(problem: &Problem) -> serde_json::Value {
+fn document(kind: ErrorKind, problems: Vec<Value>) -> Value {
     json!({
-        "file": problem.file,
-        "line": problem.line,
-        "column": problem.column,
-        "path": problem.path,
-        "value": problem.value,
-        "message": problem.message,
-        "hint": problem.hint,
+        "format": "fabkit-error",
+        "version": 2,
+        "exit_code": Exit::from(kind) as u8,
+        "kind": kind.word(),
+        "problems": problems,
     })
 }
 
-/// Runs the command; a panic becomes a message and [`Exit::Bug`].
+/// Each for itself, where there are several.
+fn problems_of(error: &Error) -> Vec<Value> {
+    match error {
+        Error::Invalid(found) => found.invalid.problems.iter().map(coded::problem_json).collect(),
+        Error::Several(errors) => errors.iter().flat_map(problems_of).collect(),
+        error => {
+            let hint = hints::hint(error);
+            vec![coded::about(error).to_json(&error.to_string(), hint.as_deref())]
+        }
+    }
+}
+
+/// Runs the command; a panic becomes a message, with `json` on standard output too, and [`Exit::Bug`].
 ///
 /// Variants of sweeps that panic are rows, and nothing is said of them here.
-pub(crate) fn guard(command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
+pub(crate) fn guard(json: bool, command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
     static TOLD: AtomicBool = AtomicBool::new(false);
     panic::set_hook(Box::new(|info| {
         if becomes_a_row(info) {
@@ -172,6 +197,11 @@ pub(crate) fn guard(command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
         if !TOLD.load(Ordering::Relaxed) {
             let text = text_of(&*payload);
             let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");
+        }
+        if json {
+            let about = coded::of_kind(ErrorKind::Bug);
+            let problem = about.to_json(text_of(&*payload), Some(REPORT));
+            let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem]));
         }
         Exit::Bug as u8
     })
@@ -195,7 +225,7 @@ mod tests {
             let (_, code): ((), _) = rayon::join(|| panic!("on purpose"), || 0);
             code
         }
-        assert_eq!(guard(command), 70);
-        assert_eq!(guard(|| 0), 0);
+        assert_eq!(guard(false, command), 70);
+        assert_eq!(guard(false, || 0), 0);
     }
 }

@@ -8,6 +8,8 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+use fabkit_application::coded::About;
+
 use crate::failure::{ErrorKind, Failure};
 
 /// The files of one run of a command.
@@ -96,7 +98,8 @@ impl Roles {
         let hint = "give each file that is written a name of its own";
         match wrong.is_empty() {
             true => Ok(()),
-            false => Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)),
+            false => Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)
+                .about(About::of("replaces_input"))),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Columns of text.
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
 /// A cell's place in its column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,10 +11,28 @@ pub enum Align {
     Right,
 }
 
+/// Columns of a terminal that tables fit, also in a file or a pipe: the same everywhere.
+pub const WIDTH: u16 = 100;
+
 /// Sets rows in columns two spaces apart; the first row is the heading. Lines have no blanks at
 /// their end.
 pub fn table(columns: &[Align], rows: &[Vec<String>]) -> String {
+    laid_out(Table::new(), columns, rows)
+}
+
+/// The same within [`WIDTH`]: what is too long goes on below, but for the first column, by which rows
+/// are looked for.
+pub fn fitted(columns: &[Align], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
+    table.add_rows(rows);
+    if let Some(first) = table.column_mut(0) {
+        first.set_constraint(ColumnConstraint::ContentWidth);
+    }
+    laid_out(table, columns, &[])
+}
+
+fn laid_out(mut table: Table, columns: &[Align], rows: &[Vec<String>]) -> String {
     table.load_preset(presets::NOTHING).add_rows(rows);
     for (column, align) in table.column_iter_mut().zip(columns) {
         column.set_padding((0, 2));
@@ -24,6 +42,24 @@ pub fn table(columns: &[Align], rows: &[Vec<String>]) -> String {
         });
     }
     table.trim_fmt() + "\n"
+}
+
+/// One paragraph within [`WIDTH`], its lines behind the first with so many blanks before them.
+pub fn wrapped(text: &str, indent: usize) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last().map_or(0, |line| line.chars().count());
+        if line > indent && line + 1 + word.chars().count() > WIDTH.into() {
+            lines.push(" ".repeat(indent));
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.trim().is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines.join("\n")
 }
 
 /// A number with a blank between groups of three digits.
@@ -60,6 +96,19 @@ mod tests {
         // Characters as wide as two.
         let text = table(&[Align::Left, Align::Right], &[row("外殻", "1"), row("base", "12")]);
         assert_eq!(text, "外殻   1\nbase  12\n");
+    }
+
+    #[test]
+    fn what_is_long_goes_on_below_and_names_stay_whole() {
+        let row = |a: &str, b: &str| vec![a.to_owned(), b.to_owned()];
+        let (name, note) = ("fixtures.pin_dome.captures", "some words of a note ".repeat(9));
+        let text =
+            fitted(&[Align::Left, Align::Left], &[row("parameter", "why"), row(name, &note)]);
+        assert!(text.lines().all(|line| line.len() <= WIDTH.into()), "{text}");
+        assert!(text.lines().count() > 3 && text.contains(name), "{text}");
+        let text = wrapped(&format!("1. {note}"), 3);
+        assert!(text.lines().all(|line| line.len() <= WIDTH.into()), "{text}");
+        assert!(text.lines().skip(1).all(|line| line.starts_with("   s")), "{text}");
     }
 
     #[test]

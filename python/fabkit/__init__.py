@@ -18,7 +18,18 @@ from fabkit._fabkit import __version__
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport, Finding
-from fabkit.designs import Design, Fixture, Parameter, Sensor, check, export, load, sensors
+from fabkit.designs import (
+    Design,
+    Fixture,
+    Parameter,
+    Section,
+    Sensor,
+    Step,
+    check,
+    export,
+    load,
+    sensors,
+)
 from fabkit.errors import FabkitError, InvalidInputError, Problem, UnknownNameError
 from fabkit.meshes import Mesh
 
@@ -34,7 +45,9 @@ __all__ = [
     "Mesh",
     "Parameter",
     "Problem",
+    "Section",
     "Sensor",
+    "Step",
     "UnknownNameError",
     "__version__",
     "calibrate",
@@ -46,3 +59,7 @@ __all__ = [
     "sensors",
     "sweep",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fabkit import _fabkit
 from fabkit.errors import InvalidInputError, invalid
 
 if TYPE_CHECKING:
@@ -64,6 +65,21 @@ def picture(values: ArrayLike, name: str) -> NDArray[np.float32]:
     if given.ndim != 2:
         raise _shape(name, given, "(rows, columns) or (rows, columns, 3)")
     return np.ascontiguousarray(given / scale, dtype=np.float32)
+
+
+def length_mm(value: float | str, name: str) -> float:
+    """Give a length in mm: a number, or text with a unit."""
+    return _fabkit.length_mm(value, name) if isinstance(value, str) else float(value)
+
+
+def sides_mm(
+    value: tuple[float | str, float | str] | None, name: str
+) -> tuple[float, float] | None:
+    """Width and depth in mm."""
+    if value is None:
+        return None
+    width, depth = value
+    return length_mm(width, name), length_mm(depth, name)
 
 
 def _shape(name: str, given: NDArray[Any], wanted: str) -> InvalidInputError:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit import _fabkit
+from fabkit import _arrays, _fabkit
 from fabkit.errors import invalid
 from fabkit.meshes import Mesh
 
@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from numpy.typing import NDArray
+
+__all__ = ["Body"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 #: By the end of a file's name.
 _FORMATS = {
@@ -98,20 +105,21 @@ class Body:
         landmarks["name"], landmarks["point_mm"], landmarks["axis"] = names, points, axes
         return landmarks
 
-    def mesh(self, tolerance_mm: float = 0.01) -> Mesh:
+    def mesh(self, tolerance_mm: float | str = 0.01) -> Mesh:
         """Mesh the exact solid: nominal, in the body's own frame.
 
         Parameters
         ----------
         tolerance_mm
-            Largest distance between triangles and the exact surface, 1e-4 mm to 5 mm.
+            Largest distance between triangles and the exact surface, 1e-4 mm to 5 mm: a number
+            of mm, or text with a unit, ``"10 um"``.
 
         Raises
         ------
         FabkitError
             A tolerance beyond its limits, or too fine for a sensible number of triangles.
         """
-        return Mesh(self._native.mesh(self.name, tolerance_mm))
+        return Mesh(self._native.mesh(self.name, _arrays.length_mm(tolerance_mm, "tolerance_mm")))
 
     def picture(self, size_px: tuple[int, int] = (800, 600), *, section: bool = False) -> bytes:
         """Draw it from the exact geometry: PNG, width x height as given.
@@ -126,7 +134,7 @@ class Body:
         return self._native.picture(self.name, None, False, section, size_px)
 
     def export(
-        self, path: str | PathLike[str], *, tolerance_mm: float = 0.01, nominal: bool = False
+        self, path: str | PathLike[str], *, tolerance_mm: float | str = 0.01, nominal: bool = False
     ) -> None:
         """Write it as ``fabkit export --part`` does: lying as it should be printed, byte for byte.
 
@@ -135,7 +143,7 @@ class Body:
         path
             Ends in ``.stl``, ``.3mf``, ``.dxf``, ``.svg``, ``.png``, ``.tree.json`` or ``.step``.
         tolerance_mm
-            Largest distance between triangles and the exact surface, mm.
+            Largest distance between triangles and the exact surface: mm, or text with a unit.
         nominal
             Leave out what makes up for shrinkage and for the laser's kerf.
 
@@ -152,7 +160,7 @@ class Body:
         exported = self._native.exported(
             [self.name],
             [_FORMATS[ending]],
-            tolerance_mm,
+            _arrays.length_mm(tolerance_mm, "tolerance_mm"),
             nominal,
             None,
             False,

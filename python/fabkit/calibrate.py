@@ -24,6 +24,24 @@ if TYPE_CHECKING:
 
     Detector = Literal["auto", "opencv", "fabkit"]
 
+__all__ = [
+    "Board",
+    "Corners",
+    "Extrinsics",
+    "Intrinsics",
+    "Pins",
+    "boards",
+    "extrinsics",
+    "find_corners",
+    "find_pins",
+    "intrinsics",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: Standard deviation of corners from detectors that do not say it, px: what good ones reach.
 _USUAL_CORNER_SIGMA_PX = 0.1
 #: Of a pin measured by hand, px: as in lists of captures.

@@ -17,6 +17,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+__all__ = ["Camera"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 class Camera:
     """A lens behind its interface, with an image size, and how sure all that is.

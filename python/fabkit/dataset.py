@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import functools
 import io
 import json
+import operator
 import os
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, overload
 
 import numpy as np
 
-from fabkit import _fabkit
+from fabkit import _arrays, _fabkit
 from fabkit._executors import completed, submitter
 from fabkit._progress import shown
 from fabkit.depth import Scene
@@ -31,6 +34,13 @@ if TYPE_CHECKING:
     from fabkit.designs import Sensor
 
     Split = Literal["train", "validation", "test", "mixed"]
+
+__all__ = ["Dataset", "open", "write"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 _SPLITS = ("train", "validation", "test", "mixed")
 
@@ -84,22 +94,59 @@ class Dataset:
     def __iter__(self) -> Iterator[dict[str, NDArray[Any]]]:
         return (self[i] for i in range(len(self)))
 
-    def __getitem__(self, index: int) -> dict[str, NDArray[Any]]:
-        """Read a sample.
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> dict[str, NDArray[Any]]: ...
+
+    @overload
+    def __getitem__(self, index: slice | Sequence[int] | NDArray[Any]) -> Dataset: ...
+
+    def __getitem__(
+        self, index: SupportsIndex | slice | Sequence[int] | NDArray[Any]
+    ) -> dict[str, NDArray[Any]] | Dataset:
+        """Read a sample, or choose several: ``data[10:20]``, ``data[::2]``, ``data[[3, -1]]``.
 
         Returns
         -------
-        ``indentation_mm`` (rows, columns) float32, mm: range without contact minus range with it;
-        ``label`` (rows, columns) uint8: 0 no surface or seam, 1 surface, from 2 on what presses;
-        and, with captures, ``image`` (rows, columns, channels) uint8.
+        Of a number, counted from the end if it is negative: ``indentation_mm`` (rows, columns)
+        float32, mm: range without contact minus range with it; ``label`` (rows, columns) uint8: 0
+        no surface or seam, 1 surface, from 2 on what presses; and, with captures, ``image`` (rows,
+        columns, channels) uint8. Of a slice, a list of numbers or an array of booleans: a data set
+        of these samples, of which nothing is read yet.
+
+        Raises
+        ------
+        IndexError
+            No such sample.
         """
+        if isinstance(index, slice):
+            return self._chosen(range(len(self))[index])
+        if isinstance(index, np.ndarray | Sequence):
+            return self._chosen(self._places(np.asarray(index)))
+        place = self._place(operator.index(index))
+        return {name: self._read(array, place) for name, array in self._arrays.items()}
+
+    def _places(self, index: NDArray[Any]) -> list[int]:
+        if index.dtype == np.bool_ and index.shape == (len(self),):
+            return np.flatnonzero(index).tolist()
+        if index.ndim != 1 or (index.size and index.dtype.kind not in "iu"):
+            wanted = f"whole numbers, or {len(self)} booleans"
+            raise invalid(f"samples are chosen by an array of {index.dtype}; it must be {wanted}")
+        return [self._place(int(place)) for place in index]
+
+    def _place(self, index: int) -> int:
         if not -len(self) <= index < len(self):
             raise IndexError(f"there is no sample {index}; there are {len(self)}")
-        return {name: self._read(array, index) for name, array in self._arrays.items()}
+        return index % len(self)
+
+    def _chosen(self, places: Sequence[int]) -> Dataset:
+        part = copy.copy(self)
+        part.halves = self.halves[list(places)]
+        part._stored = [self._stored[place] for place in places]
+        return part
 
     def range_mm(self, index: int) -> NDArray[np.float64]:
         """Distance along each pixel's ray, (rows, columns) float64, mm; NaN where none ends."""
-        indentation_mm = self._read(self._arrays["indentation_mm"], index)
+        indentation_mm = self._read(self._arrays["indentation_mm"], self._place(index))
         return self.reference["range_mm"] - indentation_mm
 
     def _read(self, array: _fabkit.Samples, index: int) -> NDArray[Any]:
@@ -140,8 +187,8 @@ def write(
     camera: Camera | str | PathLike[str] | None = None,
     pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
     captures: str | PathLike[str] | None = None,
-    membrane_mm: float = 0.0,
-    seam_margin_mm: float = 0.5,
+    membrane_mm: float | str = 0.0,
+    seam_margin_mm: float | str = 0.5,
     seed: int = 1,
     materialise: bool = False,
     allow_no_contact: bool = False,
@@ -165,7 +212,8 @@ def write(
     captures
         Pictures of the halves, to be stitched like them: a folder, or a CSV file.
     membrane_mm
-        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm.
+        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; as all
+        lengths, a number of mm, or text with a unit.
     seam_margin_mm
         Leave out what lies this near to the seam between the halves, 0 mm to 10 mm.
     seed
@@ -199,8 +247,8 @@ def write(
     options = (
         None if presses is None else os.fspath(presses),
         None if captures is None else os.fspath(captures),
-        membrane_mm,
-        seam_margin_mm,
+        _arrays.length_mm(membrane_mm, "membrane_mm"),
+        _arrays.length_mm(seam_margin_mm, "seam_margin_mm"),
         seed,
         materialise,
         allow_no_contact,

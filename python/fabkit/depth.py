@@ -19,6 +19,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
+__all__ = ["Scene", "Truth", "cast"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 @dataclass(frozen=True)
 class Truth:
@@ -176,13 +182,17 @@ class Scene:
         press: str | Sequence[str] = (),
         *,
         samples: int = 1,
-        membrane_mm: float = 0.0,
-        print_sigma_mm: float = 0.05,
+        membrane_mm: float | str = 0.0,
+        print_sigma_mm: float | str = 0.05,
         allow_no_contact: bool = False,
     ) -> Truth:
         """Cast a ray for each pixel; see :func:`cast`."""
         presses = [press] if isinstance(press, str) else list(press)
-        seen = self._native.cast(presses, samples, membrane_mm, print_sigma_mm, allow_no_contact)
+        lengths = (
+            _arrays.length_mm(membrane_mm, "membrane_mm"),
+            _arrays.length_mm(print_sigma_mm, "print_sigma_mm"),
+        )
+        seen = self._native.cast(presses, samples, *lengths, allow_no_contact)
         return Truth(**seen)
 
 
@@ -197,8 +207,8 @@ def cast(
     camera: Camera | str | PathLike[str] | None = None,
     pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
     samples: int = 1,
-    membrane_mm: float = 0.0,
-    print_sigma_mm: float = 0.05,
+    membrane_mm: float | str = 0.0,
+    print_sigma_mm: float | str = 0.05,
     allow_no_contact: bool = False,
 ) -> Truth:
     """Cast a ray for each pixel: exact depth, normals, labels, and how sure they are.

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from fabkit import _fabkit
+from fabkit import _arrays, _fabkit
 from fabkit._named import Named
 from fabkit._progress import shown
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport
-from fabkit.errors import invalid
+from fabkit.errors import invalid, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,6 +26,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit._progress import Progress
+
+__all__ = [
+    "Design",
+    "Fixture",
+    "Parameter",
+    "Section",
+    "Sensor",
+    "Step",
+    "check",
+    "export",
+    "load",
+    "sensors",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 def sensors() -> list[str]:
@@ -53,7 +70,7 @@ def load(
         A name of :func:`sensors`, or a path that ends in ``.yaml``.
     overrides
         Parameters by path, ``{"coat.thickness": "0.1 mm"}``. Lengths and angles are text with a
-        unit.
+        unit, or a :class:`Parameter` of another sensor.
     preset
         A built-in variant: ``load("rtac0", preset="published-2025")``.
     values
@@ -66,23 +83,28 @@ def load(
 
     >>> import fabkit
     >>> sensor = fabkit.load("rtac0", coat__thickness="0.1 mm")
-    >>> sensor.parameters["coat.thickness"].value
-    '0.1 mm'
+    >>> sensor.parameters["coat.thickness"].value, sensor.coat.thickness
+    (0.1, 0.1)
     >>> try:
     ...     fabkit.load("rtac0", coat__thicknes="0.1 mm")
     ... except fabkit.FabkitError as error:
     ...     print(error.hint)
     did you mean `coat.thickness`?
     """
+    given = _overrides(overrides, values)
+    listed = [f"{path}={_yaml(path, value)}" for path, value in given.items()]
+    return _loaded(os.fspath(sensor), preset, listed)
+
+
+def _overrides(
+    overrides: Mapping[str, object] | None, values: dict[str, object]
+) -> dict[str, object]:
+    """Values by path, however they are given."""
     named = {name.replace("__", "."): value for name, value in values.items()}
     both = sorted(named.keys() & (overrides or {}).keys())
     if both:
         raise invalid(f"{both[0]} is given twice: in overrides and by keyword")
-    listed = [
-        f"{path}={_yaml(path, value)}" for path, value in {**(overrides or {}), **named}.items()
-    ]
-    name = os.fspath(sensor)
-    return _loaded(name, preset, listed)
+    return {**(overrides or {}), **named}
 
 
 def _loaded(name: str, preset: str | None, listed: list[str]) -> Sensor:
@@ -91,6 +113,8 @@ def _loaded(name: str, preset: str | None, listed: list[str]) -> Sensor:
 
 def _yaml(path: str, value: object) -> str:
     """Write a value as on the command line."""
+    if isinstance(value, Parameter):
+        return value.written
     if isinstance(value, np.generic):
         value = cast("object", value.item())
     if isinstance(value, bool):
@@ -107,14 +131,26 @@ def _yaml(path: str, value: object) -> str:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number or a choice that shapes a design, and where it comes from."""
+    """A number or a choice that shapes a design, and where it comes from.
+
+    >>> import fabkit
+    >>> radius = fabkit.load("rtac0").parameters["surface.radius"]
+    >>> radius.value, radius.unit, str(radius), radius.limit["max"]
+    (15.0, 'mm', '15 mm', 60.0)
+    """
 
     path: str
     """For example ``surface.radius``."""
-    value: str
-    """With its unit."""
+    value: Any
+    """A number in ``unit``, ``True`` or ``False``, text, or a list of these."""
+    unit: str | None
+    """``mm``, ``deg``, or ``None`` where there is none."""
+    written: str
+    """The value with its unit, as it would be written in a file."""
+    limit: dict[str, Any] | None
+    """What is allowed: ``min`` and ``max`` in ``unit``, or ``choices``; of a list, of each item."""
     limits: str
-    """What is allowed."""
+    """The same for people."""
     summary: str
     """What it is."""
     source: str
@@ -123,6 +159,74 @@ class Parameter:
     """More about the source."""
     expression: str | None = None
     """What the value follows from: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
+
+    def __str__(self) -> str:
+        return self.written
+
+
+class Section:
+    """Values of parameters by attribute: numbers in the unit that ``parameters`` gives.
+
+    >>> import fabkit
+    >>> sensor = fabkit.load("rtac0")
+    >>> sensor.surface.radius, sensor.values.camera.field_of_view
+    (15.0, 160.0)
+    """
+
+    def __init__(self, parameters: Mapping[str, Parameter], path: str = "") -> None:
+        self._parameters = parameters
+        self._path = path
+
+    def _keys(self) -> list[str]:
+        keys = (p[len(self._path) :].split(".")[0] for p in self._parameters if self._has(p))
+        return list(dict.fromkeys(keys))
+
+    def _has(self, path: str) -> bool:
+        return path.startswith(self._path)
+
+    def __getattr__(self, name: str) -> Any:
+        # Also asked for by copies that are not made yet.
+        if name.startswith("_"):
+            raise AttributeError(name)
+        path = self._path + name
+        if path in self._parameters:
+            return self._parameters[path].value
+        if name in self._keys():
+            return Section(self._parameters, f"{path}.")
+        raise AttributeError(unknown("parameter", path, list(self._parameters)).args[0])
+
+    def __dir__(self) -> list[str]:
+        return self._keys()
+
+    def __repr__(self) -> str:
+        shown = (
+            f"{p[len(self._path) :]}: {v}" for p, v in self._parameters.items() if self._has(p)
+        )
+        return f"<{', '.join(shown)}>"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of building a design."""
+
+    name: str
+    """Unique within the design."""
+    instruction: str
+    """What to do."""
+    action: str
+    """``make``, ``prepare``, ``assemble``, ``bond``, ``spray``, ``pour`` or ``demold``."""
+    assembly: str | None
+    """Where it happens, for example ``translucent-mold``."""
+    bodies: list[str]
+    """The bodies it is about."""
+    batch: dict[str, Any] | None
+    """What to mix: ``layer``, ``volume_mm3``, ``components`` with ``name`` and ``mass_g``."""
+    cure: dict[str, float] | None
+    """How it hardens: ``hours``, ``celsius``."""
+    remove: list[str]
+    """The tools that come off."""
+    source: str
+    """Where that is described."""
 
 
 class Design:
@@ -146,6 +250,17 @@ class Design:
         parameters = {entry["path"]: Parameter(**entry) for entry in about["parameters"]}
         self.parameters = Named("parameter", list(parameters), parameters.__getitem__)
         """Everything that shapes it, by path."""
+        self.values = Section(self.parameters)
+        """Their values by attribute: ``design.values.surface.radius``."""
+
+    def __getattr__(self, name: str) -> Any:
+        # Sections of parameters, where nothing else has the name.
+        if name.startswith("_") or name == "values":
+            raise AttributeError(f"{type(self).__name__} has no attribute {name}")
+        return getattr(self.values, name)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *dir(self.values)})
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}: {self.title}>"
@@ -186,7 +301,23 @@ class Design:
     @property
     def derived(self) -> dict[str, str]:
         """What follows from the parameters, with units."""
-        return {entry["name"]: entry["value"] for entry in self._about["derived"]}
+        return {entry["name"]: entry["written"] for entry in self._about["derived"]}
+
+    @property
+    def chain(self) -> list[Step]:
+        """How it is built, step by step: what ``fabkit show --chain`` prints.
+
+        >>> import fabkit
+        >>> pours = [step for step in fabkit.load("rtac0").chain if step.action == "pour"]
+        >>> pours[0].batch["layer"], pours[0].batch["components"][0]["name"]
+        ('transparent-gel', 'Part A')
+        """
+        return [Step(**step) for step in json.loads(self._native.chain())["steps"]]
+
+    @property
+    def bought(self) -> list[Body]:
+        """What is bought for it, with ``quantity`` and, in ``summary``, what to order."""
+        return list(self.components.values())
 
     @property
     def files(self) -> dict[str, bytes]:
@@ -227,13 +358,13 @@ class Design:
         *,
         parts: Sequence[str] = (),
         formats: Sequence[str] = ("stl", "3mf", "dxf"),
-        tolerance_mm: float = 0.01,
+        tolerance_mm: float | str = 0.01,
         nominal: bool = False,
         process: str | PathLike[str] | None = None,
         process_for_any_material: bool = False,
-        bed_mm: tuple[float, float] | None = None,
-        stock_mm: tuple[float, float] | None = None,
-        kerf_mm: float | None = None,
+        bed_mm: tuple[float | str, float | str] | None = None,
+        stock_mm: tuple[float | str, float | str] | None = None,
+        kerf_mm: float | str | None = None,
         clean: bool = False,
         force: bool = False,
         progress: Progress = None,
@@ -249,7 +380,8 @@ class Design:
         formats
             Of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``.
         tolerance_mm
-            Largest distance between triangles and the exact surface, mm.
+            Largest distance between triangles and the exact surface; as all lengths, a number of
+            mm, or text with a unit, ``"10 um"``.
         nominal
             Leave out what makes up for shrinkage, kerf and printer.
         process
@@ -285,13 +417,13 @@ class Design:
             exported = self._native.exported(
                 list(parts),
                 list(formats),
-                tolerance_mm,
+                _arrays.length_mm(tolerance_mm, "tolerance_mm"),
                 nominal,
                 None if process is None else os.fspath(process),
                 process_for_any_material,
-                bed_mm,
-                stock_mm,
-                kerf_mm,
+                _arrays.sides_mm(bed_mm, "bed_mm"),
+                _arrays.sides_mm(stock_mm, "stock_mm"),
+                None if kerf_mm is None else _arrays.length_mm(kerf_mm, "kerf_mm"),
                 tell,
             )
         return json.loads(exported.write(os.fspath(folder), clean, force))
@@ -384,6 +516,44 @@ class Sensor(Design):
         such as ``hemisphere@30deg,120deg,1.2mm``.
         """
         return self._project.presses()
+
+    def replace(self, overrides: Mapping[str, object] | None = None, **values: object) -> Sensor:
+        """Make the same sensor with other values; everything else stays as it was given.
+
+        Parameters
+        ----------
+        overrides, values
+            As for :func:`load`. A number in place of a length or an angle is in the unit of the
+            parameter.
+
+        Raises
+        ------
+        FabkitError
+            As for :func:`load`.
+
+        >>> import fabkit
+        >>> sensor = fabkit.load("rtac0", coat__thickness="0.1 mm")
+        >>> larger = sensor.replace({"surface.radius": 1.1 * sensor.surface.radius})
+        >>> larger.surface.radius, larger.coat.thickness
+        (16.5, 0.1)
+        """
+        if self._changes is None:
+            hint = "load the sensor with the values of the variant"
+            raise invalid("a variant of a sweep cannot be changed", hint)
+        preset, before = self._changes
+        changes = _overrides(overrides, values)
+        given = {path: self._with_unit(path, value) for path, value in changes.items()}
+        kept = [one for one in before if one.partition("=")[0] not in given]
+        return _loaded(
+            self.source, preset, [*kept, *(f"{p}={_yaml(p, v)}" for p, v in given.items())]
+        )
+
+    def _with_unit(self, path: str, value: object) -> object:
+        parameter = self.parameters.get(path)
+        is_number = isinstance(value, int | float | np.integer | np.floating)
+        is_number = is_number and not isinstance(value, bool)
+        unit = parameter.unit if parameter else None
+        return f"{_yaml(path, value)} {unit}" if is_number and unit else value
 
     def check(self) -> CheckReport:
         """Check that it can be built: overlaps, molds, trapped air, demolding."""

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any
 
 from fabkit import _fabkit
+
+__all__ = ["FabkitError", "InvalidInputError", "Problem", "UnknownNameError"]
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 @dataclass(frozen=True)
@@ -26,6 +33,12 @@ class Problem:
     """The parameter, for example ``surface.radius``."""
     value: str | None = None
     """As written."""
+    code: str = "bad_input"
+    """A short name of the kind of problem, which stays, for example ``out_of_range``."""
+    limit: dict[str, Any] | None = None
+    """What is allowed: ``min``, ``max`` and their ``unit``, or ``choices``."""
+    suggestion: dict[str, Any] | None = None
+    """What to write instead: ``path`` and ``value``."""
 
 
 class FabkitError(Exception):
@@ -52,7 +65,7 @@ class FabkitError(Exception):
     ) -> None:
         super().__init__(text)
         self.code = code
-        """``bad-input``, ``limit``, ``io`` or ``bug``."""
+        """``bad-input``, ``limit``, ``io`` or ``bug``; each problem has a ``code`` of its own."""
         self.exit_code = exit_code
         """What the command leaves with: 2, 3, 4 or 70."""
         self.problems = problems or (Problem(text),)
@@ -125,8 +138,15 @@ def _with(message: str, hint: str | None) -> str:
 _EXIT_CODES = {"bad-input": 2, "limit": 3, "io": 4, "bug": 70, "interrupted": 130}
 
 
-def _of(text: str, code: str, problems: list[dict[str, Any]]) -> FabkitError:  # pyright: ignore[reportUnusedFunction]
-    """Make an error of what the native half says."""
+def _of(text: str, code: str, problems: str) -> FabkitError:  # pyright: ignore[reportUnusedFunction]
+    """Make an error of what the native half says: problems as ``--json`` lists them."""
     kind = InvalidInputError if code == "bad-input" else FabkitError
-    listed = tuple(Problem(**problem) for problem in problems)
+    told: list[dict[str, Any]] = json.loads(problems)
+    listed = tuple(
+        Problem(
+            value=problem["written"],
+            **{name: problem[name] for name in Problem.__dataclass_fields__ if name != "value"},
+        )
+        for problem in told
+    )
     return kind(text, code=code, exit_code=_EXIT_CODES[code], problems=listed)

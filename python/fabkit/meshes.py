@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+__all__ = ["Mesh"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 class Mesh:
     """A closed, oriented triangle mesh, mm, in the frame of the solid that it was made from.

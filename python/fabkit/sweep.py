@@ -43,6 +43,13 @@ if TYPE_CHECKING:
 
     from fabkit._progress import Progress
 
+__all__ = ["Axis", "Explorer", "MetricError", "Plan", "Row", "Sweep", "load", "run"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 Metric: TypeAlias = Callable[[Sensor], float]
 """What a variant is worth: a function of the sensor."""
 

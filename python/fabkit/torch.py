@@ -10,6 +10,13 @@ from fabkit import dataset
 if TYPE_CHECKING:
     from os import PathLike
 
+__all__ = ["TactileTruth"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _torch: Any = importlib.import_module("torch")
 _Dataset: Any = importlib.import_module("torch.utils.data").Dataset
 

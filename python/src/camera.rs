@@ -70,7 +70,7 @@ impl Camera {
             return Err(exception(py, unknown));
         };
         let text = short(py, || files::write(&self.estimate, *format))?;
-        let hint = Some("`fabkit` keeps everything");
+        let hint = Some("`fabkit` keeps everything".into());
         text.map_err(|error| Failure::Call { message: error.to_string(), hint }).or_raise(py)
     }
 

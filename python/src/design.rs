@@ -141,6 +141,11 @@ impl Design {
         short(py, || documents::show(&self.design).to_string())
     }
 
+    /// A `fabkit-chain` document.
+    fn chain(&self, py: Python<'_>) -> PyResult<String> {
+        short(py, || documents::chain(&self.design).to_string())
+    }
+
     /// Files that come with the design: name and content.
     fn companions<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
         let files = self.design.companions.iter();

@@ -1,8 +1,12 @@
 //! Failures as exceptions of `fabkit.errors`.
 
+use std::borrow::Cow;
+
 use fabkit_application::bodies::UnknownName;
+use fabkit_application::coded::{self, About};
 use fabkit_application::diagnostics::{self, Diagnosed};
-use fabkit_application::text::{OVERRIDES, Problem};
+use fabkit_application::geometry::Length;
+use fabkit_application::text::{Json, OVERRIDES, Problem, Scalar, shown};
 use fabkit_application::{Error, ErrorKind, Explained};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -19,7 +23,7 @@ pub enum Failure {
         /// What is wrong.
         message: String,
         /// What to do about it.
-        hint: Option<&'static str>,
+        hint: Option<Cow<'static, str>>,
     },
 }
 
@@ -47,10 +51,17 @@ impl Failure {
         }
     }
 
+    fn about(&self) -> About {
+        match self {
+            Self::Application(error) => coded::about(error),
+            Self::Call { .. } => coded::of_kind(self.kind()),
+        }
+    }
+
     fn message_and_hint(&self) -> (String, Option<String>) {
         match self {
             Self::Application(error) => (error.to_string(), hints::hint(error)),
-            Self::Call { message, hint } => (message.clone(), hint.map(str::to_owned)),
+            Self::Call { message, hint } => (message.clone(), hint.as_deref().map(str::to_owned)),
         }
     }
 }
@@ -69,12 +80,10 @@ pub fn exception(py: Python<'_>, failure: impl Into<Failure>) -> PyErr {
 
 fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
     let (text, problems) = match failure {
-        Failure::Application(Error::Invalid(found)) => invalid(py, found)?,
+        Failure::Application(Error::Invalid(found)) => invalid(found),
         other => {
             let (message, hint) = other.message_and_hint();
-            let problem = PyDict::new(py);
-            problem.set_item("message", &message)?;
-            problem.set_item("hint", &hint)?;
+            let problem = other.about().to_json(&message, hint.as_deref());
             let help = hint.map(|hint| format!("\n  = help: {hint}")).unwrap_or_default();
             (message + &help, vec![problem])
         }
@@ -82,30 +91,17 @@ fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
     let arguments = PyDict::new(py);
     arguments.set_item("text", text)?;
     arguments.set_item("code", failure.kind().word())?;
-    arguments.set_item("problems", problems)?;
+    arguments.set_item("problems", Json::from(problems).to_string())?;
     let exception = py.import("fabkit.errors")?.getattr("_of")?.call((), Some(&arguments))?;
     Ok(PyErr::from_value(exception))
 }
 
-type TextAndProblems<'py> = (String, Vec<Bound<'py, PyDict>>);
-
-fn invalid<'py>(py: Python<'py>, found: &Diagnosed) -> PyResult<TextAndProblems<'py>> {
+fn invalid(found: &Diagnosed) -> (String, Vec<Json>) {
     let problems: Vec<Problem> = found.invalid.problems.iter().map(of_overrides).collect();
     let listed = diagnostics::list(&problems, &found.texts);
-    let dictionary = |problem: Problem| {
-        let about = PyDict::new(py);
-        about.set_item("file", problem.file)?;
-        about.set_item("line", problem.line)?;
-        about.set_item("column", problem.column)?;
-        about.set_item("path", problem.path)?;
-        about.set_item("value", problem.value)?;
-        about.set_item("message", problem.message)?;
-        about.set_item("hint", problem.hint)?;
-        Ok(about)
-    };
-    let problems = problems.into_iter().map(dictionary).collect::<PyResult<_>>()?;
+    let problems = problems.iter().map(coded::problem_json).collect();
     let text = listed.strip_prefix("error: ").unwrap_or(&listed).trim_end_matches('\n').to_owned();
-    Ok((text, problems))
+    (text, problems)
 }
 
 /// What the command calls by its option, Python's users pass by keyword.
@@ -117,6 +113,15 @@ fn of_overrides(problem: &Problem) -> Problem {
         hint: problem.hint.as_deref().map(called),
         ..problem.clone()
     }
+}
+
+/// A length with its unit, mm; nothing is known of its limits here.
+#[pyfunction]
+pub fn length_mm(py: Python<'_>, text: &str, name: &str) -> PyResult<f64> {
+    <Length as Scalar>::parse(text).map(Length::mm).map_err(|refusal| {
+        let message = format!("{name} is `{}`, which {}", shown(text), refusal.says);
+        exception(py, Failure::Call { message, hint: refusal.hint.map(Cow::Owned) })
+    })
 }
 
 /// [`exception`] for results.

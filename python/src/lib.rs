@@ -34,7 +34,7 @@ mod _fabkit {
     #[pymodule_export]
     use crate::design::{Design, Project, load, sensors};
     #[pymodule_export]
-    use crate::errors::hint;
+    use crate::errors::{hint, length_mm};
     #[pymodule_export]
     use crate::export::{Exported, write_files};
     #[pymodule_export]

@@ -39,6 +39,39 @@ def test_stitched_and_written_samples_are_equal(folders):
             np.testing.assert_array_equal(a[name], b[name])
 
 
+def test_samples_are_chosen_like_items_of_a_list(folders):
+    data = fabkit.dataset.open(folders / "stitched")
+    numbers = list(range(len(data)))
+    assert len(numbers) == 9
+    for part in (
+        slice(2, 5),
+        slice(None, None, 2),
+        slice(None, None, -1),
+        slice(-3, None),
+        slice(9, 9),
+    ):
+        chosen = data[part]
+        np.testing.assert_array_equal(chosen.halves, data.halves[part])
+        assert [a["label"].sum() for a in chosen] == [data[i]["label"].sum() for i in numbers[part]]
+    odd = np.arange(len(data)) % 2 == 1
+    for some in ([3, -1], np.array([3, 8]), odd, []):
+        np.testing.assert_array_equal(
+            data[some].halves, data.halves[some if len(some) else slice(0)]
+        )
+    # A choice of a choice, its range too, and on its way to another process.
+    again = pickle.loads(pickle.dumps(data[::2][1:3]))
+    np.testing.assert_array_equal(again.halves, data.halves[[2, 4]])
+    np.testing.assert_array_equal(again.range_mm(-1), data.range_mm(4))
+    np.testing.assert_array_equal(data[np.int64(4)]["label"], data[4]["label"])
+    assert len(data) == 9, "the whole is as it was"
+    for wrong in (9, -10, [0, 9]):
+        with pytest.raises(IndexError, match="there are 9"):
+            data[wrong]
+    for wrong in (np.array([0.5]), np.array([True]), np.zeros((2, 2), dtype=int)):
+        with pytest.raises(fabkit.InvalidInputError, match="9 booleans"):
+            data[wrong]
+
+
 def test_halves_are_what_the_camera_sees(folders, rtac0):
     data = fabkit.dataset.open(folders / "written")
     left, right = np.unravel_index(5, (3, 3))

@@ -107,3 +107,6 @@ def test_documents(command, rtac0):
     shown = command("show", "rtac0", "--json")
     assert rtac0.design_hash == shown["design_hash"]
     assert [p.value for p in rtac0.parameters.values()] == [p["value"] for p in shown["parameters"]]
+    assert [vars(step) for step in rtac0.chain] == command("show", "rtac0", "--chain", "--json")[
+        "steps"
+    ]

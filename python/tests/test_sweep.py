@@ -92,7 +92,7 @@ def test_a_bad_metric_is_named_and_finished_rows_are_kept(
 
     def from_the_second(sensor: fabkit.Sensor) -> float:
         depth = sensor.parameters["camera.depth"].value
-        return 6.0 if depth == "6 mm" else metric(sensor)
+        return 6.0 if depth == 6.0 else metric(sensor)
 
     with pytest.raises(fabkit.sweep.MetricError, match=f"`mine` of variant 1 {says}") as caught:
         fabkit.sweep.run(plan, tmp_path / "out", metrics={"mine": from_the_second})

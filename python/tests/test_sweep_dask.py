@@ -65,11 +65,11 @@ def test_a_killed_worker_loses_nothing(client, tmp_path: Path) -> None:
 
 def test_functions_travel_and_their_errors_come_back(client, tmp_path: Path) -> None:
     few = {"sensor": "rtac0", "axes": {"camera.depth": ["6 mm", "6.5 mm"]}, "metrics": ["coverage"]}
-    metrics = {"twice": lambda sensor: 2 * float(sensor.parameters["camera.depth"].value[:-3])}
+    metrics = {"twice": lambda sensor: 2 * sensor.parameters["camera.depth"].value}
     sweep = fabkit.sweep.run(few, tmp_path / "out", executor=client, metrics=metrics)
     assert [row["twice"] for row in sweep.rows()] == ["12", "13"]
     # The text of 6.5 mm is no whole number.
-    bad = {"bad": lambda sensor: int(sensor.parameters["camera.depth"].value[:-3])}
+    bad = {"bad": lambda sensor: int(sensor.parameters["camera.depth"].written[:-3])}
     with pytest.raises(fabkit.sweep.MetricError, match="`bad` of variant 1 raised ValueError"):
         fabkit.sweep.run(few, tmp_path / "bad", executor=client, metrics=bad)
 

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use crate::contract::faults;
+
 /// How one run ended.
 #[derive(Clone, Debug)]
 pub struct Run {
@@ -27,12 +29,16 @@ impl From<Output> for Run {
 }
 
 impl Run {
-    /// The one JSON document on standard output.
+    /// The one JSON document on standard output, which is as its schema says.
     ///
     /// # Panics
-    /// If there is none.
+    /// If there is none, or another one.
     pub fn json(&self) -> serde_json::Value {
-        serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"))
+        let document: serde_json::Value =
+            serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"));
+        let faults = if document.get("$schema").is_some() { vec![] } else { faults(&document) };
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+        document
     }
 
     /// The run itself, if it succeeded.

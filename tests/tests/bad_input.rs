@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use fabkit_tests::{Run, fabkit};
+use serde_json::{Value, json};
 
 const HEADER: &str = "format: 1\nextends: rtac0\nname: mine\n";
 
@@ -102,7 +103,7 @@ fn what_the_user_changed_is_named_where_it_reaches_a_limit_through_an_expression
         let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         let all = json["parameters"].as_array().unwrap().clone();
         let tube = all.into_iter().find(|one| one["path"] == "tube.outer_diameter").unwrap();
-        (tube["value"].clone(), tube["expression"].clone())
+        (tube["written"].clone(), tube["expression"].clone())
     };
     let formula = "= 2 * (surface.radius - translucent_gel.thickness) - 3 mm";
     assert_eq!(shown("surface.radius=16mm"), ("26 mm".into(), formula.into()));
@@ -205,14 +206,23 @@ fn scripts_get_all_problems_as_one_document() {
     let run = fabkit(root.path(), &["export", "mine.yaml", "--json"]);
     assert_eq!((run.code, run.stderr.as_str()), (Some(2), ""));
     let document = run.json();
-    assert_eq!((&document["format"], &document["version"]), (&"fabkit-error".into(), &1.into()));
+    assert_eq!((&document["format"], &document["version"]), (&"fabkit-error".into(), &2.into()));
     assert_eq!((&document["exit_code"], &document["kind"]), (&2.into(), &"bad-input".into()));
     let problems = document["problems"].as_array().unwrap();
     let lines: Vec<_> = problems.iter().map(|p| p["line"].as_u64()).collect();
     assert_eq!(lines, [Some(5), Some(6)]);
     assert_eq!(problems[1]["path"], "surface.wall_height");
-    assert_eq!(problems[1]["value"], "6");
-    assert_eq!(problems[1]["hint"], "write `6 mm`");
+    assert_eq!((&problems[1]["value"], &problems[1]["unit"]), (&6.0.into(), &Value::Null));
+    assert_eq!(
+        (&problems[1]["written"], &problems[1]["code"]),
+        (&"6".into(), &"missing_unit".into())
+    );
+    assert_eq!(problems[1]["limit"]["max"], 60.0);
+    assert_eq!(
+        problems[1]["suggestion"],
+        json!({ "path": "surface.wall_height", "value": "6 mm" })
+    );
+    assert_eq!(problems[0]["suggestion"], json!({ "path": "surface.radius", "value": "15 mm" }));
 }
 
 #[test]

@@ -52,6 +52,8 @@ fn show_says_how_to_make_each_part() {
     let bodies = document["bodies"].as_array().unwrap();
     let notes: Vec<&str> = bodies.iter().flat_map(|body| strings(&body["notes"])).collect();
     assert!(notes.iter().any(|note| note.contains("no supports")), "{notes:?}");
+    // On several lines, where they are long.
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(notes.iter().all(|note| text.contains(note)), "{text}");
 }
 
@@ -109,7 +111,7 @@ fn a_file_of_ones_own_and_an_override_change_the_design() {
     let coat = |shown: &Value| {
         let parameters = shown["parameters"].as_array().unwrap();
         let coat = parameters.iter().find(|p| p["path"] == "coat.thickness").unwrap();
-        (coat["value"].as_str().unwrap().to_owned(), coat["source"].as_str().unwrap().to_owned())
+        (coat["written"].as_str().unwrap().to_owned(), coat["source"].as_str().unwrap().to_owned())
     };
     let pair = |value: &str, source: &str| (value.to_owned(), source.to_owned());
     let (built_in, mine) = (show(&["rtac0"]), show(&["mine.yaml"]));

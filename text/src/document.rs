@@ -108,6 +108,23 @@ impl Document {
         }
     }
 
+    /// What a program may take an unknown path for: a slip in its last word, or in its sections.
+    pub(crate) fn mistyped(&self, path: &str) -> Option<String> {
+        let paths = self.paths();
+        let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
+        let split = |path: &str| {
+            let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
+            (section.to_owned(), word.to_owned())
+        };
+        let all: Vec<(String, String)> = paths.iter().map(|path| split(path)).collect();
+        let words = all.iter().filter(|(other, _)| other == section).map(|(_, word)| &**word);
+        if let Some(meant) = similar(word, words).first() {
+            return Some(join(section, meant));
+        }
+        let sections = all.iter().filter(|(_, other)| other == word).map(|(section, _)| &**section);
+        similar(section, sections).first().map(|meant| join(meant, word))
+    }
+
     pub(crate) fn section(&self, path: &str) -> Option<&Place> {
         self.sections.get(path)
     }
@@ -168,7 +185,8 @@ impl Document {
             let path = join(section, &key);
             let key_place = place.at(key_position);
             let Some(field) = fields.iter().find(|f| f.name == key) else {
-                self.unknown_key(all, fields, section, &key, &key_place);
+                let text = value.text().unwrap_or_default();
+                self.unknown_key(all, fields, section, (&key, text), &key_place);
                 continue;
             };
             match (&field.shape, value.content) {
@@ -180,7 +198,8 @@ impl Document {
                             "write a value after the colon, or remove the line if the file extends {base}"
                         ),
                     };
-                    self.break_at(&path, key_place.problem(&path, "", message).hint(hint));
+                    let found = key_place.problem(&path, "", message).hint(hint);
+                    self.break_at(&path, found.code("no_value"));
                 }
                 (Shape::Section(inner), Content::Map(entries)) => {
                     self.sections.insert(path.clone(), key_place);
@@ -190,7 +209,8 @@ impl Document {
                     let keys = names(inner);
                     let message = format!("{path} is a section, not a value");
                     let found = place.at(value.position).problem(&path, "", message);
-                    self.break_at(&path, found.hint(format!("its keys are {keys}")));
+                    let hint = format!("its keys are {keys}");
+                    self.break_at(&path, found.hint(hint).code("wrong_shape"));
                 }
                 (Shape::Value { is_list, .. }, Content::Map(entries)) => {
                     match self.read_map(&path, *is_list, entries, &key_place, place) {
@@ -219,7 +239,7 @@ impl Document {
         all: &[Field],
         fields: &[Field],
         section: &str,
-        key: &str,
+        (key, value): (&str, &str),
         place: &Place,
     ) {
         let message = match section {
@@ -227,6 +247,7 @@ impl Document {
             _ => format!("`{}` is not a key of {section}", shown(key)),
         };
         let near = similar(key, fields.iter().map(|f| f.name));
+        let mut other = near.first().map(|meant| join(section, meant));
         let hint = if let Some(meant) = near.first() {
             // Mistyped rather than missing: one slip, one problem.
             self.broken.insert(join(section, meant));
@@ -238,13 +259,19 @@ impl Document {
             let is_meant = |path: &&str| path.rsplit('.').next() == Some(key);
             let elsewhere: Vec<&str> =
                 paths.iter().map(String::as_str).filter(is_meant).take(3).collect();
+            other = elsewhere.first().map(|path| (*path).to_owned());
             match elsewhere.is_empty() {
                 true => format!("the keys are {}", names(fields)),
                 false => did_you_mean(&elsewhere),
             }
         };
         let path = join(section, &shown(key));
-        self.found.push(place.problem(&path, &shown(key), message).hint(hint));
+        let found = place.problem(&path, &shown(key), message).hint(hint);
+        let found = found.code("unknown_parameter");
+        self.found.push(match other {
+            Some(other) if !value.is_empty() => found.suggest(&other, &shown(value)),
+            _ => found,
+        });
     }
 
     fn break_at(&mut self, path: &str, found: Found) {
@@ -290,6 +317,7 @@ impl Document {
                             let hint = crate::suggestion(&word, words, "write one of");
                             let path = join(path, "source");
                             let found = at.problem(&path, &shown(&word), message).hint(hint);
+                            let found = found.code("unknown_choice");
                             self.found.push(found);
                         }
                     }
@@ -305,7 +333,8 @@ impl Document {
                 ("source" | "note", _) => {
                     let message = format!("the {key} of {path} is not a text");
                     let found = at.problem(&join(path, &key), "", message);
-                    self.found.push(found.hint("write it as one line of text"));
+                    let found = found.hint("write it as one line of text");
+                    self.found.push(found.code("wrong_shape"));
                 }
                 _ => {
                     let known = crate::suggestion(&key, KEYS, "a value may have");
@@ -313,14 +342,15 @@ impl Document {
                         format!("`{}` is not known; {path} is a single value", shown(&key));
                     let path = join(path, &shown(&key));
                     let found = place.at(key_position).problem(&path, &shown(&key), message);
-                    self.found.push(found.hint(known));
+                    self.found.push(found.hint(known).code("unknown_parameter"));
                 }
             }
         }
         if !has_value {
             let message = format!("{path} has no `value`");
             let found = key_place.problem(path, "", message);
-            self.found.push(found.hint("write `{value: ..., source: ..., note: ...}`"));
+            let hint = "write `{value: ..., source: ..., note: ...}`";
+            self.found.push(found.hint(hint).code("no_value"));
         }
         let (text, place) = text?;
         Some(Written::new(place, text, source))
@@ -344,7 +374,8 @@ pub(crate) fn plain(
                     let path = format!("{path}[{i}]");
                     let message = format!("{path} is not a single value");
                     let found = place.at(item.position).problem(&path, "", message);
-                    Err(Box::new(found.hint("write the items as `[a, b, c]`")))
+                    let hint = "write the items as `[a, b, c]`";
+                    Err(Box::new(found.hint(hint).code("wrong_shape")))
                 }
             };
             let items: Result<Vec<_>, _> = items.into_iter().enumerate().map(item).collect();
@@ -353,13 +384,14 @@ pub(crate) fn plain(
         (true, content) => {
             let text = if let Content::Scalar(text) = content { shown(&text) } else { "".into() };
             let message = format!("{path} is a list, not a single value");
-            Err(Box::new(at.problem(path, &text, message).hint("write `[a, b, c]`")))
+            let found = at.problem(path, &text, message).hint("write `[a, b, c]`");
+            Err(Box::new(found.code("wrong_shape")))
         }
         (false, _) => {
             let message = format!("{path} is a single value, not a list or a section");
-            Err(Box::new(
-                at.problem(path, "", message).hint(format!("write `{path}` with one value")),
-            ))
+            let found = at.problem(path, "", message);
+            let hint = format!("write `{path}` with one value");
+            Err(Box::new(found.hint(hint).code("wrong_shape")))
         }
     }
 }

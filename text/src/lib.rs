@@ -19,6 +19,7 @@ use std::fmt;
 mod declare;
 mod document;
 mod expression;
+mod facts;
 mod json;
 mod overrides;
 mod parse;
@@ -34,6 +35,7 @@ mod value;
 pub use declare::{Field, Parameter, Section, Shape, join, summary};
 pub use document::Document;
 pub use expression::Formula;
+pub use facts::{Facts, Suggestion, number_and_unit};
 pub use json::{InvalidDocument, JsonFormat};
 pub use overrides::{OVERRIDES, apply_overrides};
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
@@ -108,6 +110,11 @@ pub struct Setting {
     pub summary: String,
     /// Allowed values, for people, for example `2 mm to 60 mm`.
     pub limits: String,
+    /// The smallest and the largest value that are allowed, of a list those of its items, as they
+    /// would be written; nothing where a value is no number.
+    pub bounds: Option<[String; 2]>,
+    /// The words that are allowed, where it is one of a few.
+    pub choices: Vec<String>,
     /// The expression that the value follows from, beginning with `= `, where there is one.
     pub expression: Option<String>,
     /// Whether no file and no override says it: the family does so by default.
@@ -131,6 +138,8 @@ pub struct Problem {
     pub message: String,
     /// What to do.
     pub hint: Option<String>,
+    /// The same for programs.
+    pub facts: Facts,
 }
 
 impl fmt::Display for Problem {

@@ -18,14 +18,16 @@ pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
         let Some((path, value)) = text.split_once('=') else {
             let message = format!("`{}` is not an override", shown(text));
             let found = place.problem("", &shown(text), message);
-            document.found.push(found.hint("write `--set path=value`, for example `name=wide`"));
+            let hint = "write `--set path=value`, for example `name=wide`";
+            document.found.push(found.hint(hint).code("bad_override"));
             continue;
         };
         let (path, value) = (path.trim(), value.trim());
         if let Some(first) = first.insert(path, value) {
             let (path, first, second) = (shown(path), shown(first), shown(value));
             let message = format!("{path} is set twice: to `{first}` and to `{second}`");
-            document.found.push(place.problem(&path, &second, message).hint("keep one of them"));
+            let found = place.problem(&path, &second, message).hint("keep one of them");
+            document.found.push(found.code("set_twice"));
             continue;
         }
         match written(document, path, value, &place) {
@@ -41,29 +43,37 @@ fn written(
     value: &str,
     place: &Place,
 ) -> Result<Written, Box<Found>> {
-    let problem = |message: String, hint: String| {
-        Box::new(place.problem(&shown(path), &shown(value), message).hint(hint))
+    let problem = |code, message: String, hint: String| {
+        Box::new(place.problem(&shown(path), &shown(value), message).hint(hint).code(code))
     };
     let is_list = match document.field(path).map(|field| &field.shape) {
         Some(Shape::Value { is_list, .. }) => *is_list,
         Some(Shape::Section(fields)) => {
             let keys: Vec<String> = fields.iter().map(|f| format!("{path}.{}", f.name)).collect();
             return Err(problem(
+                "wrong_shape",
                 format!("{path} is a section, not a value"),
                 format!("set one of {}", keys.join(", ")),
             ));
         }
         None => {
             let message = format!("`{}` is not a parameter", shown(path));
-            return Err(problem(message, suggest(document, path)));
+            let found = problem("unknown_parameter", message, suggest(document, path));
+            return Err(match document.mistyped(path) {
+                Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &shown(value))),
+                _ => found,
+            });
         }
     };
     if value.is_empty() {
-        return Err(problem(format!("{path} is set to nothing"), format!("write `{path}=VALUE`")));
+        let (message, hint) =
+            (format!("{path} is set to nothing"), format!("write `{path}=VALUE`"));
+        return Err(problem("no_value", message, hint));
     }
     let text = if is_list {
         let (node, _) = parse(value, place.dialect).map_err(|fault| {
-            problem(format!("{path} cannot be read: {}", fault.message), "write `[a, b]`".into())
+            let message = format!("{path} cannot be read: {}", fault.message);
+            problem("bad_yaml", message, "write `[a, b]`".into())
         })?;
         // Lines and columns within an override tell nobody anything.
         let without_position = |mut found: Box<Found>| {
@@ -92,8 +102,12 @@ impl WrittenText {
 }
 
 fn suggest(document: &Document, path: &str) -> String {
-    if matches!(path, "format" | "family" | "extends") {
+    if is_decided_by_the_file(path) {
         return "this is decided by the file, not by an override".into();
     }
     document.suggest(path)
+}
+
+fn is_decided_by_the_file(path: &str) -> bool {
+    matches!(path, "format" | "family" | "extends")
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::expression::Formula;
 use crate::tree::{Dialect, Fault, Position};
-use crate::{Problem, Source, shown};
+use crate::{Facts, Problem, Source, shown};
 
 /// Which text a value comes from; also the order in which problems are told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -71,6 +71,7 @@ impl Place {
                 value: value.to_owned(),
                 message,
                 hint: None,
+                facts: Facts::default(),
             },
         }
     }

@@ -9,7 +9,7 @@ use crate::document::Document;
 use crate::expression::resolve;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
-use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, TextLayer, join};
+use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, Suggestion, TextLayer, join};
 
 /// Reads parameters by path.
 #[derive(Debug)]
@@ -58,13 +58,17 @@ impl Reader {
         let WrittenText::Scalar(text) = &written.text else { return None };
         match look_up(text) {
             Ok((value, shown)) => {
-                self.setting(path, summary, shown, Kind::Text, allowed.to_owned(), &written);
+                let setting = plain_setting(path, summary, shown, Kind::Text, &written);
+                self.settings.push(Setting { limits: allowed.to_owned(), ..setting });
                 Some(value)
             }
-            Err(Refusal { says, hint }) => {
+            Err(Refusal { says, hint, code, instead }) => {
                 let message = format!("{path} is `{}`, {says}", crate::shown(text.trim()));
-                let mut found = written.place.problem(path, &crate::shown(text), message);
+                let mut found =
+                    written.place.problem(path, &crate::shown(text), message).code(code);
                 found.problem.hint = hint;
+                found.problem.facts.suggestion =
+                    instead.map(|value| Suggestion { path: path.into(), value });
                 self.found.push(found);
                 None
             }
@@ -82,7 +86,7 @@ impl Reader {
         let WrittenText::Scalar(text) = &written.text else { return None };
         match read::<T>(path, text, limits, &written.place) {
             Ok(value) => {
-                self.setting(path, summary, value.show(), T::KIND, T::allowed(limits), &written);
+                self.setting::<T>(path, summary, value.show(), T::KIND, limits, &written);
                 Some(value)
             }
             Err(found) => {
@@ -126,7 +130,7 @@ impl Reader {
                 count.end()
             );
             let shown = written.text.shown();
-            self.found.push(written.place.problem(path, &shown, message));
+            self.found.push(written.place.problem(path, &shown, message).code("wrong_count"));
             return None;
         }
         let mut values = Vec::new();
@@ -144,7 +148,10 @@ impl Reader {
         let allowed =
             format!("{} to {} items, each {}", count.start(), count.end(), T::allowed(each));
         let shown = format!("[{}]", shown.join(", "));
-        self.setting(path, summary, shown, Kind::List, allowed, &written);
+        self.setting::<T>(path, summary, shown, Kind::List, each, &written);
+        if let Some(setting) = self.settings.last_mut() {
+            setting.limits = allowed;
+        }
         Some(values)
     }
 
@@ -156,24 +163,20 @@ impl Reader {
         written
     }
 
-    fn setting(
+    fn setting<T: Scalar>(
         &mut self,
         path: &str,
         summary: &str,
         value: String,
         kind: Kind,
-        limits: String,
+        limits: &T::Limits,
         written: &Written,
     ) {
         self.settings.push(Setting {
-            path: path.to_owned(),
-            value,
-            kind,
-            source: written.source.clone(),
-            summary: summary.to_owned(),
-            limits,
-            is_default: written.place.layer == TextLayer::Default,
-            expression: written.formula.as_ref().map(|formula| formula.text.clone()),
+            limits: T::allowed(limits),
+            bounds: T::bounds(limits),
+            choices: choices::<T>(limits),
+            ..plain_setting(path, summary, value, kind, written)
         });
     }
 
@@ -242,7 +245,7 @@ impl Reader {
         let message = format!("{whole} lacks {}", either(&keys, "and"));
         let place = self.document.section(section).unwrap_or(&self.document.root);
         let path = if let [one] = paths { one } else { section };
-        let found = place.problem(path, "", message);
+        let found = place.problem(path, "", message).code("missing_parameter");
         let Some(example) = example else { return found };
         let lines: Vec<String> = paths
             .iter()
@@ -278,18 +281,59 @@ pub(crate) fn read<T: Scalar>(
     place: &Place,
 ) -> Result<T, Box<Found>> {
     let written = crate::shown(text.trim());
-    let (message, hint) = match T::parse(text) {
+    let (message, hint, code, instead) = match T::parse(text) {
         Ok(value) if value.is_within(limits) => return Ok(value),
-        Ok(value) => (
-            format!("{path} is {written}; it must be {}", T::must_be(limits)),
-            value.nearest(limits).map(|v| format!("the nearest allowed value is {}", v.show())),
-        ),
-        Err(Refusal { says, hint }) => {
+        Ok(value) => {
+            let message = format!("{path} is {written}; it must be {}", T::must_be(limits));
+            let nearest = value.nearest(limits).map(|value| value.show());
+            let hint = nearest.as_ref().map(|v| format!("the nearest allowed value is {v}"));
+            (message, hint, "out_of_range", nearest)
+        }
+        Err(Refusal { says, hint, code, instead }) => {
             let must_be = T::must_be(limits);
-            (format!("{path} is `{written}`, which {says}; it must be {must_be}"), hint)
+            let message = format!("{path} is `{written}`, which {says}; it must be {must_be}");
+            // What lacks its unit may be out of its limits too.
+            let works = |text: &String| T::parse(text).is_ok_and(|value| value.is_within(limits));
+            (message, hint, code, instead.filter(works))
         }
     };
-    let mut found = place.problem(path, &crate::shown(text), message);
+    let mut found = place.problem(path, &crate::shown(text), message).code(code);
     found.problem.hint = hint;
+    let facts = &mut found.problem.facts;
+    [facts.at_least, facts.at_most] = match T::bounds(limits) {
+        Some(bounds) => bounds.map(Some),
+        None => [None, None],
+    };
+    facts.choices = choices::<T>(limits);
+    facts.suggestion = instead.map(|value| Suggestion { path: path.into(), value });
     Err(Box::new(found))
+}
+
+/// The words that are allowed, where it is one of a few.
+fn choices<T: Scalar>(limits: &T::Limits) -> Vec<String> {
+    let schema = T::schema(limits);
+    let words = schema["enum"].as_array().map(Vec::as_slice).unwrap_or_default();
+    words.iter().filter_map(|word| word.as_str().map(str::to_owned)).collect()
+}
+
+/// A parameter of which only its place and its value are known.
+fn plain_setting(
+    path: &str,
+    summary: &str,
+    value: String,
+    kind: Kind,
+    written: &Written,
+) -> Setting {
+    Setting {
+        path: path.to_owned(),
+        value,
+        kind,
+        source: written.source.clone(),
+        summary: summary.to_owned(),
+        limits: String::new(),
+        bounds: None,
+        choices: Vec::new(),
+        expression: written.formula.as_ref().map(|formula| formula.text.clone()),
+        is_default: written.place.layer == TextLayer::Default,
+    }
 }

@@ -18,7 +18,7 @@ pub fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<V
     };
     let format = place.dialect.format;
     let hint = format!("begin with `format: {format}`{}", place.dialect.begin);
-    found.push(at.problem("", "", message.into()).hint(hint));
+    found.push(at.problem("", "", message.into()).hint(hint).code("wrong_shape"));
     None
 }
 
@@ -32,10 +32,13 @@ pub fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Fou
         Some((word, at)) => {
             let word = shown(&word);
             let message = format!("format is `{word}`; this version of fabkit reads {format}");
-            found.push(at.problem("format", &word, message).hint(hint));
+            found.push(at.problem("format", &word, message).hint(hint).code("wrong_format"));
         }
         None if found.len() > before => {}
-        None => found.push(place.problem("format", "", "the format is missing".into()).hint(hint)),
+        None => {
+            let missing = place.problem("format", "", "the format is missing".into());
+            found.push(missing.hint(hint).code("wrong_format"));
+        }
     }
 }
 
@@ -53,7 +56,8 @@ pub fn take_word(
         _ => {
             let at = place.at(entry.key_position);
             let message = format!("{key} must be followed by one word");
-            found.push(at.problem(key, "", message).hint(format!("write `{key}: WORD`")));
+            let hint = format!("write `{key}: WORD`");
+            found.push(at.problem(key, "", message).hint(hint).code("wrong_shape"));
             None
         }
     }

@@ -9,7 +9,7 @@ use fabkit_geometry::{Angle, Length};
 use crate::document::changed_above;
 use crate::place::{Found, Written};
 use crate::suggest::either;
-use crate::{InvalidDesign, Parameter, SourceKind, shown};
+use crate::{Facts, InvalidDesign, Parameter, SourceKind, shown};
 
 /// Values that differ by less are the same: rounding in what a limit is computed from.
 const SAME: f64 = 1e-9;
@@ -186,7 +186,7 @@ impl Report {
         let written = self.written(path);
         if !holds {
             let found = written.place.problem(path, &written.text.shown(), message());
-            self.found.push(found.hint(hint()));
+            self.found.push(found.hint(hint()).code("rule_broken"));
         }
     }
 
@@ -361,8 +361,9 @@ impl Report {
             (None, _) => format!("change {change}"),
         };
         let hint = (limit.is_some() || !paths.is_empty()).then_some(hint);
+        let facts = Facts::of_limit(path, limit.as_deref());
         let problem = &mut self.found[*found].problem;
-        (problem.message, problem.hint) = (message, hint);
+        (problem.message, problem.hint, problem.facts) = (message, hint, facts);
     }
 
     /// `surface.radius is 15.0 mm in rtac0.yaml:9`.

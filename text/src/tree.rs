@@ -151,6 +151,7 @@ impl Fault {
             value: self.written,
             message: self.message,
             hint: self.hint,
+            facts: crate::Facts::of("bad_yaml"),
         }
     }
 

@@ -13,17 +13,29 @@ pub struct Refusal {
     pub says: String,
     /// What to write instead.
     pub hint: Option<String>,
+    /// A short name of the kind of refusal, for programs.
+    pub code: &'static str,
+    /// What may stand there instead, as it would be written, if that is within the limits.
+    pub instead: Option<String>,
 }
 
 impl Refusal {
-    fn new(says: impl Into<String>, hint: &str) -> Self {
-        Self { says: says.into(), hint: Some(hint.to_owned()) }
+    /// A value of the wrong form.
+    pub fn new(says: impl Into<String>, hint: &str) -> Self {
+        Self { says: says.into(), hint: Some(hint.to_owned()), code: "wrong_value", instead: None }
+    }
+
+    /// The same of another kind.
+    #[must_use]
+    pub fn code(self, code: &'static str) -> Self {
+        Self { code, ..self }
     }
 
     /// The word is none of those that were declared.
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
         let hint = crate::suggestion(written, words.iter().copied(), "write one of");
-        Self::new("is not one of the choices", &hint)
+        let instead = crate::similar(written, words.iter().copied()).first().map(|w| (*w).into());
+        Self { instead, ..Self::new("is not one of the choices", &hint).code("unknown_choice") }
     }
 }
 
@@ -77,6 +89,11 @@ pub trait Scalar: Sized + Clone {
     /// What is allowed, for a table: `4 mm to 60 mm`.
     fn allowed(limits: &Self::Limits) -> String;
 
+    /// The smallest and the largest value, as they would be written, where it is a number.
+    fn bounds(_limits: &Self::Limits) -> Option<[String; 2]> {
+        None
+    }
+
     /// What is allowed, to complete "it must be ...".
     fn must_be(limits: &Self::Limits) -> String {
         Self::allowed(limits)
@@ -97,18 +114,23 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
     match error {
         UnitError::MissingUnit { text, .. } => {
             let unit = units.split(", ").next().unwrap_or_default();
-            Refusal::new("has no unit", &format!("write `{} {unit}`", crate::shown(text.trim())))
+            let instead = format!("{} {unit}", crate::shown(text.trim()));
+            let refusal = Refusal::new("has no unit", &format!("write `{instead}`"));
+            Refusal { instead: Some(instead), ..refusal.code("missing_unit") }
         }
         UnitError::UnknownUnit { unit, quantity, .. } => Refusal::new(
             format!("is in `{}`, not in a unit of {quantity}", crate::shown(&unit)),
             &format!("write a number and one of {units}, for example `{example}`"),
-        ),
+        )
+        .code("wrong_unit"),
         UnitError::NotANumber { .. } => Refusal::new(
             "is not a number with a unit",
             &format!("write a number and one of {units}, for example `{example}`"),
-        ),
+        )
+        .code("not_a_number"),
         UnitError::NotFinite { .. } => {
             Refusal::new("is not finite", &format!("write a number, for example `{example}`"))
+                .code("not_finite")
         }
     }
 }
@@ -153,6 +175,10 @@ impl Scalar for Length {
         between(format!("{} mm", limits.start()), format!("{} mm", limits.end()))
     }
 
+    fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
+        Some([limits.start(), limits.end()].map(|end| format!("{end} mm")))
+    }
+
     fn schema(_: &Self::Limits) -> Json {
         json!({ "type": "string", "pattern": format!(r#"^{NUMBER} *(um|µm|μm|mm|cm|m|in|")$"#) })
     }
@@ -194,9 +220,17 @@ impl Scalar for Angle {
         between(format!("{} deg", limits.start()), format!("{} deg", limits.end()))
     }
 
+    fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
+        Some([limits.start(), limits.end()].map(|end| format!("{end} deg")))
+    }
+
     fn schema(_: &Self::Limits) -> Json {
         json!({ "type": "string", "pattern": format!(r"^{NUMBER} *(deg|°|rad)$") })
     }
+}
+
+fn not_finite() -> Refusal {
+    Refusal::new("is not finite", "write a number, for example `0.5`").code("not_finite")
 }
 
 fn nearest(value: f64, limits: &RangeInclusive<f64>) -> f64 {
@@ -218,7 +252,8 @@ impl Scalar for u32 {
             _ => Err(Refusal::new(
                 "is not a whole number without sign or unit",
                 "write digits only, for example `8`",
-            )),
+            )
+            .code("not_a_number")),
         }
     }
 
@@ -247,6 +282,10 @@ impl Scalar for u32 {
         between(limits.start(), limits.end())
     }
 
+    fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
+        Some([limits.start(), limits.end()].map(|end| end.to_string()))
+    }
+
     fn schema(limits: &Self::Limits) -> Json {
         json!({ "type": "integer", "minimum": limits.start(), "maximum": limits.end() })
     }
@@ -261,15 +300,16 @@ impl Scalar for f64 {
         let lower = text.trim().to_ascii_lowercase();
         let word = lower.trim_start_matches(['+', '-', '.']);
         if word.starts_with("nan") || word.starts_with("inf") {
-            return Err(Refusal::new("is not finite", "write a number, for example `0.5`"));
+            return Err(not_finite());
         }
         match lower.parse::<Self>() {
             Ok(number) if number.is_finite() => Ok(number),
-            Ok(_) => Err(Refusal::new("is not finite", "write a number, for example `0.5`")),
+            Ok(_) => Err(not_finite()),
             Err(_) => Err(Refusal::new(
                 "is not a plain number",
                 "write a number without unit, for example `0.5`",
-            )),
+            )
+            .code("not_a_number")),
         }
     }
 
@@ -295,6 +335,10 @@ impl Scalar for f64 {
 
     fn must_be(limits: &Self::Limits) -> String {
         between(limits.start(), limits.end())
+    }
+
+    fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
+        Some([limits.start(), limits.end()].map(|end| end.to_string()))
     }
 
     fn schema(limits: &Self::Limits) -> Json {

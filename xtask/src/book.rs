@@ -91,10 +91,7 @@ fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
     outputs.push(sweep::page(&output(Command::new(fabkit).args(["schema", "--sweep"]))?)?);
     outputs.push(command::page(fabkit)?);
     if let Some(python) = python {
-        let script = root().join("xtask/book/python_reference.py");
-        let text = output(Command::new(python).arg(script).arg(root().join("python/fabkit")))?;
-        let text = format!("# Python\n\n{GENERATED}\n\n{text}");
-        outputs.push(Output { path: PathBuf::from("reference/python.md"), text });
+        outputs.push(python_page(python)?);
     }
     for Output { path, text } in outputs {
         let place = root().join("docs").join(&path);
@@ -108,6 +105,33 @@ fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
         fs::write(&place, text).map_err(|e| format!("{}: {e}", place.display()))?;
         println!("xtask: wrote docs/{}", path.display());
     }
+    Ok(())
+}
+
+fn python_page(python: &Path) -> Result<Output, String> {
+    let script = root().join("xtask/book/python_reference.py");
+    let text = output(Command::new(python).arg(script).arg(root().join("python/fabkit")))?;
+    let text = format!("# Python\n\n{GENERATED}\n\n{text}");
+    Ok(Output { path: PathBuf::from("reference/python.md"), text })
+}
+
+/// Refuses docstrings that the book's page does not show yet: it needs no more than an interpreter, so
+/// that nobody waits for the whole book to hear of it.
+pub fn compare_python_page() -> Result<(), String> {
+    let python = Path::new("python3");
+    if Command::new(python).arg("--version").output().is_err() {
+        return skip("the book's page on Python", "python3 is not here");
+    }
+    let Output { path, text } = python_page(python)?;
+    let place = root().join("docs").join(path);
+    if fs::read_to_string(&place).is_ok_and(|have| have == text) {
+        return Ok(());
+    }
+    if in_ci() {
+        return Err("docs/reference/python.md is not up to date: run `cargo xtask lint`".into());
+    }
+    fs::write(&place, text).map_err(|e| format!("{}: {e}", place.display()))?;
+    println!("xtask: wrote docs/reference/python.md");
     Ok(())
 }
 

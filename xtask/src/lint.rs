@@ -7,6 +7,7 @@ use crate::run::{cargo, check, exists, root, skip, tool};
 /// Everything that can be said about the code without running it.
 pub fn run() -> Result<(), String> {
     check(cargo().args(["fmt", "--all", "--check"]))?;
+    crate::book::compare_python_page()?;
     check(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     check(cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
     let Some(deny) = ["cargo-deny".into(), tool("cargo-deny")].into_iter().find(|p| exists(p))

@@ -55,6 +55,7 @@ fn oracles(python: &Path) -> Result<(), String> {
         command
     };
     check(script("tests/python/check_files.py").arg(&fabkit))?;
+    check(script("tests/python/check_contracts.py").arg(&fabkit))?;
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
     let (count, seed) = VARIANTS;

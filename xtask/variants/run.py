@@ -111,7 +111,7 @@ def variant(targets, seed, index):
     while len(settings) < count:
         pool = own if own and rng.random() >= FOREIGN else foreign
         parameter = rng.choice(pool)
-        value = moved(rng, parameter["limits"], parameter["value"])
+        value = moved(rng, parameter["limits"], parameter["written"])
         if value is not None:
             settings[parameter["path"]] = value
     low, high = (math.log10(limit) for limit in TOLERANCE_MM)

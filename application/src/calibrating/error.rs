@@ -243,6 +243,7 @@ impl Explained for CalibratingError {
     fn kind(&self) -> ErrorKind {
         match self {
             Self::TooManyPictures { .. } => ErrorKind::Limit,
+            Self::Folder { .. } => ErrorKind::Io,
             Self::Lens { source: CalibrateError::Covariance(_), .. } => ErrorKind::Bug,
             _ => ErrorKind::BadInput,
         }

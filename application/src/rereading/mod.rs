@@ -174,7 +174,10 @@ impl Kind {
 /// # Errors
 /// A folder that holds no list of contents, or one of another version; damage is none.
 pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
-    let Some(kind) = Kind::of(folder) else { return Err(no_list(folder).into()) };
+    let Some(kind) = Kind::of(folder) else {
+        fs::metadata(folder).map_err(|error| cannot_list(folder, error))?;
+        return Err(no_list(folder).into());
+    };
     let mut all = vec![one(folder, kind)?];
     if kind == Kind::Export {
         let mut below: Vec<PathBuf> = fs::read_dir(folder)

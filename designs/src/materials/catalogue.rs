@@ -217,6 +217,8 @@ fn setting(path: &str, value: String, summary: &str, limits: &str, source: Sourc
         limits: limits.to_owned(),
         expression: None,
         is_default: false,
+        bounds: None,
+        choices: Vec::new(),
     }
 }
 

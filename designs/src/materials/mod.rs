@@ -12,7 +12,7 @@ use std::sync::Arc;
 use fabkit_geometry::{Cure, Mix};
 use fabkit_text::{Parameter, Reader, Refusal, Setting, Shape};
 
-use crate::own::{Known, unknown_hint};
+use crate::own::{Known, near, unknown_hint};
 use crate::{choices, parameters};
 
 pub(crate) use catalogue::{Catalogue, MATERIALS};
@@ -210,15 +210,17 @@ impl Parameter for Castable {
         let known = known.unwrap_or_else(|| Catalogue::builtin()).clone();
         reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
             Some(castable) => Ok((castable.clone(), castable.0.name.clone())),
-            None => Err(Refusal {
-                says: "of which fabkit knows neither mix nor cure".into(),
-                hint: Some(format!(
+            None => {
+                let hint = format!(
                     "{}; or declare your own: `materials: {{{}: {{density: 1 g/cm3, cure: {{time: \
                      24 h}}}}}}`",
                     unknown_hint(text, &known.names()),
                     fabkit_text::shown(text.trim())
-                )),
-            }),
+                );
+                let refusal = Refusal::new("of which fabkit knows neither mix nor cure", &hint);
+                let instead = near(text, known.names()).first().map(|name| (*name).to_owned());
+                Err(Refusal { instead, ..refusal.code("unknown_material") })
+            }
         })
     }
 

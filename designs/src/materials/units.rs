@@ -22,7 +22,7 @@ fn split(text: &str) -> Option<(f64, &str)> {
 
 /// Reads a number with one of these units, each with its size in the first one.
 fn parse(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, Refusal> {
-    let refuse = |says: &str, hint: String| Err(Refusal { says: says.into(), hint: Some(hint) });
+    let refuse = |says: &str, hint: String| Err(Refusal::new(says, &hint));
     let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
     let write =
         || format!("write a number and one of {}, for example `{example}`", known.join(", "));
@@ -210,10 +210,10 @@ impl Scalar for Hardness {
         });
         match found {
             Some(hardness) if (0.0..=100.0).contains(&hardness.value) => Ok(hardness),
-            _ => Err(Refusal {
-                says: "is no hardness on a scale of Shore".into(),
-                hint: Some("write for example `Shore 00-30` or `Shore A 43`".into()),
-            }),
+            _ => Err(Refusal::new(
+                "is no hardness on a scale of Shore",
+                "write for example `Shore 00-30` or `Shore A 43`",
+            )),
         }
     }
 

@@ -11,8 +11,8 @@ use fabkit_text::{
 use crate::materials::{Castable, Catalogue, MATERIALS};
 use crate::processes::{Making, PARTS, PROCESSES, Processes};
 
-pub(crate) use named::unknown_hint;
 use named::{Noun, Raw, raws};
+pub(crate) use named::{near, unknown_hint};
 pub(crate) use schema::add_to_schema;
 
 /// A file with what a user keeps for all sensors: materials and processes.

@@ -177,6 +177,8 @@ impl Processes {
                     limits: String::new(),
                     expression: None,
                     is_default: false,
+                    bounds: None,
+                    choices: Vec::new(),
                 })
             };
             let process = given.recipe.as_ref().map(|recipe| recipe.name.clone());

@@ -2,7 +2,7 @@
 //!
 //! This crate reads no files. Whoever does hands over, beside a sensor's text, those that it extends.
 
-use fabkit_text::{Found, Place, TextLayer, mapping_of, shown, suggestion, take_word};
+use fabkit_text::{Found, Place, TextLayer, mapping_of, shown, similar, suggestion, take_word};
 
 use super::{Registry, SENSOR};
 use crate::own::UserFile;
@@ -112,7 +112,12 @@ impl Registry {
             if !hint.starts_with("did") {
                 hint += "; a file of your own ends in .yaml";
             }
-            refuse(message, hint);
+            let refused =
+                at.problem("extends", &shown(word), message).hint(hint).code("unknown_sensor");
+            found.push(match similar(word, self.builtin_names()).first() {
+                Some(meant) => refused.suggest("extends", meant),
+                None => refused,
+            });
             return None;
         };
         if above.iter().any(|place| *place.file == *file) {

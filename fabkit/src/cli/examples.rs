@@ -22,6 +22,12 @@ Examples:
 A file fabkit.yaml in the working folder may say what options are where they are not given: `bed`, \
 `stock`, `profile` (--process), `tolerance`, `kerf`, `output` (in place of `out`), below `format: 1`.";
 
+pub(crate) const SCHEMA: &str = "\
+Examples:
+  fabkit schema > sensor.schema.json
+  fabkit schema --sweep > sweep.schema.json
+  fabkit schema --output error";
+
 pub(crate) const PROFILE: &str = "\
 Examples:
   fabkit export rtac0/coupon

@@ -2,6 +2,7 @@
 
 use fabkit_application::bodies::UnknownName;
 use fabkit_application::checks::{Batch, CheckReport, Finding};
+use fabkit_application::coded;
 use fabkit_application::documents;
 use fabkit_application::fixtures;
 use fabkit_application::source::Target;
@@ -17,7 +18,8 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
         let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
-        return Err(Failure::new(ErrorKind::BadInput, unknown, hint));
+        let about = coded::unknown(&unknown);
+        return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
     }
     let design = target.design(&args.set)?;
     // The design's own checks have passed, so that its solids are valid.

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use fabkit_application::bodies;
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
 use fabkit_application::exporting::{
     self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, WrittenExport,
 };
-use fabkit_application::source::{self, Target};
+use fabkit_application::source::{self, Faults, Target};
 use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
@@ -64,15 +65,29 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
     exporting::require_profile_applies(designs, &options)?;
 
+    // A slip is told before anything takes time.
+    for part in &options.parts {
+        bodies::find(&design.sensor, part)?;
+    }
+
     let progress = Progress::new(global, format!("exporting {}", args.sensor));
     let export =
         |design: &Design| exporting::export(design, &options, &|part| progress.finished(part));
-    let exported = export(&design).and_then(|exported| {
+    let make = || {
+        let exported = export(&design)?;
         let of_fixtures = fixtures.iter().map(|(name, design)| Ok((*name, export(design)?)));
-        Ok((exported, of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?))
-    });
+        Ok::<_, ExportFailure>((exported, of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?))
+    };
+    // Where nobody would read the answer, or whoever asks knows it, nobody looks.
+    let is_told = !args.force && (global.json || !global.quiet);
+    let look = || is_told.then(|| target.faults(&args.set, args.fixtures));
+    let (exported, faults) = rayon::join(make, look);
     drop(progress);
     let (mut exported, mut of_fixtures) = exported?;
+    let faults = match faults {
+        Some(faults) => Some(faults?.map_err(Failure::bug)?),
+        None => None,
+    };
     if args.format.iter().any(|format| format.own().is_none()) {
         let verifier = Verifier::find()?;
         let step_files = |design: &Design, parts: &[String]| {
@@ -106,7 +121,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let mut written = exporting::write(&exports, how, &interrupt::requested)?;
     let own = written.pop();
 
-    let mut text = String::new();
+    let mut text = faults.as_ref().map(warning).unwrap_or_default();
     let mut manifests = BTreeMap::new();
     for ((name, exported), written) in of_fixtures.iter().zip(&written) {
         text += &format!("{name}\n{}{}", table_of(&exported.manifest), remains(exported, written));
@@ -127,7 +142,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     if !chosen.from_file.is_empty() {
         text += &format!("from {}: {}\n", defaults::FILE, chosen.from_file.join(", "));
     }
-    let mut json = json(&own, &folder);
+    let mut json = json(&own, &folder, faults.as_ref());
     if args.fixtures {
         json["fixtures"] = json!(manifests);
     }
@@ -276,11 +291,28 @@ fn compensations(manifest: &Manifest) -> String {
     parts_by_note.into_iter().map(line).collect()
 }
 
-fn json(written: &WrittenExport, folder: &Path) -> Value {
+/// The first line: what follows can be printed, and not be built as it is described.
+fn warning(faults: &Faults) -> String {
+    let [(name, first), others @ ..] = &faults.first[..] else { return String::new() };
+    let errors =
+        if faults.errors == 1 { "1 error".into() } else { format!("{} errors", faults.errors) };
+    let also = others.iter().map(|(name, _)| format!(", {name}")).collect::<String>();
+    format!(
+        "warning: {name}{also} does not pass `fabkit check` ({errors}; the first: {first}); --force \
+         silences this\n"
+    )
+}
+
+fn json(written: &WrittenExport, folder: &Path, faults: Option<&Faults>) -> Value {
     json!({
         "format": "fabkit-export",
-        "version": 1,
+        "version": 2,
         "folder": folder.display().to_string(),
+        "check": faults.map(|faults| json!({
+            "passed": faults.errors == 0,
+            "findings": faults.errors,
+            "first": faults.first.first().map(|(_, message)| message),
+        })),
         "manifest": written.manifest,
         "removed": written.removed,
     })

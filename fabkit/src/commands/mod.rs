@@ -4,11 +4,13 @@
 mod calibrate;
 mod check;
 mod completions;
+mod contracts;
 mod dataset;
 mod depth;
 mod export;
 mod list;
 mod man;
+mod misread;
 mod new;
 mod profile;
 mod profiled;
@@ -52,14 +54,12 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     if completed(&arguments) {
         return 0;
     }
-    failure::guard(|| match Cli::try_parse_from(&arguments) {
+    let json = arguments.iter().any(|word| word == "--json");
+    failure::guard(json, || match Cli::try_parse_from(&arguments) {
         Ok(cli) => answer(&cli),
         // Help and version are no failures, and people get clap's own texts.
-        Err(error) if error.use_stderr() && arguments.iter().any(|word| word == "--json") => {
-            let text = error.render().to_string();
-            let (message, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
-            let message = message.trim_start_matches("error: ");
-            let failure = Failure::new(ErrorKind::BadInput, message, rest.trim());
+        Err(error) if error.use_stderr() && json => {
+            let failure = misread::failure(&error);
             said(&line(&failure.to_json()), failure.exit() as u8)
         }
         Err(error) => error.exit(),
@@ -134,7 +134,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Sweep(args) => sweep::run(args, &cli.global),
-        Command::Schema { sweep } => schema::run(*sweep),
+        Command::Schema { sweep, output } => schema::run(*sweep, output.as_deref()),
         Command::Completions { shell } => completions::run(*shell),
         Command::Man { output } => man::run(output.as_deref()),
     }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fabkit_application::bodies::UnknownName;
+use fabkit_application::coded;
 use fabkit_application::designs::{FamilyEntry, REGISTRY, Start};
 use fabkit_application::staging::write_each;
 use fabkit_application::text::{Name, Scalar, shown};
@@ -69,7 +70,7 @@ fn unknown(start: Start) -> Failure {
     };
     let closest = unknown.closest.as_ref().map(|_| unknown.hint() + " ").unwrap_or_default();
     let hint = format!("{closest}{all} {}", unknown.known.join(", "));
-    Failure::new(ErrorKind::BadInput, &unknown, hint)
+    Failure::new(ErrorKind::BadInput, &unknown, hint).about(coded::unknown(&unknown))
 }
 
 /// Sensors' files are known by their ending. People write into them, so that none is replaced unasked.

@@ -1,12 +1,13 @@
-//! `fabkit schema [--sweep]`
+//! `fabkit schema [--sweep | --output NAME]`
 
 use super::{Outcome, line};
 use crate::failure::Failure;
 
-pub(super) fn run(sweep: bool) -> Result<Outcome, Failure> {
-    let json = match sweep {
-        true => fabkit_application::sweep::json_schema(),
-        false => fabkit_application::fixtures::json_schema(),
+pub(super) fn run(sweep: bool, output: Option<&str>) -> Result<Outcome, Failure> {
+    let json = match output {
+        Some(name) => super::contracts::schema(name)?,
+        None if sweep => fabkit_application::sweep::json_schema(),
+        None => fabkit_application::fixtures::json_schema(),
     };
     Ok(Outcome { text: line(&json), json, failed: false })
 }

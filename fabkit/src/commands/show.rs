@@ -5,23 +5,33 @@ mod materials;
 
 use std::iter;
 
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::coded;
 use fabkit_application::designs::Design;
 use fabkit_application::documents;
+use fabkit_application::fixtures;
 use fabkit_application::geometry::Body;
 use fabkit_application::identity::design_hash;
 use fabkit_application::source::Target;
-use fabkit_application::text::shown;
+use fabkit_application::text::{Setting, shown};
 
 use super::Outcome;
 use crate::cli;
-use crate::failure::Failure;
-use crate::table::{Align::Left, Align::Right, table};
+use crate::failure::{ErrorKind, Failure};
+use crate::table::{Align::Left, Align::Right, fitted, wrapped};
 
 pub(super) fn run(args: &cli::Show) -> Result<Outcome, Failure> {
     let cli::Design { sensor, set, preset } = &args.design;
-    let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
+    let target = Target::new(sensor).with_preset(preset.as_deref());
+    if let Some(name) = target.part {
+        let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
+        let hint = format!("{}; a single part has no parameters of its own", unknown.hint());
+        let about = coded::unknown(&unknown);
+        return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
+    }
+    let design = target.design(set)?;
     let (text, json) = match args.chain {
-        true => (chain::text(&design), chain::json(&design)),
+        true => (chain::text(&design), documents::chain(&design)),
         false => (text(&design), documents::show(&design)),
     };
     Ok(Outcome { text, json, failed: false })
@@ -29,33 +39,25 @@ pub(super) fn run(args: &cli::Show) -> Result<Outcome, Failure> {
 
 fn text(design: &Design) -> String {
     let sensor = &design.sensor;
-    let mut text = format!("{}: {}\n{}\n", sensor.name, sensor.title, sensor.reference);
+    let title = format!("{}: {}", sensor.name, sensor.title);
+    let mut text = format!("{}\n{}\n", wrapped(&title, 2), wrapped(&sensor.reference, 2));
     text += &format!("design {}\n", design_hash(design));
 
     let mut rows = vec![row(["parameter", "value", "limits", "source"])];
-    for setting in &design.parameters {
-        let kind = match &setting.expression {
-            // The whole text stands in the file, and in `--json`.
-            Some(expression) => format!("{} `{}`", setting.source.kind, shown(expression)),
-            None => setting.source.kind.to_string(),
-        };
-        let source = match setting.source.note.as_str() {
-            "" => kind,
-            note => format!("{kind}: {note}"),
-        };
+    for setting in documents::own_first(&design.parameters) {
         rows.push(vec![
             setting.path.clone(),
             setting.value.clone(),
             setting.limits.clone(),
-            source,
+            setting.source.kind.to_string(),
         ]);
     }
-    text += &format!("\n{}", table(&[Left, Left, Left, Left], &rows));
+    text += &format!("\n{}", fitted(&[Left, Left, Left, Left], &rows));
 
     if !design.derived.is_empty() {
         let mut rows = vec![row(["derived", "value"])];
         rows.extend(design.derived.iter().map(|(name, value)| row([name, value])));
-        text += &format!("\n{}", table(&[Left, Left], &rows));
+        text += &format!("\n{}", fitted(&[Left, Left], &rows));
     }
 
     for kind in ["part", "layer", "component"] {
@@ -71,16 +73,31 @@ fn text(design: &Design) -> String {
             ]));
         }
         if rows.len() > 1 {
-            text += &format!("\n{}", table(&[Left, Right, Left, Left, Left], &rows));
+            text += &format!("\n{}", fitted(&[Left, Right, Left, Left, Left], &rows));
         }
     }
     text += &materials::text(&design.materials);
     let notes = notes(&sensor.bodies);
     if !notes.is_empty() {
         let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(notes).collect();
-        text += &format!("\n{}", table(&[Left, Left], &rows));
+        text += &format!("\n{}", fitted(&[Left, Left], &rows));
     }
-    text
+    text + &reasons(design)
+}
+
+/// What each value follows from, and why it is what it is: last, because it is long.
+fn reasons(design: &Design) -> String {
+    let mut rows = vec![row(["parameter", "where its value comes from"])];
+    for Setting { path, expression, source, .. } in documents::own_first(&design.parameters) {
+        // The whole text stands in the file, and in `--json`.
+        let formula = expression.iter().map(|expression| format!("`{}`", shown(expression)));
+        let note = Some(source.note.clone()).filter(|note| !note.is_empty());
+        let reason = formula.chain(note).collect::<Vec<_>>().join(": ");
+        if !reason.is_empty() {
+            rows.push(row([path, &reason]));
+        }
+    }
+    if rows.len() > 1 { format!("\n{}", fitted(&[Left, Left], &rows)) } else { String::new() }
 }
 
 /// The notes of each part. What many parts share, as a hundred semi-domes do, is said once.

@@ -52,7 +52,8 @@ pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
 /// that.
 fn folder(text: &str) -> Option<&Path> {
     let is_meant = text.ends_with(is_separator) || !Target::new(text).is_builtin();
-    Some(Path::new(text)).filter(|path| is_meant && path.is_dir())
+    // With a separator behind it, nothing but a folder can be meant.
+    Some(Path::new(text)).filter(|path| text.ends_with(is_separator) || is_meant && path.is_dir())
 }
 
 fn words(values: &Value) -> Vec<&str> {

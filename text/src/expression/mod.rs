@@ -46,11 +46,17 @@ struct Wrong {
     /// Completes the sentence "`surface.radius` is `= ...`, which ...".
     says: String,
     hint: String,
+    /// What kind of fault it is, for programs.
+    code: &'static str,
 }
 
 impl Wrong {
     fn new(says: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self { says: says.into(), hint: hint.into() }
+        Self { says: says.into(), hint: hint.into(), code: "bad_expression" }
+    }
+
+    fn code(self, code: &'static str) -> Self {
+        Self { code, ..self }
     }
 }
 
@@ -130,7 +136,7 @@ impl Term {
             return Ok(value);
         }
         let says = format!("is not finite at `{}`", shown(&self.text));
-        Err(Failure::Wrong(Wrong::new(says, "use smaller numbers")))
+        Err(Failure::Wrong(Wrong::new(says, "use smaller numbers").code("not_finite")))
     }
 
     fn combined(
@@ -143,7 +149,8 @@ impl Term {
             Operation::Multiply => Ok(a.times(b, 1)),
             Operation::Divide if b.value == 0.0 => {
                 let says = format!("divides by `{}`, which is 0", shown(&right.text));
-                Err(Failure::Wrong(Wrong::new(says, "divide by something that cannot become 0")))
+                let wrong = Wrong::new(says, "divide by something that cannot become 0");
+                Err(Failure::Wrong(wrong.code("division_by_zero")))
             }
             Operation::Divide => Ok(a.times(b, -1)),
             Operation::Add | Operation::Subtract => {
@@ -182,7 +189,8 @@ impl Term {
                     first.shown(),
                     first.dimension
                 );
-                Failure::Wrong(Wrong::new(says, format!("that function takes {takes}")))
+                let wrong = Wrong::new(says, format!("that function takes {takes}"));
+                Failure::Wrong(wrong.code("wrong_unit"))
             }),
         }
     }
@@ -230,7 +238,7 @@ fn same_unit(
         Some(unit) => format!("write `{unit}`"),
         None => "make both of one unit".into(),
     };
-    Err(Failure::Wrong(Wrong::new(says, hint)))
+    Err(Failure::Wrong(Wrong::new(says, hint).code("wrong_unit")))
 }
 
 #[cfg(test)]

@@ -16,7 +16,8 @@ pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
         return Err(Wrong::new(
             format!("has {count} characters; at most {MAX_CHARACTERS} are read"),
             "divide it among several parameters",
-        ));
+        )
+        .code("expression_too_large"));
     }
     let mut parser = Parser { text, at: 0, depth: 0 };
     let term = parser.sum()?;
@@ -56,7 +57,7 @@ impl<'a> Parser<'a> {
     /// Something is wrong here.
     fn wrong(&self, says: impl Into<String>, hint: impl Into<String>) -> Wrong {
         let character = self.text[..self.at].chars().count() + 1;
-        Wrong { says: format!("{} (character {character} of it)", says.into()), hint: hint.into() }
+        Wrong::new(format!("{} (character {character} of it)", says.into()), hint)
     }
 
     fn unexpected(&mut self) -> Wrong {
@@ -110,7 +111,8 @@ impl<'a> Parser<'a> {
     fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Wrong>) -> Result<T, Wrong> {
         if self.depth >= MAX_DEPTH {
             let says = format!("is nested more than {MAX_DEPTH} deep");
-            return Err(self.wrong(says, "divide it among several parameters"));
+            let wrong = self.wrong(says, "divide it among several parameters");
+            return Err(wrong.code("expression_too_large"));
         }
         self.depth += 1;
         let result = inner(self);

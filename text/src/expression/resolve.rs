@@ -11,6 +11,9 @@ use crate::{Kind, Scalar, Shape, TextLayer, shown};
 /// How near a whole number a count must come out.
 const SAME: f64 = 1e-9;
 
+/// No parameter goes so far, in its unit.
+const BEYOND: f64 = 1e12;
+
 /// An expression in the table of values.
 struct Entry {
     /// Of a list, which item.
@@ -163,7 +166,7 @@ impl Resolver<'_> {
 
     /// What a name in an expression stands for.
     fn lookup(&mut self, name: &str) -> Result<Quantity, Failure> {
-        let wrong = |says: String, hint: String| Err(Failure::Wrong(Wrong { says, hint }));
+        let wrong = |says: String, hint: String| Err(Failure::Wrong(Wrong::new(says, hint)));
         let kind = match self.document.field(name).map(|field| &field.shape) {
             Some(Shape::Value { kind, is_list: false, .. }) => *kind,
             Some(Shape::Value { .. }) => {
@@ -178,7 +181,8 @@ impl Resolver<'_> {
             }
             None => {
                 let says = format!("uses `{}`, which is not a parameter", shown(name));
-                return wrong(says, self.document.suggest(name));
+                let wrong = Wrong::new(says, self.document.suggest(name));
+                return Err(Failure::Wrong(wrong.code("unknown_parameter")));
             }
         };
         let Some(dimension) = Dimension::of(kind) else {
@@ -201,6 +205,8 @@ impl Resolver<'_> {
             Kind::Count => <u32 as Scalar>::parse(text).ok().map(f64::from),
             _ => <f64 as Scalar>::parse(text).ok(),
         };
+        // What is beyond all limits is refused where it stands.
+        let value = value.filter(|value| value.abs() < BEYOND);
         value.map(|value| Quantity { value, dimension }).ok_or(Failure::Elsewhere)
     }
 
@@ -220,7 +226,7 @@ impl Resolver<'_> {
         let mut names: Vec<&str> = circle.iter().map(String::as_str).collect();
         names.extend(circle.first().map(String::as_str));
         let says = format!("follows from itself: {}", names.join(" -> "));
-        let wrong = Wrong::new(says, "write a plain value for one of them");
+        let wrong = Wrong::new(says, "write a plain value for one of them").code("cycle");
         if let Some((path, written)) =
             circle.first().and_then(|path| Some((path, self.document.value(path)?)))
         {
@@ -251,7 +257,7 @@ fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
             (_, Dimension::NUMBER) => "divide by a value of the same unit, for example `/ 1 mm`",
             _ => "check what is multiplied and divided",
         };
-        return Err(Wrong::new(says, hint));
+        return Err(Wrong::new(says, hint).code("wrong_unit"));
     }
     let whole = value.value.round();
     match kind {
@@ -264,8 +270,8 @@ fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
     }
 }
 
-fn problem(path: &str, text: &str, place: &Place, Wrong { says, hint }: Wrong) -> Found {
+fn problem(path: &str, text: &str, place: &Place, Wrong { says, hint, code }: Wrong) -> Found {
     let text = format!("= {text}");
     let message = format!("{path} is `{}`, which {says}", shown(&text));
-    place.problem(path, &shown(&text), message).hint(hint)
+    place.problem(path, &shown(&text), message).hint(hint).code(code)
 }

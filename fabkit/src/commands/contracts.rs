@@ -1,0 +1,45 @@
+//! What the documents of `--json` hold, for programs that read them.
+
+use fabkit_application::bodies::UnknownName;
+use fabkit_application::coded;
+use serde_json::Value;
+
+use crate::failure::{ErrorKind, Failure};
+
+/// Each document with its JSON Schema, by the name behind `fabkit schema --output`.
+const CONTRACTS: &[(&str, &str)] = &[
+    ("calibrate-extrinsics", include_str!("../../schemas/calibrate-extrinsics.json")),
+    ("calibrate-intrinsics", include_str!("../../schemas/calibrate-intrinsics.json")),
+    ("calibrate-pins", include_str!("../../schemas/calibrate-pins.json")),
+    ("chain", include_str!("../../schemas/chain.json")),
+    ("check", include_str!("../../schemas/check.json")),
+    ("completions", include_str!("../../schemas/completions.json")),
+    ("dataset", include_str!("../../schemas/dataset.json")),
+    ("depth", include_str!("../../schemas/depth.json")),
+    ("error", include_str!("../../schemas/error.json")),
+    ("export", include_str!("../../schemas/export.json")),
+    ("list", include_str!("../../schemas/list.json")),
+    ("man", include_str!("../../schemas/man.json")),
+    ("new", include_str!("../../schemas/new.json")),
+    ("probes", include_str!("../../schemas/probes.json")),
+    ("profile", include_str!("../../schemas/profile.json")),
+    ("render", include_str!("../../schemas/render.json")),
+    ("reread", include_str!("../../schemas/reread.json")),
+    ("show", include_str!("../../schemas/show.json")),
+    ("sweep", include_str!("../../schemas/sweep.json")),
+    ("verify", include_str!("../../schemas/verify.json")),
+];
+
+/// The JSON Schema of one document.
+pub(super) fn schema(name: &str) -> Result<Value, Failure> {
+    let names = CONTRACTS.iter().map(|(name, _)| *name);
+    match CONTRACTS.iter().find(|(known, _)| *known == name) {
+        Some((_, text)) => serde_json::from_str(text).map_err(Failure::bug),
+        None => {
+            let unknown = UnknownName::new("output", name, names);
+            let hint = unknown.hint();
+            let about = coded::unknown(&unknown);
+            Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about))
+        }
+    }
+}

@@ -1,0 +1,81 @@
+"""Holds every document of `--json` that needs no pictures to its JSON Schema.
+
+    python check_contracts.py PATH_TO_FABKIT
+
+The schemas are those that `fabkit schema --output` prints; the validator is the package jsonschema, which
+first judges the schemas themselves. Nothing here uses fabkit's own code.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+
+import jsonschema
+
+PLAN = """format: 1
+sensor: rtac0
+axes:
+  camera.depth: [6 mm, 7 mm]
+metrics: [coverage]
+"""
+#: Schema, exit code, command line.
+COMMANDS = """
+list 0 list
+show 0 show rtac0
+show 0 show fluidic
+show 0 show rtac0/semi-domes
+chain 0 show tactip --chain
+check 0 check shadowtac
+check 1 check rtac0-published-2025/pin-dome
+export 0 export rtac0 -o out
+export 0 export rtac0/coupon -o coupon
+reread 0 verify ./out
+new 0 new mine --family dome
+render 0 render rtac0/base --size 16x12 -o base.png
+sweep 0 sweep plan.yaml -o sweep
+depth 0 depth rtac0 --press semi-dome-017 -o press.npz
+probes 0 dataset rtac0 --probes --count 20 -o probes.csv
+completions 0 completions fish
+man 0 man
+error 2 show rtac1
+error 2 show rtac0 --set surface.radius=9 --set leds.count=80
+error 2 export rtac0 --tolerance=1
+error 2 exprot
+error 3 render rtac0 --size 10000x10000 -o a.png
+error 4 show nowhere.yaml
+"""
+
+
+def run(fabkit: str, folder: str, words: list[str]) -> tuple[int, dict]:
+    done = subprocess.run([fabkit, *words], capture_output=True, text=True, cwd=folder)
+    try:
+        return done.returncode, json.loads(done.stdout)
+    except json.JSONDecodeError as error:
+        sys.exit(f"fabkit {' '.join(words)}: {error}\n{done.stdout}{done.stderr}")
+
+
+def main(fabkit: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        _, unknown = run(fabkit, folder, ["schema", "--output", "-", "--json"])
+        names = unknown["problems"][0]["limit"]["choices"]
+        validators = {}
+        for name in names:
+            _, schema = run(fabkit, folder, ["schema", "--output", name])
+            jsonschema.Draft202012Validator.check_schema(schema)
+            validators[name] = jsonschema.Draft202012Validator(schema)
+        with open(f"{folder}/plan.yaml", "w") as plan:
+            plan.write(PLAN)
+        for line in COMMANDS.strip().splitlines():
+            name, code, *words = line.split()
+            found, document = run(fabkit, folder, [*words, "--json"])
+            if found != int(code):
+                sys.exit(f"fabkit {' '.join(words)}: exit {found} instead of {code}: {document}")
+            wrong = [f"{e.json_path}: {e.message}" for e in validators[name].iter_errors(document)]
+            if wrong:
+                sys.exit(f"fabkit {' '.join(words)} --json:\n" + "\n".join(wrong))
+    print(f"{len(names)} schemas hold")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,93 @@
+//! What programs need to know of a problem, besides what people read.
+
+use crate::Found;
+
+/// What programs need to know of a problem. Values are as they would be written, with their units.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// A short name of the kind of problem, which stays: `out_of_range`.
+    pub code: &'static str,
+    /// The smallest value that is allowed, where there is one.
+    pub at_least: Option<String>,
+    /// The largest one.
+    pub at_most: Option<String>,
+    /// The words that are allowed, where it is one of a few.
+    pub choices: Vec<String>,
+    /// What to write instead, where that is known.
+    pub suggestion: Option<Suggestion>,
+}
+
+/// A parameter and the value to give it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Suggestion {
+    /// Dotted path of the parameter.
+    pub path: String,
+    /// As it would be written.
+    pub value: String,
+}
+
+impl Default for Facts {
+    fn default() -> Self {
+        Self::of("invalid")
+    }
+}
+
+impl Facts {
+    /// Of a kind, and no more.
+    pub fn of(code: &'static str) -> Self {
+        Self { code, at_least: None, at_most: None, choices: Vec::new(), suggestion: None }
+    }
+
+    /// Of a limit that several values make together: `at most 3 mm`, where there is such a value.
+    pub(crate) fn of_limit(path: &str, offer: Option<&str>) -> Self {
+        let after = |words| offer.and_then(|offer| offer.strip_prefix(words)).map(str::to_owned);
+        let (at_least, at_most) = (after("at least "), after("at most "));
+        let value = at_least.as_ref().or(at_most.as_ref()).cloned();
+        let suggestion = value.map(|value| Suggestion { path: path.into(), value });
+        Self { at_least, at_most, suggestion, ..Self::of("limit_broken") }
+    }
+}
+
+impl Found {
+    /// The same with the name of its kind.
+    #[must_use]
+    pub fn code(mut self, code: &'static str) -> Self {
+        self.problem.facts.code = code;
+        self
+    }
+
+    /// The same with what to write instead.
+    #[must_use]
+    pub fn suggest(mut self, path: &str, value: &str) -> Self {
+        self.problem.facts.suggestion = Some(Suggestion { path: path.into(), value: value.into() });
+        self
+    }
+}
+
+/// The number and the unit of a text such as `12.5 mm`; the unit of a plain number is empty. Nothing
+/// where the text is anything else.
+///
+/// ```
+/// use fabkit_text::number_and_unit;
+/// assert_eq!(number_and_unit("12.5 mm"), Some((12.5, "mm")));
+/// assert_eq!(number_and_unit("1e2"), Some((100.0, "")));
+/// assert_eq!(number_and_unit("31 x 24 mm"), None);
+/// assert_eq!(number_and_unit("1e999 mm"), None);
+/// ```
+pub fn number_and_unit(text: &str) -> Option<(f64, &str)> {
+    const LONGEST: usize = 60;
+    let text = text.trim();
+    let begins = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
+    if !begins || text.len() > LONGEST {
+        return None;
+    }
+    let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]).rev();
+    let (number, unit) = ends.into_iter().find_map(|end| {
+        let number = text[..end].trim_end().replace('_', "").parse::<f64>().ok()?;
+        Some((number, text[end..].trim()))
+    })?;
+    let is_unit = |c: char| !c.is_whitespace() && !c.is_ascii_digit() && !"+-.,()[]*".contains(c);
+    // Powers: `mm2`.
+    let letters = unit.strip_suffix(['2', '3']).unwrap_or(unit);
+    (number.is_finite() && letters.chars().all(is_unit)).then_some((number, unit))
+}

@@ -81,7 +81,8 @@ fn build(release: bool) -> PathBuf {
 /// The command, not yet run, in a folder.
 pub fn command(folder: &Path) -> Command {
     let mut command = Command::new(binary());
-    command.current_dir(folder);
+    // Nothing of whoever runs the tests.
+    command.current_dir(folder).env_remove("FABKIT_MATERIALS");
     command
 }
 

@@ -33,7 +33,8 @@ layout! {
         /// How far ribs reach inwards: their smallest radius.
         rib_radius_mm = shell_bore_radius_mm - p.shell.rib_depth.mm();
         /// Outside of the diffuser.
-        diffuser_radius_mm = shell_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide);
+        diffuser_radius_mm =
+            shell_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide) - p.shell.shoulder.mm();
         /// Outside of the LED board.
         board_radius_mm = shell_bore_radius_mm - gap_mm(Process::Pcb, Fit::Press);
         /// Outside of the base's plug.

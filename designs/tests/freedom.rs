@@ -236,6 +236,8 @@ fn parts_carry_text_where_they_have_room_that_nothing_touches() {
     refused("9dtact", &["labels.style=sunken", "labels.parts=[shel]"], &["did you mean `shell`?"]);
     refused("9dtact", &["labels.style=sunken", "labels.parts=[plate]"], &["not a printed part"]);
     refused("9dtact", &["labels.style=sunken", "labels.text=50 %"], &["no letters for `%`"]);
+    let low = ["labels.style=sunken", "labels.height=3mm"];
+    refused("9dtact", &low, &["labels.height", "below 4 mm they cannot be read"]);
     let tall = ["labels.style=raised", "labels.parts=[shell]", "labels.height=30mm"];
     refused("9dtact", &tall, &["no free flat face of", "`labels.height`"]);
 }

@@ -5,7 +5,7 @@ use fabkit_geometry::{
     Body, CompiledSolid, Length, Point3, Pose, Process, Ray, Sensor, Solid, Vector3,
 };
 
-use crate::blocks::label::Label;
+use crate::blocks::label::{Label, LabelError};
 use crate::parameters::{Report, shown, suggestion};
 use crate::{choices, parameters};
 
@@ -31,7 +31,7 @@ parameters! {
         /// What is written; if nothing, the part's name.
         text: String = 0..=40,
         /// Height of the letters.
-        height: Length = 4.0..=30.0,
+        height: Length = 2.0..=30.0,
         /// How deep they are cut, or how far they stand out.
         depth: Length = 0.2..=2.0,
     }
@@ -107,8 +107,11 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
         let label = match made.and_then(|label| label.deep(labels.depth.mm())) {
             Ok(label) => label,
             Err(why) => {
-                let hint = || "write other letters behind `labels.text`".into();
-                report.require(false, "labels.text", || format!("labels.text: {why}"), hint);
+                let (path, hint) = match why {
+                    LabelError::Low(_) => ("labels.height", "write higher letters"),
+                    _ => ("labels.text", "write other letters"),
+                };
+                report.require(false, path, || format!("{path}: {why}"), || hint.into());
                 return Vec::new();
             }
         };

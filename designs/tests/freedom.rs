@@ -179,12 +179,22 @@ fn cables_leave_where_they_are_told_and_edges_are_round() {
 /// A narrow tip on a wide body.
 #[test]
 fn the_tip_of_a_dome_may_be_narrower_than_its_shell() {
-    let design = made("rtac0", &["surface.radius=11mm"]);
+    let design = made("rtac0", &["surface.radius=11mm", "shell.shoulder=2.5mm"]);
     let width = |name: &str| {
         let bounds = CompiledSolid::new(&body(&design, name).solid).unwrap().bounds();
         bounds.max.x - bounds.min.x
     };
     assert!((width("shell") - 30.0).abs() < 1e-9 && (width("black-coat") - 22.0).abs() < 1e-9);
+    // The shell covers the diffuser's edge: 13.5 mm less the shoulder, with 0.2 mm to slide.
+    assert!((width("diffuser") - 21.6).abs() < 1e-9);
+    let shell = CompiledSolid::new(&body(&design, "shell").solid).unwrap();
+    assert!(shell.contains(&Point3::new(11.1, 0.0, -0.1)));
+    assert!(!shell.contains(&Point3::new(10.9, 0.0, -0.1)));
+    refused(
+        "rtac0",
+        &["shell.shoulder=3mm"],
+        &["shell.shoulder", "the tube stands on the diffuser"],
+    );
 }
 
 #[test]
@@ -226,6 +236,8 @@ fn parts_carry_text_where_they_have_room_that_nothing_touches() {
     refused("9dtact", &["labels.style=sunken", "labels.parts=[shel]"], &["did you mean `shell`?"]);
     refused("9dtact", &["labels.style=sunken", "labels.parts=[plate]"], &["not a printed part"]);
     refused("9dtact", &["labels.style=sunken", "labels.text=50 %"], &["no letters for `%`"]);
+    let low = ["labels.style=sunken", "labels.height=3mm"];
+    refused("9dtact", &low, &["labels.height", "below 4 mm they cannot be read"]);
     let tall = ["labels.style=raised", "labels.parts=[shell]", "labels.height=30mm"];
     refused("9dtact", &tall, &["no free flat face of", "`labels.height`"]);
 }

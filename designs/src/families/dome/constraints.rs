@@ -70,7 +70,22 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
+/// Least width of a rib below the diffuser, mm.
+const LEDGE_MM: f64 = 0.4;
+
 fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
+    if p.shell.shoulder.mm() > 0.0 {
+        let beside = layout.shell_bore_radius_mm - layout.diffuser_radius_mm;
+        limits! { report, p:
+            shell.rib_depth >= beside + LEDGE_MM, "the ribs hold the diffuser inside the shoulder";
+            shell.shoulder <= p.shell.shoulder.mm() + layout.diffuser_radius_mm
+                - layout.tube_radius_mm,
+                "the tube stands on the diffuser";
+            shell.shoulder <= p.shell.shoulder.mm() + layout.diffuser_radius_mm
+                - p.diffuser.notch_radius.mm() - PRINTED_WALL_MM,
+                "the diffuser's notches need a rim outside";
+        }
+    }
     let (length, width) = (p.leds.length.mm(), p.leds.width.mm());
     let circle = p.leds.circle_radius.mm();
     let bore = (layout.shell_bore_radius_mm, "the shell's bore");

@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::parameters::Dome;
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::FloorSlot;
-use crate::blocks::{BLACK, MASK_GREEN, holes, led_ring, marks, turn};
+use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, holes, led_ring, marks, turn};
 use crate::fits::Fit;
 use crate::hardware::Screw;
 
@@ -30,11 +30,7 @@ pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
 
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
-    let height = layout.shell_height();
-    let wall = tube(p, layout).minus(
-        Solid::cylinder(layout.shell_bore_radius_mm, height + 2.0 * CUT_OVERLAP_MM)
-            .at_z(layout.bottom_z_mm - CUT_OVERLAP_MM),
-    );
+    let wall = tube(p, layout);
     // A rib's width is an angle at the bore.
     let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
     let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
@@ -65,19 +61,29 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
         .cut(Joints::new(p, layout).shell_base.passed(through, gap))
 }
 
-/// The shell's outside, its upper edge rounded if it is.
+/// The shell without ribs: a tube, unless its upper edge is round or its rim reaches inwards.
 fn tube(p: &Dome, layout: &Layout) -> Solid {
-    let (radius, height) = (layout.shell_radius_mm, layout.shell_height());
-    let (fillet, bottom) = (p.shell.edge_fillet.mm(), layout.bottom_z_mm);
-    if fillet == 0.0 {
-        return Solid::cylinder(radius, height).at_z(bottom);
+    let (radius, bore) = (layout.shell_radius_mm, layout.shell_bore_radius_mm);
+    let (height, bottom) = (layout.shell_height(), layout.bottom_z_mm);
+    let (fillet, shoulder) = (p.shell.edge_fillet.mm(), p.shell.shoulder.mm());
+    if fillet == 0.0 && shoulder == 0.0 {
+        return Solid::cylinder(radius, height).at_z(bottom).minus(
+            Solid::cylinder(bore, height + 2.0 * CUT_OVERLAP_MM).at_z(bottom - CUT_OVERLAP_MM),
+        );
     }
-    let inner = radius - fillet;
-    let outline = Path::from([0.0, bottom])
-        .line([radius, bottom])
-        .line([radius, -fillet])
-        .arc([inner, 0.0], [inner, -fillet], true)
-        .line([0.0, 0.0]);
+    let mut outline = Path::from([bore, bottom]).line([radius, bottom]);
+    if fillet > 0.0 {
+        let inner = radius - fillet;
+        outline = outline.line([radius, -fillet]).arc([inner, 0.0], [inner, -fillet], true);
+    } else {
+        outline = outline.line([radius, 0.0]);
+    }
+    outline = outline.line([bore - shoulder, 0.0]);
+    if shoulder > 0.0 {
+        // Into the ribs, which end below it.
+        let below = layout.diffuser_bottom_z_mm - INTO_MM;
+        outline = outline.line([bore - shoulder, below]).line([bore, below]);
+    }
     Solid::revolution(outline.close())
 }
 

@@ -35,7 +35,9 @@ layout! {
         rib_radius_mm = shell_bore_radius_mm - p.shell.rib_depth.mm();
         /// Outside of the diffuser.
         diffuser_radius_mm =
-            shell_bore_radius_mm - p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
+            shell_bore_radius_mm
+                - p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Slide)
+                - p.shell.shoulder.mm();
         /// Outside of the LED board.
         board_radius_mm = shell_bore_radius_mm - gap_mm(Process::Pcb, Fit::Press);
         /// Outside of the base's plug.

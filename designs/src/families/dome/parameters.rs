@@ -69,6 +69,9 @@ sections! {
         wall: Length = 0.8..=10.0,
         /// Radius of its outer edge below the gel; 0 for a sharp one.
         edge_fillet: Length = 0.0..=8.0,
+        /// How far its upper rim reaches inwards over the ribs, around a narrower diffuser: it covers what a
+        /// tip leaves open that is narrower than the shell; 0 for a straight bore.
+        shoulder: Length = 0.0..=60.0,
         /// Number of ribs between diffuser and LED board.
         ribs: u32 = 3..=12,
         /// How far a rib stands out from the wall.

@@ -1,6 +1,8 @@
 //! Families of sensors and built-in sensors, and how a file becomes a design.
 
+mod absent;
 mod starting;
+mod trying;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +15,7 @@ use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_
 use fabkit_text::{shown, suggestion, take_word};
 
 pub use starting::Start;
+pub(crate) use trying::Trial;
 
 use crate::Design;
 
@@ -20,8 +23,11 @@ use crate::Design;
 pub const FORMAT: u32 = 1;
 
 /// Files of sensors.
-const SENSOR: Dialect =
-    Dialect { base: "a built-in sensor", ..Dialect::new("sensor", FORMAT, " and `extends: NAME`") };
+const SENSOR: Dialect = Dialect {
+    base: "a built-in sensor",
+    absent: absent::ABSENT,
+    ..Dialect::new("sensor", FORMAT, " and `extends: NAME`")
+};
 
 /// Built-in sensors that extend each other: more than this is a circle.
 const LONGEST_CHAIN: usize = 8;
@@ -73,6 +79,7 @@ pub struct FamilyEntry {
     example: &'static str,
     fields: fn() -> Vec<Field>,
     run: fn(Reader, Option<&Example>, ReadMore) -> Run,
+    probe: fn(Reader) -> Report,
 }
 
 /// Reads what other crates keep in the same file, after the family's own parameters.
@@ -118,6 +125,7 @@ impl FamilyEntry {
             example: F::EXAMPLE,
             fields: F::Parameters::fields,
             run: run::<F>,
+            probe: probe::<F>,
         }
     }
 
@@ -162,6 +170,17 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
         _ => None,
     };
     Run { settings, built, report }
+}
+
+/// Looks at the values alone: what they must keep, and nothing built.
+fn probe<F: Family>(mut reader: Reader) -> Report {
+    Header::read(&mut reader, "", "", &());
+    let parameters = F::Parameters::read(&mut reader, "", "", &());
+    let mut report = reader.finish(None);
+    if let Some(parameters) = &parameters {
+        F::check(parameters, &mut report);
+    }
+    report
 }
 
 /// All families and built-in sensors.
@@ -276,6 +295,28 @@ impl Registry {
         extra: Extra,
         read_more: ReadMore,
     ) -> Result<(Design, Report), InvalidDesign> {
+        let (document, family) = self.laid(file, yaml, overrides, extra)?;
+        let example = self.example(&family);
+        let Run { settings, built, report } =
+            (family.run)(Reader::new(document), example.as_ref(), read_more);
+        match built {
+            Some(Built { sensor, derived }) if report.is_clean() => {
+                let companions = Vec::new();
+                Ok((Design { sensor, parameters: settings, derived, companions }, report))
+            }
+            _ if !report.is_clean() => Err(report.into_invalid()),
+            _ => Err(bug(file, format!("the family {} built nothing", family.name))),
+        }
+    }
+
+    /// The texts laid over each other, and the family that reads them.
+    fn laid(
+        &self,
+        file: &str,
+        yaml: &str,
+        overrides: &[String],
+        extra: Extra,
+    ) -> Result<(Document, FamilyEntry), InvalidDesign> {
         let place = Place::new(TextLayer::File, file, &SENSOR);
         let mut found = Vec::new();
         let Some(layers) = self.layers(yaml, place.clone(), &mut found) else {
@@ -299,17 +340,7 @@ impl Registry {
             document.lay(entries, &place);
         }
         apply_overrides(&mut document, overrides);
-        let example = self.example(&family);
-        let Run { settings, built, report } =
-            (family.run)(Reader::new(document), example.as_ref(), read_more);
-        match built {
-            Some(Built { sensor, derived }) if report.is_clean() => {
-                let companions = Vec::new();
-                Ok((Design { sensor, parameters: settings, derived, companions }, report))
-            }
-            _ if !report.is_clean() => Err(report.into_invalid()),
-            _ => Err(bug(file, format!("the family {} built nothing", family.name))),
-        }
+        Ok((document, family))
     }
 
     fn example(&self, family: &FamilyEntry) -> Option<Example> {

@@ -18,13 +18,24 @@ from fabkit._fabkit import __version__
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport, Finding
-from fabkit.designs import Design, Fixture, Parameter, Sensor, check, export, load, sensors
+from fabkit.designs import (
+    Change,
+    Design,
+    Fixture,
+    Parameter,
+    Sensor,
+    check,
+    export,
+    load,
+    sensors,
+)
 from fabkit.errors import FabkitError, InvalidInputError, Problem, UnknownNameError
 from fabkit.meshes import Mesh
 
 __all__ = [
     "Body",
     "Camera",
+    "Change",
     "CheckReport",
     "Design",
     "FabkitError",

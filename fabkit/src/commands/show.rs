@@ -1,6 +1,7 @@
 //! `fabkit show SENSOR`
 
 mod chain;
+mod limits;
 
 use std::iter;
 
@@ -16,8 +17,11 @@ use crate::cli;
 use crate::failure::Failure;
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &cli::Show) -> Result<Outcome, Failure> {
-    let cli::Design { sensor, set, preset } = &args.design;
+pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Failure> {
+    if args.limits {
+        return limits::run(&args.design, global);
+    }
+    let cli::Design { sensor, set, preset, fix: _ } = &args.design;
     let design = Target::new(sensor).with_preset(preset.as_deref()).design(set)?;
     let (text, json) = match args.chain {
         true => (chain::text(&design), chain::json(&design)),

@@ -158,6 +158,13 @@ pub struct Variant {
     pub values: Vec<Value>,
 }
 
+/// What has to change so that the sensor can be built with some overrides.
+fn changes(source: &PlanSource, overrides: &[String]) -> Result<Vec<String>, InvalidDesign> {
+    let (file, yaml) = (&source.sensor_file, &source.sensor_yaml);
+    let changes = fabkit_designs::fixing::fix(file, yaml, overrides, &[fabkit_fixtures::KEY])?;
+    Ok(changes.iter().map(fabkit_designs::fixing::Change::as_override).collect())
+}
+
 /// Computes metrics that are not built in: names and values for a variant and its design.
 pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>;
 
@@ -173,6 +180,8 @@ pub struct Plan {
     pub(crate) sampling: Sampling,
     pub(crate) axes: Vec<PlanAxis>,
     pub(crate) fixed: Vec<String>,
+    /// Whether what is chosen follows the axes.
+    pub(crate) fix: bool,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) objectives: Vec<Objective>,
     pub(crate) known: Known,
@@ -230,6 +239,11 @@ impl Plan {
     /// Whether rows may have a metric of this name, somebody else's among them.
     pub fn has_metric(&self, name: &str) -> bool {
         self.known.is_computed(name)
+    }
+
+    /// Whether what fabkit has chosen follows the axes, so that fewer variants are lost.
+    pub fn is_fixed(&self) -> bool {
+        self.fix
     }
 
     /// What the plan is made from.
@@ -316,7 +330,7 @@ impl Plan {
             row.refuse(Status::Excluded, "constraint", early.join("; "));
             return Ok(row);
         }
-        let (project, mut computed) = match panics::caught(|| self.built(variant)) {
+        let (project, mut computed, changes) = match panics::caught(|| self.built(variant)) {
             Ok(Ok(built)) => built,
             Ok(Err(why)) => {
                 row.refuse(Status::Invalid, "design", why);
@@ -327,6 +341,7 @@ impl Plan {
                 return Ok(row);
             }
         };
+        row.changes = changes;
         computed.values.extend(custom(variant, &project)?);
         let is_number = |value: &f64| value.is_finite();
         let wrong: Vec<String> = computed
@@ -358,17 +373,21 @@ impl Plan {
     }
 
     /// A variant's design with its built-in metrics, or why there is none.
-    fn built(&self, variant: &Variant) -> Result<(Project, Computed), String> {
+    fn built(&self, variant: &Variant) -> Result<(Project, Computed, Vec<String>), String> {
         #[cfg(test)]
         panics::tests::misbehave(&variant.overrides);
-        let project = self.load(variant).map_err(|invalid| {
+        let told = |invalid: InvalidDesign| {
             let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
             messages.join("; ")
-        })?;
+        };
+        let changes = self.changes(variant).map_err(told)?;
+        let all = [&variant.overrides[..], &changes].concat();
+        let changed = Variant { overrides: all, ..variant.clone() };
+        let project = self.load_plain(&changed).map_err(told)?;
         let mut computed = Computed::default();
         metrics::compute(&project, &self.known.metrics, &self.shared, &mut computed)
             .map_err(|why| why.to_string())?;
-        Ok((project, computed))
+        Ok((project, computed, changes))
     }
 
     /// Builds a variant's design with its fixtures.
@@ -376,8 +395,22 @@ impl Plan {
     /// # Errors
     /// Everything that keeps it from being built.
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
+        let changes = self.changes(variant)?;
+        let overrides = [&variant.overrides[..], &changes].concat();
+        self.load_plain(&Variant { overrides, ..variant.clone() })
+    }
+
+    fn load_plain(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
         let PlanSource { sensor_file, sensor_yaml, .. } = &self.source;
         fabkit_fixtures::load(sensor_file, sensor_yaml, &variant.overrides)
+    }
+
+    /// What else has to change for a variant, as `path=value`; nothing unless the plan says so.
+    ///
+    /// # Errors
+    /// Rules that contradict each other.
+    fn changes(&self, variant: &Variant) -> Result<Vec<String>, InvalidDesign> {
+        if self.fix { changes(&self.source, &variant.overrides) } else { Ok(Vec::new()) }
     }
 
     /// Whether a constraint is decided before a variant is built: by what is written for it.

@@ -33,7 +33,9 @@ fn what_contradicts_itself_is_bad_input_and_says_so() {
     let root = tempfile::tempdir().unwrap();
     let run = fabkit(root.path(), &["check", "rtac0", "--set=surface.wall_height=2mm", "--fix"]);
     assert_eq!(run.code, Some(2), "{run:?}");
-    for text in ["a contradiction: ", "at least 4.2 mm", "at most 2 mm", "for `surface.wall_height`"] {
+    for text in
+        ["a contradiction: ", "at least 4.2 mm", "at most 2 mm", "for `surface.wall_height`"]
+    {
         assert!(run.stderr.contains(text), "no `{text}` in {run:?}");
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
 use fabkit_designs::Design;
+use fabkit_designs::fixing::{Change, Feasible, Range};
 use fabkit_geometry::{Action, Body, Cure, Step};
 use fabkit_sweep::Status;
 use fabkit_text::{Kind, Setting};
@@ -80,6 +81,39 @@ fn value_of(setting: &Setting) -> (Value, Option<String>) {
             (json!(values), units.into_iter().next().flatten())
         }
     }
+}
+
+/// What gave way so that a design can be built, as it stands under `changes` of other documents.
+pub fn changes(changes: &[Change]) -> Value {
+    let change = |Change { path, from, to, because }: &Change| json!({ "path": path, "from": from, "to": to, "because": because });
+    changes.iter().map(change).collect()
+}
+
+/// How far parameters can go (`fabkit-limits` version 1).
+pub fn limits(name: &str, limits: &[Feasible]) -> Value {
+    let range = |range: &Range| {
+        json!({
+            "low": range.low,
+            "high": range.high,
+            "low_is_smallest_allowed": range.is_end[0],
+            "high_is_largest_allowed": range.is_end[1],
+        })
+    };
+    let one = |feasible: &Feasible| {
+        json!({
+            "path": feasible.path,
+            "value": feasible.value,
+            "unit": feasible.unit,
+            "held": range(&feasible.held),
+            "followed": feasible.followed.as_ref().map(range),
+        })
+    };
+    json!({
+        "format": "fabkit-limits",
+        "version": 1,
+        "name": name,
+        "limits": limits.iter().map(one).collect::<Vec<_>>(),
+    })
 }
 
 fn body_json(body: &Body) -> Value {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
+use fabkit_designs::fixing::{self, Change, Feasible};
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
 use fabkit_fixtures::{self as fixtures, FixtureError, Project};
@@ -147,6 +148,27 @@ impl<'a> Target<'a> {
             None => Ok(project.design),
             Some(name) => project.fixture(name).map_err(|error| source.error(error)),
         }
+    }
+
+    /// What has to change of what fabkit has chosen so that the sensor can be built.
+    ///
+    /// # Errors
+    /// As for [`Source::fix`].
+    pub fn fix(&self, overrides: &[String]) -> Result<Vec<Change>, Error> {
+        self.source()?.fix(overrides)
+    }
+
+    /// How far each number of the sensor can go.
+    ///
+    /// # Errors
+    /// As for [`Source::limits`].
+    pub fn limits(
+        &self,
+        overrides: &[String],
+        follow: bool,
+        progress: OnProgress,
+    ) -> Result<Vec<Feasible>, Error> {
+        self.source()?.limits(overrides, follow, progress)
     }
 
     /// Reads the sensor and builds the fixture whose pins tell the camera's pose: its pin dome, or pin
@@ -374,7 +396,37 @@ impl Source {
     /// # Errors
     /// All problems of the design.
     pub fn load(&self, overrides: &[String]) -> Result<Project, Error> {
-        fixtures::load_text(self.sensor_text(), overrides).map_err(|invalid| self.invalid(invalid))
+        fixtures::load_text(self.sensor_text(), overrides).map_err(|mut invalid| {
+            fixing::advise(self.sensor_text(), overrides, &[fixtures::KEY], &mut invalid);
+            self.invalid(invalid)
+        })
+    }
+
+    /// The fewest and least changes of what fabkit has chosen with which the sensor can be built.
+    ///
+    /// # Errors
+    /// What cannot be read, or which rules contradict each other.
+    pub fn fix(&self, overrides: &[String]) -> Result<Vec<Change>, Error> {
+        fixing::fix(self.sensor_text(), overrides, &[fixtures::KEY])
+            .map_err(|invalid| self.invalid(invalid))
+    }
+
+    /// How far each number of the sensor can go; with `follow` also where chosen values may follow.
+    ///
+    /// # Errors
+    /// All problems of the design.
+    pub fn limits(
+        &self,
+        overrides: &[String],
+        follow: bool,
+        progress: OnProgress,
+    ) -> Result<Vec<Feasible>, Error> {
+        let progress = counted(progress);
+        let others = [fixtures::KEY];
+        fixing::limits(self.sensor_text(), overrides, &others, follow, &|done, all| {
+            progress(done, all);
+        })
+        .map_err(|invalid| self.invalid(invalid))
     }
 
     /// Why a fixture cannot be had, with the texts that are to blame.

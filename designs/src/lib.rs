@@ -7,6 +7,7 @@ pub mod blocks;
 mod companion;
 mod families;
 mod fits;
+pub mod fixing;
 pub mod hardware;
 mod kerf;
 mod labeling;

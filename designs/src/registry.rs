@@ -1,7 +1,9 @@
 //! Families of sensors and built-in sensors, and how a file becomes a design.
 
+mod absent;
 mod extending;
 mod starting;
+mod trying;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +17,7 @@ use fabkit_text::{shown, suggestion, take_word};
 
 pub use extending::{BaseFile, Extends, SensorText, extended_file};
 pub use starting::Start;
+pub(crate) use trying::Trial;
 
 use crate::Design;
 use crate::labeling::{self, Labels};
@@ -26,8 +29,11 @@ use crate::processes::assign;
 pub const FORMAT: u32 = 1;
 
 /// Files of sensors.
-const SENSOR: Dialect =
-    Dialect { base: "a built-in sensor", ..Dialect::new("sensor", FORMAT, " and `extends: NAME`") };
+const SENSOR: Dialect = Dialect {
+    base: "a built-in sensor",
+    absent: absent::ABSENT,
+    ..Dialect::new("sensor", FORMAT, " and `extends: NAME`")
+};
 
 fabkit_text::parameters! {
     /// What every sensor file says besides its parameters.
@@ -82,6 +88,7 @@ pub struct FamilyEntry {
     defaults: &'static [(&'static str, &'static str)],
     fields: fn() -> Vec<Field>,
     run: fn(Reader, Option<&Example>, ReadMore) -> Run,
+    probe: fn(Reader) -> Report,
 }
 
 /// Reads what other crates keep in the same file, after the family's own parameters.
@@ -128,6 +135,7 @@ impl FamilyEntry {
             defaults: F::DEFAULTS,
             fields: F::Parameters::fields,
             run: run::<F>,
+            probe: probe::<F>,
         }
     }
 
@@ -190,6 +198,17 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
         }
     }
     Run { settings, built, report }
+}
+
+/// Looks at the values alone: what they must keep, and nothing built.
+fn probe<F: Family>(mut reader: Reader) -> Report {
+    Header::read(&mut reader, "", "", &());
+    let parameters = F::Parameters::read(&mut reader, "", "", &());
+    let mut report = reader.finish(None);
+    if let Some(parameters) = &parameters {
+        F::check(parameters, &mut report);
+    }
+    report
 }
 
 /// All families and built-in sensors.
@@ -283,8 +302,20 @@ impl Registry {
         overrides: &[String],
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
+        self.load_text(SensorText::alone(file, yaml), overrides, others)
+    }
+
+    /// The same of all that a sensor is read from.
+    ///
+    /// # Errors
+    /// As for [`Registry::load`].
+    pub(crate) fn load_text(
+        &self,
+        text: SensorText,
+        overrides: &[String],
+        others: &[&str],
+    ) -> Result<Design, InvalidDesign> {
         let extra = Extra { others, section: None };
-        let text = SensorText::alone(file, yaml);
         self.load_with(text, overrides, extra, &mut |_| ()).map(|(design, _)| design)
     }
 
@@ -315,11 +346,42 @@ impl Registry {
 
     fn load_with(
         &self,
-        SensorText { file, yaml, bases, user }: SensorText,
+        text: SensorText,
         overrides: &[String],
         extra: Extra,
         read_more: ReadMore,
     ) -> Result<(Design, Report), InvalidDesign> {
+        let Laid { document, family, own } = self.laid(text, overrides, extra)?;
+        let example = self.example(&family);
+        let known = own.known();
+        let making = known.making.clone();
+        let reader = Reader::new(document).knowing(known);
+        let Run { settings, built, report } = (family.run)(reader, example.as_ref(), read_more);
+        match built {
+            Some(Built { mut sensor, derived }) if report.is_clean() => {
+                let mut found = Vec::new();
+                assign(&mut sensor, &own.processes, &making, &mut found);
+                if !found.is_empty() {
+                    return Err(InvalidDesign { problems: Found::sorted(found) });
+                }
+                let materials: Vec<Castable> = own.used(&settings);
+                let mut parameters = settings;
+                parameters.extend(own.settings(&materials));
+                let companions = Vec::new();
+                Ok((Design { sensor, parameters, derived, materials, companions }, report))
+            }
+            _ if !report.is_clean() => Err(report.into_invalid()),
+            _ => Err(bug(text.file, format!("the family {} built nothing", family.name))),
+        }
+    }
+
+    /// The texts laid over each other, and the family that reads them.
+    fn laid(
+        &self,
+        SensorText { file, yaml, bases, user }: SensorText,
+        overrides: &[String],
+        extra: Extra,
+    ) -> Result<Laid, InvalidDesign> {
         let place = Place::new(TextLayer::File, file, &SENSOR);
         let mut found = Vec::new();
         let Some(mut layers) = self.layers(yaml, place.clone(), bases, &mut found) else {
@@ -341,27 +403,7 @@ impl Registry {
         }
         let overrides = own.take_overrides(overrides, &mut document.found);
         apply_overrides(&mut document, &overrides);
-        let example = self.example(&family);
-        let known = own.known();
-        let making = known.making.clone();
-        let reader = Reader::new(document).knowing(known);
-        let Run { settings, built, report } = (family.run)(reader, example.as_ref(), read_more);
-        match built {
-            Some(Built { mut sensor, derived }) if report.is_clean() => {
-                let mut found = Vec::new();
-                assign(&mut sensor, &own.processes, &making, &mut found);
-                if !found.is_empty() {
-                    return Err(InvalidDesign { problems: Found::sorted(found) });
-                }
-                let materials: Vec<Castable> = own.used(&settings);
-                let mut parameters = settings;
-                parameters.extend(own.settings(&materials));
-                let companions = Vec::new();
-                Ok((Design { sensor, parameters, derived, materials, companions }, report))
-            }
-            _ if !report.is_clean() => Err(report.into_invalid()),
-            _ => Err(bug(file, format!("the family {} built nothing", family.name))),
-        }
+        Ok(Laid { document, family, own })
     }
 
     fn example(&self, family: &FamilyEntry) -> Option<Example> {
@@ -461,6 +503,13 @@ struct Extra<'a> {
     others: &'a [&'a str],
     /// A section that is read.
     section: Option<(&'a Extension, Field)>,
+}
+
+/// The texts of a design over each other, and what reads them.
+struct Laid {
+    document: Document,
+    family: FamilyEntry,
+    own: Own,
 }
 
 /// A file, then what it extends, near and far.

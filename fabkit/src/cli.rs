@@ -140,6 +140,9 @@ pub struct Design {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
+    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    #[arg(long)]
+    pub fix: bool,
     /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
@@ -165,6 +168,10 @@ pub struct Show {
     /// Show how it is built instead: every step, and what to mix for it
     #[arg(long)]
     pub chain: bool,
+    /// Show how far each number can go with all others held instead; with --fix, also if what fabkit
+    /// has chosen may follow
+    #[arg(long, conflicts_with = "chain")]
+    pub limits: bool,
 }
 
 /// `fabkit export`.
@@ -177,6 +184,9 @@ pub struct Export {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
+    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    #[arg(long)]
+    pub fix: bool,
     /// Its fixtures too, each into a folder of its own
     #[arg(long, conflicts_with = "parts")]
     pub fixtures: bool,
@@ -257,6 +267,9 @@ pub struct Verify {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
+    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    #[arg(long)]
+    pub fix: bool,
     /// Only this part, layer or component; may be repeated
     #[arg(long = "part", value_name = "NAME")]
     pub parts: Vec<String>,
@@ -309,6 +322,9 @@ pub struct Render {
     /// Change a parameter, for example `surface.radius=14mm`
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
+    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    #[arg(long)]
+    pub fix: bool,
     /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,

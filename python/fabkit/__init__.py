@@ -19,6 +19,7 @@ from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport, Finding
 from fabkit.designs import (
+    Change,
     Design,
     Fixture,
     Parameter,
@@ -36,6 +37,7 @@ from fabkit.meshes import Mesh
 __all__ = [
     "Body",
     "Camera",
+    "Change",
     "CheckReport",
     "Design",
     "FabkitError",

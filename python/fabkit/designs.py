@@ -60,6 +60,7 @@ def load(
     overrides: Mapping[str, object] | None = None,
     *,
     preset: str | None = None,
+    fix: bool = False,
     **values: object,
 ) -> Sensor:
     """Read a sensor: a built-in one by name, or a YAML file.
@@ -73,6 +74,9 @@ def load(
         unit, or a :class:`Parameter` of another sensor.
     preset
         A built-in variant: ``load("rtac0", preset="published-2025")``.
+    fix
+        Keep what is given here and in the file, and change what fabkit has chosen, as little as
+        possible, until all fits; see :attr:`Sensor.changes`.
     values
         The same as overrides, with two underscores for a dot: ``coat__thickness="0.1 mm"``.
 
@@ -93,7 +97,7 @@ def load(
     """
     given = _overrides(overrides, values)
     listed = [f"{path}={_yaml(path, value)}" for path, value in given.items()]
-    return _loaded(os.fspath(sensor), preset, listed)
+    return _loaded(os.fspath(sensor), preset, listed, fix)
 
 
 def _overrides(
@@ -107,8 +111,10 @@ def _overrides(
     return {**(overrides or {}), **named}
 
 
-def _loaded(name: str, preset: str | None, listed: list[str]) -> Sensor:
-    return Sensor(_fabkit.load(name, preset, listed), name, (preset, listed))
+def _loaded(name: str, preset: str | None, listed: list[str], fix: bool = False) -> Sensor:
+    project = _fabkit.load(name, preset, listed, fix)
+    changed = [f"{path}={to}" for path, _, to, _ in project.changes()]
+    return Sensor(project, name, (preset, listed + changed))
 
 
 def _yaml(path: str, value: object) -> str:
@@ -227,6 +233,20 @@ class Step:
     """The tools that come off."""
     source: str
     """Where that is described."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A value that gave way so that a design can be built."""
+
+    path: str
+    """For example ``tube.wall``."""
+    before: str
+    """What fabkit had chosen."""
+    value: str
+    """What it is now."""
+    because: str
+    """Which rule is broken without it."""
 
 
 class Design:
@@ -497,6 +517,16 @@ class Sensor(Design):
             raise TypeError("a variant of a sweep cannot be sent; send its plan and number")
         is_file = self.source not in sensors()
         return (_loaded, (os.path.abspath(self.source) if is_file else self.source, *self._changes))
+
+    @property
+    def changes(self) -> list[Change]:
+        """What gave way so that it can be built, where :func:`load` was asked to fix it.
+
+        >>> import fabkit
+        >>> fabkit.load("rtac0", surface__radius="20 mm", fix=True).changes
+        []
+        """
+        return [Change(*change) for change in self._project.changes()]
 
     @property
     def camera(self) -> Camera:

@@ -7,6 +7,7 @@ use fabkit_application::Error;
 use fabkit_application::bodies;
 use fabkit_application::calibration::board::Board;
 use fabkit_application::calibration::landmarks::PinLandmarks;
+use fabkit_application::designs::fixing::Change;
 use fabkit_application::documents;
 use fabkit_application::exporting::ExportFailure;
 use fabkit_application::pictures::{self, Shot};
@@ -35,18 +36,21 @@ pub fn load(
     py: Python<'_>,
     sensor: &str,
     preset: Option<&str>,
-    overrides: Vec<String>,
+    mut overrides: Vec<String>,
+    fix: bool,
 ) -> PyResult<Project> {
     let loaded = short(py, || {
         let source = match preset {
             None => Source::find(sensor)?,
             Some(preset) => Source::preset(sensor, preset)?,
         };
+        let changes = if fix { source.fix(&overrides)? } else { Vec::new() };
+        overrides.extend(changes.iter().map(Change::as_override));
         let project = source.load(&overrides)?;
-        Ok::<_, Error>((source, project))
+        Ok::<_, Error>((source, project, changes))
     })?;
-    let (source, project) = loaded.or_raise(py)?;
-    Ok(Project { source: Arc::new(source), project: Arc::new(project) })
+    let (source, project, changes) = loaded.or_raise(py)?;
+    Ok(Project { source: Arc::new(source), project: Arc::new(project), changes })
 }
 
 /// A sensor with the parameters of its fixtures.
@@ -54,12 +58,20 @@ pub fn load(
 pub struct Project {
     pub source: Arc<Source>,
     pub project: Arc<fixtures::Project>,
+    /// What gave way so that it can be built.
+    pub changes: Vec<Change>,
 }
 
 #[pymethods]
 impl Project {
     fn design(&self) -> Design {
         Design { design: Arc::new(self.project.design.clone()) }
+    }
+
+    /// What gave way so that the sensor can be built: path, from, to, because.
+    fn changes(&self) -> Vec<(String, String, String, String)> {
+        let told = |change: Change| (change.path, change.from, change.to, change.because);
+        self.changes.iter().cloned().map(told).collect()
     }
 
     fn fixture_names(&self) -> Vec<&'static str> {

@@ -144,7 +144,8 @@ impl SweepPlan {
                 let Some(custom) = &custom else { return Ok(Vec::new()) };
                 Python::attach(|py| {
                     let project = Arc::new(project.clone());
-                    let project = Project { source: Arc::clone(&sensor), project };
+                    let project =
+                        Project { source: Arc::clone(&sensor), project, changes: Vec::new() };
                     custom.call1(py, (project,))?.extract::<Vec<(String, f64)>>(py)
                 })
             };

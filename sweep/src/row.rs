@@ -70,6 +70,9 @@ pub struct Row {
     pub reason: Option<String>,
     /// Why cells are empty that might have been filled.
     pub notes: Vec<String>,
+    /// What else had to change so that it can be built, as `path=value`; only where the plan says so.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<String>,
     /// The values of the plan's axes, in their order.
     pub parameters: Vec<Value>,
     /// Metrics that apply, by name.
@@ -89,6 +92,7 @@ impl Row {
             error_code: None,
             reason: None,
             notes: Vec::new(),
+            changes: Vec::new(),
             parameters,
             metrics: BTreeMap::new(),
         }

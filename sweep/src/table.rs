@@ -20,6 +20,8 @@ pub struct Table {
     /// Whether a row is on the Pareto front.
     pareto: Vec<bool>,
     has_objectives: bool,
+    /// Whether what is chosen may follow, so that there is a column for it.
+    has_changes: bool,
 }
 
 impl Table {
@@ -51,7 +53,8 @@ impl Table {
             .collect();
         let pareto = front(&costs, &directions);
         let axes = plan.axes().iter().map(|axis| axis.column()).collect();
-        Self { rows, axes, metrics, pareto, has_objectives: !directions.is_empty() }
+        let (has_objectives, has_changes) = (!directions.is_empty(), plan.is_fixed());
+        Self { rows, axes, metrics, pareto, has_objectives, has_changes }
     }
 
     /// The rows, in order.
@@ -130,6 +133,10 @@ impl Table {
             ("notes".to_owned(), texts(&notes)),
             ("pareto".to_owned(), Column::Flags(self.pareto.iter().map(flag).collect())),
         ];
+        if self.has_changes {
+            let changes = |row: &Row| (!row.changes.is_empty()).then(|| row.changes.join("; "));
+            columns.push(("changes".to_owned(), texts(&changes)));
+        }
         for (i, name) in self.axes.iter().enumerate() {
             let values = || self.rows.iter().map(|row| row.parameters.get(i));
             let is_number = values().all(|value| matches!(value, None | Some(Value::Number(_))));

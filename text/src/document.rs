@@ -1,16 +1,19 @@
 //! One table of values by dotted path, from several layers of YAML.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use crate::expression::Formula;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::tree::{Content, Entry, Node};
+use crate::unknown::{instead, meant};
 use crate::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
 
 /// All values that were written, whichever layer they come from.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Document {
-    fields: Vec<Field>,
+    /// Shared by the copies that are made to try other values.
+    fields: Arc<Vec<Field>>,
     /// Where the whole document is.
     pub root: Place,
     values: BTreeMap<String, Written>,
@@ -25,7 +28,7 @@ impl Document {
     /// An empty table of these keys; `root` is where the whole document is.
     pub fn new(fields: Vec<Field>, root: Place) -> Self {
         Self {
-            fields,
+            fields: Arc::new(fields),
             root,
             values: BTreeMap::new(),
             sections: BTreeMap::new(),
@@ -36,7 +39,7 @@ impl Document {
 
     /// Adds a key at the top.
     pub fn add_field(&mut self, field: Field) {
-        self.fields.push(field);
+        Arc::make_mut(&mut self.fields).push(field);
     }
 
     pub(crate) fn value(&self, path: &str) -> Option<&Written> {
@@ -92,18 +95,9 @@ impl Document {
     /// What somebody who wrote an unknown path may have meant.
     pub(crate) fn suggest(&self, path: &str) -> String {
         let paths = self.paths();
-        let mut near = similar(path, paths.iter().map(String::as_str));
-        if near.is_empty() {
-            // The last word alone: `radius` for `surface.radius`.
-            let word = path.rsplit('.').next().unwrap_or(path);
-            let leaf = |path: &str| path.rsplit('.').next().map(str::to_owned).unwrap_or_default();
-            let leaves: Vec<String> = paths.iter().map(|path| leaf(path)).collect();
-            if let Some(best) = similar(word, leaves.iter().map(String::as_str)).first() {
-                near = paths.iter().filter(|p| leaf(p) == *best).take(3).map(|p| &**p).collect();
-            }
-        }
+        let near = meant(path, &paths);
         match near.is_empty() {
-            true => "`fabkit show` lists every parameter".into(),
+            true => instead(path, &paths, self.root.dialect.absent),
             false => did_you_mean(&near),
         }
     }
@@ -142,9 +136,8 @@ impl Document {
 
     /// Lays the entries of one text over what is there.
     pub fn lay(&mut self, entries: Vec<Entry>, place: &Place) {
-        let fields = std::mem::take(&mut self.fields);
+        let fields = Arc::clone(&self.fields);
         self.lay_section(&fields, &fields, "", entries, place);
-        self.fields = fields;
     }
 
     /// Puts one value over what is there.
@@ -261,7 +254,12 @@ impl Document {
                 paths.iter().map(String::as_str).filter(is_meant).take(3).collect();
             other = elsewhere.first().map(|path| (*path).to_owned());
             match elsewhere.is_empty() {
-                true => format!("the keys are {}", names(fields)),
+                true => match place.dialect.absent.iter().find(|(name, _)| *name == key) {
+                    Some((_, why)) => {
+                        format!("fabkit has none: {why}; the keys are {}", names(fields))
+                    }
+                    None => format!("the keys are {}", names(fields)),
+                },
                 false => did_you_mean(&elsewhere),
             }
         };

@@ -131,36 +131,130 @@ pub struct Report {
     written: BTreeMap<String, Written>,
     found: Vec<Found>,
     limits: BTreeMap<Constraint, f64>,
+    /// Of what was found, what is no limit but a rule, and where it is stated.
+    required: Vec<(usize, &'static Location<'static>)>,
     /// The limit that was asked for last.
     last: Option<Constraint>,
-    broken: Vec<Broken>,
+    broken: Vec<BrokenLimit>,
 }
 
 /// A limit that was asked for: where in the code, for which path, and how often before.
 type Constraint = (&'static Location<'static>, String, usize);
 
+/// What values have to keep: a limit, a rule, or the range of one value.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rule {
+    path: String,
+    /// Line and column in the code; nothing for the range of one value.
+    stated: Option<(&'static str, u32, u32)>,
+    /// Of those that are stated in one place for one path.
+    nth: usize,
+}
+
+impl Rule {
+    /// Whether it limits one value alone, so that it holds whatever else is wrong.
+    pub fn is_range(&self) -> bool {
+        self.stated.is_none()
+    }
+}
+
+/// A rule that is not kept, for those who look for other values.
+#[derive(Clone, Debug)]
+pub struct Broken {
+    /// Which.
+    pub rule: Rule,
+    /// The parameter that is limited.
+    pub path: String,
+    /// How far it is from being kept, in the unit of the parameter; nothing where a rule is kept or
+    /// not.
+    pub missing: Option<f64>,
+    /// `at most 3 mm`, where the limit is a value.
+    pub limit: Option<String>,
+    /// Why, where a limit follows from others.
+    pub because: Option<String>,
+    /// The paths that the limit follows from, as far as that was found out.
+    pub from: Vec<String>,
+    /// The whole message.
+    pub message: String,
+    /// Which of the problems it is, in the order in which they were found.
+    pub problem: usize,
+}
+
 /// A limit that is not kept.
 #[derive(Clone, Debug)]
-struct Broken {
+struct BrokenLimit {
     constraint: Constraint,
     value: String,
+    /// How far the value is beyond.
+    missing: f64,
     /// `at most 3 mm`, where there is such a value.
     limit: Option<String>,
     because: String,
     /// Which of what was found it is.
     found: usize,
-    /// What it follows from, where somebody has said so.
+    /// What it follows from, where somebody has said so, or it was found out.
     named: Vec<String>,
 }
 
 impl Report {
     pub(crate) fn new(written: BTreeMap<String, Written>, found: Vec<Found>) -> Self {
-        Self { written, found, limits: BTreeMap::new(), last: None, broken: Vec::new() }
+        Self {
+            written,
+            found,
+            limits: BTreeMap::new(),
+            required: Vec::new(),
+            last: None,
+            broken: Vec::new(),
+        }
     }
 
     /// Whether nothing is wrong so far.
     pub fn is_clean(&self) -> bool {
         self.found.is_empty()
+    }
+
+    /// Whether all values could be read, so that what they must keep together was looked at.
+    pub fn is_read(&self) -> bool {
+        !self.limits.is_empty() || !self.required.is_empty() || self.found.is_empty()
+    }
+
+    /// The rules that are not kept, in the order in which they were looked at.
+    pub fn broken_rules(&self) -> Vec<Broken> {
+        let stated = |at: &'static Location<'static>| Some((at.file(), at.line(), at.column()));
+        let mut rules: Vec<Broken> = Vec::new();
+        for (problem, Found { problem: said, .. }) in self.found.iter().enumerate() {
+            let path = said.path.clone();
+            let message = said.message.clone();
+            let limit = self.broken.iter().find(|limit| limit.found == problem);
+            let required = self.required.iter().find(|(found, _)| *found == problem);
+            rules.push(match (limit, required) {
+                (Some(broken), _) => {
+                    let (at, _, nth) = &broken.constraint;
+                    let rule = Rule { path: path.clone(), stated: stated(at), nth: *nth };
+                    let (limit, from) = (broken.limit.clone(), broken.named.clone());
+                    let (missing, because) = (Some(broken.missing), Some(broken.because.clone()));
+                    Broken { rule, path, missing, limit, because, from, message, problem }
+                }
+                (None, at) => {
+                    let stated = at.and_then(|(_, at)| stated(at));
+                    let same = |b: &&Broken| b.path == path && b.rule.stated == stated;
+                    let nth = rules.iter().filter(same).count();
+                    let rule = Rule { path: path.clone(), stated, nth };
+                    let (missing, limit, because, from) = (None, None, None, Vec::new());
+                    Broken { rule, path, missing, limit, because, from, message, problem }
+                }
+            });
+        }
+        rules
+    }
+
+    /// Writes other hints at some of the problems, each by its number ([`Broken::problem`]).
+    pub fn set_hints(&mut self, hints: impl IntoIterator<Item = (usize, String)>) {
+        for (problem, hint) in hints {
+            if let Some(found) = self.found.get_mut(problem) {
+                found.problem.hint = Some(hint);
+            }
+        }
     }
 
     /// Everything that is wrong, in the order of the file, then of the overrides.
@@ -176,6 +270,7 @@ impl Report {
     /// # Panics
     /// If `path` is not a parameter, whether it holds or not: a slip in the family, which the
     /// first sensor that is loaded brings to light.
+    #[track_caller]
     pub fn require(
         &mut self,
         holds: bool,
@@ -186,6 +281,7 @@ impl Report {
         let written = self.written(path);
         if !holds {
             let found = written.place.problem(path, &written.text.shown(), message());
+            self.required.push((self.found.len(), Location::caller()));
             self.found.push(found.hint(hint()).code("rule_broken"));
         }
     }
@@ -211,7 +307,8 @@ impl Report {
         let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
         // Below zero there is nothing to recommend: others have left no room.
         let offer = (works > 0.0).then(|| format!("at most {}", in_unit::<Q>(works)));
-        self.limit(holds, path, value.to_string(), limit, offer, because);
+        let missing = value.number() - limit;
+        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
     /// Requires `value`, written at `path`, to be at least `limit`; else as [`Report::at_most`].
@@ -230,13 +327,14 @@ impl Report {
         // Rounded up to a value that does work.
         let works = ((limit - SAME) * Q::STEPS).ceil() / Q::STEPS;
         let offer = Some(format!("at least {}", in_unit::<Q>(works)));
-        self.limit(holds, path, value.to_string(), limit, offer, because);
+        let missing = limit - value.number();
+        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
     #[track_caller]
     fn limit(
         &mut self,
-        holds: bool,
+        (holds, missing): (bool, f64),
         path: &str,
         value: String,
         limit: f64,
@@ -254,7 +352,15 @@ impl Report {
         if !holds {
             let because = because.to_string();
             let named = Vec::new();
-            self.broken.push(Broken { constraint, value, limit: offer, because, found, named });
+            self.broken.push(BrokenLimit {
+                constraint,
+                value,
+                missing,
+                limit: offer,
+                because,
+                found,
+                named,
+            });
             self.say(self.broken.len() - 1, &[]);
         }
     }
@@ -262,7 +368,7 @@ impl Report {
     /// Names what a limit follows from that was just asked for and is not kept: where
     /// [`Report::trace`] would take too long to find it out. Nothing where it is kept.
     pub fn follows_from(&mut self, paths: &[&str]) {
-        let is_last = |broken: &Broken| self.last.as_ref() == Some(&broken.constraint);
+        let is_last = |broken: &BrokenLimit| self.last.as_ref() == Some(&broken.constraint);
         if let Some(i) = self.broken.iter().position(is_last) {
             let named: Vec<String> = paths.iter().map(|path| (*path).to_owned()).collect();
             self.broken[i].named.clone_from(&named);
@@ -307,6 +413,7 @@ impl Report {
             // What the user has just written is what they will look at first.
             from.sort_by_key(|path| self.written(path).source.kind != SourceKind::User);
             self.say(i, from);
+            self.broken[i].named.clone_from(from);
         }
     }
 
@@ -337,7 +444,7 @@ impl Report {
 
     /// Message and hint of a limit that is not kept.
     fn say(&mut self, broken: usize, from: &[String]) {
-        let Broken { constraint: (_, path, _), value, limit, because, found, .. } =
+        let BrokenLimit { constraint: (_, path, _), value, limit, because, found, .. } =
             &self.broken[broken];
         let related: Vec<String> = from.iter().map(|path| self.related(path)).collect();
         let follows = match related.is_empty() {

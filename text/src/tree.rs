@@ -15,12 +15,14 @@ pub struct Dialect {
     pub base: &'static str,
     /// The tags that mappings may have, without exclamation marks; they mean nothing.
     pub tags: &'static [&'static str],
+    /// Last words, or whole paths, of what people look for in such files and there is not; and why.
+    pub absent: &'static [(&'static str, &'static str)],
 }
 
 impl Dialect {
     /// Without tags, and without files to start from.
     pub const fn new(noun: &'static str, format: u32, begin: &'static str) -> Self {
-        Self { noun, format, begin, base: "", tags: &[] }
+        Self { noun, format, begin, base: "", tags: &[], absent: &[] }
     }
 }
 

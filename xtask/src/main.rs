@@ -36,7 +36,7 @@ Tasks:
   faults [--rounds N] [--seed N]
                      Fail each system call, kill, crowd and starve commands; look at what is on disk
   edits              Change each numeric parameter of the sensors alone by 10 % and 25 %; what is refused, and
-                     why
+                     why, and what --fix makes of it
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   variants N         Export N random variants of sensors and fixtures; trimesh judges every file.

@@ -8,6 +8,7 @@ mod contracts;
 mod dataset;
 mod depth;
 mod export;
+mod fixing;
 mod list;
 mod man;
 mod misread;
@@ -56,7 +57,7 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
     let json = arguments.iter().any(|word| word == "--json");
     failure::guard(json, || match Cli::try_parse_from(&arguments) {
-        Ok(cli) => answer(&cli),
+        Ok(cli) => answer(cli),
         // Help and version are no failures, and people get clap's own texts.
         Err(error) if error.use_stderr() && json => {
             let failure = misread::failure(&error);
@@ -73,9 +74,9 @@ fn completed(arguments: &[OsString]) -> bool {
     shell.try_complete(arguments.iter().cloned(), folder.as_deref()).unwrap_or_else(|e| e.exit())
 }
 
-fn answer(cli: &Cli) -> u8 {
+fn answer(mut cli: Cli) -> u8 {
     interrupt::listen();
-    let result = run(cli);
+    let result = run_fixed(&mut cli);
     let Global { json, quiet, .. } = cli.global;
     let (text, code) = match &result {
         Ok(report) if json => (line(&report.json), exit_code(report)),
@@ -113,6 +114,15 @@ fn exit_code(report: &Outcome) -> u8 {
     if report.failed { CHECK_FAILED } else { 0 }
 }
 
+/// Runs the command with what `--fix` changes.
+fn run_fixed(cli: &mut Cli) -> Result<Outcome, Failure> {
+    let Some(changes) = fixing::fix(&mut cli.command)? else { return run(cli) };
+    fixing::tell(&changes, &cli.global);
+    let mut outcome = run(cli)?;
+    fixing::add_to(&mut outcome.json, &changes);
+    Ok(outcome)
+}
+
 fn run(cli: &Cli) -> Result<Outcome, Failure> {
     if let Some(threads) = cli.global.threads {
         rayon::ThreadPoolBuilder::new()
@@ -124,7 +134,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
     match &cli.command {
         Command::List => list::run(),
         Command::New(args) => new::run(args),
-        Command::Show(args) => show::run(args),
+        Command::Show(args) => show::run(args, &cli.global),
         Command::Check(args) => check::run(args, &cli.global),
         Command::Verify(args) => verify::run(args, &cli.global),
         Command::Export(args) => export::run(args, &cli.global),

@@ -1,6 +1,7 @@
 //! `fabkit show SENSOR`
 
 mod chain;
+mod limits;
 mod materials;
 
 use std::iter;
@@ -20,14 +21,17 @@ use crate::cli;
 use crate::failure::{ErrorKind, Failure};
 use crate::table::{Align::Left, Align::Right, fitted, wrapped};
 
-pub(super) fn run(args: &cli::Show) -> Result<Outcome, Failure> {
-    let cli::Design { sensor, set, preset } = &args.design;
+pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Failure> {
+    let cli::Design { sensor, set, preset, fix: _ } = &args.design;
     let target = Target::new(sensor).with_preset(preset.as_deref());
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
         let hint = format!("{}; a single part has no parameters of its own", unknown.hint());
         let about = coded::unknown(&unknown);
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
+    }
+    if args.limits {
+        return limits::run(&args.design, global);
     }
     let design = target.design(set)?;
     let (text, json) = match args.chain {

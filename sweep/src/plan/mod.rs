@@ -83,10 +83,14 @@ impl PlanSource {
     /// # Errors
     /// Everything that is wrong with it.
     pub(crate) fn load(&self, overrides: &[String]) -> Result<Project, InvalidDesign> {
+        self.with_text(|text| fabkit_fixtures::load_text(text, overrides))
+    }
+
+    /// Does something with all that the sensor is read from.
+    fn with_text<R>(&self, work: impl FnOnce(SensorText) -> R) -> R {
         let user = self.user.clone().map(|(file, text)| UserFile { file, text });
         let (file, yaml, bases) = (&*self.sensor_file, &*self.sensor_yaml, &*self.bases());
-        let text = SensorText { file, yaml, bases, user: user.as_ref() };
-        fabkit_fixtures::load_text(text, overrides)
+        work(SensorText { file, yaml, bases, user: user.as_ref() })
     }
 }
 
@@ -192,6 +196,13 @@ pub struct Variant {
     pub values: Vec<Value>,
 }
 
+/// What has to change so that the sensor can be built with some overrides.
+fn changes(source: &PlanSource, overrides: &[String]) -> Result<Vec<String>, InvalidDesign> {
+    let others = [fabkit_fixtures::KEY];
+    let changes = source.with_text(|text| fabkit_designs::fixing::fix(text, overrides, &others))?;
+    Ok(changes.iter().map(fabkit_designs::fixing::Change::as_override).collect())
+}
+
 /// Computes metrics that are not built in: names and values for a variant and its design.
 pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>;
 
@@ -207,6 +218,8 @@ pub struct Plan {
     pub(crate) sampling: Sampling,
     pub(crate) axes: Vec<PlanAxis>,
     pub(crate) fixed: Vec<String>,
+    /// Whether what is chosen follows the axes.
+    pub(crate) fix: bool,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) objectives: Vec<Objective>,
     pub(crate) known: Known,
@@ -264,6 +277,11 @@ impl Plan {
     /// Whether rows may have a metric of this name, somebody else's among them.
     pub fn has_metric(&self, name: &str) -> bool {
         self.known.is_computed(name)
+    }
+
+    /// Whether what fabkit has chosen follows the axes, so that fewer variants are lost.
+    pub fn is_fixed(&self) -> bool {
+        self.fix
     }
 
     /// What the plan is made from.
@@ -355,7 +373,7 @@ impl Plan {
             row.refuse(Status::Excluded, "constraint", early.join("; "));
             return Ok(row);
         }
-        let (project, mut computed) = match panics::caught(|| self.built(variant)) {
+        let (project, mut computed, changes) = match panics::caught(|| self.built(variant)) {
             Ok(Ok(built)) => built,
             Ok(Err(why)) => {
                 row.refuse(Status::Invalid, "design", why);
@@ -366,6 +384,7 @@ impl Plan {
                 return Ok(row);
             }
         };
+        row.changes = changes;
         computed.values.extend(custom(variant, &project)?);
         let is_number = |value: &f64| value.is_finite();
         let wrong: Vec<String> = computed
@@ -397,17 +416,20 @@ impl Plan {
     }
 
     /// A variant's design with its built-in metrics, or why there is none.
-    fn built(&self, variant: &Variant) -> Result<(Project, Computed), String> {
+    fn built(&self, variant: &Variant) -> Result<(Project, Computed, Vec<String>), String> {
         #[cfg(test)]
         panics::tests::misbehave(&variant.overrides);
-        let project = self.load(variant).map_err(|invalid| {
+        let told = |invalid: InvalidDesign| {
             let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
             messages.join("; ")
-        })?;
+        };
+        let changes = self.changes(variant).map_err(told)?;
+        let overrides = [&variant.overrides[..], &changes].concat();
+        let project = self.source.load(&overrides).map_err(told)?;
         let mut computed = Computed::default();
         metrics::compute(&project, &self.known.metrics, &self.shared, &mut computed)
             .map_err(|why| why.to_string())?;
-        Ok((project, computed))
+        Ok((project, computed, changes))
     }
 
     /// Builds a variant's design with its fixtures.
@@ -415,7 +437,17 @@ impl Plan {
     /// # Errors
     /// Everything that keeps it from being built.
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
-        self.source.load(&variant.overrides)
+        let changes = self.changes(variant)?;
+        let overrides = [&variant.overrides[..], &changes].concat();
+        self.source.load(&overrides)
+    }
+
+    /// What else has to change for a variant, as `path=value`; nothing unless the plan says so.
+    ///
+    /// # Errors
+    /// Rules that contradict each other.
+    fn changes(&self, variant: &Variant) -> Result<Vec<String>, InvalidDesign> {
+        if self.fix { changes(&self.source, &variant.overrides) } else { Ok(Vec::new()) }
     }
 
     /// Whether a constraint is decided before a variant is built: by what is written for it.

@@ -14,8 +14,18 @@ use super::{
 };
 use crate::metrics::{self, Metric};
 
-const KEYS: [&str; 9] =
-    ["format", "sensor", "seed", "sample", "set", "axes", "constraints", "metrics", "objectives"];
+const KEYS: [&str; 10] = [
+    "format",
+    "sensor",
+    "seed",
+    "sample",
+    "set",
+    "fix",
+    "axes",
+    "constraints",
+    "metrics",
+    "objectives",
+];
 
 /// Files of plans.
 const PLAN: Dialect = Dialect::new("sweep", 1, ", `sensor: NAME` and `axes:`");
@@ -59,8 +69,13 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     check_keys(&mut reading, &entries);
     let (fixed, places) = fixed(&mut reading, &entries);
 
+    let fix = find(&entries, "fix").is_some_and(|entry| is_true(&mut reading, entry));
     // The sensor with what is fixed, which tells what parameters there are.
-    let project = source.load(&fixed);
+    let project = match fix {
+        true => super::changes(&source, &fixed),
+        false => Ok(Vec::new()),
+    };
+    let project = project.and_then(|changes| source.load(&[&fixed[..], &changes].concat()));
     let project = match project {
         Ok(project) => project,
         Err(invalid) => {
@@ -160,6 +175,7 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         sampling,
         axes,
         fixed,
+        fix,
         constraints,
         objectives,
         known,
@@ -168,6 +184,19 @@ pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     };
     exclusion::require_a_variant(&mut reading, &plan, &places);
     reading.finish(Some(plan))
+}
+
+fn is_true(reading: &mut Reading, entry: &Entry) -> bool {
+    match reading.scalar("fix", &entry.value) {
+        Some("true") => true,
+        Some("false") | None => false,
+        Some(other) => {
+            let message = format!("fix is `{}`, which is neither true nor false", shown(other));
+            let hint = "write `true` or `false`";
+            reading.problem(entry.value.position, "fix", other, message, hint);
+            false
+        }
+    }
 }
 
 fn check_keys(reading: &mut Reading, entries: &[Entry]) {

@@ -69,6 +69,10 @@ pub fn json_schema() -> Value {
                     ],
                 },
             },
+            "fix": {
+                "type": "boolean",
+                "description": "Let what fabkit has chosen follow the axes, as little as possible, so that a variant is lost only where rules contradict each other; false if left out.",
+            },
             "constraints": {
                 "type": "array",
                 "items": { "type": "string" },

@@ -298,7 +298,7 @@ fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mu
                 p.base.mount_radius
             )
         },
-        || "write a larger radius, or change `camera.screw_spacing` or `base.mount_holes`".into(),
+        || "write a larger radius, or change `base.mount_holes`".into(),
     );
 }
 

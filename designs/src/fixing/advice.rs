@@ -1,0 +1,249 @@
+//! Hints that were tried: what is suggested leads to a design that can be built.
+
+use fabkit_text::{Broken, InvalidDesign, Problem, Suggestion};
+
+use super::bought::is_bought;
+use super::search::{Search, search};
+use super::shrink::{readable, shrink};
+use super::space::{Fares, Outcome, Space, Values};
+use super::{STATES_TO_BLAME, own};
+use crate::{REGISTRY, SensorText};
+
+/// Most values that are tried for the hints of one design.
+const MOST_TRIED: usize = 3000;
+/// Most parameters that are tried for one problem.
+const MOST_CANDIDATES: usize = 6;
+
+/// Writes hints at a design's problems that were tried, all of them together, where there are such: what
+/// the user has just changed first, and nothing of what is bought.
+///
+/// The arguments are those with which [`load`](crate::load) refused the design.
+pub fn advise(
+    text: SensorText,
+    overrides: &[String],
+    others: &[&str],
+    invalid: &mut InvalidDesign,
+) {
+    let mine = own(overrides, others);
+    let Ok(trial) = REGISTRY.trial(text, &mine, others) else { return };
+    let Ok(report) = REGISTRY.report(text, &mine, others) else { return };
+    let mut space = Space::new(trial, MOST_TRIED);
+    let set: Vec<usize> =
+        mine.iter().filter_map(|text| space.index(text.split_once('=')?.0.trim())).collect();
+    for Hint { broken, text, suggestion } in hints(&mut space, &report.broken_rules(), &set) {
+        let is_same = |p: &&mut Problem| p.path == broken.path && p.message == broken.message;
+        if let Some(problem) = invalid.problems.iter_mut().find(is_same) {
+            problem.hint = Some(text);
+            problem.facts.suggestion = suggestion;
+        }
+    }
+}
+
+/// A value that was tried in place of a parameter's.
+#[derive(Clone, Copy)]
+struct Tried {
+    number: usize,
+    value: f64,
+    /// Larger values work too, as far as is known; else smaller ones.
+    up: bool,
+}
+
+/// What to do about a rule that is broken.
+struct Hint {
+    broken: Broken,
+    /// For people.
+    text: String,
+    /// For programs; nothing where it takes more than one value.
+    suggestion: Option<Suggestion>,
+}
+
+/// A hint for each rule that is broken and of which something is known.
+fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
+    let mut values = Values::new();
+    let first = space.outcome(&values);
+    // Of unknown names, units and materials something else is said.
+    let told = |b: &&Broken| {
+        matches!(first.fares(&b.rule), Fares::Broken(_))
+            && (b.limit.is_some() || space.index(&b.path).is_some())
+    };
+    let broken: Vec<&Broken> = broken.iter().filter(told).collect();
+    let mut found: Vec<Option<Tried>> = Vec::new();
+    for problem in &broken {
+        let tried = match space.outcome(&values).fares(&problem.rule) {
+            Fares::Broken(_) => best(space, &values, problem, set),
+            // What was suggested before is enough.
+            _ => None,
+        };
+        if let Some(tried) = tried {
+            values.insert(tried.number, tried.value);
+        }
+        found.push(tried);
+    }
+    let mut is_solved = space.outcome(&values).is_clean();
+    if !is_solved && let Some(tried) = taken_back(space, set) {
+        values = Values::from([(tried.number, tried.value)]);
+        found = broken.iter().map(|_| Some(tried)).collect();
+        is_solved = true;
+    }
+    // What was moved twice is as it was moved last.
+    for tried in found.iter_mut().flatten() {
+        tried.value = values[&tried.number];
+    }
+    let together = if is_solved { None } else { by_search(space) };
+    let first_tried = found.iter().flatten().next().copied();
+    let mut hints = Vec::new();
+    for (i, (problem, tried)) in broken.into_iter().zip(found).enumerate() {
+        let tried = if is_solved { tried.or(first_tried) } else { None };
+        let mut said: Vec<String> = match (tried, &together) {
+            (Some(tried), _) => vec![written(space, tried, problem)],
+            (None, Some(values)) if i == 0 => {
+                let texts = space.texts(values);
+                let texts = texts.iter().map(|(path, text)| format!("{text} for `{path}`"));
+                vec![format!("write {}", texts.collect::<Vec<_>>().join(" and "))]
+            }
+            _ => Vec::new(),
+        };
+        let is_other = |path: &&String| {
+            let number = space.index(path);
+            let is_said = tried.is_some_and(|tried| Some(tried.number) == number);
+            !is_said && (!is_bought(path) || number.is_some_and(|number| set.contains(&number)))
+        };
+        let own = tried.is_some_and(|tried| space.numbers[tried.number].path != problem.path);
+        let own = (own || said.is_empty()).then_some(&problem.path);
+        let change: Vec<String> = own
+            .into_iter()
+            .chain(&problem.from)
+            .filter(is_other)
+            .map(|path| format!("`{path}`"))
+            .collect();
+        match &change[..] {
+            [] => {}
+            [one] => said.push(format!("change {one}")),
+            [most @ .., last] => said.push(format!("change {} or {last}", most.join(", "))),
+        }
+        // What can be told without trying is told already.
+        let is_end = |tried: Tried| {
+            let number = &space.numbers[tried.number];
+            number.path == problem.path && number.range.contains(&tried.value)
+        };
+        let knows_better = match tried {
+            Some(tried) => !(problem.rule.is_range() && is_end(tried)),
+            None => together.is_some() || problem.limit.is_some(),
+        };
+        if knows_better && !said.is_empty() {
+            let suggestion = tried.map(|Tried { number, value, .. }| {
+                let number = &space.numbers[number];
+                Suggestion { path: number.path.clone(), value: number.text(value) }
+            });
+            hints.push(Hint { broken: problem.clone(), text: said.join(", or "), suggestion });
+        }
+    }
+    hints
+}
+
+/// `write at most 3 mm for ...`.
+fn written(space: &Space, Tried { number, value, up }: Tried, problem: &Broken) -> String {
+    let number = &space.numbers[number];
+    let most = if up { "at least" } else { "at most" };
+    match number.path == problem.path {
+        true => format!("write {most} {}", number.text(value)),
+        false => format!("write {most} {} for `{}`", number.text(value), number.path),
+    }
+}
+
+/// The first of what a rule follows from that, changed alone, keeps the rule and breaks no other.
+fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> Option<Tried> {
+    let now = space.outcome(values);
+    let mends = |outcome: &Outcome| {
+        outcome.fares(&problem.rule) == Fares::Kept
+            && outcome.broken.iter().all(|b| now.broken.iter().any(|was| was.rule == b.rule))
+    };
+    let own = space.index(&problem.path);
+    let inputs: Vec<usize> = problem.from.iter().filter_map(|path| space.index(path)).collect();
+    // What the user has just changed; then what the problem is about; then what that follows from.
+    let is_about = |number: &&usize| Some(**number) == own || inputs.contains(number);
+    let mut candidates: Vec<usize> = set.iter().filter(is_about).copied().collect();
+    candidates.extend(set);
+    candidates
+        .extend(own.into_iter().chain(inputs).filter(|i| !is_bought(&space.numbers[*i].path)));
+    let mut seen = Vec::new();
+    candidates.retain(|number| {
+        !seen.contains(number) && {
+            seen.push(*number);
+            true
+        }
+    });
+    for number in candidates.into_iter().take(MOST_CANDIDATES) {
+        if space.left == 0 {
+            return None;
+        }
+        // The limit as it is told.
+        if Some(number) == own
+            && let Some(tried) = offered(space, number, problem)
+        {
+            let mut values = values.clone();
+            values.insert(number, tried.value);
+            if mends(&space.outcome(&values)) {
+                return Some(tried);
+            }
+        }
+        if let Some((value, up)) = either_way(space, values, number, &mends) {
+            return Some(Tried { number, value, up });
+        }
+    }
+    None
+}
+
+/// The limit that the message tells, as a value.
+fn offered(space: &Space, number: usize, problem: &Broken) -> Option<Tried> {
+    let limit = problem.limit.as_ref()?;
+    let (up, text) = match limit.strip_prefix("at least ") {
+        Some(text) => (true, text),
+        None => (false, limit.strip_prefix("at most ")?),
+    };
+    let value: f64 = text.split(' ').next()?.parse().ok()?;
+    let [low, high] = space.numbers[number].range;
+    (low..=high).contains(&value).then_some(Tried { number, value, up })
+}
+
+/// The nearest good value of a number in either direction, in few digits, and whether it is larger.
+pub(super) fn either_way(
+    space: &mut Space,
+    values: &Values,
+    number: usize,
+    is_good: &dyn Fn(&Outcome) -> bool,
+) -> Option<(f64, bool)> {
+    let begin = space.outcome(values).at[number]?;
+    let mut found: Vec<(f64, bool)> = Vec::new();
+    for up in [false, true] {
+        let nearest = space.nearest(values, number, up, is_good, &|_| false);
+        found.extend(nearest.map(|value| (value, up)));
+    }
+    found.sort_by(|a, b| (a.0 - begin).abs().total_cmp(&(b.0 - begin).abs()));
+    let (value, up) = *found.first()?;
+    for rounded in readable(space, number, value, up) {
+        let mut values = values.clone();
+        values.insert(number, rounded);
+        if is_good(&space.outcome(&values)) {
+            return Some((rounded, up));
+        }
+    }
+    Some((value, up))
+}
+
+/// What the user set, as near to it as can be built: the first of which there is such a value.
+fn taken_back(space: &mut Space, set: &[usize]) -> Option<Tried> {
+    set.iter().find_map(|&number| {
+        let (value, up) = either_way(space, &Values::new(), number, &|o| o.is_clean())?;
+        Some(Tried { number, value, up })
+    })
+}
+
+/// What the search for all finds, where values that belong together must change.
+fn by_search(space: &mut Space) -> Option<Values> {
+    let begin = Values::new();
+    match search(space, &begin, &[], &|_| true, STATES_TO_BLAME, &mut Vec::new()) {
+        Search::Found(values) => Some(shrink(space, &begin, values)),
+        Search::Nothing | Search::Unknown => None,
+    }
+}

@@ -1,0 +1,148 @@
+//! How far each parameter can go: `fabkit show --limits`.
+
+use fabkit_text::{InvalidDesign, Kind};
+
+use super::own;
+use super::search::{Search, search};
+use super::space::{Space, Values};
+use crate::{REGISTRY, SensorText};
+
+/// Most values that are tried of one parameter, with all others held and with those that may follow.
+const MOST_TRIED: [usize; 2] = [200, 500];
+/// Most states of a search for what may follow.
+const STATES: usize = 5;
+/// How often what lies between a good and a bad value is halved, with others held and followed.
+const HALVINGS: [usize; 2] = [12, 4];
+/// Steps outward, in a value's own size; then the end of what is allowed.
+const STEPS: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
+
+/// A number and how far it can go.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feasible {
+    /// Dotted path.
+    pub path: String,
+    /// In its unit.
+    pub value: f64,
+    /// `mm`, `deg` or nothing.
+    pub unit: &'static str,
+    /// With all others held.
+    pub held: Range,
+    /// Where chosen values may follow; only if that was asked for.
+    pub followed: Option<Range>,
+}
+
+/// Smallest and largest value with which a design can be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The smallest.
+    pub low: f64,
+    /// The largest.
+    pub high: f64,
+    /// Whether each is the end of what fabkit allows at all.
+    pub is_end: [bool; 2],
+}
+
+/// How far each number can go, up and down from what it is, until the design cannot be built; with
+/// `follow` also where chosen values may follow.
+///
+/// `progress` is told how many of how many are done. The other arguments are as for
+/// [`load`](crate::load).
+///
+/// # Errors
+/// Everything that is wrong with the design as it is.
+pub fn limits(
+    text: SensorText,
+    overrides: &[String],
+    others: &[&str],
+    follow: bool,
+    progress: &dyn Fn(usize, usize),
+) -> Result<Vec<Feasible>, InvalidDesign> {
+    let mine = own(overrides, others);
+    REGISTRY.load_text(text, &mine, others)?;
+    let trial = REGISTRY.trial(text, &mine, others)?;
+    let count = Space::new(trial.clone(), 1).numbers.len();
+    let mut all = Vec::new();
+    for number in 0..count {
+        // What is known of others' values is of no use here.
+        let mut space = Space::new(trial.clone(), MOST_TRIED[0]);
+        progress(number, count);
+        let Some(value) = space.numbers[number].value else { continue };
+        let held = range(&mut space, number, [value; 2], HALVINGS[0], &mut |space, value| {
+            space.with(&Values::new(), number, value).is_clean()
+        });
+        let followed = follow.then(|| {
+            space.left = MOST_TRIED[1];
+            let ends = [held.low, held.high];
+            range(&mut space, number, ends, HALVINGS[1], &mut |space, value| {
+                let begin = Values::from([(number, value)]);
+                let met = &mut Vec::new();
+                let found = search(space, &begin, &[number], &|_| true, STATES, met);
+                matches!(found, Search::Found(_))
+            })
+        });
+        let known = &space.numbers[number];
+        let unit = match known.kind {
+            Kind::Length => "mm",
+            Kind::Angle => "deg",
+            _ => "",
+        };
+        all.push(Feasible { path: known.path.clone(), value, unit, held, followed });
+    }
+    Ok(all)
+}
+
+/// From two values that are good, how far others are, too.
+fn range(
+    space: &mut Space,
+    number: usize,
+    from: [f64; 2],
+    halvings: usize,
+    is_good: &mut dyn FnMut(&mut Space, f64) -> bool,
+) -> Range {
+    let ends = space.numbers[number].range;
+    let mut found = from;
+    for (i, up) in [(0, false), (1, true)] {
+        let end = ends[i];
+        let steps = steps(space, number, from[i], end, up);
+        let mut bad = None;
+        for value in steps {
+            if space.left == 0 || !is_good(space, value) {
+                bad = Some(value);
+                break;
+            }
+            found[i] = value;
+        }
+        let Some(mut bad) = bad else { continue };
+        for _ in 0..halvings {
+            let half = rounded(space, number, 0.5 * (found[i] + bad), up);
+            if half == bad || half == found[i] || space.left == 0 {
+                break;
+            }
+            if is_good(space, half) { found[i] = half } else { bad = half }
+        }
+    }
+    Range { low: found[0], high: found[1], is_end: [found[0] == ends[0], found[1] == ends[1]] }
+}
+
+fn steps(space: &Space, number: usize, from: f64, end: f64, up: bool) -> Vec<f64> {
+    let scale = space.scale(number);
+    let mut steps: Vec<f64> = STEPS
+        .iter()
+        .map(|step| if up { from + step * scale } else { from - step * scale })
+        .map(|value| rounded(space, number, value, up))
+        .take_while(|value| if up { *value < end } else { *value > end })
+        .collect();
+    steps.push(end);
+    steps.dedup();
+    steps.retain(|value| *value != from);
+    steps
+}
+
+/// To a whole number, or a thousandth.
+fn rounded(space: &Space, number: usize, value: f64, up: bool) -> f64 {
+    match space.numbers[number].kind {
+        Kind::Count if up => value.ceil(),
+        Kind::Count => value.floor(),
+        _ => (value * 1e3).round() / 1e3,
+    }
+}

@@ -1,0 +1,235 @@
+//! What has to give way so that a design can be built: `--fix`.
+//!
+//! What the user set stays; what fabkit has chosen changes, as few values and as little as possible. Where
+//! that cannot be, the smallest set of rules is told that contradict each other.
+
+mod advice;
+mod bought;
+mod limits;
+mod search;
+mod shrink;
+mod space;
+
+use fabkit_text::{Broken, InvalidDesign, Problem, Rule};
+
+pub use advice::advise;
+pub use bought::is_bought;
+pub use limits::{Feasible, Range, limits};
+use search::{Search, search};
+use shrink::shrink;
+use space::{Space, Values};
+
+use crate::{REGISTRY, SensorText};
+
+/// Most states that a search looks at.
+const STATES: usize = 40;
+/// Most states for each rule that is left out, to see whether it is to blame.
+const STATES_TO_BLAME: usize = 12;
+/// Most values that are tried to fix a design.
+const MOST_TRIED: usize = 6000;
+/// Most values that are tried to find what is to blame.
+const MOST_TRIED_TO_BLAME: usize = 6000;
+/// Most rules among which those to blame are looked for: the first that were broken.
+const MOST_BLAMED: usize = 24;
+
+/// A value that gave way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// Dotted path of the parameter.
+    pub path: String,
+    /// What it was, as it would be written.
+    pub from: String,
+    /// What it is now.
+    pub to: String,
+    /// The first rule that is broken without it, as half a sentence.
+    pub because: String,
+}
+
+impl Change {
+    /// As an override: `path=value`.
+    pub fn as_override(&self) -> String {
+        format!("{}={}", self.path, self.to)
+    }
+}
+
+impl std::fmt::Display for Change {
+    /// `tube.wall 1 mm -> 1.2 mm: because ...`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {} -> {}: because {}", self.path, self.from, self.to, self.because)
+    }
+}
+
+/// The fewest and least changes of chosen values with which a design keeps all rules; none where it does
+/// already.
+///
+/// `overrides` and `others` as for [`load`](crate::load). Values whose source is `paper`,
+/// `measured` or the user, and those of bought things, stay.
+///
+/// # Errors
+/// What cannot be read, as [`load`](crate::load) tells it; or one problem that names the rules which
+/// contradict each other.
+pub fn fix(
+    text: SensorText,
+    overrides: &[String],
+    others: &[&str],
+) -> Result<Vec<Change>, InvalidDesign> {
+    let mine = own(overrides, others);
+    let trial = REGISTRY.trial(text, &mine, others)?;
+    let mut space = Space::new(trial, MOST_TRIED);
+    let begin = Values::new();
+    let first = space.outcome(&begin);
+    if first.is_clean() {
+        return Ok(Vec::new());
+    }
+    let as_it_is = || REGISTRY.load_text(text, &mine, others).err();
+    // What is not a number cannot be fixed by one: unknown names, units, materials.
+    let is_readable = |broken: &Broken| {
+        !broken.rule.is_range() || space.index(&broken.path).is_some_and(|i| first.at[i].is_some())
+    };
+    if let (false, Some(invalid)) = (first.broken.iter().all(is_readable), as_it_is()) {
+        return Err(invalid);
+    }
+    let mut met = Vec::new();
+    match search(&mut space, &begin, &[], &|_| true, STATES, &mut met) {
+        Search::Found(values) => {
+            let values = shrink(&mut space, &begin, values);
+            Ok(changes(&mut space, &values))
+        }
+        Search::Nothing | Search::Unknown => {
+            let rules = contradiction(&mut space, met);
+            Err(contradicting(&mut space, &rules, &mine, as_it_is()))
+        }
+    }
+}
+
+/// The overrides of the sensor itself.
+fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
+    let is_other = |text: &String| {
+        others.iter().any(|key| text.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
+    };
+    overrides.iter().filter(|text| !is_other(text)).cloned().collect()
+}
+
+/// Each change with the rule that is broken without it.
+fn changes(space: &mut Space, values: &Values) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for (&number, &value) in values {
+        let mut without = values.clone();
+        without.remove(&number);
+        let outcome = space.outcome(&without);
+        let known = &space.numbers[number];
+        let because = outcome.broken.first().map(|rule| reason(rule, &known.path));
+        changes.push(Change {
+            path: known.path.clone(),
+            from: outcome.at[number].map(|from| known.text(tidy(from))).unwrap_or_default(),
+            to: known.text(value),
+            because: because.unwrap_or_default(),
+        });
+    }
+    changes
+}
+
+/// To a ten-thousandth: what follows from others may have many digits.
+fn tidy(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+/// Why a value changes: half a sentence behind "because".
+fn reason(broken: &Broken, path: &str) -> String {
+    match (&broken.because, &broken.limit) {
+        (Some(because), _) if broken.path == path => because.clone(),
+        (Some(because), Some(limit)) => {
+            format!("{} must be {limit}: {because}", broken.path)
+        }
+        _ => broken.message.clone(),
+    }
+}
+
+/// The smallest set of these rules that cannot be kept together: none of them can be left out.
+fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
+    let begin = Values::new();
+    let mut met = met;
+    met.truncate(MOST_BLAMED);
+    space.left = MOST_TRIED_TO_BLAME;
+    // Most often one rule cannot be kept whatever gives way.
+    for rule in &met {
+        let counts = |other: &Rule| other == rule;
+        let found = search(space, &begin, &[], &counts, STATES_TO_BLAME, &mut Vec::new());
+        if matches!(found, Search::Nothing) {
+            return vec![rule.clone()];
+        }
+    }
+    let mut rules = met;
+    let mut i = rules.len();
+    // What came up last is the least likely to be to blame.
+    while i > 0 {
+        i -= 1;
+        let mut fewer = rules.clone();
+        fewer.remove(i);
+        if fewer.is_empty() {
+            break;
+        }
+        let counts = |rule: &Rule| fewer.contains(rule);
+        let found = search(space, &begin, &[], &counts, STATES_TO_BLAME, &mut Vec::new());
+        if matches!(found, Search::Nothing) {
+            rules = fewer;
+        }
+    }
+    rules
+}
+
+/// One problem that names the rules, and what gives way best.
+fn contradicting(
+    space: &mut Space,
+    rules: &[Rule],
+    overrides: &[String],
+    as_it_is: Option<InvalidDesign>,
+) -> InvalidDesign {
+    let said: Vec<String> = rules.iter().filter_map(|rule| space.said(rule)).collect();
+    let set: Vec<&str> =
+        overrides.iter().filter_map(|text| Some(text.split_once('=')?.0.trim())).collect();
+    let begin = Values::new();
+    // Of what the user set, the nearest value of each with which all can be built.
+    let mut instead = Vec::new();
+    for path in &set {
+        let Some(number) = space.index(path) else { continue };
+        if let Some((value, up)) = advice::either_way(space, &begin, number, &|o| o.is_clean()) {
+            let most = if up { "at least" } else { "at most" };
+            instead
+                .push(format!("write {most} {} for `{path}`", space.numbers[number].text(value)));
+        }
+    }
+    let kept: Vec<String> = set.iter().map(|path| format!("`{path}`")).collect();
+    let given = match kept.is_empty() {
+        true => "whatever the chosen values are".to_owned(),
+        false => format!("with {} as set, whatever the chosen values are", kept.join(", ")),
+    };
+    let message = match &said[..] {
+        [one] => format!("a contradiction: {one}; that cannot be kept {given}"),
+        _ => format!(
+            "a contradiction: {}; these cannot be kept together {given}",
+            said.join("; and ")
+        ),
+    };
+    let first = as_it_is.and_then(|invalid| invalid.problems.into_iter().next());
+    let Some(first) = first else { return InvalidDesign { problems: Vec::new() } };
+    let hint = match instead.is_empty() {
+        true => first.hint.clone().filter(|_| set.is_empty()),
+        false => Some(instead.join(", or ")),
+    };
+    let hint = hint.or_else(|| Some(format!("take back one of {}", kept.join(", "))));
+    InvalidDesign { problems: vec![Problem { message, hint, ..first }] }
+}
+
+impl Space {
+    /// What a rule says, as it was when it was broken first.
+    fn said(&self, rule: &Rule) -> Option<String> {
+        let broken = self.first_broken(rule)?;
+        Some(match (&broken.limit, &broken.because) {
+            (Some(limit), Some(because)) => {
+                format!("{} must be {limit}, because {because}", broken.path)
+            }
+            _ => broken.message.clone(),
+        })
+    }
+}

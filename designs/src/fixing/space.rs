@@ -1,0 +1,239 @@
+//! The values of a design as a space to move in: which numbers there are, and what is wrong where.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use fabkit_text::{Broken, Kind, Number, Rule, SourceKind};
+
+use super::bought::is_bought;
+use crate::registry::Trial;
+
+/// Values in place of those that the files have, each by the index of its number.
+pub(super) type Values = BTreeMap<usize, f64>;
+
+/// What is wrong with some values.
+#[derive(Debug)]
+pub(super) struct Outcome {
+    /// In the order in which it was looked at.
+    pub broken: Vec<Broken>,
+    /// Whether all could be looked at.
+    is_read: bool,
+    /// Every number, of expressions too.
+    pub at: Vec<Option<f64>>,
+}
+
+/// How a rule fares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Fares {
+    /// It is kept.
+    Kept,
+    /// It is not, by so much where that is known.
+    Broken(Option<f64>),
+    /// Something else is so wrong that nobody looked.
+    Unknown,
+}
+
+impl Outcome {
+    pub fn is_clean(&self) -> bool {
+        self.broken.is_empty()
+    }
+
+    pub fn fares(&self, rule: &Rule) -> Fares {
+        match self.broken.iter().find(|broken| broken.rule == *rule) {
+            Some(broken) => Fares::Broken(broken.missing),
+            None if self.is_read || rule.is_range() => Fares::Kept,
+            None => Fares::Unknown,
+        }
+    }
+}
+
+/// A design's numbers, and what was found out about their values so far.
+pub(super) struct Space {
+    trial: Trial,
+    /// Every number.
+    pub numbers: Vec<Number>,
+    /// Those that may be changed: chosen, and not of what is bought.
+    pub free: Vec<usize>,
+    known: BTreeMap<Vec<(usize, u64)>, Rc<Outcome>>,
+    /// Each rule as it was when it was broken first.
+    first: BTreeMap<Rule, Broken>,
+    /// How many more values may be tried: what bounds the time, on every machine alike.
+    pub left: usize,
+}
+
+impl Space {
+    pub fn new(trial: Trial, most: usize) -> Self {
+        let numbers = trial.numbers();
+        // Who sets one size of a camera means another camera, whose other sizes nobody knows.
+        let section = |path: &str| path.split('.').next().map(str::to_owned);
+        let exchanged: Vec<Option<String>> = numbers
+            .iter()
+            .filter(|n| n.source == SourceKind::User && is_bought(&n.path))
+            .map(|number| section(&number.path))
+            .collect();
+        let may_change = |number: &Number| {
+            let is_given = is_bought(&number.path) && !exchanged.contains(&section(&number.path));
+            number.source == SourceKind::Chosen && !is_given
+        };
+        let free = (0..numbers.len()).filter(|i| may_change(&numbers[*i])).collect();
+        Self { trial, numbers, free, known: BTreeMap::new(), first: BTreeMap::new(), left: most }
+    }
+
+    /// What is wrong with these values. Whoever asks often looks at [`Space::left`].
+    pub fn outcome(&mut self, values: &Values) -> Rc<Outcome> {
+        let key: Vec<(usize, u64)> = values.iter().map(|(i, v)| (*i, v.to_bits())).collect();
+        if let Some(known) = self.known.get(&key) {
+            return Rc::clone(known);
+        }
+        self.left = self.left.saturating_sub(1);
+        let (report, at) = self.trial.with(&self.texts(values), &self.numbers);
+        let broken = report.broken_rules();
+        for rule in &broken {
+            self.first.entry(rule.rule.clone()).or_insert_with(|| rule.clone());
+        }
+        let outcome = Rc::new(Outcome { broken, is_read: report.is_read(), at });
+        self.known.insert(key, Rc::clone(&outcome));
+        outcome
+    }
+
+    /// A rule as it was when it was broken first.
+    pub fn first_broken(&self, rule: &Rule) -> Option<&Broken> {
+        self.first.get(rule)
+    }
+
+    /// Values as overrides: path and text.
+    pub fn texts(&self, values: &Values) -> BTreeMap<String, String> {
+        let text = |(i, value): (&usize, &f64)| {
+            let number = &self.numbers[*i];
+            (number.path.clone(), number.text(*value))
+        };
+        values.iter().map(text).collect()
+    }
+
+    /// The size that changes of a number are told in.
+    pub fn scale(&self, number: usize) -> f64 {
+        let Number { kind, value, .. } = &self.numbers[number];
+        let least = match kind {
+            Kind::Length => 1.0,
+            Kind::Angle => 10.0,
+            Kind::Count => 1.0,
+            _ => 0.1,
+        };
+        value.unwrap_or_default().abs().max(least)
+    }
+
+    /// The index of a parameter.
+    pub fn index(&self, path: &str) -> Option<usize> {
+        self.numbers.iter().position(|number| number.path == path)
+    }
+
+    /// The nearest value of a number, from that of a state in one direction, with which `is_good` holds;
+    /// nothing where none is found. `is_hopeless` may end the search: it is shown what a near, a middle
+    /// and a far value come to.
+    pub fn nearest(
+        &mut self,
+        values: &Values,
+        number: usize,
+        up: bool,
+        is_good: &dyn Fn(&Outcome) -> bool,
+        is_hopeless: &dyn Fn(&[Rc<Outcome>]) -> bool,
+    ) -> Option<f64> {
+        let (begin, ladder) = self.ladder(values, number, up)?;
+        let (near, far) = (*ladder.first()?, *ladder.last()?);
+        let middle = ladder[ladder.len() / 2];
+        let probes = [near, middle, far].map(|value| self.with(values, number, value));
+        if !probes.iter().any(|outcome| is_good(outcome)) && is_hopeless(&probes) {
+            return None;
+        }
+        let mut before = begin;
+        for value in ladder {
+            if is_good(&self.with(values, number, value)) {
+                return Some(self.between(values, number, (before, value), is_good));
+            }
+            before = value;
+        }
+        None
+    }
+
+    /// The furthest value of a number, from that of a state in one direction, up to which `is_good` holds.
+    pub fn furthest(
+        &mut self,
+        values: &Values,
+        number: usize,
+        up: bool,
+        is_good: &dyn Fn(&Outcome) -> bool,
+    ) -> Option<f64> {
+        let (_, ladder) = self.ladder(values, number, up)?;
+        let mut last = None;
+        for value in ladder {
+            if !is_good(&self.with(values, number, value)) {
+                return last.map(|good| self.between(values, number, (value, good), is_good));
+            }
+            last = Some(value);
+        }
+        last
+    }
+
+    /// What is wrong with a number changed.
+    pub fn with(&mut self, values: &Values, number: usize, value: f64) -> Rc<Outcome> {
+        let mut values = values.clone();
+        values.insert(number, value);
+        self.outcome(&values)
+    }
+
+    /// Between a bad and a good value, the good one that is nearest to the bad.
+    fn between(
+        &mut self,
+        values: &Values,
+        number: usize,
+        (mut bad, mut good): (f64, f64),
+        is_good: &dyn Fn(&Outcome) -> bool,
+    ) -> f64 {
+        let is_count = self.numbers[number].kind == Kind::Count;
+        for _ in 0..HALVINGS {
+            let half = 0.5 * (bad + good);
+            let half = if is_count { half.round() } else { half };
+            if half == bad || half == good {
+                break;
+            }
+            if is_good(&self.with(values, number, half)) { good = half } else { bad = half }
+        }
+        good
+    }
+
+    /// Where a number is, and values from there in one direction to the end of what is allowed or of what
+    /// anybody would think of.
+    fn ladder(&mut self, values: &Values, number: usize, up: bool) -> Option<(f64, Vec<f64>)> {
+        let begin = self.outcome(values).at[number].or(self.numbers[number].value)?;
+        let [low, high] = self.numbers[number].range;
+        let scale = self.scale(number);
+        let steps: Vec<f64> = match self.numbers[number].kind {
+            Kind::Count => COUNT_STEPS.to_vec(),
+            _ => STEPS.map(|step| step * scale).to_vec(),
+        };
+        let end = if up { high } else { low };
+        // From outside of what is allowed, the nearest that is.
+        let entry = begin.max(low).min(high);
+        if entry != begin && (entry > begin) != up {
+            return None;
+        }
+        let mut ladder = vec![entry];
+        for step in steps {
+            let value = if up { entry + step } else { entry - step };
+            let is_beyond = if up { value >= end } else { value <= end };
+            ladder.push(if is_beyond { end } else { value });
+            if is_beyond {
+                break;
+            }
+        }
+        ladder.retain(|value| *value != begin);
+        (!ladder.is_empty()).then_some((begin, ladder))
+    }
+}
+
+/// How far numbers are moved, in their own size.
+const STEPS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 2.0];
+/// The same of counts.
+const COUNT_STEPS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
+/// How often what lies between two steps is halved.
+const HALVINGS: usize = 9;

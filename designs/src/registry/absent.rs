@@ -1,0 +1,18 @@
+//! What people look for in sensors' files and there is not.
+
+/// Last words of paths, and why there is no such parameter.
+pub(super) const ABSENT: &[(&str, &str)] = &[
+    ("focal_length", "a lens is told by its field of view; calibration measures its focal length"),
+    ("flange", "the base has mounting holes, and what it is screwed to is made for those"),
+    ("resolution", "`width_px` and `height_px` say how many pixels a camera has"),
+    ("fov", "`field_of_view` is that of the camera"),
+    ("exposure", "that is set where pictures are taken; it shapes no part"),
+    ("gain", "that is set where pictures are taken; it shapes no part"),
+    ("color", "a part has the colour of its `material`"),
+    ("colour", "a part has the colour of its `material`"),
+    ("hardness", "a gel is as hard as its `material`"),
+    ("stiffness", "a gel is as stiff as its `material`"),
+    ("infill", "that is the slicer's"),
+    ("layer_height", "that is the slicer's"),
+    ("scale", "sizes are parameters of their own; what follows from them follows"),
+];

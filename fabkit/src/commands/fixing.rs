@@ -1,0 +1,49 @@
+//! `--fix`: what fabkit has chosen gives way, and says so.
+
+use fabkit_application::designs::fixing::Change;
+use fabkit_application::documents;
+use fabkit_application::source::Target;
+use serde_json::Value;
+
+use crate::cli::{Command, Design, Export, Global, Render, Verify};
+use crate::failure::Failure;
+
+/// Adds to what the command line sets what else has to change; nothing where nobody asked for it.
+pub(super) fn fix(command: &mut Command) -> Result<Option<Vec<Change>>, Failure> {
+    let (sensor, preset, set, is_wanted) = match command {
+        Command::Show(args) => of(&mut args.design),
+        Command::Check(design) => of(design),
+        Command::Depth(args) => of(&mut args.design),
+        Command::Dataset(args) => of(&mut args.design),
+        Command::Export(Export { sensor, preset, set, fix, .. })
+        | Command::Render(Render { sensor, preset, set, fix, .. }) => {
+            (sensor, preset.as_deref(), set, *fix)
+        }
+        Command::Verify(Verify { sensor, set, fix, .. }) => (sensor, None, set, *fix),
+        _ => return Ok(None),
+    };
+    if !is_wanted {
+        return Ok(None);
+    }
+    let changes = Target::new(sensor).with_preset(preset).fix(set)?;
+    set.extend(changes.iter().map(Change::as_override));
+    Ok(Some(changes))
+}
+
+fn of(design: &mut Design) -> (&mut String, Option<&str>, &mut Vec<String>, bool) {
+    (&mut design.sensor, design.preset.as_deref(), &mut design.set, design.fix)
+}
+
+/// Tells people what has changed, before the work begins.
+pub(super) fn tell(changes: &[Change], global: &Global) {
+    if !global.quiet && !global.json {
+        changes.iter().for_each(|change| eprintln!("fixed: {change}"));
+    }
+}
+
+/// Tells programs.
+pub(super) fn add_to(document: &mut Value, changes: &[Change]) {
+    if let Some(document) = document.as_object_mut() {
+        document.insert("changes".into(), documents::changes(changes));
+    }
+}

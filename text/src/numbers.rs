@@ -1,0 +1,100 @@
+//! The numbers of a document, for those who look for other values.
+
+use std::collections::BTreeMap;
+
+use crate::document::Document;
+use crate::expression::resolve;
+use crate::place::{Place, Written, WrittenText};
+use crate::{Kind, OVERRIDES, Scalar, Shape, Source, SourceKind, TextLayer};
+
+/// A parameter that is one number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// Dotted path.
+    pub path: String,
+    /// Length (mm), angle (deg), count or plain number.
+    pub kind: Kind,
+    /// Smallest and largest allowed value.
+    pub range: [f64; 2],
+    /// Where it comes from.
+    pub source: SourceKind,
+    /// Which text it stands in.
+    pub layer: TextLayer,
+    /// Whether it follows from other values.
+    pub is_expression: bool,
+    /// What it is; nothing where that cannot be read.
+    pub value: Option<f64>,
+}
+
+impl Number {
+    /// A value as it would be written.
+    pub fn text(&self, value: f64) -> String {
+        // `-0` reads badly.
+        let value = value + 0.0;
+        match self.kind {
+            Kind::Length => format!("{value} mm"),
+            Kind::Angle => format!("{value} deg"),
+            _ => value.to_string(),
+        }
+    }
+}
+
+impl Document {
+    /// Puts values in place of expressions.
+    pub fn resolve(&mut self) {
+        resolve(self);
+    }
+
+    /// Every parameter that is one number, in order; of those that follow from others, once those are
+    /// [resolved](Document::resolve), the value.
+    pub fn numbers(&self) -> Vec<Number> {
+        let number = |path: String| {
+            let Some(Shape::Value { is_list: false, kind, allowed, .. }) =
+                self.field(&path).map(|field| &field.shape)
+            else {
+                return None;
+            };
+            let range = range_of(*kind, allowed)?;
+            let written = self.value(&path)?;
+            let value = self.number(&path, *kind);
+            let (source, layer) = (written.source.kind, written.place.layer);
+            let is_expression = written.formula.is_some();
+            Some(Number { path, kind: *kind, range, source, layer, is_expression, value })
+        };
+        self.paths().into_iter().filter_map(number).collect()
+    }
+
+    /// The number at a path.
+    pub fn number(&self, path: &str, kind: Kind) -> Option<f64> {
+        match &self.value(path)?.text {
+            WrittenText::Scalar(text) => parsed(kind, text),
+            WrittenText::List(_) => None,
+        }
+    }
+
+    /// Writes values over those that are there, as if they were overrides.
+    pub fn write_over(&mut self, values: &BTreeMap<String, String>) {
+        let place = Place::new(TextLayer::Override, OVERRIDES, self.root.dialect);
+        for (path, text) in values {
+            let source = Source { kind: SourceKind::User, note: OVERRIDES.to_owned() };
+            let text = WrittenText::Scalar(text.clone());
+            self.set(path, Written::new(place.clone(), text, source));
+        }
+    }
+}
+
+fn parsed(kind: Kind, text: &str) -> Option<f64> {
+    match kind {
+        Kind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),
+        Kind::Angle => text.parse::<fabkit_geometry::Angle>().ok().map(|v| v.deg()),
+        Kind::Count => <u32 as Scalar>::parse(text).ok().map(f64::from),
+        Kind::Number => <f64 as Scalar>::parse(text).ok(),
+        Kind::Switch | Kind::Text | Kind::List => None,
+    }
+}
+
+/// What a declaration allows: `4 mm to 60 mm`.
+fn range_of(kind: Kind, allowed: &str) -> Option<[f64; 2]> {
+    let (low, high) = allowed.split_once(" to ")?;
+    Some([parsed(kind, low)?, parsed(kind, high)?])
+}

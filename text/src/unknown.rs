@@ -1,0 +1,85 @@
+//! What somebody meant who wrote a name that no parameter has.
+
+use crate::similar;
+
+/// Paths that may be meant: the section as it is written or nearly, and the last word nearly; or, of a
+/// section that there is not, the same last word elsewhere. Nothing far-fetched.
+pub(crate) fn meant<'a>(path: &str, known: &'a [String]) -> Vec<&'a str> {
+    /// At most this many suggestions.
+    const MOST: usize = 3;
+    let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
+    let sections: Vec<&str> = known.iter().map(|path| split(path).0).collect();
+    let section = match sections.contains(&section) {
+        true => Some(section),
+        false => similar(section, sections).first().copied(),
+    };
+    if let Some(section) = section.filter(|section| !section.is_empty()) {
+        let of_section = || known.iter().filter(|path| split(path).0 == section);
+        let words = similar(word, of_section().map(|path| split(path).1));
+        let is_near = |path: &&String| words.contains(&split(path).1);
+        let mut near: Vec<&str> = of_section().filter(is_near).map(String::as_str).collect();
+        near.sort_by_key(|path| words.iter().position(|word| *word == split(path).1));
+        if !near.is_empty() {
+            return near;
+        }
+    }
+    let same: Vec<&str> =
+        known.iter().map(String::as_str).filter(|path| split(path).1 == word).take(MOST).collect();
+    if !same.is_empty() || path.contains('.') {
+        return same;
+    }
+    // A word alone, of the section or of the parameter.
+    match similar(word, known.iter().map(|path| split(path).1)).first() {
+        Some(best) => {
+            let is_best = |path: &&str| split(path).1 == *best;
+            known.iter().map(String::as_str).filter(is_best).take(MOST).collect()
+        }
+        None => Vec::new(),
+    }
+}
+
+/// What there is instead of a path that nobody meant.
+pub(crate) fn instead(path: &str, known: &[String], absent: &[(&str, &str)]) -> String {
+    let (section, word) = split(path);
+    let why = absent.iter().find(|(name, _)| *name == word || *name == path);
+    let why = why.map(|(_, why)| format!(": {why}")).unwrap_or_default();
+    let of_section: Vec<&str> = known
+        .iter()
+        .filter(|path| !section.is_empty() && split(path).0 == section)
+        .map(|path| split(path).1)
+        .collect();
+    match of_section.is_empty() {
+        true => format!("fabkit has no such parameter{why}; `fabkit show` lists every parameter"),
+        false => format!(
+            "fabkit has no such parameter{why}; those of {section} are {}",
+            of_section.join(", ")
+        ),
+    }
+}
+
+fn split(path: &str) -> (&str, &str) {
+    path.rsplit_once('.').unwrap_or(("", path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_recognized_and_strangers_are_told_what_there_is() {
+        let known = ["base.height", "base.mount_radius", "camera.depth", "surface.radius"];
+        let known = known.map(str::to_owned);
+        assert_eq!(meant("surface.raduis", &known), ["surface.radius"]);
+        assert_eq!(meant("surfce.radius", &known), ["surface.radius"]);
+        assert_eq!(meant("raduis", &known), ["surface.radius"]);
+        assert_eq!(meant("shell.depth", &known), ["camera.depth"]);
+        for stranger in ["base.flange", "camera.focal_length", "base.weight_limit", "infill"] {
+            assert!(meant(stranger, &known).is_empty(), "{stranger}");
+        }
+        let absent = [("flange", "it is screwed on")];
+        assert_eq!(
+            instead("base.flange", &known, &absent),
+            "fabkit has no such parameter: it is screwed on; those of base are height, mount_radius"
+        );
+    }
+}

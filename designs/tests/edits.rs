@@ -112,7 +112,7 @@ fn sheet_mold() {
 #[test]
 fn flat_gel() {
     few_are_refused("9dtact", [5.6, 17.4]);
-    few_are_refused("digit-like", [10.3, 15.6]);
+    few_are_refused("digit-like", [12.0, 18.7]);
     few_are_refused("gelsight-like", [7.7, 18.1]);
 }
 

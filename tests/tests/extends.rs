@@ -59,7 +59,7 @@ fn a_sweep_varies_a_sensor_that_extends_a_file_and_knows_when_that_one_changed()
     write(folder, "base.yaml", "extends: rtac0\nname: base\n");
     write(folder, "mine.yaml", "extends: base.yaml\nname: mine\n");
     let plan = "sensor: mine.yaml\naxes:\n  surface.radius: [15 mm, 15.5 mm]\n\
-                metrics: [envelope_height_mm]\n";
+                metrics: [camera]\n";
     write(folder, "plan.yaml", plan);
     let sweep = fabkit(folder, &["sweep", "plan.yaml", "-o", "out", "--json"]).ok();
     let hash = |_: Run| {

@@ -113,7 +113,7 @@ fn sheet_mold() {
 fn flat_gel() {
     few_are_refused("9dtact", [5.6, 17.4]);
     few_are_refused("digit-like", [12.0, 18.7]);
-    few_are_refused("gelsight-like", [7.7, 18.1]);
+    few_are_refused("gelsight-like", [8.7, 18.9]);
 }
 
 /// A sweep over camera and gel is not lost to lengths that belong together.

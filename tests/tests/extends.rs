@@ -46,8 +46,7 @@ fn files_lie_over_each_other_and_expressions_follow_the_last_word() {
         assert!(wrong.stderr.contains(text), "no `{text}` in:\n{}", wrong.stderr);
     }
     write(folder, "lab/wide.yml", "extends: common.yaml\n");
-    let picture = ["render", "a/mine.yaml/base", "-o", "lab/common.yaml", "--size=8x8"];
-    let refused = fabkit(folder, &picture);
+    let refused = fabkit(folder, &["verify", "a/mine.yaml", "--report", "lab/common.yaml"]);
     assert_eq!(refused.code, Some(2), "{refused:?}");
     assert!(refused.stderr.contains("would replace what SENSOR reads"), "{}", refused.stderr);
 }

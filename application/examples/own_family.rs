@@ -7,6 +7,7 @@ use std::path::Path as FilePath;
 
 use fabkit_application::designs::assembling::*;
 use fabkit_application::designs::blocks::{self, Joint};
+use fabkit_application::designs::materials::Castable;
 use fabkit_application::designs::parameters::{Report, limits, parameters};
 use fabkit_application::designs::{
     Built, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm,
@@ -23,6 +24,10 @@ parameters! {
         gel_thickness: Length = 1.0..=8.0,
         /// Thickness of the opaque coat.
         coat: Length = 0.05..=0.5,
+        /// What the gel is cast from.
+        gel_material: Castable,
+        /// What the coat is made of.
+        coat_material: Castable,
         /// Diameter of housing and base.
         diameter: Length = 20.0..=100.0,
         /// How many LEDs are glued to the housing's wall.
@@ -47,8 +52,6 @@ bodies! {
 }
 
 const MOLD: AssemblyName = AssemblyName("mold");
-const GEL_MATERIAL: &str = "Smooth-On Solaris";
-const COAT_MATERIAL: &str = "Smooth-On Psycho Paint with aluminium";
 /// Thickness of the window, and how far it stands out around the gel, mm.
 const WINDOW_MM: [f64; 2] = [3.0, 3.0];
 /// Edge and thickness of the camera's board, and height of its front above it, mm.
@@ -184,8 +187,8 @@ fn layers(p: &Puck, l: &Layout, touch: &PlaneSurface) -> Vec<Body> {
     let coat = touch.solid(0.0, touch.foot_z_mm).minus(gel(-CUT_OVERLAP_MM));
     let placed = [in_sensor().lifted(34.0), MOLD.in_place()];
     vec![
-        GEL.cast(gel(0.0)).from(GEL_MATERIAL).placed(placed),
-        COAT.cast(coat).from(COAT_MATERIAL).placed([in_sensor().lifted(46.0)]),
+        GEL.cast(gel(0.0)).from(&p.gel_material).placed(placed),
+        COAT.cast(coat).from(&p.coat_material).placed([in_sensor().lifted(46.0)]),
     ]
 }
 
@@ -209,8 +212,8 @@ fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
 fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
     let up = Vector3::z();
     let top = vec![free_surface(l.pad, p.gel_thickness.mm(), up)];
-    let gel = liquid(GEL_MATERIAL, 0.5).fills(&[WINDOW, RING], GEL, up, top);
-    let coat = liquid(COAT_MATERIAL, 5.0).coats(&[GEL], COAT);
+    let gel = liquid(&p.gel_material, 0.5).fills(&[WINDOW, RING], GEL, up, top);
+    let coat = liquid(&p.coat_material, 5.0).coats(&[GEL], COAT);
     let glued = Cure { hours: 1.0, celsius: 23.0 };
     let steps = [
         make("print and cut all parts"),

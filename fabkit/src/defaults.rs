@@ -85,8 +85,14 @@ impl Defaults {
             "tolerance" => cli::tolerance(text).map(|mm| self.tolerance_mm = Some(mm)),
             "kerf" => cli::kerf(text).map(|mm| self.kerf_mm = Some(mm)),
             _ if text.is_empty() => Err("nothing is written there".into()),
-            "profile" => Ok(self.profile = Some(text.into())),
-            _ => Ok(self.output = Some(text.into())),
+            "profile" => {
+                self.profile = Some(text.into());
+                Ok(())
+            }
+            _ => {
+                self.output = Some(text.into());
+                Ok(())
+            }
         };
         if let Err(why) = read {
             let message = format!("{key} is `{}`: {why}", shown(text));

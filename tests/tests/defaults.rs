@@ -44,7 +44,7 @@ fn everything_that_is_wrong_with_the_file_is_told_with_its_line() {
     assert_eq!(wrong.code, Some(2), "{wrong:?}");
     for text in [
         "fabkit.yaml:2:6",
-        "did you mean `form-4`?",
+        "did you mean `form-4`",
         "fabkit.yaml:3:1",
         "did you mean `tolerance`?",
         "fabkit.yaml:4:7",

@@ -193,8 +193,11 @@ impl Scalar for Hardness {
         let text = text.trim();
         let is_shore = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("shore"));
         let plain = if is_shore { text[5..].trim() } else { text };
-        let words: Vec<&str> =
-            plain.split([' ', '-']).map(str::trim).filter(|word| !word.is_empty()).collect();
+        // A hyphen within a word joins both; before a number it is a sign, which none may have.
+        let words: Vec<&str> = match plain.split_once('-') {
+            Some((scale, value)) if !plain.contains(' ') => vec![scale, value],
+            _ => plain.split_whitespace().collect(),
+        };
         let found = match &words[..] {
             [scale, value] if Scale::of(scale).is_some() => Some((Scale::of(scale), *value)),
             [value, scale] => Some((Scale::of(scale), *value)),

@@ -1,16 +1,14 @@
-//! A family of your own, from its parameters to a sensor that is checked and exported:
+//! A family of your own, checked and exported: a puck of gel on a window, a camera below, LEDs around.
 //! `cargo run --release -p fabkit-application --example own_family -- FOLDER`.
-//! A puck of gel on a clear window, a camera below it, LEDs around it, as small as families get.
 
 use std::error::Error;
 use std::path::Path as FilePath;
 
 use fabkit_application::designs::assembling::*;
 use fabkit_application::designs::blocks::{self, Joint};
-use fabkit_application::designs::materials::Castable;
 use fabkit_application::designs::parameters::{Report, limits, parameters};
 use fabkit_application::designs::{
-    Built, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm,
+    Built, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm, materials::Castable,
 };
 use fabkit_application::geometry::*;
 use fabkit_application::{checks, exporting, staging};

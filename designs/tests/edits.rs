@@ -5,8 +5,8 @@
 use std::{env, fs};
 
 use fabkit_designs::fixing::fix;
-use fabkit_designs::load;
 use fabkit_designs::parameters::{Kind, Problem, Setting};
+use fabkit_designs::{SensorText, load};
 
 /// Shares by which parameters are changed.
 const SHARES: [f64; 2] = [0.1, 0.25];
@@ -52,7 +52,7 @@ fn is_all() -> bool {
 
 /// The changes that a fix makes, which must work; or what contradicts each other.
 fn fixed(sensor: &str, yaml: &str, overrides: &[String]) -> Result<Vec<String>, String> {
-    match fix(sensor, yaml, overrides, &["fixtures"]) {
+    match fix(SensorText::alone(sensor, yaml), overrides, &["fixtures"]) {
         Ok(changes) => {
             let set = changes.iter().map(|change| change.as_override());
             let all: Vec<String> = overrides.iter().cloned().chain(set).collect();
@@ -60,7 +60,11 @@ fn fixed(sensor: &str, yaml: &str, overrides: &[String]) -> Result<Vec<String>, 
             if let Err(refused) = loaded {
                 return Err(format!("not fixed by {all:?}: {:?}", refused.problems[0].message));
             }
-            assert_eq!(fix(sensor, yaml, &all, &["fixtures"]).unwrap(), [], "{all:?}");
+            assert_eq!(
+                fix(SensorText::alone(sensor, yaml), &all, &["fixtures"]).unwrap(),
+                [],
+                "{all:?}"
+            );
             Ok(changes.iter().map(ToString::to_string).collect())
         }
         Err(refused) => Err(refused.problems[0].message.clone()),

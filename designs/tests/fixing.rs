@@ -2,7 +2,7 @@
 
 use fabkit_designs::fixing::{advise, fix};
 use fabkit_designs::parameters::Problem;
-use fabkit_designs::{builtin_yaml, load};
+use fabkit_designs::{SensorText, builtin_yaml, load};
 
 const OTHERS: [&str; 1] = ["fixtures"];
 
@@ -85,7 +85,7 @@ enum Followed {
 fn problems(sensor: &str, overrides: &[String]) -> Vec<Problem> {
     let yaml = builtin_yaml(sensor).unwrap();
     let Err(mut invalid) = load(sensor, yaml, overrides, &OTHERS) else { return Vec::new() };
-    advise(sensor, yaml, overrides, &OTHERS, &mut invalid);
+    advise(SensorText::alone(sensor, yaml), overrides, &OTHERS, &mut invalid);
     invalid.problems
 }
 
@@ -156,7 +156,8 @@ fn who_follows_the_hints_arrives() {
 
 fn fixed(sensor: &str, overrides: &[&str]) -> Result<Vec<String>, String> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    let changes = fix(sensor, builtin_yaml(sensor).unwrap(), &overrides, &OTHERS);
+    let changes =
+        fix(SensorText::alone(sensor, builtin_yaml(sensor).unwrap()), &overrides, &OTHERS);
     match changes {
         Ok(changes) => Ok(changes.iter().map(ToString::to_string).collect()),
         Err(invalid) => {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 /// Every material of a design with its figures; what nobody knows is null.
 pub fn json(materials: &[Castable]) -> Value {
-    materials.iter().map(|castable| of(castable)).collect()
+    materials.iter().map(of).collect()
 }
 
 fn of(castable: &Castable) -> Value {

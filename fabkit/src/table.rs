@@ -108,7 +108,8 @@ mod tests {
         assert!(text.lines().count() > 3 && text.contains(name), "{text}");
         let text = wrapped(&format!("1. {note}"), 3);
         assert!(text.lines().all(|line| line.len() <= WIDTH.into()), "{text}");
-        assert!(text.lines().skip(1).all(|line| line.starts_with("   s")), "{text}");
+        let is_below = |line: &str| line.len() > 3 && line.find(|c| c != ' ') == Some(3);
+        assert!(text.lines().count() > 1 && text.lines().skip(1).all(is_below), "{text}");
     }
 
     #[test]

@@ -25,6 +25,8 @@ list 0 list
 show 0 show rtac0
 show 0 show fluidic
 show 0 show rtac0/semi-domes
+limits 0 show 9dtact --limits
+show 0 show rtac0 --set mold.width=44.1mm --fix
 chain 0 show tactip --chain
 check 0 check shadowtac
 check 1 check rtac0-published-2025/pin-dome

@@ -79,7 +79,7 @@ const CASES: &[Case] = &[
         2,
         "out_of_range",
         "surface.radius",
-        "surface.radius: 60 mm",
+        "surface.radius: 53 mm",
         "between 8 mm and 60 mm",
     ),
     // What follows from it has no value either, which is not worth a word.

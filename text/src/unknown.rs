@@ -8,6 +8,10 @@ pub(crate) fn meant<'a>(path: &str, known: &'a [String]) -> Vec<&'a str> {
     /// At most this many suggestions.
     const MOST: usize = 3;
     let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
+    // A value has nothing below it: `surface.radius.value`.
+    if let Some(above) = known.iter().find(|known| *known == section) {
+        return vec![above];
+    }
     let sections: Vec<&str> = known.iter().map(|path| split(path).0).collect();
     let section = match sections.contains(&section) {
         true => Some(section),

@@ -14,6 +14,16 @@ const MOST_TRIED: usize = 3000;
 /// Most parameters that are tried for one problem.
 const MOST_CANDIDATES: usize = 6;
 
+/// Kinds of problems beside which numbers are tried all the same.
+const READABLE: [&str; 6] = [
+    "limit_broken",
+    "out_of_range",
+    "rule_broken",
+    "unknown_choice",
+    "unknown_material",
+    "unknown_parameter",
+];
+
 /// Writes hints at a design's problems that were tried, all of them together, where there are such: what
 /// the user has just changed first, and nothing of what is bought.
 ///
@@ -24,6 +34,10 @@ pub fn advise(
     others: &[&str],
     invalid: &mut InvalidDesign,
 ) {
+    // What cannot be read, such as a cycle, is to be mended first; looking further would only take time.
+    if invalid.problems.iter().any(|problem| !READABLE.contains(&problem.facts.code)) {
+        return;
+    }
     let mine = own(overrides, others);
     let Ok(trial) = REGISTRY.trial(text, &mine, others) else { return };
     let Ok(report) = REGISTRY.report(text, &mine, others) else { return };

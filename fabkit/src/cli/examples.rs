@@ -81,6 +81,8 @@ mod tests {
     fn examples(command: &clap::Command, found: &mut Vec<String>) {
         let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
         let lines = text.lines().skip_while(|line| !line.starts_with("Examples:")).skip(1);
+        // What follows an empty line is prose.
+        let lines = lines.take_while(|line| !line.is_empty());
         found.extend(lines.map(|line| line.trim().to_owned()));
         command.get_subcommands().for_each(|below| examples(below, found));
     }
@@ -91,7 +93,8 @@ mod tests {
         examples(&Cli::command(), &mut found);
         assert!(found.len() > 20, "{found:?}");
         for line in found {
-            let words = line.split_whitespace();
+            // Where output goes to is the shell's.
+            let words = line.split_whitespace().take_while(|word| *word != ">");
             Cli::try_parse_from(words).unwrap_or_else(|e| panic!("{line}: {e}"));
         }
     }

@@ -3,7 +3,7 @@
 use fabkit_application::designs::materials::{Castable, Origin};
 
 use super::row;
-use crate::table::{Align::Left, table};
+use crate::table::{Align::Left, fitted};
 
 /// One line for each material; nothing where none is cast.
 pub(super) fn text(materials: &[Castable]) -> String {
@@ -31,5 +31,5 @@ pub(super) fn text(materials: &[Castable]) -> String {
             from,
         ]);
     }
-    format!("\n{}", table(&[Left; 7], &rows))
+    format!("\n{}", fitted(&[Left; 7], &rows))
 }

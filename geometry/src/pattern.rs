@@ -280,6 +280,10 @@ fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
         .collect()
 }
 
+/// Panels of a quarter of the meridian, each integrated by Gauss-Legendre with five nodes: exact to
+/// rounding for half axes up to 1:20.
+const QUARTER_PANELS: usize = 64;
+
 /// The line from pole to pole of a parallel surface of an ellipsoid of revolution, by the
 /// ellipse's eccentric angle: 0 at the upper pole, pi at the lower.
 struct Meridian {
@@ -287,6 +291,8 @@ struct Meridian {
     polar_mm: f64,
     offset_mm: f64,
     length_mm: f64,
+    /// Distance from the upper pole to where each panel begins, and to the lower pole.
+    begins_mm: Vec<f64>,
 }
 
 impl Meridian {
@@ -299,8 +305,15 @@ impl Meridian {
             let allowed = "above minus the ellipsoid's smallest radius of curvature";
             return Err(InvalidPattern::OutOfRange { name: "offset", value: offset_mm, allowed });
         }
-        let mut meridian = Self { equatorial_mm, polar_mm, offset_mm, length_mm: 0.0 };
-        meridian.length_mm = 2.0 * meridian.distance(FRAC_PI_2);
+        let begins_mm = Vec::with_capacity(2 * QUARTER_PANELS + 1);
+        let mut meridian = Self { equatorial_mm, polar_mm, offset_mm, length_mm: 0.0, begins_mm };
+        let mut ellipse_mm = 0.0;
+        for panel in 0..=2 * QUARTER_PANELS {
+            let (begin, end) = (Self::begin(panel), Self::begin(panel + 1));
+            meridian.begins_mm.push(ellipse_mm + offset_mm * meridian.tilt(begin));
+            ellipse_mm += meridian.ellipse_mm(begin, end);
+        }
+        meridian.length_mm = 2.0 * meridian.begins_mm[QUARTER_PANELS];
         Ok(meridian)
     }
 
@@ -314,6 +327,11 @@ impl Meridian {
         }
     }
 
+    /// Eccentric angle at which a panel begins.
+    fn begin(panel: usize) -> f64 {
+        FRAC_PI_2 * panel as f64 / QUARTER_PANELS as f64
+    }
+
     /// Angle between z and the normal.
     fn tilt(&self, eccentric: f64) -> f64 {
         (self.polar_mm * eccentric.sin()).atan2(self.equatorial_mm * eccentric.cos())
@@ -324,48 +342,65 @@ impl Meridian {
         (self.equatorial_mm * eccentric.cos()).hypot(self.polar_mm * eccentric.sin())
     }
 
-    /// Distance from the upper pole along the parallel surface: the ellipse's own arc, and the
-    /// offset times the angle through which the normal has turned (Steiner).
-    fn distance(&self, eccentric: f64) -> f64 {
-        // Gauss-Legendre with five nodes on 64 panels: exact to rounding for half axes up to 1:20.
+    /// Length of the ellipse itself between two eccentric angles of one panel.
+    fn ellipse_mm(&self, begin: f64, end: f64) -> f64 {
         const NODES: [(f64, f64); 3] = [
             (0.0, 0.568_888_888_888_888_9),
             (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
             (0.906_179_845_938_664, 0.236_926_885_056_189_08),
         ];
-        const PANELS: u32 = 64;
-        let half = 0.5 * eccentric / f64::from(PANELS);
-        let panel = |i: u32| -> f64 {
-            let middle = half * f64::from(2 * i + 1);
-            let both = |x: f64| self.speed(middle - half * x) + self.speed(middle + half * x);
-            let node = |&(x, weight): &(f64, f64)| {
-                weight * if x == 0.0 { self.speed(middle) } else { both(x) }
-            };
-            NODES.iter().map(node).sum()
+        let (middle, half) = (0.5 * (begin + end), 0.5 * (end - begin));
+        let both = |x: f64| self.speed(middle - half * x) + self.speed(middle + half * x);
+        let node = |&(x, weight): &(f64, f64)| {
+            weight * if x == 0.0 { self.speed(middle) } else { both(x) }
         };
-        half * (0..PANELS).map(panel).sum::<f64>() + self.offset_mm * self.tilt(eccentric)
+        half * NODES.iter().map(node).sum::<f64>()
     }
 
-    /// The point (distance from z, height) that far from the upper pole, and its normal's tilt.
+    /// The point (distance from z, height) that far from the upper pole along the parallel surface, and
+    /// its normal's tilt. The distance is the ellipse's own arc, and the offset times the angle through
+    /// which the normal has turned (Steiner).
     fn at_distance(&self, distance_mm: f64) -> ([f64; 2], f64) {
-        // Bisection on an increasing function; 60 halvings exhaust the digits.
-        let (mut low, mut high) = (0.0, PI);
-        if distance_mm == 0.0 {
-            high = 0.0;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.distance(middle) < distance_mm {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        let (eccentric, tilt) = (high, self.tilt(high));
+        let eccentric = self.eccentric(distance_mm);
+        let tilt = self.tilt(eccentric);
         let point = [
             self.equatorial_mm * eccentric.sin() + self.offset_mm * tilt.sin(),
             self.polar_mm * eccentric.cos() + self.offset_mm * tilt.cos(),
         ];
         (point, tilt)
+    }
+
+    /// Newton's method within the panel, kept between the bounds that are known: the distance increases.
+    fn eccentric(&self, distance_mm: f64) -> f64 {
+        /// Halvings alone exhaust the digits after so many.
+        const MOST_STEPS: usize = 60;
+        if distance_mm == 0.0 {
+            return 0.0;
+        }
+        let panel = self.begins_mm.partition_point(|&begin| begin <= distance_mm);
+        let panel = panel.clamp(1, 2 * QUARTER_PANELS) - 1;
+        let begin = Self::begin(panel);
+        // What the panel's own part of the ellipse and the normal at its end come to.
+        let rest = distance_mm - self.begins_mm[panel] + self.offset_mm * self.tilt(begin);
+        let (mut low, mut high) = (begin, Self::begin(panel + 1));
+        let mut eccentric = 0.5 * (low + high);
+        for _ in 0..MOST_STEPS {
+            let missing =
+                rest - self.ellipse_mm(begin, eccentric) - self.offset_mm * self.tilt(eccentric);
+            if missing > 0.0 {
+                low = eccentric
+            } else {
+                high = eccentric
+            }
+            let speed = self.speed(eccentric);
+            let turning = self.equatorial_mm * self.polar_mm / speed.powi(2);
+            let next = eccentric + missing / (speed + self.offset_mm * turning);
+            let next = if (low..=high).contains(&next) { next } else { 0.5 * (low + high) };
+            if next == eccentric {
+                break;
+            }
+            eccentric = next;
+        }
+        eccentric
     }
 }

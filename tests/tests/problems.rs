@@ -277,6 +277,25 @@ fn numbers_stand_beside_their_units() {
     assert_eq!(paths, ["surface.radius", "leds.count"]);
 }
 
+/// Each hint is tried with the others, thousands of times over: a family whose limits are slow to look at
+/// would keep its user waiting for minutes.
+#[test]
+fn hints_for_several_problems_do_not_take_long() {
+    let root = tempfile::tempdir().unwrap();
+    let wide = "camera.screw_spacing=25 mm";
+    // The first run may build the binary.
+    assert_eq!(fabkit(root.path(), &["--version"]).code, Some(0));
+    // What no one value mends.
+    for (sensor, set) in [("uvdtact", "mount.thread=M5"), ("rtac0", wide), ("gelsight-like", wide)]
+    {
+        let start = Instant::now();
+        let run = fabkit(root.path(), &["show", sensor, "--set", set]);
+        assert_eq!(run.code, Some(2), "{sensor}: {run:?}");
+        // Two seconds on a quiet machine.
+        assert!(start.elapsed() < Duration::from_secs(30), "{sensor}: {:?}", start.elapsed());
+    }
+}
+
 #[test]
 fn what_is_nested_or_long_without_end_is_refused_at_once() {
     let root = tempfile::tempdir().unwrap();

@@ -32,6 +32,9 @@ const AFTER_HELP: &str = "\
 SENSOR is the name of a built-in sensor or a path to a YAML file; SENSOR/FIXTURE is calibration \
 hardware made for it.
 
+FABKIT_MATERIALS names a YAML file with materials and processes of your own; fabkit.yaml in the \
+working folder holds your defaults of `export`.
+
 Exit codes: 0 done, 1 a check failed, 2 bad input, 3 a limit was hit, 4 files could not be read or \
 written, 70 a bug in fabkit, 130 interrupted.";
 

@@ -46,10 +46,15 @@ pub trait Parameter: Sized + Clone {
     /// Reads the value at `path`; what is wrong goes to the reader.
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &Self::Limits) -> Option<Self>;
 
-    /// Copies in each of which one value at or below `path` is another that is allowed, with that
+    /// Shows copies in each of which one value at or below `path` is another that is allowed, with that
     /// value's path: to see what depends on it. How far, see [`Scalar::neighbours`].
-    fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64) -> Vec<(String, Self)>;
+    fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64, look: Look<Self>);
 }
+
+/// Looks at a copy with another value, at the path of that value. Every field of every struct hands its
+/// copies on to the whole struct's: a function that is called, not a chain of generic iterators each, which
+/// was a fifth of what the compiler had to do for the families.
+pub type Look<'a, P> = &'a mut dyn FnMut(&str, P);
 
 /// A struct declared with [`parameters!`](crate::parameters!).
 pub trait Section: Parameter<Limits = ()> {
@@ -73,9 +78,10 @@ impl<T: Scalar> Parameter for T {
         reader.scalar(path, summary, limits)
     }
 
-    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64) -> Vec<(String, Self)> {
-        let others = Scalar::neighbours(self, limits, share).into_iter();
-        others.map(|other| (path.to_owned(), other)).collect()
+    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: Look<Self>) {
+        for other in Scalar::neighbours(self, limits, share) {
+            look(path, other);
+        }
     }
 }
 
@@ -94,9 +100,12 @@ impl<T: Scalar> Parameter for Option<T> {
         }
     }
 
-    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64) -> Vec<(String, Self)> {
-        let others = self.iter().flat_map(|value| Scalar::neighbours(value, limits, share));
-        others.map(|other| (path.to_owned(), Some(other))).collect()
+    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: Look<Self>) {
+        if let Some(value) = self {
+            Parameter::neighbours(value, path, limits, share, &mut |path, other| {
+                look(path, Some(other));
+            });
+        }
     }
 }
 
@@ -128,26 +137,19 @@ impl<T: Scalar> Parameter for Vec<T> {
         reader.list(path, summary, count, each)
     }
 
-    fn neighbours(
-        &self,
-        path: &str,
-        (count, each): &Self::Limits,
-        share: f64,
-    ) -> Vec<(String, Self)> {
-        let mut others = Vec::new();
+    fn neighbours(&self, path: &str, (count, each): &Self::Limits, share: f64, look: Look<Self>) {
         for (i, item) in self.iter().enumerate() {
             for other in Scalar::neighbours(item, each, share) {
                 let mut list = self.clone();
                 list[i] = other;
-                others.push((path.to_owned(), list));
+                look(path, list);
             }
         }
         if let [rest @ .., _] = &self[..]
             && count.contains(&rest.len())
         {
-            others.push((path.to_owned(), rest.to_vec()));
+            look(path, rest.to_vec());
         }
-        others
     }
 }
 
@@ -254,26 +256,27 @@ macro_rules! parameters {
                 Some(Self { $($field: $field?),+ })
             }
 
-            fn neighbours(&self, path: &str, (): &(), share: f64) -> Vec<(String, Self)> {
+            fn neighbours(
+                &self,
+                path: &str,
+                (): &(),
+                share: f64,
+                look: $crate::Look<Self>,
+            ) {
                 use $crate::{Parameter, join};
-                let mut all = Vec::new();
                 $(
-                    all.extend(
-                        Parameter::neighbours(
-                            &self.$field,
-                            &join(path, stringify!($field)),
-                            &$crate::parameter_limits!($($limits)?),
-                            share,
-                        )
-                        .into_iter()
-                        .map(|(path, other)| {
+                    Parameter::neighbours(
+                        &self.$field,
+                        &join(path, stringify!($field)),
+                        &$crate::parameter_limits!($($limits)?),
+                        share,
+                        &mut |path, other| {
                             let mut neighbour = self.clone();
                             neighbour.$field = other;
-                            (path, neighbour)
-                        }),
+                            look(path, neighbour);
+                        },
                     );
                 )+
-                all
             }
         }
 

@@ -396,18 +396,29 @@ impl Report {
             if unknown.is_empty() {
                 break;
             }
-            for (input, neighbour) in parameters.neighbours(path, &(), share) {
+            parameters.neighbours(path, &(), share, &mut |input, neighbour| {
                 let mut report = Self::new(self.written.clone(), Vec::new());
                 check(&neighbour, &mut report);
-                for &i in &unknown {
-                    let constraint = &self.broken[i].constraint;
-                    let is_known = constraint.1 == input || from[i].last() == Some(&input);
-                    if !is_known && self.is_moved(&report, constraint) {
-                        from[i].push(input.clone());
-                    }
-                }
+                self.add_moved(&report, input, &unknown, &mut from);
+            });
+        }
+        self.name_inputs(from);
+    }
+
+    /// Adds an input to what those limits follow from that another value of it has moved.
+    fn add_moved(&self, other: &Self, input: &str, unknown: &[usize], from: &mut [Vec<String>]) {
+        for &i in unknown {
+            let constraint = &self.broken[i].constraint;
+            let is_known =
+                constraint.1 == input || from[i].last().is_some_and(|last| last == input);
+            if !is_known && self.is_moved(other, constraint) {
+                from[i].push(input.to_owned());
             }
         }
+    }
+
+    /// Says of each limit that is not kept what it follows from.
+    fn name_inputs(&mut self, mut from: Vec<Vec<String>>) {
         for (i, from) in from.iter_mut().enumerate() {
             self.add_changed(i, from);
             // What the user has just written is what they will look at first.

@@ -9,6 +9,11 @@ const MOST: usize = 3;
 
 /// The known names that `written` may have meant, best first.
 pub fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    similar_of(written, known.into_iter().collect())
+}
+
+/// Compiled once, and not for every kind of iterator.
+fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
     // Comparing is quadratic in length, and nobody mistypes a name this long.
     if written.len() > 200 {
         return Vec::new();
@@ -26,17 +31,13 @@ pub fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> V
 }
 
 /// `did you mean ...?`, or the list of what is known.
-pub fn hint<'a>(
-    written: &str,
-    known: impl IntoIterator<Item = &'a str> + Clone,
-    what: &str,
-) -> String {
-    let similar = similar(written, known.clone());
-    if similar.is_empty() {
-        let known: Vec<&str> = known.into_iter().collect();
-        return format!("{what}: {}", known.join(", "));
+pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let list = || format!("{what}: {}", known.join(", "));
+    match similar_of(written, known.clone()) {
+        similar if similar.is_empty() => list(),
+        similar => did_you_mean(&similar),
     }
-    did_you_mean(&similar)
 }
 
 /// ``did you mean `a` or `b`?``

@@ -10,7 +10,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use fabkit_geometry::{Cure, Mix};
-use fabkit_text::{Parameter, Reader, Refusal, Setting, Shape};
+use fabkit_text::{Look, Parameter, Reader, Refusal, Setting, Shape};
 
 use crate::own::{Known, near, unknown_hint};
 use crate::{choices, parameters};
@@ -224,9 +224,7 @@ impl Parameter for Castable {
         })
     }
 
-    fn neighbours(&self, _: &str, (): &(), _: f64) -> Vec<(String, Self)> {
-        Vec::new()
-    }
+    fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
 }
 
 /// What a castable may be, for people.

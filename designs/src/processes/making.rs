@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fabkit_geometry::Process;
-use fabkit_text::{Parameter, Reader, Shape};
+use fabkit_text::{Look, Parameter, Reader, Shape};
 
 use super::Recipe;
 use crate::assembling::Name;
@@ -101,9 +101,7 @@ impl Parameter for Making {
         Some(reader.known::<Known>().map(|known| known.making.clone()).unwrap_or_default())
     }
 
-    fn neighbours(&self, _: &str, (): &(), _: f64) -> Vec<(String, Self)> {
-        Vec::new()
-    }
+    fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
 }
 
 #[cfg(test)]

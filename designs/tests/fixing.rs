@@ -180,7 +180,7 @@ fn a_plug_that_is_too_short_and_too_long_is_a_contradiction() {
     );
     let edit = ["surface.wall_height=2mm".to_owned()];
     let hint = problems("rtac0", &edit)[0].hint.clone().unwrap();
-    assert!(hint.starts_with("write at least 4.2 mm for `surface.wall_height`"), "{hint}");
+    assert!(hint.starts_with("write at least 3.55 mm for `surface.wall_height`"), "{hint}");
 }
 
 #[test]

@@ -224,10 +224,12 @@ impl<'a> Parser<'a> {
         let Ok([of, otherwise]) = <[Term; 2]>::try_from(values) else {
             return Err(Wrong::new(format!("gives {count} values to `{GIVEN}`"), HOW));
         };
-        if !matches!(of.what, What::Name(_)) {
+        let What::Name(name) = &of.what else {
             let says = format!("asks with `{GIVEN}` for `{}`, which is no name", shown(&of.text));
             return Err(Wrong::new(says, HOW));
-        }
+        };
+        // Without brackets around it.
+        let of = Term { text: name.clone(), what: of.what };
         Ok(self.term(start, What::Given(Box::new(of), Box::new(otherwise))))
     }
 

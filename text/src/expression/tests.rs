@@ -247,6 +247,7 @@ fn a_value_follows_another_only_where_that_is_given() {
     let unneeded = [("wall", "\"= given(lid.width, wall / (lid.screws - 4))\"")];
     assert_eq!(values(&unneeded, &["lid.width=3 mm"]), are("3 mm", "3 mm"));
     assert_eq!(value("wall", "\"= given(lid.width, 1 mm)\""), "30 mm");
+    assert_eq!(value("wall", "\"= given((lid.width), 1 mm)\""), "30 mm");
 }
 
 #[test]

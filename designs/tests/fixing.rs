@@ -173,14 +173,14 @@ fn a_plug_that_is_too_short_and_too_long_is_a_contradiction() {
     let why = fixed("rtac0", &["surface.wall_height=2mm"]).unwrap_err();
     assert_eq!(
         why,
-        "a contradiction: connector.plug_length must be at least 4.2 mm, because the O-ring's groove \
+        "a contradiction: connector.plug_length must be at least 3.55 mm, because the O-ring's groove \
          needs walls on both sides; and connector.plug_length must be at most 2 mm, because the plug \
          must end in the tube's straight part; these cannot be kept together with \
          `surface.wall_height` as set, whatever the chosen values are"
     );
     let edit = ["surface.wall_height=2mm".to_owned()];
     let hint = problems("rtac0", &edit)[0].hint.clone().unwrap();
-    assert!(hint.starts_with("write at least 4.2 mm for `surface.wall_height`"), "{hint}");
+    assert!(hint.starts_with("write at least 3.55 mm for `surface.wall_height`"), "{hint}");
 }
 
 #[test]

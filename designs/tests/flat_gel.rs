@@ -248,7 +248,12 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("9dtact", "bed.thickness=12mm", "camera.pixel_pitch", "touch"),
         ("9dtact", "camera.lens_height=4mm", "camera.lens_height", "heads"),
         ("9dtact", "camera.back_clearance=1.2mm", "camera.back_clearance", "lip"),
-        ("9dtact", "camera.screw_spacing=9mm", "camera.screw_spacing", "heads"),
+        (
+            "9dtact",
+            "camera.screw_spacing=9mm camera.holder_size=8mm",
+            "camera.screw_spacing",
+            "heads",
+        ),
         (
             "9dtact",
             "camera.screw_spacing=13mm camera.board_size=15mm",
@@ -269,8 +274,13 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("digit-like", "leds.pitch=20mm", "leds.pitch", "straight"),
         ("digit-like", "leds.package_height=4mm", "leds.package_height", "neighbouring"),
         ("digit-like", "leds.below_plate=9mm", "leds.below_plate", "heads"),
-        ("gelsight-like", "markers.columns=14", "markers.columns", "camera sees"),
-        ("gelsight-like", "markers.rows=9", "markers.rows", "camera sees"),
+        (
+            "gelsight-like",
+            "markers.columns=14 markers.spacing=1.8mm",
+            "markers.columns",
+            "camera sees",
+        ),
+        ("gelsight-like", "markers.rows=9 markers.spacing=1.8mm", "markers.rows", "camera sees"),
         ("gelsight-like", "markers.diameter=1.7mm", "markers.diameter", "stencil"),
         ("gelsight-like", "markers.thickness=0.08mm", "markers.thickness", "ink"),
     ];

@@ -142,7 +142,11 @@ fn what_cannot_be_built_is_refused() {
         (&["channels.arrangement=radial", "channels.per_side=7"], "channels.per_side", "even"),
         (&["channels.arrangement=radial", "channels.per_side=7"], "channels.arrangement", "within"),
         (&["markers.diameter=4.5 mm"], "markers.diameter", "wood between"),
-        (&["markers.per_row=14", "housing.window=64 mm"], "housing.window", "hang in the window"),
+        (
+            &["markers.per_row=14", "housing.window=64 mm", "markers.pitch=5 mm"],
+            "housing.window",
+            "hang in the window",
+        ),
         (&["marker_layer.side=70 mm", "housing.clamp_gap=3 mm"], "marker_layer.side", "bars"),
         (
             &["marker_layer.side=90 mm", "plate.bolt_spacing=90 mm"],
@@ -150,12 +154,20 @@ fn what_cannot_be_built_is_refused() {
             "cavity's corners",
         ),
         (&["tubes.outer_diameter=3 mm"], "tubes.outer_diameter", "glue"),
-        (&["tubes.needle_outer_diameter=1.5 mm"], "tubes.needle_outer_diameter", "grip"),
+        (
+            &["tubes.needle_outer_diameter=1.5 mm", "tubes.inner_diameter=1.5 mm"],
+            "tubes.needle_outer_diameter",
+            "grip",
+        ),
         (&["display.channel_width=2 mm"], "display.channel_width", "edges"),
         (&["display.pitch=2.5 mm"], "display.pitch", "side by side"),
         (&["display.rest_length=79 mm"], "display.rest_length", "drives it back"),
-        (&["housing.height=50 mm"], "housing.height", "every marker"),
-        (&["display.camera_spacer=60 mm"], "display.camera_spacer", "every channel"),
+        (&["housing.height=50 mm", "markers.pitch=5 mm"], "housing.height", "every marker"),
+        (
+            &["display.camera_spacer=60 mm", "display.channel_length=80 mm"],
+            "display.camera_spacer",
+            "every channel",
+        ),
         (&["molds.floor=5 mm"], "molds.floor", "M3x12"),
         (&["channel_layer.material=Jelly"], "channel_layer.material", "neither mix nor cure"),
     ] {

@@ -99,7 +99,7 @@ fn inserts_are_bought_and_pressed_in() {
 
 #[test]
 fn mounting_holes_that_cannot_be_are_refused_with_what_to_change() {
-    let four = ["base.mount_holes=4"];
+    let four = ["base.mount_holes=4", "shell.screws=3"];
     refused("rtac0", &four, &["within 0.35 mm of a nut", "`mount.pattern: rectangle`"]);
     refused("rtac0", &["mount.hold=through"], &["stand above the holes", "`tapped` or `insert`"]);
     refused(

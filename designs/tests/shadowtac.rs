@@ -154,7 +154,7 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("mold.height=11mm mold.wall=4mm", "mold.height", "floor"),
         ("mold.diameter=50mm", "mold.diameter", "nuts"),
         ("mold.trough=4mm mold.bolt_circle=47mm", "mold.bolt_circle", "trough"),
-        ("mold.vent_diameter=1.5mm", "mold.vent_diameter", "vents"),
+        ("mold.vent_diameter=1.5mm holder.aperture_diameter=32mm", "mold.vent_diameter", "vents"),
         ("mold.lid_thickness=10mm", "mold.lid_thickness", "reach"),
         ("mold.pry_depth=6mm mold.trough=3mm mold.bolt_circle=47mm", "mold.pry_depth", "trough"),
     ];

@@ -53,13 +53,20 @@ const CORD_3_53: [f64; 22] = [
     26.57, 28.17, 29.74, 31.34, 32.92, 34.52, 36.09, 37.69,
 ];
 
+/// ISO 3601-1:1988, series G for general use, also GB/T 3452.1; the preferred inside diameters from 10 mm.
+const CORD_1_80: [f64; 30] = [
+    10.0, 10.6, 11.2, 11.8, 12.5, 13.2, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.2, 22.4, 23.6,
+    25.0, 25.8, 26.5, 28.0, 30.0, 31.5, 32.5, 33.5, 34.5, 35.5, 36.5, 37.5, 38.7, 40.0,
+];
+
 const METRIC: &str = "metric stock size";
 const ISO_3601: &str = "ISO 3601-1";
 
-const SERIES: [Series; 8] = [
+const SERIES: [Series; 9] = [
     Series { cord_mm: 1.0, standard: METRIC, inside: Inside::Whole(3, 40) },
     Series { cord_mm: 1.5, standard: METRIC, inside: Inside::Whole(3, 60) },
     Series { cord_mm: 1.78, standard: ISO_3601, inside: Inside::Listed(&CORD_1_78) },
+    Series { cord_mm: 1.8, standard: ISO_3601, inside: Inside::Listed(&CORD_1_80) },
     Series { cord_mm: 2.0, standard: METRIC, inside: Inside::Whole(3, 100) },
     Series { cord_mm: 2.5, standard: METRIC, inside: Inside::Whole(4, 100) },
     Series { cord_mm: 2.62, standard: ISO_3601, inside: Inside::Listed(&CORD_2_62) },

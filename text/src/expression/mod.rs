@@ -75,6 +75,18 @@ enum What {
     Negative(Box<Term>),
     Both(Operation, Box<Term>, Box<Term>),
     Call(Function, Vec<Term>),
+    /// The value of a parameter where that is written as a plain value; else what stands behind it.
+    Given(Box<Term>, Box<Term>),
+}
+
+/// Where names get their values from.
+trait Lookup {
+    /// What the value of a name measures, whatever it is.
+    fn dimension(&self, name: &str) -> Result<Dimension, Failure>;
+    /// The value of a name.
+    fn value(&mut self, name: &str) -> Result<Quantity, Failure>;
+    /// The value of a name if it is written as such, nothing if it is an expression.
+    fn plain(&mut self, name: &str) -> Result<Option<Quantity>, Failure>;
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,29 +105,74 @@ enum Failure {
 }
 
 impl Term {
-    /// Every name in it.
-    fn names(&self, names: &mut BTreeSet<String>) {
+    /// Every name that it takes its value from, where it is known which are written as plain values.
+    ///
+    /// A parameter that is not given is none of them: it may itself follow from this one.
+    fn names(&self, is_plain: &dyn Fn(&str) -> bool, names: &mut BTreeSet<String>) {
         match &self.what {
             What::Quantity(_) => {}
             What::Name(name) => {
                 names.insert(name.clone());
             }
-            What::Negative(inner) => inner.names(names),
+            What::Negative(inner) => inner.names(is_plain, names),
             What::Both(_, left, right) => {
-                left.names(names);
-                right.names(names);
+                left.names(is_plain, names);
+                right.names(is_plain, names);
             }
-            What::Call(_, values) => values.iter().for_each(|value| value.names(names)),
+            What::Call(_, values) => values.iter().for_each(|value| value.names(is_plain, names)),
+            What::Given(of, otherwise) => {
+                let used = if is_plain(&of.text) { of } else { otherwise };
+                used.names(is_plain, names);
+            }
         }
     }
 
-    fn value(
+    /// What its value measures, as far as that can be told without its value.
+    ///
+    /// So that units are wrong in `given` whether or not its second part is needed.
+    fn dimension(&self, lookup: &dyn Lookup) -> Result<Dimension, Failure> {
+        Ok(match &self.what {
+            What::Quantity(quantity) => quantity.dimension,
+            What::Name(name) => lookup.dimension(name)?,
+            What::Negative(inner) => inner.dimension(lookup)?,
+            What::Both(operation, left, right) => {
+                let (a, b) = (left.dimension(lookup)?, right.dimension(lookup)?);
+                match operation {
+                    Operation::Multiply => a.combined(b, 1),
+                    Operation::Divide => a.combined(b, -1),
+                    Operation::Add | Operation::Subtract => {
+                        same_unit(operation.word(), (left, a), (right, b))?;
+                        a
+                    }
+                }
+            }
+            What::Call(function, terms) => {
+                let mut dimensions = Vec::with_capacity(terms.len());
+                for term in terms {
+                    dimensions.push(term.dimension(lookup)?);
+                }
+                self.checked(*function, terms, &dimensions)?
+            }
+            What::Given(of, otherwise) => self.either(of, otherwise, lookup)?,
+        })
+    }
+
+    /// What both parts of `given` measure.
+    fn either(
         &self,
-        lookup: &mut dyn FnMut(&str) -> Result<Quantity, Failure>,
-    ) -> Result<Quantity, Failure> {
+        of: &Self,
+        otherwise: &Self,
+        lookup: &dyn Lookup,
+    ) -> Result<Dimension, Failure> {
+        let (a, b) = (of.dimension(lookup)?, otherwise.dimension(lookup)?);
+        same_unit("put in place of each other", (of, a), (otherwise, b))?;
+        Ok(a)
+    }
+
+    fn value(&self, lookup: &mut dyn Lookup) -> Result<Quantity, Failure> {
         let value = match &self.what {
             What::Quantity(quantity) => *quantity,
-            What::Name(name) => lookup(name)?,
+            What::Name(name) => lookup.value(name)?,
             What::Negative(inner) => {
                 let inner = inner.value(lookup)?;
                 Quantity { value: -inner.value, ..inner }
@@ -130,6 +187,13 @@ impl Term {
                     values.push(term.value(lookup)?);
                 }
                 self.called(*function, terms, &values)?
+            }
+            What::Given(of, otherwise) => {
+                self.either(of, otherwise, lookup)?;
+                match lookup.plain(&of.text)? {
+                    Some(plain) => plain,
+                    None => otherwise.value(lookup)?,
+                }
             }
         };
         if value.value.is_finite() {
@@ -154,11 +218,32 @@ impl Term {
             }
             Operation::Divide => Ok(a.times(b, -1)),
             Operation::Add | Operation::Subtract => {
-                same_unit(operation.word(), (left, a), (right, b))?;
+                same_unit(operation.word(), (left, a.dimension), (right, b.dimension))?;
                 let sign = if operation == Operation::Add { 1.0 } else { -1.0 };
                 Ok(Quantity { value: a.value + sign * b.value, ..a })
             }
         }
+    }
+
+    /// What a function makes of such values.
+    fn checked(
+        &self,
+        function: Function,
+        terms: &[Self],
+        dimensions: &[Dimension],
+    ) -> Result<Dimension, Failure> {
+        let (Some(first), [one, ..]) = (dimensions.first(), terms) else {
+            return Err(Failure::Elsewhere); // The parser lets no call through without values.
+        };
+        for (term, dimension) in terms.iter().zip(dimensions).skip(1) {
+            same_unit("compared", (one, *first), (term, *dimension))?;
+        }
+        function.makes(*first).map_err(|takes| {
+            let says =
+                format!("has `{}`, but `{}` is {first}", shown(&self.text), shown(&one.text));
+            let wrong = Wrong::new(says, format!("that function takes {takes}"));
+            Failure::Wrong(wrong.code("wrong_unit"))
+        })
     }
 
     fn called(
@@ -171,7 +256,7 @@ impl Term {
             return Err(Failure::Elsewhere); // The parser lets no call through without values.
         };
         for (term, value) in terms.iter().zip(values).skip(1) {
-            same_unit("compared", (one, *first), (term, *value))?;
+            same_unit("compared", (one, first.dimension), (term, value.dimension))?;
         }
         let numbers = values.iter().map(|value| value.value);
         match function {
@@ -209,22 +294,22 @@ impl Operation {
 
 fn same_unit(
     word: &str,
-    (left, a): (&Term, Quantity),
-    (right, b): (&Term, Quantity),
+    (left, a): (&Term, Dimension),
+    (right, b): (&Term, Dimension),
 ) -> Result<(), Failure> {
-    if a.dimension == b.dimension {
+    if a == b {
         return Ok(());
     }
     let says = format!(
         "is wrong in its units: `{}` is {} and `{}` is {}, which cannot be {word}",
         shown(&left.text),
-        a.dimension,
+        a,
         shown(&right.text),
-        b.dimension
+        b
     );
     let bare = [(left, b), (right, a)].into_iter().find_map(|(term, other)| {
         let is_bare = |q: &Quantity| q.dimension == Dimension::NUMBER;
-        match (&term.what, other.dimension) {
+        match (&term.what, other) {
             (What::Quantity(q), Dimension::LENGTH) if is_bare(q) => {
                 Some(format!("{} mm", term.text))
             }

@@ -7,7 +7,10 @@ use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, What, Wrong};
 use crate::{Scalar, did_you_mean, shown, similar};
 
 const FORM: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
-                    min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round and pi";
+                    min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round, given and pi";
+
+/// The function that takes a parameter's value only where that is written as a plain value.
+const GIVEN: &str = "given";
 
 /// Reads what stands behind the `=`.
 pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
@@ -200,28 +203,54 @@ impl<'a> Parser<'a> {
         Ok(self.term(start, What::Quantity(quantity)))
     }
 
+    /// `(a, b, ...)`
+    fn values(&mut self) -> Result<Vec<Term>, Wrong> {
+        self.at += 1;
+        self.deeper(|parser| {
+            let mut values = vec![parser.sum()?];
+            while parser.takes(',') {
+                values.push(parser.sum()?);
+            }
+            parser.close()?;
+            Ok(values)
+        })
+    }
+
+    /// `given(section.name, b)`, of which the name was read.
+    fn given(&mut self, start: usize) -> Result<Term, Wrong> {
+        const HOW: &str = "write `given(section.name, b)`";
+        let values = self.values()?;
+        let count = values.len();
+        let Ok([of, otherwise]) = <[Term; 2]>::try_from(values) else {
+            return Err(Wrong::new(format!("gives {count} values to `{GIVEN}`"), HOW));
+        };
+        let What::Name(name) = &of.what else {
+            let says = format!("asks with `{GIVEN}` for `{}`, which is no name", shown(&of.text));
+            return Err(Wrong::new(says, HOW));
+        };
+        // Without brackets around it.
+        let of = Term { text: name.clone(), what: of.what };
+        Ok(self.term(start, What::Given(Box::new(of), Box::new(otherwise))))
+    }
+
     fn name(&mut self, start: usize) -> Result<Term, Wrong> {
         let rest = self.rest();
         let name = &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())];
         self.at += name.len();
         if self.peek() == Some('(') {
+            if name == GIVEN {
+                return self.given(start);
+            }
             let Some((_, function)) = Function::ALL.iter().find(|(word, _)| *word == name) else {
-                let near = similar(name, Function::ALL.iter().map(|(word, _)| *word));
+                let words = Function::ALL.iter().map(|(word, _)| *word);
+                let near = similar(name, words.chain([GIVEN]));
                 let hint = if near.is_empty() { FORM.into() } else { did_you_mean(&near) };
                 return Err(Wrong::new(
                     format!("has `{}`, which is no function", shown(name)),
                     hint,
                 ));
             };
-            self.at += 1;
-            let values = self.deeper(|parser| {
-                let mut values = vec![parser.sum()?];
-                while parser.takes(',') {
-                    values.push(parser.sum()?);
-                }
-                parser.close()?;
-                Ok(values)
-            })?;
+            let values = self.values()?;
             if !function.takes(values.len()) {
                 let says = format!("gives {} values to `{name}`", values.len());
                 let hint = if values.len() == 1 {

@@ -30,7 +30,8 @@ impl Dimension {
         }
     }
 
-    fn combined(self, other: Self, sign: i16) -> Self {
+    /// That of the product, or of the quotient for `sign` -1.
+    pub fn combined(self, other: Self, sign: i16) -> Self {
         Self {
             length: self.length.saturating_add(sign * other.length),
             angle: self.angle.saturating_add(sign * other.angle),
@@ -109,6 +110,15 @@ impl Function {
             Self::Min | Self::Max => count >= 2,
             _ => count == 1,
         }
+    }
+
+    /// What it makes of what measures this, whatever the value.
+    ///
+    /// # Errors
+    /// What it takes instead.
+    pub fn makes(self, of: Dimension) -> Result<Dimension, &'static str> {
+        // Whatever takes one value of a unit takes 0 of it.
+        self.of(Quantity { value: 0.0, dimension: of }).map(|made| made.dimension)
     }
 
     /// Its value, of one value.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::quantity::{Dimension, Quantity};
-use super::{Failure, Formula, Term, Wrong, parse, text_of};
+use super::{Failure, Formula, Lookup, Term, Wrong, parse, text_of};
 use crate::document::Document;
 use crate::place::{Found, Place, WrittenText};
 use crate::{Kind, Scalar, Shape, TextLayer, shown};
@@ -64,16 +64,17 @@ pub(crate) fn resolve(document: &mut Document) {
     let Resolver { entries, found, values, broken, .. } = resolver;
     document.found.extend(found);
     for (path, values) in values {
-        document.put_values(&path, values, formula(&entries[&path]));
+        let is_plain = |name: &str| !entries.contains_key(name);
+        document.put_values(&path, values, formula(&entries[&path], &is_plain));
     }
     for path in broken {
         document.break_off(&path);
     }
 }
 
-fn formula(entries: &[Entry]) -> Formula {
+fn formula(entries: &[Entry], is_plain: &dyn Fn(&str) -> bool) -> Formula {
     let mut inputs = BTreeSet::new();
-    entries.iter().for_each(|entry| entry.term.names(&mut inputs));
+    entries.iter().for_each(|entry| entry.term.names(is_plain, &mut inputs));
     let texts: Vec<String> = entries.iter().map(|entry| format!("= {}", entry.text)).collect();
     let layer = entries.first().map_or(TextLayer::Base, |entry| entry.place.layer);
     Formula { text: texts.join(", "), inputs, layer }
@@ -132,7 +133,7 @@ impl Resolver<'_> {
         let mut last = None;
         let mut values = Vec::new();
         for entry in &entries {
-            let value = entry.term.value(&mut |name| self.lookup(name));
+            let value = entry.term.value(self);
             let value = value.and_then(|value| fitting(value, kind).map_err(Failure::Wrong));
             match value {
                 Ok(value) => {
@@ -164,8 +165,12 @@ impl Resolver<'_> {
         }
     }
 
-    /// What a name in an expression stands for.
-    fn lookup(&mut self, name: &str) -> Result<Quantity, Failure> {
+    fn is_expression(&self, name: &str) -> bool {
+        self.entries.contains_key(name) || self.states.contains_key(name)
+    }
+
+    /// The kind of a name in an expression, which is a number's, and what it measures.
+    fn named(&self, name: &str) -> Result<(Kind, Dimension), Failure> {
         let wrong = |says: String, hint: String| Err(Failure::Wrong(Wrong::new(says, hint)));
         let kind = match self.document.field(name).map(|field| &field.shape) {
             Some(Shape::Value { kind, is_list: false, .. }) => *kind,
@@ -185,15 +190,18 @@ impl Resolver<'_> {
                 return Err(Failure::Wrong(wrong.code("unknown_parameter")));
             }
         };
-        let Some(dimension) = Dimension::of(kind) else {
-            let says = format!("uses `{name}`, which is not a number");
-            return wrong(says, "use lengths, angles and numbers".into());
-        };
-        let is_expression = self.entries.contains_key(name) || self.states.contains_key(name);
-        if is_expression || self.broken.contains(name) {
-            let own = self.compute(name);
-            return own.ok_or(Failure::Elsewhere);
+        match Dimension::of(kind) {
+            Some(dimension) => Ok((kind, dimension)),
+            None => {
+                let says = format!("uses `{name}`, which is not a number");
+                wrong(says, "use lengths, angles and numbers".into())
+            }
         }
+    }
+
+    /// The value of a name that has no expression.
+    fn written(&self, name: &str) -> Result<Quantity, Failure> {
+        let (kind, dimension) = self.named(name)?;
         // What is missing or cannot be read is said where that is.
         let Some(WrittenText::Scalar(text)) = self.document.value(name).map(|w| &w.text) else {
             return Err(Failure::Elsewhere);
@@ -233,6 +241,29 @@ impl Resolver<'_> {
             self.found.push(problem(path, &written_text(&written.text), &written.place, wrong));
         }
         self.broken.extend(circle);
+    }
+}
+
+impl Lookup for Resolver<'_> {
+    fn dimension(&self, name: &str) -> Result<Dimension, Failure> {
+        self.named(name).map(|(_, dimension)| dimension)
+    }
+
+    fn value(&mut self, name: &str) -> Result<Quantity, Failure> {
+        self.named(name)?;
+        if self.is_expression(name) || self.broken.contains(name) {
+            return self.compute(name).ok_or(Failure::Elsewhere);
+        }
+        self.written(name)
+    }
+
+    fn plain(&mut self, name: &str) -> Result<Option<Quantity>, Failure> {
+        self.named(name)?;
+        match (self.is_expression(name), self.broken.contains(name)) {
+            (true, _) => Ok(None),
+            (false, true) => Err(Failure::Elsewhere),
+            (false, false) => self.written(name).map(Some),
+        }
     }
 }
 

@@ -215,3 +215,71 @@ fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
     let [Problem { path, .. }] = &problems[..] else { panic!("{problems:?}") };
     assert_eq!(path, "wall");
 }
+
+#[test]
+fn a_value_follows_another_only_where_that_is_given() {
+    let drag = [
+        ("wall", "\"= min(2 mm, given(lid.width, 1 m) / 10)\""),
+        ("lid.width", "\"= max(15 mm, 10 * wall)\""),
+    ];
+    let values = |changes: &[(&str, &str)], overrides: &[&str]| {
+        let (settings, problems) = read(changes, overrides);
+        assert!(problems.is_empty(), "{problems:?}");
+        let of = |path: &str| settings.iter().find(|s| s.path == path).unwrap().value.clone();
+        (of("wall"), of("lid.width"))
+    };
+    let are = |wall: &str, width: &str| (wall.to_owned(), width.to_owned());
+    // Each drags the other, and neither is a circle.
+    assert_eq!(values(&drag, &[]), are("2 mm", "20 mm"));
+    assert_eq!(values(&drag, &["lid.width=12 mm"]), are("1.2 mm", "12 mm"));
+    assert_eq!(values(&drag, &["wall=1.6 mm"]), are("1.6 mm", "16 mm"));
+    assert_eq!(values(&drag, &["wall=1 mm", "lid.width=40 mm"]), are("1 mm", "40 mm"));
+    // Another expression is no plain value, whoever wrote it.
+    assert_eq!(values(&drag, &["lid.width== wall * 3"]), are("2 mm", "6 mm"));
+    // Within each other, and within other functions.
+    let nested = [
+        ("wall", "\"= 2 * given(lid.width, given(lid.share, 7) * 1 mm) + 1 mm\""),
+        ("lid.width", "= 3 * wall"),
+    ];
+    assert_eq!(values(&nested, &[]), are("1.2 mm", "3.6 mm"));
+    assert_eq!(values(&nested, &["lid.share== 1 + 1"]), are("15 mm", "45 mm"));
+    // What is not needed is not asked: neither a circle nor a division by zero.
+    let unneeded = [("wall", "\"= given(lid.width, wall / (lid.screws - 4))\"")];
+    assert_eq!(values(&unneeded, &["lid.width=3 mm"]), are("3 mm", "3 mm"));
+    assert_eq!(value("wall", "\"= given(lid.width, 1 mm)\""), "30 mm");
+    assert_eq!(value("wall", "\"= given((lid.width), 1 mm)\""), "30 mm");
+}
+
+#[test]
+fn what_is_wrong_with_given_is_said_whether_it_is_needed_or_not() {
+    for (expression, says, hint) in [
+        ("= given(lid.width, 3)", "`lid.width` is a length and `3` is a plain", "write `3 mm`"),
+        ("= given(lid.width, wall * wall)", "`wall * wall` is an area", "make both of one unit"),
+        ("= given(lid.width, sqrt(wall))", "`wall` is a length", "takes a plain number"),
+        ("= given(lid.width, lid.slope + 1)", "`1` is a plain number", "write `1 deg`"),
+        ("= given(lid.widht, 3 mm)", "`lid.widht`, which is not a", "did you mean `lid.width`?"),
+        ("= given(lid.width, wal)", "`wal`, which is not a parameter", "did you mean `wall`?"),
+        ("= given(lid.label, 3 mm)", "which is not a number", "lengths, angles"),
+        ("= given(lid.steps, 3 mm)", "which is a list", "a single value"),
+        ("= given(3 mm, 3 mm)", "`3 mm`, which is no name", "`given(section.name, b)`"),
+        ("= given(lid.width)", "gives 1 values to `given`", "`given(section.name, b)`"),
+        ("= givn(lid.width, 3 mm)", "which is no function", "did you mean `given`?"),
+    ] {
+        let (_, problems) = read(&[("wall", &format!("\"{expression}\""))], &[]);
+        let [Problem { message, hint: Some(found), .. }] = &problems[..] else {
+            panic!("{expression}: {problems:?}");
+        };
+        assert!(message.contains(says) && found.contains(hint), "{message}; {found}");
+    }
+    // A circle through the second part.
+    let circle =
+        [("wall", "\"= given(lid.width, lid.share * 1 mm)\""), ("lid.width", "= 2 * wall")];
+    let (_, problems) = read(&circle, &["lid.share== wall / 1 mm"]);
+    let [Problem { message, .. }] = &problems[..] else { panic!("{problems:?}") };
+    assert!(message.ends_with("follows from itself: lid.share -> wall -> lid.share"), "{message}");
+    // What is given and out of its limits is told where it stands; what follows names it.
+    let follows = [("wall", "\"= given(lid.width, 1 mm) * 2\"")];
+    let (_, problems) = read(&follows, &["lid.width=40 mm"]);
+    let [Problem { hint: Some(hint), .. }] = &problems[..] else { panic!("{problems:?}") };
+    assert_eq!(hint, "the nearest allowed value is 50 mm; or change `lid.width`");
+}

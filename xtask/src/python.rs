@@ -24,7 +24,8 @@ pub fn run() -> Result<(), String> {
 pub fn environment() -> Result<PathBuf, String> {
     let venv = root().join(".venv");
     let python = interpreter(&venv);
-    let mut wanted = UV.to_owned();
+    // The verifier is installed where it lies: a checkout that was moved needs it anew.
+    let mut wanted = format!("{UV}\n{}\n", root().display());
     for source in SOURCES {
         wanted += &fs::read_to_string(root().join(source)).map_err(|e| format!("{source}: {e}"))?;
     }

@@ -13,7 +13,7 @@ use fabkit_text::{
     Place, Problem, Reader, Report, Section, Setting, TextLayer, Written,
 };
 use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_schema};
-use fabkit_text::{shown, suggestion, take_word};
+use fabkit_text::{shown, similar, suggestion, take_word};
 
 pub use extending::{BaseFile, Extends, SensorText, extended_file};
 pub use starting::Start;
@@ -488,10 +488,14 @@ impl Registry {
         if family.is_none() {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
             let message = format!("`{}` is not a family of sensors", shown(word));
+            let near = similar(word, names.iter().copied()).first().copied();
             let hint = suggestion(word, names, "the families are");
-            found.push(
-                at.problem("family", &shown(word), message).hint(hint).code("unknown_family"),
-            );
+            let unknown =
+                at.problem("family", &shown(word), message).hint(hint).code("unknown_family");
+            found.push(match near {
+                Some(near) => unknown.suggest("family", near),
+                None => unknown,
+            });
         }
         family
     }

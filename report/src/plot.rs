@@ -3,9 +3,9 @@
 use crate::Svg;
 
 const GRID: &str = r##"stroke="#e3e3e3""##;
-const SIZE: [f64; 2] = [640.0, 260.0];
-/// Left, top, right, bottom.
-const MARGIN: [f64; 4] = [46.0, 10.0, 12.0, 34.0];
+const SIZE: [f64; 2] = [640.0, 272.0];
+/// Left, top, right, bottom: ticks and name below each other also in the larger letters of a narrow page.
+const MARGIN: [f64; 4] = [46.0, 10.0, 12.0, 46.0];
 
 /// A plot of points over two axes.
 #[derive(Clone, Debug)]
@@ -42,14 +42,14 @@ impl Plot {
         for value in marks(ranges[0], ticks[0]) {
             let x = plot.at([value, y_low])[0];
             plot.svg.line([x, MARGIN[1]], [x, bottom], GRID);
-            plot.svg.text([x, bottom + 14.0], "middle", &tidy(value, ticks[0]));
+            plot.svg.text([x, bottom + 16.0], "middle", &tidy(value, ticks[0]));
         }
         for value in marks(ranges[1], ticks[1]) {
             let y = plot.at([x_low, value])[1];
             plot.svg.line([MARGIN[0], y], [SIZE[0] - MARGIN[2], y], GRID);
             plot.svg.text([MARGIN[0] - 5.0, y + 4.0], "end", &tidy(value, ticks[1]));
         }
-        plot.svg.text([(MARGIN[0] + SIZE[0]) / 2.0, SIZE[1] - 4.0], "middle", names[0]);
+        plot.svg.text([(MARGIN[0] + SIZE[0]) / 2.0, SIZE[1] - 6.0], "middle", names[0]);
         plot.svg.text([MARGIN[0] + 4.0, MARGIN[1] + 8.0], "start", names[1]);
         plot
     }

@@ -181,7 +181,7 @@ const CASES: &[Case] = &[
     ),
     ("show empty.yaml", 2, "wrong_shape", "-", "-", "is empty"),
     ("show broken.yaml", 2, "bad_yaml", "-", "-", "not YAML"),
-    ("show family.yaml", 2, "unknown_family", "family", "-", "`dom`"),
+    ("show family.yaml", 2, "unknown_family", "family", "family: dome", "`dom`"),
     ("show extends.yaml", 2, "unknown_sensor", "extends", "extends: rtac0", "`rtac`"),
     ("show format.yaml", 2, "wrong_format", "format", "-", "`7`"),
     ("show latin.yaml", 2, "not_utf8", "-", "-", "UTF-8"),

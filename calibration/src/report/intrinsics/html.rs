@@ -29,7 +29,7 @@ impl IntrinsicsReport<'_> {
         body += &self.models_table();
         let _ = write!(
             body,
-            "<h2>ImageCoverage and residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected. \
+            "<h2>Coverage and residuals</h2>\n<figure>{}<figcaption>Red: observed minus projected. \
              Orange cells hold no corner.</figcaption></figure>\n<figure>{}</figure>\n",
             self.image_map(),
             self.residual_against_angle()

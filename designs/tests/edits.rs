@@ -145,7 +145,7 @@ fn dome_cap() {
 
 #[test]
 fn pin_tip() {
-    few_are_refused("tactip", [4.3, 12.3], [2.6, 9.1]);
+    few_are_refused("tactip", [5.0, 14.3], [2.6, 9.1]);
 }
 
 #[test]

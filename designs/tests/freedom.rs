@@ -147,6 +147,35 @@ fn boards_may_be_longer_than_wide() {
         let expected = if sensor == "rtac0" { 12.0 } else { 14.0 };
         assert!((size.x - expected).abs() < 1e-9 && (size.y - 18.0).abs() < 1e-9, "{size:?}");
     }
+    let boards = [
+        (
+            "tactip",
+            ["camera.board_size_y=36mm", "camera.screw_spacing_y=20mm"],
+            [33.0, 36.0],
+            [27.0, 20.0],
+        ),
+        (
+            "fluidic",
+            ["camera.board_size_y=30mm", "camera.hole_spacing_y=24mm"],
+            [38.0, 30.0],
+            [34.0, 24.0],
+        ),
+    ];
+    for (sensor, sets, [x, y], holes) in boards {
+        let design = made(sensor, &sets);
+        let camera = CompiledSolid::new(&body(&design, "camera").solid).unwrap();
+        let size = camera.bounds().max - camera.bounds().min;
+        assert!((size.x - x).abs() < 1e-9 && (size.y - y).abs() < 1e-9, "{sensor}: {size:?}");
+        // The board's holes are where the screws are.
+        let [low, high] = [camera.bounds().min.z, camera.bounds().max.z];
+        let is_met = |x: f64, y: f64| {
+            let heights = (0..=400).map(|i| low + (high - low) * f64::from(i) / 400.0);
+            heights.into_iter().any(|z| camera.contains(&Point3::new(x, y, z)))
+        };
+        let [u, v] = holes.map(|spacing| 0.5 * spacing);
+        assert!(!is_met(u, v) && !is_met(-u, -v), "{sensor}");
+        assert!(is_met(u, v - 4.0) && is_met(u - 4.0, v), "{sensor}");
+    }
     refused("rtac0", &["camera.board_size_y=30mm"], &["camera.board_size", "corners"]);
     refused("9dtact", &["camera.screw_spacing_y=1mm"], &["camera.screw_spacing_y"]);
 }

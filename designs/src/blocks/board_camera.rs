@@ -22,16 +22,10 @@ pub struct BoardCamera {
 
 /// The parameters of a family's section `camera` that [`BoardCamera`] is made of.
 macro_rules! board_camera {
-    ($camera:expr) => {
-        $crate::blocks::board_camera!($camera, [$camera.board_size, $camera.board_size_y])
-    };
-    ($camera:expr, square) => {
-        $crate::blocks::board_camera!($camera, [$camera.board_size; 2])
-    };
-    ($camera:expr, $board:expr) => {{
+    ($camera:expr) => {{
         let camera = &$camera;
         $crate::blocks::BoardCamera {
-            board: $board,
+            board: [camera.board_size, camera.board_size_y],
             thickness: camera.board_thickness,
             holder: camera.holder_size,
             holder_height: camera.holder_height,

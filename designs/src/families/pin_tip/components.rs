@@ -57,10 +57,10 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
     let gap = gap_mm(Process::Pcb, Fit::Snug);
     let tool = screws.screw.clearance_tool(c.board_thickness.mm(), gap);
     let holes = screws.poses.iter().map(|pose| tool.clone().placed(*pose)).collect();
-    let heads = c.screw_spacing.mm() - screws.screw.head_diameter_mm();
+    let heads = c.screw_spacing_y.mm() - screws.screw.head_diameter_mm();
     let plug = Solid::cuboid(5.0, heads - PLUG_MARGIN_MM, room - PLUG_MARGIN_MM + INTO_MM)
         .at_z(layout.camera_board_bottom_z_mm - room + PLUG_MARGIN_MM)
         .named("plug");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
-    board_camera!(p.camera, square).solid(heights, holes, plug)
+    board_camera!(p.camera).solid(heights, holes, plug)
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 use fabkit_geometry::Process;
 
 use super::joints::Joints;
-use super::layout::Layout;
+use super::layout::{Layout, half_diagonal_mm};
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
@@ -127,7 +127,11 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let holder_top = layout.camera_board_top_z_mm + camera.holder_height.mm();
     // Each post ends in the cone above it, with room for the screw's tip.
     let post = p.body.post_diameter.mm() / 2.0;
-    let reach = camera.screw_spacing.mm() / SQRT_2 + pilot.radius_mm;
+    let reach = half_diagonal_mm(camera.screw_spacing, camera.screw_spacing_y) + pilot.radius_mm;
+    let inside = (layout.mount_joint.bore_radius - post - APART_MM) * SQRT_2;
+    // Beside the holder in one direction is beside it.
+    let beside_holder = camera.holder_size.mm() + p.body.post_diameter.mm() + 2.0 * slide;
+    let is_beside = camera.screw_spacing_y.mm() >= beside_holder;
     let outside_z = layout.shaft_bottom_z_mm - (reach - layout.shaft_radius_mm);
     let tip_z = layout.camera_board_top_z_mm + pilot.depth_mm - camera.board_thickness.mm();
     limits! { report, p:
@@ -149,11 +153,13 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
             "the shaft must reach below the tip's ring";
         body.post_diameter >= 2.0 * pilot.radius_mm + 2.0 * PRINTED_WALL_MM,
             "a post needs a wall around its screw";
-        camera.screw_spacing <= (layout.mount_joint.bore_radius - post - APART_MM) * SQRT_2,
-            "the posts must stand inside the housing";
+        camera.screw_spacing <= inside, "the posts must stand inside the housing";
+        camera.screw_spacing_y <= inside, "the posts must stand inside the housing";
         camera.screw_spacing <= camera.board_size.mm() - head_mm,
             "the screws' heads must stay on the board";
-        camera.screw_spacing >= camera.holder_size.mm() + p.body.post_diameter.mm() + 2.0 * slide,
+        camera.screw_spacing_y <= camera.board_size_y.mm() - head_mm,
+            "the screws' heads must stay on the board";
+        camera.screw_spacing >= if is_beside { 0.0 } else { beside_holder },
             "the posts must clear the lens holder";
         camera.lens_height >=
             camera.lens_height.mm() + tip_z + PRINTED_WALL_MM * SQRT_2 - outside_z,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{Angle, InvalidPattern, Pattern, Pose, Process};
+use fabkit_geometry::{Angle, InvalidPattern, Length, Pattern, Pose, Process};
 
 use super::parameters::{PinLayout, PinTip};
 use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
@@ -26,6 +26,13 @@ const ACRYLIC_INDEX: f64 = 1.49;
 
 /// Refractive index of clear silicone gels.
 const GEL_INDEX: f64 = 1.41;
+
+/// Half the diagonal of a rectangle, mm; through the mean square of its edges, so that of a square no digit is
+/// lost.
+pub fn half_diagonal_mm(x: Length, y: Length) -> f64 {
+    let edge = (0.5 * (x.mm() * x.mm() + y.mm() * y.mm())).sqrt();
+    edge / 2.0 * SQRT_2
+}
 
 /// Steepness of the housing's cone: 45 degrees print without support.
 const CONE_RISE_PER_RUN: f64 = 1.0;
@@ -100,7 +107,7 @@ layout! {
         /// Where the cone begins inside.
         bore_bottom_z_mm = shaft_bottom_z_mm
             - CONE_RISE_PER_RUN * (p.body.shaft_wall.mm() * SQRT_2 - p.body.shaft_wall.mm());
-        let half_diagonal = p.camera.board_size.mm() / 2.0 * SQRT_2;
+        let half_diagonal = half_diagonal_mm(p.camera.board_size, p.camera.board_size_y);
         let mount_bore = half_diagonal + gap_mm(Process::Fdm, Fit::Free);
         /// Housing and robot mount.
         mount_joint: Joint = Joint::in_bore(&p.bayonet, mount_bore);

@@ -32,6 +32,8 @@ impl Family for PinTipFamily {
     const SUMMARY: &'static str =
         "a soft printed hemisphere with white-tipped pins, filled with gel";
     const EXAMPLE: &'static str = "tactip";
+    const DEFAULTS: &'static [(&'static str, &'static str)] =
+        &[("pin-tip.yaml (defaults)", include_str!("defaults.yaml"))];
 
     fn check(parameters: &PinTip, report: &mut Report) {
         constraints::check(parameters, report);

@@ -138,12 +138,16 @@ sections! {
         depth: Length = 5.0..=200.0,
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the square board.
+        /// Edge of the board along x.
         board_size: Length = 10.0..=60.0,
+        /// Edge of the board along y.
+        board_size_y: Length = 10.0..=60.0,
         /// Thickness of the board.
         board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along an edge.
+        /// Distance of the screw holes' centres along x.
         screw_spacing: Length = 5.0..=58.0,
+        /// Distance of the screw holes' centres along y.
+        screw_spacing_y: Length = 5.0..=58.0,
         /// Edge of the square lens holder.
         holder_size: Length = 4.0..=40.0,
         /// Height of the lens holder above the board.

@@ -185,7 +185,7 @@ fn camera_specification(p: &SheetMold) -> String {
         p.camera.height_px,
         p.camera.field_of_view,
         p.camera.board_size.mm(),
-        p.camera.board_size.mm()
+        p.camera.board_size_y.mm()
     )
 }
 
@@ -201,5 +201,5 @@ fn camera(p: &SheetMold, layout: &Layout) -> Solid {
     let plug = Solid::cuboid(8.0, 5.0, bottom - 0.5 + INTO_MM)
         .at(p.camera.board_size.mm() / 4.0, 0.0, 0.5)
         .named("plug");
-    board_camera!(p.camera, square).solid([bottom, top], holes, plug)
+    board_camera!(p.camera).solid([bottom, top], holes, plug)
 }

@@ -44,7 +44,8 @@ impl Joints {
             layout.bolts().map(|at| [upright(at, clamp_z), hanging(at, layout.bottom_z_mm)]);
         let stand_z = layout.stand_z_mm + sheet;
         let display = layout.display_bolts(p).map(|at| [hanging(at, 0.0), upright(at, stand_z)]);
-        let holes = corners([p.camera.hole_spacing.mm() / 2.0; 2]);
+        let holes =
+            corners([p.camera.hole_spacing, p.camera.hole_spacing_y].map(|edge| edge.mm() / 2.0));
         let nuts = all(holes, &|at| upright(at, camera_board_top_mm(p)));
         Self {
             stacks: [

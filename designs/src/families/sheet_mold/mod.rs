@@ -32,6 +32,8 @@ impl Family for SheetMoldFamily {
     const NAME: &'static str = "sheet-mold";
     const SUMMARY: &'static str = "liquid channels over markers, cast between laser-cut sheets";
     const EXAMPLE: &'static str = "fluidic";
+    const DEFAULTS: &'static [(&'static str, &'static str)] =
+        &[("sheet-mold.yaml (defaults)", include_str!("defaults.yaml"))];
 
     fn check(parameters: &SheetMold, report: &mut Report) {
         constraints::check(parameters, report);

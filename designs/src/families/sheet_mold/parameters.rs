@@ -190,12 +190,16 @@ sections! {
         height_px: u32 = 16..=8192,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=170.0,
-        /// Edge of the square board.
+        /// Edge of the board along x.
         board_size: Length = 10.0..=80.0,
+        /// Edge of the board along y.
+        board_size_y: Length = 10.0..=80.0,
         /// Thickness of the board.
         board_thickness: Length = 0.6..=3.0,
-        /// Distance between two of its four holes along an edge.
+        /// Distance between two of its four holes along x.
         hole_spacing: Length = 6.0..=76.0,
+        /// Distance between two of its four holes along y.
+        hole_spacing_y: Length = 6.0..=76.0,
         /// Height of the spacers behind the board.
         spacer: Length = 2.0..=20.0,
         /// From the board to the lens's front.

@@ -29,6 +29,8 @@ pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
 }
 
 pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
+    let beside_spacers =
+        layout.display_size_mm[1].min(layout.display_size_mm[0]) - 4.0 * p.display.border.mm();
     limits! { report, p:
         display.channel_width <= p.tubes.needle_outer_diameter.mm() - 0.2,
             "the needles stop on the channels' edges";
@@ -42,10 +44,13 @@ pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
             "the liquid ends in sight, off the needle";
         display.border >= HexSpacer::M3.corner_radius_mm() + BOLT_WEB_MM,
             "spacers stand between the channels and the edge";
-        camera.board_size <=
-            layout.display_size_mm[1].min(layout.display_size_mm[0]) - 4.0 * p.display.border.mm(),
+        camera.board_size <= beside_spacers,
+            "the board hangs between the spacers above the display";
+        camera.board_size_y <= beside_spacers,
             "the board hangs between the spacers above the display";
         camera.hole_spacing <= p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
+            "the nuts bear on the board";
+        camera.hole_spacing_y <= p.camera.board_size_y.mm() - CAMERA.0.head_diameter_mm(),
             "the nuts bear on the board";
     }
 }
@@ -55,20 +60,23 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let pupil =
         camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
     let below_markers = p.housing.sheet.mm() - p.markers.height.mm();
+    let beside_spacers =
+        SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM);
+    // Beside the holder in one direction is beside it.
+    let spacing = p.camera.hole_spacing.mm().max(p.camera.hole_spacing_y.mm());
     limits! { report, p:
         housing.height >= marker_field_mm(p) / half_angle.tan() + pupil - below_markers,
             "the camera must see every marker";
         display.camera_spacer >=
             display_field_mm(p) / half_angle.tan() + pupil - p.display.sheet.mm(),
             "the second camera must see every channel of the display";
-        camera.board_size <=
-            SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM),
-            "the board lies between the corner spacers";
+        camera.board_size <= beside_spacers, "the board lies between the corner spacers";
+        camera.board_size_y <= beside_spacers, "the board lies between the corner spacers";
         camera.pupil_behind_front <= p.camera.lens_height.mm(), "the pupil lies in the lens";
         camera.holder_height <= p.camera.lens_height.mm() - 0.5,
             "the barrel stands out of its holder";
         camera.holder_size <=
-            p.camera.hole_spacing.mm() - SQRT_2 * CAMERA.1.across_flats_mm / f64::sqrt(3.0),
+            spacing - SQRT_2 * CAMERA.1.across_flats_mm / f64::sqrt(3.0),
             "the nuts lie beside the lens holder";
         camera.barrel_diameter <= p.camera.holder_size.mm(), "the barrel stands on its holder";
     }

@@ -3,6 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
@@ -234,5 +235,7 @@ sections! {
         display: Display,
         /// The cameras.
         camera: Camera,
+        /// Which parts are made how.
+        making: Making,
     }
 }

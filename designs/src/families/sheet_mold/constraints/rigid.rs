@@ -48,7 +48,7 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
 
 pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let spacer = HexSpacer::M3.corner_radius_mm();
-    let fingers = f64::from(p.housing.fingers);
+    let (fingers, bar_hole) = (f64::from(p.housing.fingers), bolt_hole_mm(p, CLAMP_BAR));
     limits! { report, p:
         housing.window <= 2.0 * (layout.bolt_mm - spacer),
             "the spacers in the corners bear on the ceiling outside of the window";
@@ -61,7 +61,7 @@ pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
         housing.led_strip_width <= p.housing.height.mm() / 2.0,
             "the strips stay in the lower half of the box, out of the camera's sight";
         housing.clamp_gap <=
-            layout.bolt_mm - bolt_hole_mm(p, CLAMP_BAR) - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
+            layout.bolt_mm - bar_hole - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
             "a bar reaches inwards from its bolts";
         housing.height >= 2.0 * HexSpacer::M3.thread_depth_mm,
             "the spacers have a thread at either end";

@@ -29,6 +29,15 @@ fn its_limits_find_what_they_follow_from() {
 }
 
 #[test]
+fn fits_that_a_family_does_not_ask_for_are_said_to_stay() {
+    let yaml = own_family::REGISTRY.builtin_yaml("puck").unwrap();
+    let set = ["parts.housing.process=sla".into()];
+    let puck = own_family::REGISTRY.load("puck.yaml", yaml, &set, &[]).unwrap();
+    let note = &puck.sensor.body("housing").unwrap().notes[0];
+    assert!(note.ends_with("in place of black PLA; its fits are those of fdm"), "{note}");
+}
+
+#[test]
 fn it_stays_of_a_teaching_size() {
     let lines = include_str!("../../application/examples/own_family.rs").lines().count();
     assert!(lines <= 250, "{lines} lines");

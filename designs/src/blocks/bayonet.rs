@@ -6,9 +6,8 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Length, Path, Process, Solid};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Length, Path, Solid};
 
-use crate::fits::{Fit, gap_mm};
 use crate::parameters;
 use crate::parameters::{Report, limits};
 
@@ -97,9 +96,8 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// The joint in a given bore.
-    pub fn in_bore(p: &Bayonet, bore_radius: f64) -> Self {
-        let gap = gap_mm(Process::Fdm, Fit::Slide);
+    /// The joint in a given bore, with so much play on each side, mm.
+    pub fn in_bore(p: &Bayonet, gap: f64, bore_radius: f64) -> Self {
         let lug_radius = bore_radius + p.lug_reach.mm();
         let groove_radius = lug_radius + gap;
         let lug_bottom = p.hook_height.mm() + HOOK_PLAY_MM;
@@ -123,9 +121,9 @@ impl Joint {
     }
 
     /// The joint in a female part of a given outer radius.
-    pub fn within(p: &Bayonet, outer_radius: f64) -> Self {
-        let beyond_bore = Self::in_bore(p, 0.0).outer_radius;
-        Self::in_bore(p, outer_radius - beyond_bore)
+    pub fn within(p: &Bayonet, gap: f64, outer_radius: f64) -> Self {
+        let beyond_bore = Self::in_bore(p, gap, 0.0).outer_radius;
+        Self::in_bore(p, gap, outer_radius - beyond_bore)
     }
 
     /// Middle angle and half width of each lug, rad, the wide one first.

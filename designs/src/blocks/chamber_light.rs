@@ -5,7 +5,6 @@ use fabkit_geometry::{Angle, Body, Length, Path, Pose, Process, Profile, Solid};
 use super::posted_camera::{self, Posted};
 use super::{APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, marks, turn, upright};
 use crate::assembling::AssemblyName;
-use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 use crate::{choices, parameters};
 
@@ -83,6 +82,8 @@ pub struct Light<'a> {
     pub ceiling_z: f64,
     /// What looks up from below.
     pub camera: Posted<'a>,
+    /// Play of a board in the room, mm.
+    pub slide_mm: f64,
 }
 
 impl Light<'_> {
@@ -181,7 +182,7 @@ impl Light<'_> {
 
     /// The board's edges, and the radius of its hole.
     fn board_rect(&self) -> (Rect, f64) {
-        (self.room.shrunk(gap_mm(Process::Fdm, Fit::Slide)), self.camera.camera.bore_mm())
+        (self.room.shrunk(self.slide_mm), self.camera.camera.bore_mm())
     }
 
     fn board(&self, assembly: AssemblyName) -> Body {
@@ -235,7 +236,7 @@ impl Light<'_> {
         let long = self.chamber.longer();
         let (short_path, short) = edges[1 - long];
         // Where the camera's board makes the room wider than the chamber, that much more is needed.
-        let step = STEP_MM - gap_mm(Process::Fdm, Fit::Slide);
+        let step = STEP_MM - self.slide_mm;
         let wider = bore + WEB_MM - (self.chamber.half[1 - long] + step);
         report.at_least(
             short_path,

@@ -10,7 +10,6 @@ use super::mounting::{Mount, MountHold, MountRing, Mounting};
 use super::posted_camera::{self, PostedCamera};
 use super::{APART_MM, BLACK, INTO_MM, Joint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
 use crate::assembling::Name;
-use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
 use crate::sections;
@@ -73,20 +72,26 @@ pub struct Clamshell<'a> {
     pub joint_z: f64,
     /// Bottom of everything.
     pub bottom_z: f64,
+    /// Play of what slides into the shell, mm.
+    pub slide_mm: f64,
+    /// Play of the heads in the base, mm.
+    snug_mm: f64,
     /// Where the screws are, from the axes.
     screw: [f64; 2],
 }
 
 impl<'a> Clamshell<'a> {
-    /// Around what it carries and around a room (half their edges), its seam at `joint_z`.
+    /// Around what it carries and around a room (half their edges), its seam at `joint_z`. What slides
+    /// into the shell and the heads in the base have so much play.
     pub fn around(
         (shell, base, mount): (&'a Shell, &'a Base, &'a Mount),
+        [slide_mm, snug_mm]: [f64; 2],
         carried: [f64; 2],
         room: [f64; 2],
         joint_z: f64,
     ) -> Self {
         let half = [0, 1].map(|i| (carried[i] + shell.rim.mm()).max(room[i] + shell.wall.mm()));
-        let screw = half.map(|half| half - head_mm() - PRINTED_WALL_MM);
+        let screw = half.map(|half| half - head_mm(snug_mm) - PRINTED_WALL_MM);
         let room = Rect { half: room, corner: 0.0 };
         Self {
             shell,
@@ -96,6 +101,8 @@ impl<'a> Clamshell<'a> {
             room: room.rounded_off(screw, SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM),
             joint_z,
             bottom_z: joint_z - base.thickness.mm(),
+            slide_mm,
+            snug_mm,
             screw,
         }
     }
@@ -108,13 +115,13 @@ impl<'a> Clamshell<'a> {
 
     /// Half the edges of what holes in the floor must lie within, mm: just inside the lip.
     fn floor(&self) -> [f64; 2] {
-        self.room.half.map(|half| half - gap_mm(Process::Fdm, Fit::Slide) - LIP_MM[0] - APART_MM)
+        self.room.half.map(|half| half - self.slide_mm - LIP_MM[0] - APART_MM)
     }
 
     /// In the base's floor; a user's screws.
     fn holes(&self) -> Mounting<'a> {
         let axis = self.room.longer();
-        let inside = self.room.half[axis] - gap_mm(Process::Fdm, Fit::Slide) - LIP_MM[0];
+        let inside = self.room.half[axis] - self.slide_mm - LIP_MM[0];
         let pair = Mounting {
             mount: self.mount,
             ring: MountRing::Pair(0.0, axis),
@@ -154,7 +161,7 @@ impl<'a> Clamshell<'a> {
     /// The base with what stands on it.
     pub fn base(&self, name: Name, on_it: impl IntoIterator<Item = Solid>) -> Body {
         let (bottom, joint, [width, height]) = (self.bottom_z, self.joint_z, LIP_MM);
-        let around = self.room.shrunk(gap_mm(Process::Fdm, Fit::Slide));
+        let around = self.room.shrunk(self.slide_mm);
         let lip = Profile::new(around.path()).with_hole(around.shrunk(width).path());
         let lip = Solid::prism(lip, [joint - INTO_MM, joint + height])
             .minus(self.notch([joint, joint + height + CUT_OVERLAP_MM]));
@@ -166,7 +173,7 @@ impl<'a> Clamshell<'a> {
             .colored(color(&self.base.material))
             .note("floor down, no supports: the screws' seats are short bridges")
             .note("the gripper's M3 screws cut their threads into the floor")
-            .cut(self.joint().sunk(SHELF_MM, sunk, gap_mm(Process::Fdm, Fit::Snug)).unmarked())
+            .cut(self.joint().sunk(SHELF_MM, sunk, self.snug_mm).unmarked())
             .cut(self.mounting().held_through())
     }
 
@@ -195,7 +202,7 @@ impl<'a> Clamshell<'a> {
         let pilot = SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM;
         let side = self.shell.cable_side.axis();
         limits! { report:
-            shell.corner <= head_mm() + PRINTED_WALL_MM,
+            shell.corner <= head_mm(self.snug_mm) + PRINTED_WALL_MM,
                 "the screws' heads need a wall at the rounded corner";
             base.thickness >= SHELF_MM + SCREW.head_height_mm() + APART_MM,
                 "the screws' heads are sunk into the base";
@@ -213,7 +220,7 @@ impl<'a> Clamshell<'a> {
         let posts = corners(camera.spacing_mm().map(|mm| mm / 2.0));
         let screw = (posted_camera::SCREW.pilot_hole_mm() / 2.0, "a screw of the camera");
         holes.check_clear(&posts, screw, PRINTED_WALL_MM, report);
-        let head = (head_mm(), "a screw of the shell");
+        let head = (head_mm(self.snug_mm), "a screw of the shell");
         holes.check_clear(&corners(self.screw), head, PRINTED_WALL_MM, report);
         if self.mount.hold == MountHold::Insert {
             limits! { report:
@@ -223,9 +230,9 @@ impl<'a> Clamshell<'a> {
     }
 }
 
-/// Radius of a head's counterbore, mm.
-fn head_mm() -> f64 {
-    SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug)
+/// Radius of a counterbore with so much play, mm.
+fn head_mm(snug_mm: f64) -> f64 {
+    SCREW.head_diameter_mm() / 2.0 + snug_mm
 }
 
 /// How a plastic of that name looks.

@@ -7,7 +7,6 @@ use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Length, Path, Process, Solid}
 
 use super::{Joint, TOOL_GREY, hanging, holes, ring, turn};
 use crate::assembling::{Name, flipped};
-use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::materials::Castable;
 use crate::parameters;
@@ -80,11 +79,13 @@ pub struct CupAndBridge<'a> {
     pub sleeve_z: f64,
     /// Open end of the tube.
     pub rim_z: f64,
+    /// Play of the tube in the bridge's sleeve, mm.
+    slide_mm: f64,
 }
 
 impl Form {
-    /// Around a tube with that radius, its tip at that height, mm.
-    pub fn around(&self, tube_radius: f64, tip_z: f64) -> CupAndBridge<'_> {
+    /// Around a tube with that radius, its tip at that height, that play in the bridge's sleeve, mm.
+    pub fn around(&self, tube_radius: f64, tip_z: f64, slide_mm: f64) -> CupAndBridge<'_> {
         let silicone_radius = tube_radius + self.silicone.mm();
         let rim_z = tip_z - self.tube_length.mm();
         let cup_rim_z = -self.headroom.mm();
@@ -99,6 +100,7 @@ impl Form {
             bridge_z: cup_rim_z - self.plate.mm(),
             sleeve_z: rim_z + TUBE_RIM_MM,
             rim_z,
+            slide_mm,
         }
     }
 }
@@ -146,7 +148,7 @@ impl CupAndBridge<'_> {
     /// The bridge.
     pub fn bridge(&self, name: Name) -> Body {
         let plate = self.form.plate.mm();
-        let bore = self.tube_radius + gap_mm(Process::Fdm, Fit::Slide);
+        let bore = self.tube_radius + self.slide_mm;
         let sleeve = bore + plate;
         let outline = Path::polygon(&[
             [bore, self.cup_rim_z],
@@ -169,12 +171,12 @@ impl CupAndBridge<'_> {
         Self::tool(name, Solid::revolution(outline), "sleeve up, no supports")
             .with_handles(1)
             .cut(holes(windows).with_handles(POUR_WINDOWS as i32))
-            .cut(self.joint().passed(plate, gap_mm(Process::Fdm, Fit::Snug)).unmarked())
+            .cut(self.joint().passed(plate, 0.0).unmarked()) // A pan head lies on it.
     }
 
     /// Reports what cannot be put together or poured. The section must be called `form`.
     pub fn check(&self, report: &mut Report) {
-        let (form, slide) = (self.form, gap_mm(Process::Fdm, Fit::Slide));
+        let (form, slide) = (self.form, self.slide_mm);
         let lead = form.headroom.mm() + form.plate.mm();
         limits! { report:
             form.tube_length >= self.tip_z + lead + 4.0,

@@ -9,7 +9,6 @@ use fabkit_geometry::{
 
 use super::{DOWEL, MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, copies, holes, press_fit, upright};
 use crate::assembling::{AssemblyName, Name};
-use crate::fits::{Fit, gap_mm};
 use crate::hardware::Dowel;
 use crate::parameters;
 use crate::parameters::{Report, limits};
@@ -61,12 +60,16 @@ pub struct Frames<'a> {
     pub lowest_mm: f64,
     /// How much what is cast shrinks.
     pub shrinkage: f64,
+    /// Gap around a dowel in the floor, mm: less than none.
+    pub press_mm: f64,
+    /// Gap around a dowel in every frame, mm.
+    pub slide_mm: f64,
 }
 
 impl Frames<'_> {
     /// From the widest cavity to the outside, mm.
     fn rim_mm(&self) -> f64 {
-        let dowel = self.mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Slide);
+        let dowel = self.mold.dowel_diameter.mm() / 2.0 + self.slide_mm;
         2.0 * (self.mold.wall.mm() + dowel)
     }
 
@@ -87,8 +90,8 @@ impl Frames<'_> {
     }
 
     /// A hole for a dowel between two heights.
-    fn hole(&self, fit: Fit, heights: [f64; 2]) -> Solid {
-        Solid::rod(self.mold.dowel_diameter.mm() / 2.0 + gap_mm(Process::Sla, fit), heights)
+    fn hole(&self, gap_mm: f64, heights: [f64; 2]) -> Solid {
+        Solid::rod(self.mold.dowel_diameter.mm() / 2.0 + gap_mm, heights)
     }
 
     fn tool(&self, name: Name, solid: Solid) -> Body {
@@ -103,7 +106,7 @@ impl Frames<'_> {
     pub fn floor(&self, assemblies: &[AssemblyName]) -> Body {
         let (mold, over) = (self.mold, CUT_OVERLAP_MM);
         let plate = Solid::prism(self.outline(), [-mold.floor.mm(), 0.0]);
-        let socket = self.hole(Fit::Press, [-self.socket_mm(), over]);
+        let socket = self.hole(self.press_mm, [-self.socket_mm(), over]);
         let y = self.cavity[1] + self.rim_mm();
         let slot =
             Solid::cuboid(mold.pry_width.mm(), 2.0 * mold.pry_depth.mm(), mold.pry_gap.mm() + over);
@@ -125,7 +128,7 @@ impl Frames<'_> {
     ) -> Body {
         let profile = Profile::new(self.outline()).with_hole(cavity.into());
         let over = CUT_OVERLAP_MM;
-        let hole = self.hole(Fit::Slide, [-over, height_mm + over]);
+        let hole = self.hole(self.slide_mm, [-over, height_mm + over]);
         self.tool(name, Solid::prism(profile, [0.0, height_mm]))
             .placed([assembly.in_place().lifted(14.0)])
             .colored(MOLD_BLUE)
@@ -148,8 +151,7 @@ impl Frames<'_> {
 
     /// How the dowels are held.
     pub fn press_fit(&self) -> PressFit {
-        let overlap_mm = -gap_mm(Process::Sla, Fit::Press);
-        press_fit(DOWEL, FLOOR, overlap_mm, "the dowels stay in the floor")
+        press_fit(DOWEL, FLOOR, -self.press_mm, "the dowels stay in the floor")
     }
 
     /// Reports what keeps floor, dowels and slots from fitting each other. The section must be

@@ -49,8 +49,6 @@ parameters! {
         vent_diameter: Length = 0.6..=4.0,
         /// Material.
         material: String = 1..=80,
-        /// Which of its parts are made how.
-        making: Making,
     }
 }
 
@@ -81,7 +79,7 @@ impl Half {
 
 /// A half without a cavity: block, sockets for the dowels of the other half and of a lid, pry slots
 /// and band groove.
-pub fn half(mold: &Mold, name: Name, which: Half) -> Solid {
+pub fn half(mold: &Mold, making: &Making, name: Name, which: Half) -> Solid {
     let (w, height) = (mold.width.mm() / 2.0, mold.height.mm());
     // Half A; half B is its image turned by half a turn.
     let outline = Path::from([0.0, w])
@@ -95,16 +93,18 @@ pub fn half(mold: &Mold, name: Name, which: Half) -> Solid {
     let block = Solid::extrusion(outline, height)
         .turned_z(Angle::from_deg(turned).expect("half a turn is finite"));
 
+    let gap_mm = |fit| making.gap_mm(name, Process::Fdm, fit);
     let grip = mold.dowel_length.mm() / 2.0;
     let (fit, depth) = match which {
         Half::A => (Fit::Press, grip),
         Half::B => (Fit::Slide, grip + SOCKET_SPARE_MM),
     };
     let sockets = side_dowel_poses(mold).into_iter().enumerate().map(|(i, pose)| {
-        dowel_tool(mold, name, fit, depth).placed(pose).named(format!("socket {}", i + 1))
+        dowel_tool(mold, gap_mm(fit), depth).placed(pose).named(format!("socket {}", i + 1))
     });
     let lid_pose = lid_dowel_poses(mold)[usize::from(which == Half::B)];
-    let lid_socket = dowel_tool(mold, name, Fit::Press, grip).placed(lid_pose).named("lid socket");
+    let lid_socket =
+        dowel_tool(mold, gap_mm(Fit::Press), grip).placed(lid_pose).named("lid socket");
     let pry = [-1.0, 1.0].map(|side| {
         let (gap, depth) = (mold.pry_gap.mm(), mold.pry_depth.mm());
         Solid::cuboid(gap, 2.0 * depth, mold.pry_length.mm())
@@ -133,9 +133,9 @@ pub fn lid_dowel_poses(mold: &Mold) -> Vec<Pose> {
     [-x, x].map(|x| Pose::translation(x, 0.0, 0.0)).to_vec()
 }
 
-/// A hole in a part for a dowel along z around the origin, `depth_mm` to both sides.
-pub fn dowel_tool(mold: &Mold, part: Name, fit: Fit, depth_mm: f64) -> Solid {
-    let radius = mold.dowel_diameter.mm() / 2.0 + mold.making.gap_mm(part, Process::Fdm, fit);
+/// A hole for a dowel along z around the origin, `depth_mm` to both sides.
+pub fn dowel_tool(mold: &Mold, gap_mm: f64, depth_mm: f64) -> Solid {
+    let radius = mold.dowel_diameter.mm() / 2.0 + gap_mm;
     Solid::cylinder(radius, 2.0 * depth_mm).at_z(-depth_mm)
 }
 
@@ -166,11 +166,11 @@ pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
 }
 
 /// Reports what keeps a cavity of `radius_mm` and `depth_mm` from fitting the block, or the block's
-/// own features from fitting each other. The section must be called `mold`.
-pub fn check(mold: &Mold, radius_mm: f64, depth_mm: f64, report: &mut Report) {
+/// own features from fitting each other. The section must be called `mold`; its widest holes for dowels
+/// have `slide` mm to spare.
+pub fn check(mold: &Mold, slide: f64, [radius_mm, depth_mm]: [f64; 2], report: &mut Report) {
     let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
     let grip = mold.dowel_length.mm() / 2.0;
-    let slide = mold.making.widest_mm(Process::Fdm, Fit::Slide);
     limits! { report:
         mold.height >= depth_mm + mold.wall.mm(), "the block needs a floor below the cavity";
         mold.width >= 2.0 * (radius_mm + mold.wall.mm() + dowel + inset),

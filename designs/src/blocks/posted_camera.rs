@@ -86,6 +86,8 @@ pub struct Posted<'a> {
     pub bottom_z: f64,
     /// Foot of the posts: top of the base.
     pub foot_z: f64,
+    /// Play between the posts and the connector, mm.
+    pub play_mm: f64,
 }
 
 impl PostedCamera {
@@ -94,25 +96,21 @@ impl PostedCamera {
         self.field_of_view.rad() / f64::from(self.width_px).hypot(f64::from(self.height_px))
     }
 
-    /// In front of a plane at `seen_z`.
-    pub fn before(&self, seen_z: f64) -> Posted<'_> {
+    /// In front of a plane at `seen_z`; its base keeps that play around the connector.
+    pub fn before(&self, seen_z: f64, play_mm: f64) -> Posted<'_> {
         let pupil_z = seen_z - self.pixel_pitch.mm() / self.rad_per_px();
         let front_z = pupil_z + self.pupil_behind_front.mm();
         let top_z = front_z - self.lens_height.mm();
         let bottom_z = top_z - self.board_thickness.mm();
         let foot_z = bottom_z - self.back_clearance.mm();
-        Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z }
+        Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z, play_mm }
     }
 
-    /// Radius of a hole that the lens's holder passes, mm.
+    /// Radius of a hole that the lens's holder passes, mm: in a circuit board, which stays one however
+    /// others are made.
     pub fn bore_mm(&self) -> f64 {
         let holder = self.holder_size.mm() / 2f64.sqrt();
         holder.max(self.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
-    }
-
-    /// Edges of the connector behind the board, mm: it lies between the posts.
-    fn connector_mm(&self) -> [f64; 2] {
-        self.spacing_mm().map(|mm| mm - 2.0 * (post_mm() + gap_mm(Process::Fdm, Fit::Slide)))
     }
 
     /// Distances of the screws along x and y, mm.
@@ -139,6 +137,11 @@ impl Posted<'_> {
         Joint::self_tapping("camera screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
+    /// Edges of the connector behind the board, mm: it lies between the posts.
+    fn connector_mm(&self) -> [f64; 2] {
+        self.camera.spacing_mm().map(|mm| mm - 2.0 * (post_mm() + self.play_mm))
+    }
+
     /// What the base gets added.
     pub fn posts(&self) -> Vec<Solid> {
         let half = self.camera.spacing_mm().map(|mm| mm / 2.0);
@@ -156,7 +159,7 @@ impl Posted<'_> {
         );
         let thickness = c.board_thickness.mm();
         let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
-        let ([x, y], bottom) = (c.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
+        let ([x, y], bottom) = (self.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
         let connector = Solid::cuboid(x, y / 2.0, self.bottom_z + INTO_MM - bottom)
             .at_z(bottom)
             .named("connector");
@@ -176,7 +179,7 @@ impl Posted<'_> {
             camera.screw_spacing >= camera.holder_size.mm() + 2.0 * (head + APART_MM),
                 "the screws' heads lie beside the lens's holder";
             camera.screw_spacing >=
-                camera.screw_spacing.mm() + LEAST_CONNECTOR_MM - camera.connector_mm()[0],
+                camera.screw_spacing.mm() + LEAST_CONNECTOR_MM - self.connector_mm()[0],
                 "the connector lies between the posts";
             camera.screw_spacing <= camera.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
                 "the screws' holes need half a millimetre of board around them";
@@ -190,7 +193,7 @@ impl Posted<'_> {
                 camera.screw_spacing_y >= camera.holder_size.mm() + 2.0 * (head + APART_MM),
                     "the screws' heads lie beside the lens's holder";
                 camera.screw_spacing_y >= camera.screw_spacing_y.mm() + LEAST_CONNECTOR_MM
-                    - camera.connector_mm()[1],
+                    - self.connector_mm()[1],
                     "the connector lies between the posts";
                 camera.screw_spacing_y <=
                     camera.board_size_y.mm() - SCREW.clearance_hole_mm() - 1.0,

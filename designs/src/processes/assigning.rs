@@ -260,7 +260,7 @@ pub(crate) fn assign(
         let material = named.clone().find_map(|given| given.material.clone());
         let place = named.clone().find(|given| given.recipe.is_some());
         match making.of(&part.name) {
-            Some((recipe, followed)) => {
+            Some(recipe) => {
                 let process = recipe.kind.process();
                 if let Some(why) = refused(usual, recipe.kind)
                     && let Some(place) = place
@@ -297,7 +297,7 @@ pub(crate) fn assign(
                 if part.material != old {
                     note += &format!("; from {} in place of {old}", part.material);
                 }
-                if process != usual && !followed {
+                if process != usual && !making.is_asked() {
                     note += &format!("; its fits are those of {usual}");
                 }
                 part.machine = Some(Machine { note: note.clone(), ..recipe.machine() });

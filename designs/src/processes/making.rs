@@ -13,7 +13,7 @@ use crate::{Fit, gap_mm};
 
 /// Which parts are made otherwise than their family says, for those who cut fits into them.
 ///
-/// It is read with the parameters of a section, and stands nowhere in a file.
+/// It is read with the parameters of a family, and stands nowhere in a file.
 #[derive(Clone, Debug, Default)]
 pub struct Making(Arc<Inner>);
 
@@ -22,7 +22,9 @@ struct Inner {
     /// Recipes of whole kinds: what a file says of `fdm` goes for every part of that kind.
     of_kind: Vec<Recipe>,
     /// Parts by pattern; the last that fits counts.
-    of_parts: Vec<(String, Recipe, AtomicBool)>,
+    of_parts: Vec<(String, Recipe)>,
+    /// Whether the family cuts its fits by what is said here.
+    is_asked: AtomicBool,
 }
 
 /// What it says does not tell parameters apart: it is the same for all of a design.
@@ -34,35 +36,31 @@ impl PartialEq for Making {
 
 impl Making {
     pub(crate) fn new(of_kind: Vec<Recipe>, of_parts: Vec<(String, Recipe)>) -> Self {
-        let of_parts = of_parts.into_iter();
-        let of_parts =
-            of_parts.map(|(pattern, recipe)| (pattern, recipe, AtomicBool::new(false))).collect();
-        Self(Arc::new(Inner { of_kind, of_parts }))
+        Self(Arc::new(Inner { of_kind, of_parts, is_asked: AtomicBool::new(false) }))
     }
 
-    /// Gap per side of a fit of a part that is usually made by `usual`: see [`gap_mm`].
+    /// Gap per side of a fit in a part that has the hole and is usually made by `usual`: see [`gap_mm`].
     pub fn gap_mm(&self, part: Name, usual: Process, fit: Fit) -> f64 {
-        let given = self.0.of_parts.iter().rev().find(|(pattern, ..)| fits(pattern, part.name));
-        if let Some((_, recipe, followed)) = given {
-            followed.store(true, Ordering::Relaxed);
-            return gap_of(recipe, fit);
-        }
-        let of_kind = self.0.of_kind.iter().find(|recipe| recipe.kind.process() == usual);
-        of_kind.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit))
+        self.0.is_asked.store(true, Ordering::Relaxed);
+        let recipe = self.of(part.name).or_else(|| self.of_kind(usual));
+        recipe.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit))
     }
 
-    /// The widest gap of a fit that any of these parts may have.
-    pub fn widest_mm(&self, usual: Process, fit: Fit) -> f64 {
-        let of_parts = self.0.of_parts.iter().map(|(_, recipe, _)| gap_of(recipe, fit));
-        let of_kind = self.0.of_kind.iter().find(|recipe| recipe.kind.process() == usual);
-        let usual = of_kind.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit));
-        of_parts.fold(usual, f64::max)
+    /// The same where one shape serves several parts, each with its usual process: the largest gap.
+    pub fn widest_mm(&self, parts: impl IntoIterator<Item = (Name, Process)>, fit: Fit) -> f64 {
+        let gaps = parts.into_iter().map(|(part, usual)| self.gap_mm(part, usual, fit));
+        gaps.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// What a file says of a part: its process, and whether fits have followed it.
-    pub(crate) fn of(&self, part: &str) -> Option<(&Recipe, bool)> {
-        let given = self.0.of_parts.iter().rev().find(|(pattern, ..)| fits(pattern, part))?;
-        Some((&given.1, given.2.load(Ordering::Relaxed)))
+    /// Whether the family's fits follow.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.0.is_asked.load(Ordering::Relaxed)
+    }
+
+    /// What a file says of a part.
+    pub(crate) fn of(&self, part: &str) -> Option<&Recipe> {
+        let given = self.0.of_parts.iter().rev().find(|(pattern, _)| fits(pattern, part));
+        given.map(|(_, recipe)| recipe)
     }
 
     /// What a file says of every part of a kind.

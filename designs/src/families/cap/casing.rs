@@ -9,7 +9,7 @@ use super::parameters::Cap;
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::{Side, wall_way};
 use crate::blocks::{BLACK, GLASS, copies, marks, ring};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 
 /// Depth and width of the groove beside the camera that the LEDs' wires go through, mm.
 pub const WIRE_GROOVE_MM: [f64; 2] = [1.2, 8.0];
@@ -76,7 +76,7 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         [0.0, over],
     ]));
     // Strips are pushed in from above, before the plate is glued on.
-    let slack = gap_mm(Process::Fdm, Fit::Slide);
+    let slack = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
     let depth = layout.strip_back_mm - layout.led_front_mm;
     let pocket_height = p.leds.strip_width.mm() + p.leds.below_plate.mm() + over;
     let led_pocket = Solid::cuboid(p.leds.strip_length.mm() + 2.0 * slack, pocket_height, depth)
@@ -115,7 +115,7 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     let window = wall_way(Side::Front, width, reach, heights);
     let plug_room =
         Solid::rod(layout.chamber_radius_mm, [layout.floor_z_mm, layout.housing_back_z_mm + over]);
-    let gap = gap_mm(Process::Fdm, Fit::Snug);
+    let gap = p.making.gap_mm(BASE, Process::Fdm, Fit::Snug);
     BASE.made(
         Process::Fdm,
         outline(p, [bottom, layout.joint_z_mm])

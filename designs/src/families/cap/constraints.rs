@@ -4,6 +4,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
+use super::bodies::{BASE, HOLDER};
 use super::casing::WIRE_GROOVE_MM;
 use super::components::CONNECTOR_MM;
 use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT, mounting};
@@ -14,7 +15,7 @@ use super::plug_room_mm;
 use super::skin::dimple_count;
 use crate::blocks::mounting::MountHold;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, half_chord};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
 /// Thinnest web of gel, or wall of resin, between two dimples, mm.
@@ -112,6 +113,7 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let leds = &p.leds;
     let count = f64::from(leds.count);
     let half = (leds.strip_length.mm() + APART_MM) / 2.0;
+    let slide = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
     let recess = half_chord(layout.recess_radius_mm, layout.strip_back_mm);
     // The straight line from the optical centre to the outermost ring passes inside the LEDs; the
     // plate only bends it inwards.
@@ -129,7 +131,7 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
             leds.strip_width.mm().min(2.0 * (layout.led_front_mm * (PI / count).tan() - APART_MM)),
             "packages must stay on their strips and apart from each other";
         leds.strip_length >= leds.package_size.mm(), "the package sits on its strip";
-        leds.strip_length <= 2.0 * (recess - gap_mm(Process::Fdm, Fit::Slide)),
+        leds.strip_length <= 2.0 * (recess - slide),
             "the strip is pushed in from the plate's recess";
         leds.below_plate <= layout.plate_bottom_z_mm - layout.housing_front_z_mm
             - leds.strip_width.mm() - PRINTED_WALL_MM,
@@ -141,18 +143,24 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     }
 }
 
+/// Radius of a counterbore for the casing's screws, mm.
+fn head_mm(p: &Cap) -> f64 {
+    CASING_SCREW.head_diameter_mm() / 2.0 + p.making.gap_mm(BASE, Process::Fdm, Fit::Snug)
+}
+
 fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
     let half_width = p.holder.width.mm() / 2.0;
     let painted = ((layout.sphere_radius_mm + p.paint.thickness.mm()).powi(2)
         - layout.sphere_z_mm.powi(2))
     .sqrt();
-    let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
+    let slide = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
+    let head = head_mm(p);
     let passage = CASING_SCREW.clearance_hole_mm() / 2.0;
     let centre = layout.pocket_half_mm - layout.pocket_corner_mm;
     let inset = half_width - p.holder.screw_spacing.mm() / 2.0;
     limits! { report, p:
         plate.diameter <= (2.0 * layout.foot_radius_mm)
-            .min(2.0 * (half_width - PRINTED_WALL_MM - gap_mm(Process::Fdm, Fit::Slide))),
+            .min(2.0 * (half_width - PRINTED_WALL_MM - slide)),
             "the skin covers the plate's edge, and the holder needs a wall around it";
         holder.width >= 2.0 * (painted + APART_MM),
             "the painted skin must not stand over the casing";
@@ -200,7 +208,7 @@ fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
 fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     let grip = CASING_SCREW.length_mm - BITE_MM;
     let room = half_chord(layout.chamber_radius_mm, layout.chamber_radius_mm / 2.0);
-    let head = CASING_SCREW.head_diameter_mm() / 2.0 + gap_mm(Process::Fdm, Fit::Snug);
+    let head = head_mm(p);
     limits! { report, p:
         base.height >= grip + 2.0, "the joint's M2x16 screws are sunk into the base";
         base.height >= p.base.height.mm() + PLUG_MM - plug_room_mm(p, layout),

@@ -2,11 +2,12 @@
 
 use fabkit_geometry::{CUT_OVERLAP_MM, Pose, Process};
 
+use super::bodies::BLOCK;
 use super::layout::Layout;
 use super::parameters::Cap;
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
 use crate::blocks::{Joint, corners, hanging, ring};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::hardware::{HexNut, Screw};
 
 /// How far a casing's screw bites into the holder, mm: two and a half times its diameter.
@@ -38,6 +39,7 @@ impl Joints {
         let head_z = casing_head_z(layout);
         let casing = corners([half, half]).map(|at| hanging(at, head_z)).to_vec();
 
+        let slide = p.making.gap_mm(BLOCK, Process::Sla, Fit::Slide);
         let (bolt, nut) = MOLD_BOLT;
         let (circle, bolts) = (p.mold.bolt_circle.mm() / 2.0, p.mold.bolts);
         let down = hanging([circle, 0.0], layout.lid_z_mm);
@@ -51,7 +53,7 @@ impl Joints {
             ),
             mounting: mounting(p).joint(layout.bottom_z_mm),
             mold: Joint::nutted("bolt", bolt, ring(bolts, 0.0, down), (nut, nuts))
-                .in_pockets(gap_mm(Process::Sla, Fit::Slide), p.mold.height.mm() - layout.nut_z_mm)
+                .in_pockets(slide, p.mold.height.mm() - layout.nut_z_mm)
                 .of_bolts(),
         }
     }

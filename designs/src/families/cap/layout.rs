@@ -2,9 +2,10 @@
 
 use fabkit_geometry::Process;
 
+use super::bodies::{BASE, HOLDER};
 use super::joints::MOLD_BOLT;
 use super::parameters::Cap;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::layout;
 
 layout! {
@@ -24,9 +25,9 @@ layout! {
 
         /// Outside of the plate.
         plate_radius_mm = p.plate.diameter.mm() / 2.0;
-        let slide = gap_mm(Process::Fdm, Fit::Slide);
         /// Inside of the holder around the plate.
-        recess_radius_mm = plate_radius_mm + slide;
+        recess_radius_mm =
+            plate_radius_mm + p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
         /// Inside of the holder below the plate.
         chamber_radius_mm = p.holder.aperture_diameter.mm() / 2.0;
         /// Bottom of the plate, top of the ledge.
@@ -47,6 +48,9 @@ layout! {
         housing_front_z_mm = mount_front_z_mm - p.camera.mount_height.mm();
         /// Back of the camera's housing, which rests on the base's corners.
         housing_back_z_mm = housing_front_z_mm - p.camera.housing_height.mm();
+        // One pocket in both pieces: the larger gap.
+        let clamping = [HOLDER, BASE].map(|part| (part, Process::Fdm));
+        let slide = p.making.widest_mm(clamping, Fit::Slide);
         /// Half the edge of the pocket around the housing.
         pocket_half_mm = p.camera.housing_size.mm() / 2.0 + slide;
         /// Radius of the pocket's corners.

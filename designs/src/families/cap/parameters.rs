@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::{choices, parameters, sections};
 
 parameters! {
@@ -207,5 +208,7 @@ sections! {
         camera: Camera,
         /// The mold.
         mold: Mold,
+        /// Which parts are made how.
+        making: Making,
     }
 }

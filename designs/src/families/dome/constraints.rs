@@ -4,6 +4,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
+use super::bodies::*;
 use super::cavities;
 use super::housing::{cable_slot, relief_edges_mm};
 use super::joints::{Joints, mounting};
@@ -13,7 +14,7 @@ use super::parameters::Dome;
 use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
 use crate::blocks::mounting::{Mounting, outside};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
 
@@ -36,14 +37,18 @@ pub(super) fn check(p: &Dome, report: &mut Report) {
 }
 
 fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
-    let slide = gap_mm(Process::Fdm, Fit::Slide);
+    // The flange lies on what its plug passes: each lid, or the slot of the holder.
+    let lids = [INNER_LID, OUTER_LID].map(|lid| p.making.gap_mm(lid, Process::Fdm, Fit::Slide));
+    let slot = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Free);
+    let passed = lids.into_iter().fold(slot, f64::max);
+    let slide = p.making.gap_mm(CONNECTOR, Process::Fdm, Fit::Slide);
     limits! { report, p:
         translucent_gel.thickness <=
             layout.surface_radius_mm - layout.tube_radius_mm - THINNEST_GEL_MM,
             "the transparent gel below it needs 0.5 mm above the tube";
         coat.thickness <= p.translucent_gel.thickness.mm() / 2.0,
             "the coat is part of the translucent gel's thickness and must not fill half of it";
-        tube.wall >= FLANGE_INSET_MM + gap_mm(Process::Fdm, Fit::Free) - slide + 0.5,
+        tube.wall >= FLANGE_INSET_MM + passed - slide + 0.5,
             "the connector's flange, no wider than the tube, must rest on a lid or holder";
         tube.outer_diameter <= 2.0 * layout.diffuser_radius_mm,
             "the tube stands on the diffuser inside the shell";
@@ -53,7 +58,9 @@ fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
 fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
     let diameter = p.envelope.diameter.mm();
     let joint = Joints::new(p, layout).shell_base;
-    let countersink = joint.screw.sink_depth_mm(gap_mm(Process::Fdm, Fit::Snug));
+    let [snug, slide] =
+        [Fit::Snug, Fit::Slide].map(|fit| p.making.gap_mm(SHELL, Process::Fdm, fit));
+    let countersink = joint.screw.sink_depth_mm(snug);
     let head = layout.shell_radius_mm - joint.poses[0].translation_mm().x;
     limits! { report, p:
         shell.outer_diameter <= diameter, "the shell must stay inside the envelope";
@@ -61,7 +68,7 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
         base.height <= p.base.height.mm() + p.envelope.height.mm() - layout.total_height(),
             "surface, diffuser, gap, LED board and base together must stay inside the envelope";
         shell.wall <=
-            layout.shell_radius_mm - layout.tube_radius_mm - gap_mm(Process::Fdm, Fit::Slide),
+            layout.shell_radius_mm - layout.tube_radius_mm - slide,
             "the tube stands inside the shell's bore";
         shell.edge_fillet <= p.shell.wall.mm() - PRINTED_WALL_MM / 2.0,
             "the gel and the printer's bed need what a rounded edge leaves of the rim";
@@ -127,7 +134,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
 
 fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
     let camera = &p.camera;
-    let slide = gap_mm(Process::Fdm, Fit::Slide);
+    let slide = p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
     let head = Screw::M1_6X5.head_diameter_mm();
     let bite = Screw::M1_6X5.length_mm - camera.board_thickness.mm();
     let within = layout.base_radius_mm - PRINTED_WALL_MM;
@@ -303,7 +310,10 @@ fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mu
 }
 
 fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
-    crate::blocks::mold::check(&p.mold, layout.surface_radius_mm, layout.apex_z(), report);
+    let cavity = [layout.surface_radius_mm, layout.apex_z()];
+    let with_dowels = [INNER_A, INNER_B, INNER_LID, OUTER_A, OUTER_B, OUTER_LID, COLLAR];
+    let slide = p.making.widest_mm(with_dowels.map(|part| (part, Process::Fdm)), Fit::Slide);
+    crate::blocks::mold::check(&p.mold, slide, cavity, report);
     // Vents open between what stands in the mold and the cavity's wall.
     let transparent = layout.transparent_radius_mm - layout.tube_radius_mm;
     if transparent < THINNEST_GEL_MM {
@@ -321,6 +331,7 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     let seat = o_ring_seat(p, layout);
     seat.check("connector.o_ring_cord", "groove", "connector.o_ring_squeeze", report);
     form(p, layout).check(report);
+    let slide = p.making.gap_mm(CONTAINER, Process::Fdm, Fit::Slide);
     limits! { report, p:
         connector.plug_length <= layout.wall_height_mm,
             "the plug must end in the tube's straight part";
@@ -331,7 +342,7 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
             "the air channel needs 1.2 mm of wall around it";
         connector.handle_diameter <= 2.0 * (layout.tube_radius_mm - FLANGE_INSET_MM) - 1.0,
             "the handle stands on the flange";
-        coating.gap >= p.coating.wall.mm() + gap_mm(Process::Fdm, Fit::Slide) + 0.5,
+        coating.gap >= p.coating.wall.mm() + slide + 0.5,
             "the holder's spigot stands between module and container";
     }
 }

@@ -48,7 +48,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let ribs = (0..p.shell.ribs)
         .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
     let through = layout.shell_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
-    let gap = p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Snug);
+    let gap = p.making.gap_mm(SHELL, Process::Fdm, Fit::Snug);
     SHELL
         .made(Process::Fdm, Solid::union(std::iter::once(wall).chain(ribs)))
         .from(&p.shell.material)
@@ -100,7 +100,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     ]));
 
     let [pocket_x, pocket_y] = [p.camera.board_size, p.camera.board_size_y]
-        .map(|edge| edge.mm() + 2.0 * p.mold.making.gap_mm(BASE, Process::Fdm, Fit::Slide));
+        .map(|edge| edge.mm() + 2.0 * p.making.gap_mm(BASE, Process::Fdm, Fit::Slide));
     let pocket_floor = layout.camera_board_bottom_z_mm;
     let pocket =
         Solid::cuboid(pocket_x, pocket_y, top - pocket_floor + CUT_OVERLAP_MM).at_z(pocket_floor);

@@ -4,7 +4,7 @@ use fabkit_geometry::Process;
 
 use super::bodies::SHELL;
 use super::parameters::Dome;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::layout;
 
 layout! {
@@ -31,18 +31,16 @@ layout! {
         shell_radius_mm = p.shell.outer_diameter.mm() / 2.0;
         /// Inside of the shell.
         shell_bore_radius_mm = shell_radius_mm - p.shell.wall.mm();
+        let slide = p.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
         /// How far ribs reach inwards: their smallest radius.
         rib_radius_mm = shell_bore_radius_mm - p.shell.rib_depth.mm();
         /// Outside of the diffuser.
         diffuser_radius_mm =
-            shell_bore_radius_mm
-                - p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Slide)
-                - p.shell.shoulder.mm();
+            shell_bore_radius_mm - slide - p.shell.shoulder.mm();
         /// Outside of the LED board.
-        board_radius_mm = shell_bore_radius_mm - gap_mm(Process::Pcb, Fit::Press);
+        board_radius_mm = shell_bore_radius_mm - p.making.gap_mm(SHELL, Process::Fdm, Fit::Press);
         /// Outside of the base's plug.
-        base_radius_mm =
-            shell_bore_radius_mm - p.mold.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
+        base_radius_mm = shell_bore_radius_mm - slide;
 
         /// Bottom of the diffuser, top of the ribs.
         diffuser_bottom_z_mm = -p.diffuser.thickness.mm();

@@ -17,7 +17,7 @@ use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
 use crate::assembling::shrinkage;
 use crate::blocks::{self, DOWEL, camera_at, mm, press_fit, sphere};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use bodies::*;
@@ -121,10 +121,9 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
 
 /// The overlaps that are meant.
 fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
-    let board = -gap_mm(Process::Pcb, Fit::Press);
-    let held = |half, reason| {
-        let dowel = -p.mold.making.gap_mm(half, Process::Fdm, Fit::Press);
-        press_fit(DOWEL, half, dowel, reason)
+    let pressed = |inner, outer, reason| {
+        let overlap = -p.making.gap_mm(outer, Process::Fdm, Fit::Press);
+        press_fit(inner, outer, overlap, reason)
     };
     let screws = [
         joints.camera.press_fit(BASE),
@@ -136,10 +135,12 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
             .filter(|mounting| mounting.nut_name() != joints.shell_base.nut_name())
             .and_then(|mounting| mounting.press_fit(BASE)),
     ];
-    let mut fits = vec![press_fit(LED_BOARD, SHELL, board, "the board is pressed in")];
+    let mut fits = vec![pressed(LED_BOARD, SHELL, "the board is pressed in")];
     fits.extend(screws.into_iter().flatten());
-    fits.extend([INNER_A, OUTER_A].map(|half| held(half, "the dowels stay in half a")));
-    fits.extend([INNER_B, OUTER_B].map(|half| held(half, "the lid's dowel stays in half b")));
+    fits.extend([INNER_A, OUTER_A].map(|half| pressed(DOWEL, half, "the dowels stay in half a")));
+    fits.extend(
+        [INNER_B, OUTER_B].map(|half| pressed(DOWEL, half, "the lid's dowel stays in half b")),
+    );
     fits
 }
 

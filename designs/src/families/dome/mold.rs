@@ -43,7 +43,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> 
     let outwards = which.outwards();
     name.made(
         Process::Fdm,
-        molds::half(&p.mold, name, which)
+        molds::half(&p.mold, &p.making, name, which)
             .minus(dome_tool(cavity.radius, layout.wall_height_mm).named("cavity")),
     )
     .from(&p.mold.material)
@@ -78,10 +78,9 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     let through = |radius: f64| {
         Solid::cylinder(radius, thickness + 2.0 * CUT_OVERLAP_MM).at_z(-thickness - CUT_OVERLAP_MM)
     };
-    let bore = through(
-        plug_radius_mm(layout) + p.mold.making.gap_mm(cavity.lid, Process::Fdm, Fit::Slide),
-    );
-    let dowel = molds::dowel_tool(&p.mold, cavity.lid, Fit::Slide, thickness + CUT_OVERLAP_MM);
+    let slide = p.making.gap_mm(cavity.lid, Process::Fdm, Fit::Slide);
+    let bore = through(plug_radius_mm(p, layout) + slide);
+    let dowel = molds::dowel_tool(&p.mold, slide, thickness + CUT_OVERLAP_MM);
     let dowels = copies("dowel hole", &molds::lid_dowel_poses(&p.mold), &dowel);
     cavity
         .lid
@@ -104,13 +103,11 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
     let grip = p.mold.dowel_length.mm() / 2.0;
     let floor = 1.0;
     let thickness = grip + floor;
-    let bore = Solid::cylinder(
-        layout.shell_radius_mm + p.mold.making.gap_mm(COLLAR, Process::Fdm, Fit::Slide),
-        thickness + 2.0 * CUT_OVERLAP_MM,
-    )
-    .at_z(-thickness - CUT_OVERLAP_MM);
+    let slide = p.making.gap_mm(COLLAR, Process::Fdm, Fit::Slide);
+    let bore = Solid::cylinder(layout.shell_radius_mm + slide, thickness + 2.0 * CUT_OVERLAP_MM)
+        .at_z(-thickness - CUT_OVERLAP_MM);
     let spare = 0.3;
-    let dowel = molds::dowel_tool(&p.mold, COLLAR, Fit::Slide, grip + spare);
+    let dowel = molds::dowel_tool(&p.mold, slide, grip + spare);
     let sockets = copies("socket", &molds::lid_dowel_poses(&p.mold), &dowel);
     COLLAR
         .made(

@@ -6,6 +6,7 @@ use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::sections;
 
 sections! {
@@ -246,5 +247,7 @@ sections! {
         form: Form,
         /// The coating tools.
         coating: Coating,
+        /// Which parts are made how.
+        making: Making,
     }
 }

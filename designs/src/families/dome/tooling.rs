@@ -12,7 +12,7 @@ use super::surface::dome_tool;
 use crate::assembling::{Name, flipped};
 use crate::blocks::cup_and_bridge::{CupAndBridge, bowl};
 use crate::blocks::{ORingSeat, TOOL_GREY};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 
 /// Thickness of the connector's flange, mm.
 const FLANGE_MM: f64 = 3.0;
@@ -24,8 +24,8 @@ pub(super) const FLANGE_INSET_MM: f64 = 0.25;
 const HOLDER_GAP_MM: f64 = 0.5;
 
 /// Radius of the connector's plug, mm: it slides into the tube.
-pub fn plug_radius_mm(layout: &Layout) -> f64 {
-    layout.tube_bore_radius_mm - gap_mm(Process::Fdm, Fit::Slide)
+pub fn plug_radius_mm(p: &Dome, layout: &Layout) -> f64 {
+    layout.tube_bore_radius_mm - p.making.gap_mm(CONNECTOR, Process::Fdm, Fit::Slide)
 }
 
 /// What the connector's O-ring is stretched over: the tube's bore squeezes it.
@@ -37,7 +37,7 @@ pub fn o_ring_seat(p: &Dome, layout: &Layout) -> ORingSeat {
 /// The handle that the tube hangs on while gel is cast around it: an O-ring grips the tube's
 /// inside, the neck passes the lid, the flange stops on it, a channel lets the tube's air out.
 pub fn connector(p: &Dome, layout: &Layout) -> Body {
-    let plug = plug_radius_mm(layout);
+    let plug = plug_radius_mm(p, layout);
     let groove = o_ring_seat(p, layout).groove(plug, p.connector.plug_length.mm() / 2.0);
     let flange_radius = layout.tube_radius_mm - FLANGE_INSET_MM;
     let (handle, air) =
@@ -70,7 +70,8 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
 /// Cup and bridge around the glass tube.
 pub fn form<'a>(p: &'a Dome, layout: &Layout) -> CupAndBridge<'a> {
     let tip_z = layout.wall_height_mm + layout.transparent_radius_mm;
-    p.form.around(layout.transparent_radius_mm, tip_z)
+    let slide = p.making.gap_mm(FORM_BRIDGE, Process::Fdm, Fit::Slide);
+    p.form.around(layout.transparent_radius_mm, tip_z, slide)
 }
 
 /// Both.
@@ -106,7 +107,7 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     // The holder takes the lid's place under the connector's flange.
     let plate_z = -p.mold.lid_thickness.mm();
     let spigot_depth = wall;
-    let spigot = inner - gap_mm(Process::Fdm, Fit::Slide);
+    let spigot = inner - p.making.gap_mm(CONTAINER, Process::Fdm, Fit::Slide);
     let holder = Solid::revolution(Path::polygon(&[
         [0.0, plate_z],
         [inner + wall, plate_z],
@@ -117,7 +118,8 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
         [spigot - wall, rim_z],
         [0.0, rim_z],
     ]));
-    let slot_radius = plug_radius_mm(layout) + gap_mm(Process::Fdm, Fit::Free);
+    let free = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Free);
+    let slot_radius = plug_radius_mm(p, layout) + free;
     let slot_height = rim_z + spigot_depth - plate_z + 2.0 * CUT_OVERLAP_MM;
     let slot =
         Solid::extrusion(Path::slot([0.0, 0.0], [0.0, 2.0 * inner], slot_radius), slot_height)

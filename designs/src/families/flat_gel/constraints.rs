@@ -1,13 +1,10 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made. What the
 //! blocks require of themselves, they say.
 
-use fabkit_geometry::Process;
-
 use super::layout::Layout;
 use super::pad::frames;
 use super::parameters::FlatGel;
 use crate::blocks::PRINTED_WALL_MM;
-use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 
 /// Thinnest bed that flows over a plate, mm.
@@ -63,19 +60,19 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
 
 /// The opening that the plate lies in, and the chamber below it.
 fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
-    let (plate, chamber) = (&p.plate, layout.light.chamber);
+    let (plate, chamber, slide) = (&p.plate, layout.light.chamber, layout.housing.slide_mm);
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
     let front_mm = layout.plate_bottom_z_mm - layout.camera.front_z;
     let distance_mm = layout.seen_z_mm - layout.camera.pupil_z;
     limits! { report, p:
         plate.overlap <= plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
             "the camera must see something past the ledge";
-        plate.overlap >= p.coat.side.mm() + gap_mm(Process::Fdm, Fit::Slide),
+        plate.overlap >= p.coat.side.mm() + slide,
             "the pad's gel, not its coat alone, covers the joint around the plate";
         shell.rim >= p.shell.rim.mm() + PRINTED_WALL_MM - x.min(y),
             "the plate's opening needs a wall around it";
         camera.board_size <=
-            2.0 * (chamber.narrow() + OVERHANG_MM - gap_mm(Process::Fdm, Fit::Slide)),
+            2.0 * (chamber.narrow() + OVERHANG_MM - slide),
             "the shell would overhang a wider board by more than 2 mm";
         camera.pixel_pitch >=
             p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),

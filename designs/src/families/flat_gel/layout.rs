@@ -2,12 +2,13 @@
 
 use fabkit_geometry::Process;
 
+use super::bodies::{BASE, SHELL};
 use super::parameters::FlatGel;
 use crate::blocks::Rect;
 use crate::blocks::chamber_light::Light;
 use crate::blocks::clamshell::Clamshell;
 use crate::blocks::posted_camera::Posted;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 
 /// Refractive index of acrylic; gel has less, so that this underestimates what is seen.
 const PLATE_INDEX: f64 = 1.49;
@@ -42,7 +43,8 @@ pub struct Layout<'a> {
 impl<'a> Layout<'a> {
     /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &'a FlatGel) -> Self {
-        let slide = gap_mm(Process::Fdm, Fit::Slide);
+        let gap_mm = |part, fit| p.making.gap_mm(part, Process::Fdm, fit);
+        let slide = gap_mm(SHELL, Fit::Slide);
         let half = [p.pad.length, p.pad.width].map(|edge| edge.mm() / 2.0);
         let pad = Rect { half, corner: p.pad.corner.mm() };
         let side = p.coat.side.mm();
@@ -52,19 +54,22 @@ impl<'a> Layout<'a> {
         let (top_z_mm, plate_top_z_mm) = (p.pad.thickness.mm(), -p.bed.thickness.mm());
         let seen_z_mm = top_z_mm - p.coat.thickness.mm();
         let plate_bottom_z_mm = plate_top_z_mm - p.plate.thickness.mm();
-        let camera = p.camera.before(seen_z_mm);
+        let camera = p.camera.before(seen_z_mm, gap_mm(BASE, Fit::Slide));
 
         let chamber = opening.half.map(|half| half - p.plate.ledge.mm());
         // The camera comes in from below; what it needs, the room below the chamber has.
         let board = p.camera.board_mm().map(|edge| edge / 2.0 + slide);
         let room = [0, 1].map(|i| (chamber[i] + p.leds.step_mm()).max(board[i]));
-        let housing = Clamshell::around((&p.shell, &p.base, &p.mount), half, room, camera.foot_z);
+        let sections = (&p.shell, &p.base, &p.mount);
+        let play = [slide, gap_mm(BASE, Fit::Snug)];
+        let housing = Clamshell::around(sections, play, half, room, camera.foot_z);
         let light = Light {
             leds: &p.leds,
             chamber: Rect { half: chamber, ..housing.room },
             room: housing.room,
             ceiling_z: plate_bottom_z_mm,
             camera: camera.clone(),
+            slide_mm: slide,
         };
         Self {
             pad,

@@ -7,7 +7,8 @@ use super::layout::Layout;
 use super::parameters::{CoatBy, FlatGel};
 use crate::assembling::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
-use crate::blocks::frame_mold::Frames;
+use crate::blocks::frame_mold::{FLOOR, Frames};
+use crate::fits::Fit;
 
 /// The assemblies in which the molds' floor lies under the gel.
 fn molds(p: &FlatGel) -> &'static [AssemblyName] {
@@ -19,11 +20,15 @@ fn molds(p: &FlatGel) -> &'static [AssemblyName] {
 
 /// The open molds.
 pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
+    // One outline and one pair of holes for all frames: the larger gap.
+    let framed = [GEL_FRAME, COAT_FRAME].map(|frame| (frame, Process::Sla));
     Frames {
         mold: &p.mold,
         cavity: layout.pad.half,
         lowest_mm: layout.seen_z_mm,
         shrinkage: shrinkage(&p.pad.material),
+        press_mm: p.making.gap_mm(FLOOR, Process::Sla, Fit::Press),
+        slide_mm: p.making.widest_mm(framed, Fit::Slide),
     }
 }
 

@@ -9,6 +9,7 @@ use crate::blocks::marker_grid::Markers;
 use crate::blocks::mounting::Mount;
 use crate::blocks::posted_camera::PostedCamera;
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::{choices, parameters, sections};
 
 parameters! {
@@ -94,5 +95,7 @@ sections! {
         camera: PostedCamera,
         /// The molds.
         mold: FrameMold,
+        /// Which parts are made how.
+        making: Making,
     }
 }

@@ -4,18 +4,18 @@ use std::f64::consts::PI;
 
 use fabkit_geometry::Process;
 
-use super::housing::{LED_HOLE_MARGIN_MM, PRY_SLOT_MM, pocket_radii_mm, wire_slot};
+use super::bodies::HOLDER;
+use super::housing::{
+    LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_slot,
+};
 use super::joints::{Joints, mounting};
 use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{key_circle_mm, vent_circles_mm};
 use crate::blocks::{APART_MM, around, half_chord, turn};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::parameters::{Report, limits};
-
-/// Thinnest wall of printed resin, mm.
-const RESIN_WALL_MM: f64 = 0.5;
 
 /// How much sharper than the slightest edge parallel surfaces may curve at their tip, mm.
 const TIP_RADIUS_MM: f64 = 0.3;
@@ -117,7 +117,7 @@ fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
 
 fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let head = Joints::new(p, layout).holder.poses[0].translation_mm().x;
-    let countersink = BOLT.sink_depth_mm(gap_mm(Process::Sla, Fit::Snug));
+    let countersink = BOLT.sink_depth_mm(p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug));
     limits! { report, p:
         shell.shoulder <= p.shell.thickness.mm() - 1.0,
             "the foot below the shoulder needs 1 mm of wall";
@@ -137,7 +137,7 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();
     // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
-    let room = (circle * (PI / count).sin()).min(circle - layout.post_radius_mm - 0.3);
+    let room = (circle * (PI / count).sin()).min(circle - diffuser_bore_mm(p, layout) - APART_MM);
     limits! { report, p:
         leds.circle_radius <= layout.diffuser_wall_radius_mm - APART_MM - radius,
             "the LEDs stand inside the diffusion ring's wall";
@@ -168,7 +168,7 @@ fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 }
 
 fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
+    let [pocket_inner, pocket_outer] = pocket_radii_mm(p, layout);
     let joints = Joints::new(p, layout);
     let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
     let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;

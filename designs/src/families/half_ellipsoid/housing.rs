@@ -9,12 +9,15 @@ use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR, flipped};
 use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 
 const WHITE: Color = [240, 240, 236];
 
 /// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
 pub const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
+
+/// Thinnest wall of printed resin, mm.
+pub const RESIN_WALL_MM: f64 = 0.5;
 
 /// How much wider than an LED the hole above it is, mm per side.
 pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
@@ -31,9 +34,15 @@ pub fn leds_by_kind(p: &HalfEllipsoid, layout: &Layout) -> [Vec<Pose>; 2] {
 }
 
 /// Where the pocket for the board's parts lies, mm: inner and outer radius.
-pub fn pocket_radii_mm(layout: &Layout) -> [f64; 2] {
+pub fn pocket_radii_mm(p: &HalfEllipsoid, layout: &Layout) -> [f64; 2] {
     // Between the socket of the post and a rim that the board rests on.
-    [layout.post_radius_mm + 1.0, layout.base_radius_mm - 1.2]
+    let inner = (layout.post_radius_mm + 1.0).max(socket_mm(p, layout) + RESIN_WALL_MM);
+    [inner, layout.base_radius_mm - 1.2]
+}
+
+/// Radius of the post's socket in the base, mm.
+fn socket_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    layout.post_radius_mm + p.making.gap_mm(BASE, Process::Sla, Fit::Snug)
 }
 
 fn part(name: Name, solid: Solid, material: &str, lift_mm: f64) -> Body {
@@ -81,19 +90,25 @@ fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         [layout.holder_radius_mm, layout.flange_z_mm],
         [layout.holder_radius_mm, 0.0],
     ];
+    let snug = p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug);
     let through = layout.holder_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
     part(HOLDER, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -14.0)
         .with_handles(1)
-        .cut(Joints::new(p, layout).holder.passed(through, gap_mm(Process::Sla, Fit::Snug)))
+        .cut(Joints::new(p, layout).holder.passed(through, snug))
         .notes([
             "the end with the small bore up; wet-sand the top, the elastomers' feet rest on it",
             "instant adhesive around the shell's foot",
         ])
 }
 
+/// Radius of the diffuser's bore around the post, mm.
+pub fn diffuser_bore_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    layout.post_radius_mm + p.making.gap_mm(DIFFUSER, Process::Sla, Fit::Free)
+}
+
 /// The white ring over the LEDs; UV light, which it would absorb, passes through holes.
 fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let bore = layout.post_radius_mm + gap_mm(Process::Sla, Fit::Free);
+    let bore = diffuser_bore_mm(p, layout);
     let outline = [
         [bore, layout.diffuser_plate_z_mm],
         [layout.diffuser_wall_radius_mm, layout.diffuser_plate_z_mm],
@@ -145,13 +160,14 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
 /// The slot for the board's wires, along y: it opens into the pocket alone.
 pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
     let (length, width) = (p.base.wire_slot_length, p.base.wire_slot_width);
-    let x = pocket_radii_mm(layout)[0] + width.mm() / 2.0 + 0.1;
+    let x = pocket_radii_mm(p, layout)[0] + width.mm() / 2.0 + 0.1;
     FloorSlot { length, width, along: 1, at: [x, 0.0], turn: turn(0, 1, 0.0) }
 }
 
 /// The outline of the LED board: resistors and switch sit on its underside.
 fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let bore = layout.post_radius_mm + gap_mm(Process::Pcb, Fit::Free);
+    // A circuit board stays one, however others are made.
+    let bore = layout.post_radius_mm + crate::gap_mm(Process::Pcb, Fit::Free);
     let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
     let profile = wire_slot(p, layout).ends().into_iter().fold(
         Profile::new(Path::circle([0.0; 2], layout.board_radius_mm))
@@ -180,8 +196,8 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 /// The plug that everything electric is glued to.
 fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    let [pocket_inner, pocket_outer] = pocket_radii_mm(layout);
-    let socket = layout.post_radius_mm + gap_mm(Process::Sla, Fit::Snug);
+    let [pocket_inner, pocket_outer] = pocket_radii_mm(p, layout);
+    let socket = socket_mm(p, layout);
     let chamfer = 0.3;
     // One profile: passage for the cable, socket of the post, pocket, plug, flange.
     let plug_top = layout.base_top_z_mm;

@@ -2,9 +2,10 @@
 
 use fabkit_geometry::Process;
 
+use super::bodies::{BASE, HOLDER, POST};
 use super::parameters::{HalfEllipsoid, MeasuredTo};
 use super::surface::Ellipsoid;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::hardware::Screw;
 use crate::layout;
 
@@ -49,16 +50,17 @@ layout! {
         foot_z_mm = -p.shell.foot_height.mm();
         /// Outside of holder and flange.
         holder_radius_mm = p.holder.outer_diameter.mm() / 2.0;
+        let snug = p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug);
         /// Inside of the holder's collar.
-        collar_radius_mm = foot_radius_mm + gap_mm(Process::Sla, Fit::Snug);
+        collar_radius_mm = foot_radius_mm + snug;
         /// Step between collar and skirt.
         step_z_mm = foot_z_mm - FOOT_SPARE_MM;
         /// Inside of the skirt.
         skirt_radius_mm = holder_radius_mm - p.holder.skirt.mm();
         /// Outside of diffuser and board.
-        board_radius_mm = skirt_radius_mm - gap_mm(Process::Sla, Fit::Free);
+        board_radius_mm = skirt_radius_mm - p.making.gap_mm(HOLDER, Process::Sla, Fit::Free);
         /// Outside of the base's plug.
-        base_radius_mm = skirt_radius_mm - gap_mm(Process::Sla, Fit::Slide);
+        base_radius_mm = skirt_radius_mm - p.making.gap_mm(HOLDER, Process::Sla, Fit::Slide);
 
         /// Top of the diffuser.
         diffuser_top_z_mm = step_z_mm - STEP_GAP_MM;
@@ -75,21 +77,24 @@ layout! {
         /// Axes of the bolts.
         bolt_z_mm = pocket_z_mm - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
         /// End of the skirt, top of the flange.
-        flange_z_mm =
-            bolt_z_mm - BOLT.sink_diameter_mm(gap_mm(Process::Sla, Fit::Snug)) / 2.0 - BOLT_WALL_MM;
+        flange_z_mm = bolt_z_mm - BOLT.sink_diameter_mm(snug) / 2.0 - BOLT_WALL_MM;
         /// Bottom of everything.
         bottom_z_mm = flange_z_mm - p.base.flange.mm();
 
         /// Inside of it.
-        post_bore_radius_mm = p.camera.diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Snug);
+        post_bore_radius_mm = p.camera.diameter.mm() / 2.0
+            + p.making.gap_mm(POST, Process::Sla, Fit::Snug);
         /// Outside of the post that carries the camera.
         post_radius_mm = post_bore_radius_mm + p.camera_holder.wall.mm();
         /// Front of camera and post.
         camera_front_z_mm = -p.camera.front_depth.mm();
         /// Lower end of the post, in the base.
         post_end_z_mm = base_top_z_mm - p.camera_holder.socket_depth.mm();
+        // One passage through both: the larger gap.
+        let passed = [POST, BASE].map(|part| (part, Process::Sla));
         /// Radius of the passage for the camera's cable.
-        cable_radius_mm = p.camera.cable_diameter.mm() / 2.0 + gap_mm(Process::Sla, Fit::Free);
+        cable_radius_mm =
+            p.camera.cable_diameter.mm() / 2.0 + p.making.widest_mm(passed, Fit::Free);
 
         /// Outside of the silicone molds.
         silicone_radius_mm = p.tooling.silicone_diameter.mm() / 2.0;

@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
@@ -219,5 +220,7 @@ sections! {
         mount: Mount,
         /// Molds and their negatives.
         tooling: Tooling,
+        /// Which parts are made how.
+        making: Making,
     }
 }

@@ -11,7 +11,7 @@ use super::parameters::HalfEllipsoid;
 use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::cup_and_bridge::bowl;
 use crate::blocks::{TOOL_GREY, copies, marks, ring};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::materials::Castable;
 
 /// Height of the lip that centres the sleeve, and how far the core's negative rises above the
@@ -159,7 +159,7 @@ fn double_shrinkage(p: &HalfEllipsoid, layer: &Castable) -> f64 {
 /// The dome on a plate that a silicone cup is cast around.
 fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
     let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
-    let lip = radius + wall + gap_mm(Process::Sla, Fit::Slide);
+    let lip = radius + wall + p.making.gap_mm(boundary.negative(), Process::Sla, Fit::Slide);
     let plate = bowl([lip, lip + wall], LIP_MM, [0.0, -wall]);
     let on_plate = |solid: Solid| solid.minus(Solid::below(-CUT_OVERLAP_MM));
     let (dome, material) = match boundary {

@@ -4,12 +4,13 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
+use super::bodies::BODY;
 use super::joints::Joints;
-use super::layout::{Layout, half_diagonal_mm};
+use super::layout::{Layout, half_diagonal_mm, lens_play_mm};
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
 /// Smallest gap between neighbouring dots, mm: support must come out of it, and the camera must see
@@ -75,7 +76,7 @@ fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
         lens.hole_radius >=
             layout.sight_radius(p, layout.lens_bottom_z_mm) + p.lens.hole_diameter.mm() / 2.0,
             "the holes must stay out of the camera's sight of the dots";
-        lens.ledge >= gap_mm(Process::Laser, Fit::Slide) + 0.4,
+        lens.ledge >= lens_play_mm(p) + 0.4,
             "the glue needs 0.4 mm of the lens's rim";
         tip.diameter >= 2.0 * (layout.sight_radius(p, layout.lens_top_z_mm) - layout.ledge_radius_mm
             + layout.outer_radius_mm),
@@ -118,7 +119,7 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
 }
 
 fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
-    let (camera, slide) = (&p.camera, gap_mm(Process::Fdm, Fit::Slide));
+    let (camera, slide) = (&p.camera, p.making.gap_mm(BODY, Process::Fdm, Fit::Slide));
     let screws = Joints::new(p, layout).camera;
     let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
     // The holder's corners lie where the cone has opened as far as they reach.

@@ -4,10 +4,11 @@ use std::f64::consts::SQRT_2;
 
 use fabkit_geometry::{Angle, InvalidPattern, Length, Pattern, Pose, Process};
 
+use super::bodies::{BODY, RING};
 use super::parameters::{PinLayout, PinTip};
 use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
 use crate::blocks::{ORingSeat, sphere};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::layout;
 
 /// How far the O-ring's neck stands above its seat, as a share of the cord: it holds the ring while
@@ -37,6 +38,11 @@ pub fn half_diagonal_mm(x: Length, y: Length) -> f64 {
 /// Steepness of the housing's cone: 45 degrees print without support.
 const CONE_RISE_PER_RUN: f64 = 1.0;
 
+/// Play of the lens in its ring, mm: as of what is cut, until a file says how the ring is made.
+pub fn lens_play_mm(p: &PinTip) -> f64 {
+    p.making.gap_mm(RING, Process::Laser, Fit::Slide)
+}
+
 layout! {
     /// Radii and heights in the sensor frame, mm.
     ///
@@ -64,12 +70,15 @@ layout! {
         /// Distance of neighbouring circles of pins along the skin's inside.
         pin_spacing_mm = spacing;
 
+        // Grooves in one, lugs on the other, each made in its own way: the larger gap.
+        let both = [(RING, Process::PolyJet), (BODY, Process::Fdm)];
+        let play = p.making.widest_mm(both, Fit::Slide);
         /// Ring and body.
-        tip_joint: Joint = Joint::within(&p.bayonet, outer_radius_mm);
+        tip_joint: Joint = Joint::within(&p.bayonet, play, outer_radius_mm);
         /// The opening that the lens closes.
         ledge_radius_mm = tip_joint.bore_radius - p.lens.ledge.mm();
         /// Outside of the lens.
-        lens_radius_mm = tip_joint.bore_radius - gap_mm(Process::Laser, Fit::Slide);
+        lens_radius_mm = tip_joint.bore_radius - lens_play_mm(p);
         /// Upper face of the lens: gel above, and the ledge.
         lens_top_z_mm = -p.fill.depth.mm();
         /// Lower face of the lens.
@@ -91,7 +100,7 @@ layout! {
         /// The bore that it is pressed into.
         board_seat_radius_mm = neck_radius_mm - p.body.neck_wall.mm();
         /// Outside of the LED board.
-        board_radius_mm = board_seat_radius_mm - gap_mm(Process::Pcb, Fit::Press);
+        board_radius_mm = board_seat_radius_mm - p.making.gap_mm(BODY, Process::Fdm, Fit::Press);
         /// Upper side of the LED board.
         board_top_z_mm = lens_bottom_z_mm - p.leds.gap.mm() - p.leds.height.mm();
         /// Lower side of the LED board, and its ledge in the body.
@@ -108,9 +117,11 @@ layout! {
         bore_bottom_z_mm = shaft_bottom_z_mm
             - CONE_RISE_PER_RUN * (p.body.shaft_wall.mm() * SQRT_2 - p.body.shaft_wall.mm());
         let half_diagonal = half_diagonal_mm(p.camera.board_size, p.camera.board_size_y);
-        let mount_bore = half_diagonal + gap_mm(Process::Fdm, Fit::Free);
+        let [slide, free] =
+            [Fit::Slide, Fit::Free].map(|fit| p.making.gap_mm(BODY, Process::Fdm, fit));
+        let mount_bore = half_diagonal + free;
         /// Housing and robot mount.
-        mount_joint: Joint = Joint::in_bore(&p.bayonet, mount_bore);
+        mount_joint: Joint = Joint::in_bore(&p.bayonet, slide, mount_bore);
         /// Where the cone ends outside.
         cone_bottom_z_mm =
             shaft_bottom_z_mm - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius_mm);

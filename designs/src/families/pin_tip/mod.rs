@@ -15,7 +15,7 @@ use fabkit_geometry::{DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
 use crate::blocks::{self, camera_at, mm, press_fit, sphere};
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use bodies::{BODY, LED_BOARD, TIP};
@@ -52,7 +52,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         .into_iter()
         .chain(made.map(|make| make(p, &layout)))
         .chain(components::components(p, &layout));
-    let board = -gap_mm(Process::Pcb, Fit::Press);
+    let board = -p.making.gap_mm(BODY, Process::Fdm, Fit::Press);
     let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
     let screws = Joints::new(p, &layout).camera.press_fit(BODY);
     // The camera looks at the tip.

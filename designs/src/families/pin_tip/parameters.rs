@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::bayonet::Bayonet;
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
@@ -218,5 +219,7 @@ sections! {
         body: Body,
         /// The robot mount.
         mount: Mount,
+        /// Which parts are made how.
+        making: Making,
     }
 }

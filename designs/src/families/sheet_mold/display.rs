@@ -11,7 +11,7 @@ use super::parameters::SheetMold;
 use super::sheets::{sheet, with_holes};
 use crate::assembling::SENSOR;
 use crate::blocks::BLACK;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 
 const CLEAR: Color = [214, 228, 234];
 const WHITE: Color = [246, 246, 242];
@@ -21,14 +21,15 @@ const CORNER_MM: f64 = 4.0;
 
 /// Radius of the holes that the needles are glued into.
 pub fn needle_hole_mm(p: &SheetMold) -> f64 {
-    p.tubes.needle_outer_diameter.mm() / 2.0 + gap_mm(Process::Laser, Fit::Snug)
+    p.tubes.needle_outer_diameter.mm() / 2.0
+        + p.making.gap_mm(DISPLAY_COVER, Process::Laser, Fit::Snug)
 }
 
 /// The three sheets, from below, and the camera's plate.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
-    let plate = || {
+    let plate = |name| {
         let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
-        with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm())
+        with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm(p, name))
     };
     let place = |z: f64, lift_mm: f64| {
         let in_display = Pose::translation(0.0, 0.0, z);
@@ -37,11 +38,11 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let t = p.display.sheet.mm();
     let inlets: Vec<[f64; 2]> =
         display_channel_y(p).into_iter().map(|y| display_inlet(p, y)).collect();
-    let channels = inlets.iter().fold(plate(), |profile, &[x, y]| {
+    let channels = inlets.iter().fold(plate(DISPLAY_CHANNELS), |profile, &[x, y]| {
         profile.with_hole(Path::slot([-x, y], [x, y], p.display.channel_width.mm() / 2.0))
     });
     vec![
-        sheet(DISPLAY_BACK, plate(), t, &p.display.back_material)
+        sheet(DISPLAY_BACK, plate(DISPLAY_BACK), t, &p.display.back_material)
             .placed(place(0.0, 0.0))
             .colored(WHITE),
         sheet(DISPLAY_CHANNELS, channels, t, &p.display.clear_material)
@@ -50,7 +51,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .colored(CLEAR),
         sheet(
             DISPLAY_COVER,
-            with_holes(plate(), &inlets, needle_hole_mm(p)),
+            with_holes(plate(DISPLAY_COVER), &inlets, needle_hole_mm(p)),
             t,
             &p.display.clear_material,
         )
@@ -58,7 +59,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .colored(CLEAR),
         sheet(
             STAND_PLATE,
-            Joints::new(p, layout).camera.pierced(plate()),
+            Joints::new(p, layout).camera.pierced(plate(STAND_PLATE)),
             p.housing.sheet.mm(),
             &p.housing.material,
         )

@@ -8,12 +8,12 @@ use fabkit_geometry::{Angle, Body, Path, Placement, Pose, Process, Profile, Vect
 
 use super::bodies::*;
 use super::joints::Joints;
-use super::layout::Layout;
+use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 use super::sheets::{sheet, square, with_bolts, with_holes};
-use crate::assembling::SENSOR;
+use crate::assembling::{Name, SENSOR};
 use crate::blocks::BLACK;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 
 /// Tabs end below the surface of the plate they reach into, so that nothing rocks on them, mm.
 const TAB_SHORT_MM: f64 = 0.3;
@@ -34,15 +34,18 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     };
     let thickness = p.housing.sheet.mm();
     let window = Path::rectangle([0.0; 2], [p.housing.window.mm(); 2], 0.0);
-    let slotted = || with_tab_slots(plate(p, layout), p, layout);
+    let slotted = |name| {
+        let plate = with_bolts(Profile::new(square(p)), p, layout, name);
+        with_tab_slots(plate, p, layout, name)
+    };
     let bar = |i| {
         let pose = quarter(i).then_in(Pose::translation(0.0, 0.0, layout.bond_z_mm));
         SENSOR.at(pose).moved_apart(pose.vector(BAR_EXPLODE_MM))
     };
     vec![
-        cut(BOX_CEILING, slotted().with_hole(window), thickness)
+        cut(BOX_CEILING, slotted(BOX_CEILING).with_hole(window), thickness)
             .placed([SENSOR.at_z(layout.ceiling_z_mm)]),
-        cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted()), thickness)
+        cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted(BOX_FLOOR)), thickness)
             .placed([SENSOR.at_z(layout.bottom_z_mm).lifted(-34.0)]),
         cut(CABLE_WALL, Profile::new(wall(p, layout, true)), thickness)
             .placed([wall_placement(layout, 0)]),
@@ -54,10 +57,6 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .one_per_place()
             .note("one on either side without tubes"),
     ]
-}
-
-fn plate(p: &SheetMold, layout: &Layout) -> Profile {
-    with_bolts(Profile::new(square(p)), layout)
 }
 
 /// A quarter turn about z, `i` times.
@@ -86,7 +85,9 @@ fn tab_centres(layout: &Layout) -> [f64; 2] {
 /// A wall's outline. Its right edge has fingers where its left edge has gaps, so that four equal
 /// walls close the box.
 fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
-    let (height, play) = (p.housing.height.mm(), gap_mm(Process::Laser, Fit::Snug));
+    // Fingers of either mesh with those of the other: the larger gap.
+    let meshing = [CABLE_WALL, BOX_WALL].map(|wall| (wall, Process::Laser));
+    let (height, play) = (p.housing.height.mm(), p.making.widest_mm(meshing, Fit::Snug));
     let (finger, gap) = (layout.wall_outer_mm, layout.wall_inner_mm - play);
     let tab = p.housing.tab.mm() / 2.0;
     let reach = p.housing.sheet.mm() - TAB_SHORT_MM;
@@ -122,8 +123,8 @@ fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
     Path::polygon(&points)
 }
 
-fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout) -> Profile {
-    let play = 2.0 * gap_mm(Process::Laser, Fit::Slide);
+fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name) -> Profile {
+    let play = 2.0 * p.making.gap_mm(plate, Process::Laser, Fit::Slide);
     let (along, across) = (p.housing.tab.mm() + play, p.housing.sheet.mm() + play);
     let middle = (layout.wall_inner_mm + layout.wall_outer_mm) / 2.0;
     (0..WALLS).fold(profile, |profile, i| {
@@ -152,7 +153,7 @@ fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
         .arc([-half, half - r], [r - half, half - r], true)
         .close();
     let holes = [[layout.bolt_mm, layout.bolt_mm], [-layout.bolt_mm, layout.bolt_mm]];
-    with_holes(Profile::new(outline), &holes, super::layout::bolt_hole_mm())
+    with_holes(Profile::new(outline), &holes, bolt_hole_mm(p, CLAMP_BAR))
 }
 
 /// Inner edge of a clamping bar, from the axis.

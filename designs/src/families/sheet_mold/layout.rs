@@ -4,8 +4,9 @@ use fabkit_geometry::{Pose, Process};
 
 use super::joints::CORNER;
 use super::parameters::SheetMold;
+use crate::assembling::Name;
 use crate::blocks::corners;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::hardware::HexSpacer;
 use crate::layout;
 
@@ -109,9 +110,9 @@ pub fn display_field_mm(p: &SheetMold) -> f64 {
     x.hypot(y)
 }
 
-/// Radius of the hole for the M3 bolts that align and hold every stack, mm.
-pub fn bolt_hole_mm() -> f64 {
-    CORNER.0.thread_mm / 2.0 + gap_mm(Process::Laser, Fit::Slide)
+/// Radius of a sheet's holes for the M3 bolts that align and hold every stack, mm.
+pub fn bolt_hole_mm(p: &SheetMold, sheet: Name) -> f64 {
+    CORNER.0.thread_mm / 2.0 + p.making.gap_mm(sheet, Process::Laser, Fit::Slide)
 }
 
 /// From the plate that carries a camera to the far side of its board, mm.

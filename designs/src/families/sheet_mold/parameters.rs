@@ -3,6 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::materials::Castable;
+use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
@@ -238,5 +239,7 @@ sections! {
         display: Display,
         /// The cameras.
         camera: Camera,
+        /// Which parts are made how.
+        making: Making,
     }
 }

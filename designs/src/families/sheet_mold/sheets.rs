@@ -49,9 +49,9 @@ fn corner_mm(p: &SheetMold) -> f64 {
     (p.plate.side.mm() - p.plate.bolt_spacing.mm()) / 2.0
 }
 
-/// Adds the four bolt holes of the square plates.
-pub fn with_bolts(profile: Profile, layout: &Layout) -> Profile {
-    with_holes(profile, &layout.bolts(), bolt_hole_mm())
+/// Adds the four bolt holes of a square plate.
+pub fn with_bolts(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name) -> Profile {
+    with_holes(profile, &layout.bolts(), bolt_hole_mm(p, plate))
 }
 
 /// Adds round holes.

@@ -5,17 +5,29 @@ use std::f64::consts::SQRT_2;
 use fabkit_geometry::{CompiledSolid, Kind, Process, Sensor};
 
 use super::{APART_MM, BOLT_WEB_MM, CUT_WEB_MM, GRIP_MM};
+use crate::families::sheet_mold::bodies::*;
 use crate::families::sheet_mold::components::led_top_mm;
 use crate::families::sheet_mold::housing::clamp_inner_mm;
 use crate::families::sheet_mold::joints::{CAMERA, CORNER};
 use crate::families::sheet_mold::layout::{Layout, bolt_hole_mm};
 use crate::families::sheet_mold::parameters::SheetMold;
-use crate::fits::{Fit, gap_mm};
+use crate::fits::Fit;
 use crate::hardware::HexSpacer;
 use crate::parameters::{Report, limits};
 
 pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
-    let hole = bolt_hole_mm();
+    let plates = [
+        MOLD_FLOOR,
+        CHANNEL_COMB,
+        CHANNEL_FRAME,
+        MARKER_PLATE,
+        MARKER_FRAME,
+        BOX_CEILING,
+        BOX_FLOOR,
+    ];
+    let hole = plates.map(|plate| bolt_hole_mm(p, plate)).into_iter().fold(0.0, f64::max);
+    let slotted = [BOX_CEILING, BOX_FLOOR].map(|plate| (plate, Process::Laser));
+    let slide = p.making.widest_mm(slotted, Fit::Slide);
     limits! { report, p:
         marker_layer.side >= 2.0 * (clamp_inner_mm(p) + GRIP_MM),
             "the bars beside the channel layer must hold 4 mm of the marker layer";
@@ -25,7 +37,7 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
         plate.bolt_spacing >= p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
             "bolts stand outside of the cavity's corners";
         plate.side >=
-            2.0 * (layout.wall_outer_mm + gap_mm(Process::Laser, Fit::Slide) + BOLT_WEB_MM),
+            2.0 * (layout.wall_outer_mm + slide + BOLT_WEB_MM),
             "plates reach beyond the walls' slots, which lie outside of the bolts";
         plate.pry_depth <= (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
             "the notches must not open the cavity";
@@ -36,7 +48,7 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
 
 pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let spacer = HexSpacer::M3.corner_radius_mm();
-    let fingers = f64::from(p.housing.fingers);
+    let (fingers, bar_hole) = (f64::from(p.housing.fingers), bolt_hole_mm(p, CLAMP_BAR));
     limits! { report, p:
         housing.window <= 2.0 * (layout.bolt_mm - spacer),
             "the spacers in the corners bear on the ceiling outside of the window";
@@ -49,7 +61,7 @@ pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
         housing.led_strip_width <= p.housing.height.mm() / 2.0,
             "the strips stay in the lower half of the box, out of the camera's sight";
         housing.clamp_gap <=
-            layout.bolt_mm - bolt_hole_mm() - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
+            layout.bolt_mm - bar_hole - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
             "a bar reaches inwards from its bolts";
         housing.height >= 2.0 * HexSpacer::M3.thread_depth_mm,
             "the spacers have a thread at either end";

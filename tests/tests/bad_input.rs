@@ -96,7 +96,7 @@ fn what_the_user_changed_is_named_where_it_reaches_a_limit_through_an_expression
         ["--set", "surface.radius=20mm", "--set", "mold.wall=8mm", "--set", "mold.width=50mm"];
     let run = fabkit(root.path(), &[&["show", "rtac0"][..], &set].concat());
     assert_eq!(run.code, Some(2));
-    assert_says(&run, &["mold.width is 50 mm; it must be at least 68 mm", "`surface.radius`"]);
+    assert_says(&run, &["mold.width is 50 mm; it must be at least 65.2 mm", "`surface.radius`"]);
     // What follows is shown with what it follows from, and a number in its place stays.
     let shown = |set: &str| {
         let run = fabkit(root.path(), &["show", "rtac0", "--json", "--set", set]).ok();

@@ -4,26 +4,29 @@ use std::fs;
 
 use fabkit_tests::fabkit;
 
-const EDIT: &str = "--set=mold.height=22.5mm";
+const EDIT: &str = "--set=markers.height=3.75mm";
 
 #[test]
 fn what_is_chosen_follows_and_is_told_to_people_and_programs() {
     let root = tempfile::tempdir().unwrap();
-    let refused = fabkit(root.path(), &["show", "rtac0", EDIT]);
+    let refused = fabkit(root.path(), &["show", "fluidic", EDIT]);
     assert_eq!(refused.code, Some(2), "{refused:?}");
-    assert!(refused.stderr.contains("= help: write at least 24 mm, or change"), "{refused:?}");
+    assert!(refused.stderr.contains("= help: write at most 3.6 mm, or change"), "{refused:?}");
 
-    let told = fabkit(root.path(), &["show", "rtac0", EDIT, "--fix"]).ok();
-    assert!(told.stderr.starts_with("fixed: mold.wall 3 mm -> 1.5 mm: because "), "{told:?}");
-    assert!(told.stderr.contains("mold.height must be at least 24 mm"), "{told:?}");
+    let told = fabkit(root.path(), &["show", "fluidic", EDIT, "--fix"]).ok();
+    assert!(
+        told.stderr.starts_with("fixed: marker_layer.thickness 3 mm -> 2.85 mm: because "),
+        "{told:?}"
+    );
+    assert!(told.stderr.contains("markers.height must be at most 3.6 mm"), "{told:?}");
 
-    let json = fabkit(root.path(), &["show", "rtac0", EDIT, "--fix", "--json"]).ok().json();
+    let json = fabkit(root.path(), &["show", "fluidic", EDIT, "--fix", "--json"]).ok().json();
     let changes = json["changes"].as_array().unwrap();
     let values: Vec<_> = changes.iter().map(|c| (c["path"].as_str(), c["to"].as_str())).collect();
-    assert_eq!(values, [(Some("mold.wall"), Some("1.5 mm"))]);
+    assert_eq!(values, [(Some("marker_layer.thickness"), Some("2.85 mm"))]);
 
     // What was changed needs no more changes, and is all that it takes.
-    let again = ["show", "rtac0", EDIT, "--set=mold.wall=1.5mm"];
+    let again = ["show", "fluidic", EDIT, "--set=marker_layer.thickness=2.85mm"];
     let again = [&again[..], &["--fix", "--json"]].concat();
     assert_eq!(fabkit(root.path(), &again).ok().json()["changes"], serde_json::json!([]));
 }
@@ -34,7 +37,7 @@ fn what_contradicts_itself_is_bad_input_and_says_so() {
     let run = fabkit(root.path(), &["check", "rtac0", "--set=surface.wall_height=2mm", "--fix"]);
     assert_eq!(run.code, Some(2), "{run:?}");
     for text in
-        ["a contradiction: ", "at least 4.2 mm", "at most 2 mm", "for `surface.wall_height`"]
+        ["a contradiction: ", "at least 3.55 mm", "at most 2 mm", "for `surface.wall_height`"]
     {
         assert!(run.stderr.contains(text), "no `{text}` in {run:?}");
     }
@@ -42,16 +45,19 @@ fn what_contradicts_itself_is_bad_input_and_says_so() {
 
 #[test]
 fn a_sweep_loses_only_what_contradicts_itself() {
-    let plan = "format: 1\nsensor: rtac0\nfix: true\naxes:\n  mold.height: [22.5 mm, 25 mm, 12 mm]\n\
+    let plan = "format: 1\nsensor: fluidic\nfix: true\naxes:\n  markers.height: [3.75 mm, 3 mm, 12 mm]\n\
                 metrics: [marker_count]\n";
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("sweep.yaml"), plan).unwrap();
     fabkit(root.path(), &["sweep", "sweep.yaml", "-o", "out"]).ok();
     let csv = fs::read_to_string(root.path().join("out/sweep.csv")).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
-    assert!(lines[0].contains(",pareto,changes,mold.height_mm"), "{csv}");
-    assert!(lines[1].starts_with("0,ok,") && lines[1].contains("mold.wall=1.5 mm"), "{csv}");
-    assert!(lines[2].starts_with("1,ok,") && !lines[2].contains("mold.wall"), "{csv}");
+    assert!(lines[0].contains(",pareto,changes,markers.height_mm"), "{csv}");
+    assert!(
+        lines[1].starts_with("0,ok,") && lines[1].contains("marker_layer.thickness=2.85 mm"),
+        "{csv}"
+    );
+    assert!(lines[2].starts_with("1,ok,") && !lines[2].contains("marker_layer"), "{csv}");
     assert!(lines[3].starts_with("2,invalid,design,") && csv.contains("a contradiction"), "{csv}");
 }
 

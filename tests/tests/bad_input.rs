@@ -105,7 +105,9 @@ fn what_the_user_changed_is_named_where_it_reaches_a_limit_through_an_expression
         let tube = all.into_iter().find(|one| one["path"] == "tube.outer_diameter").unwrap();
         (tube["written"].clone(), tube["expression"].clone())
     };
-    let formula = "= 2 * (surface.radius - translucent_gel.thickness) - 3 mm";
+    let formula = "= min(2 * (surface.radius - translucent_gel.thickness) - 1.6 mm, \
+                   max(2 * (surface.radius - translucent_gel.thickness) - 3 mm, \
+                   2 * (given(diffuser.notch_radius, 0 mm) + tube.wall + 0.2 mm)))";
     assert_eq!(shown("surface.radius=16mm"), ("26 mm".into(), formula.into()));
     assert_eq!(shown("tube.outer_diameter=23mm"), ("23 mm".into(), serde_json::Value::Null));
 }

@@ -77,6 +77,9 @@ const SERIES: [Series; 9] = [
 /// How much a ring may be stretched for good; makers allow 5 %.
 pub const MOST_STRETCH: f64 = 0.05;
 
+/// What is computed is not exact: a groove of 16.8 mm stretches a ring of 16 mm by 5 %, and no more.
+const ROUNDING: f64 = 1e-9;
+
 /// How much wider than its groove's bottom a ring may be: the wall around it presses it back.
 const MOST_SLACK: f64 = 0.01;
 
@@ -95,7 +98,7 @@ impl ORing {
         let series = SERIES.iter().find(|series| (series.cord_mm - cord_mm).abs() < 1e-9)?;
         let fits = |inside_mm: &f64| {
             let stretch = bottom_mm / inside_mm - 1.0;
-            (-MOST_SLACK..=MOST_STRETCH).contains(&stretch)
+            (-MOST_SLACK..=MOST_STRETCH + ROUNDING).contains(&stretch)
         };
         let best = |all: &mut dyn Iterator<Item = f64>| {
             let fitting: Vec<f64> = all.filter(fits).collect();

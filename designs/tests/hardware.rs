@@ -257,7 +257,8 @@ fn a_ring_is_found_for_every_groove_that_is_wide_enough() {
         let bottom_mm = 17.0 + 0.01 * f64::from(step);
         let ring = ORing::on(2.0, bottom_mm).unwrap_or_else(|| panic!("{bottom_mm}"));
         let stretch = bottom_mm / ring.inside_mm - 1.0;
-        assert!((-0.01..=0.05).contains(&stretch), "{bottom_mm}: {ring:?}");
+        // 17.85 mm stretch a ring of 17 mm by 5 %, but for the last digit.
+        assert!((-0.01..=0.05 + 1e-9).contains(&stretch), "{bottom_mm}: {ring:?}");
     }
     assert_eq!(ORing::on(2.0, 3.5), None);
     assert_eq!(ORing::on(2.2, 18.0), None);

@@ -1,9 +1,11 @@
 //! Pictures of parts and assemblies, drawn from the exact geometry.
 
+use std::str::FromStr;
+
 use fabkit_depth::{Actor, RenderError, View, render_watched};
 use fabkit_export::ExportError;
 use fabkit_geometry::{
-    Assembly, Body, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3,
+    Action, Assembly, Body, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3,
 };
 
 use crate::bodies::UnknownName;
@@ -13,12 +15,67 @@ use crate::{ErrorKind, Explained};
 pub use fabkit_depth::MAX_PIXELS;
 
 /// How a picture is taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
     /// Width and height, px.
     pub size_px: [u32; 2],
-    /// Take the half in front of the x-z plane away.
+    /// Take the half nearer to the viewer away: in front of the x-z plane where nobody says from where.
     pub section: bool,
+    /// From where, if not from the front, the right and above.
+    pub from: Option<Viewer>,
+}
+
+/// Where the viewer of a picture stands: a side's name, or `AZ,EL` in degrees.
+///
+/// ```
+/// use fabkit_application::pictures::Viewer;
+/// let front: Viewer = "front".parse()?;
+/// assert_eq!(front, "-90,0".parse()?);
+/// assert!("upside".parse::<Viewer>().is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewer {
+    /// Around z, from +x towards +y, degrees.
+    pub azimuth_deg: f64,
+    /// Over the x-y plane, degrees.
+    pub elevation_deg: f64,
+}
+
+/// Sides by name: azimuth and elevation, degrees. The front is -y.
+pub const SIDES: [(&str, [f64; 2]); 6] = [
+    ("front", [-90.0, 0.0]),
+    ("back", [90.0, 0.0]),
+    ("left", [180.0, 0.0]),
+    ("right", [0.0, 0.0]),
+    ("top", [-90.0, 90.0]),
+    ("bottom", [-90.0, -90.0]),
+];
+
+impl FromStr for Viewer {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let named = SIDES.into_iter().find(|(name, _)| *name == text.trim());
+        if let Some((_, [azimuth_deg, elevation_deg])) = named {
+            return Ok(Self { azimuth_deg, elevation_deg });
+        }
+        let sides = SIDES.map(|(name, _)| name);
+        let Some((azimuth, elevation)) = text.split_once(',') else {
+            let meant = fabkit_text::similar(text, sides);
+            let hint = match meant.first() {
+                Some(side) => fabkit_text::did_you_mean(&[side]),
+                None => format!("write {}, or azimuth and elevation: 30,20", sides.join(", ")),
+            };
+            return Err(format!("`{text}` is no side: {hint}"));
+        };
+        let degrees = |text: &str, most: f64, what: &str| match text.trim().parse::<f64>() {
+            Ok(value) if value.abs() <= most => Ok(value),
+            _ => Err(format!("`{}` is no {what} of -{most} to {most} degrees", text.trim())),
+        };
+        let azimuth_deg = degrees(azimuth, 360.0, "azimuth")?;
+        Ok(Self { azimuth_deg, elevation_deg: degrees(elevation, 90.0, "elevation")? })
+    }
 }
 
 /// Why there is no picture.
@@ -32,6 +89,9 @@ pub enum PictureError {
         /// Why.
         source: InvalidSolid,
     },
+    /// No side to look from.
+    #[error("{0}")]
+    Viewer(String),
     /// No body stands in that assembly.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
@@ -54,7 +114,8 @@ fn undrawn(error: &RenderError) -> String {
 impl Explained for PictureError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::Unknown(_)
+            Self::Viewer(_)
+            | Self::Unknown(_)
             | Self::Render(RenderError::NothingToDraw | RenderError::NoPixels { .. }) => {
                 ErrorKind::BadInput
             }
@@ -85,7 +146,8 @@ pub fn picture_of_body(
     draw(&[actor], shot, progress)
 }
 
-/// All bodies of an assembly in their places as PNG, or apart as the design spreads them.
+/// All bodies of an assembly in their places as PNG, or apart as the design spreads them; what is
+/// poured in stands as it is poured.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -96,6 +158,7 @@ pub fn picture_of_assembly(
     shot: Shot,
     progress: OnProgress,
 ) -> Result<Vec<u8>, PictureError> {
+    let upright = poured_upright(sensor, assembly);
     let mut actors = Vec::new();
     for body in &sensor.bodies {
         let places: Vec<&Placement> =
@@ -110,7 +173,7 @@ pub fn picture_of_assembly(
             actors.push(actor(
                 body,
                 &prepared,
-                shift.then_in(place.assembly_from_body),
+                upright.then_in(shift.then_in(place.assembly_from_body)),
                 body.opacity,
             ));
         }
@@ -138,6 +201,18 @@ pub fn default_assembly(sensor: &Sensor) -> String {
     found.unwrap_or(&sensor).0.clone()
 }
 
+/// Turns a mold as it stands while its last layer cures; the sensor itself stays as it is used.
+fn poured_upright(sensor: &Sensor, assembly: &str) -> Pose {
+    if assembly == Assembly::sensor().0 {
+        return Pose::identity();
+    }
+    let up = sensor.chain.iter().rev().find_map(|step| match &step.action {
+        Action::Pour(pour) if step.assembly.as_ref()?.0 == assembly => Some(pour.up),
+        _ => None,
+    });
+    up.map_or_else(Pose::identity, |up| Pose::z_to(up, Point3::origin()).inverse())
+}
+
 fn prepared(body: &Body) -> Result<CompiledSolid, PictureError> {
     CompiledSolid::new(&body.solid)
         .map_err(|source| PictureError::Solid { body: body.name.clone(), source })
@@ -149,11 +224,58 @@ fn actor(body: &Body, prepared: &CompiledSolid, scene_from_body: Pose, opacity: 
 
 fn draw(actors: &[Actor], shot: Shot, progress: OnProgress) -> Result<Vec<u8>, PictureError> {
     let [width_px, height_px] = shot.size_px;
-    let view = if shot.section {
-        View::section(width_px, height_px, Point3::origin(), -Vector3::y())
-    } else {
-        View::isometric(width_px, height_px)
+    let view = match (shot.from, shot.section) {
+        (None, false) => View::isometric(width_px, height_px),
+        (None, true) => View::section(width_px, height_px, Point3::origin(), -Vector3::y()),
+        (Some(Viewer { azimuth_deg, elevation_deg }), section) => {
+            let view = View::from_side(azimuth_deg, elevation_deg, width_px, height_px);
+            if section { view.clone().cut(Point3::origin(), towards_viewer(&view)) } else { view }
+        }
     };
     let picture = render_watched(actors, &view, &counted(progress))?;
     Ok(fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb)?)
+}
+
+/// What a section takes away: upright planes, unless one looks straight down or up.
+fn towards_viewer(view: &View) -> Vector3<f64> {
+    let across = Vector3::new(view.looking.x, view.looking.y, 0.0);
+    -across.try_normalize(1e-9).unwrap_or(view.looking)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mold_is_drawn_as_its_last_layer_is_poured() {
+        let mut molds = 0;
+        for name in fabkit_designs::builtin_names() {
+            let yaml = fabkit_designs::builtin_yaml(name).unwrap();
+            let design = fabkit_designs::load(name, yaml, &[], &["fixtures"]).unwrap();
+            for step in &design.sensor.chain {
+                let (Action::Pour(pour), Some(assembly)) = (&step.action, &step.assembly) else {
+                    continue;
+                };
+                let upright = poured_upright(&design.sensor, &assembly.0);
+                let is_mold = *assembly != Assembly::sensor();
+                let wanted = if is_mold { Vector3::z() } else { pour.up };
+                let tilt = (upright.vector(pour.up) - wanted).norm();
+                assert!(tilt < 1e-12, "{name}, {}: {tilt}", step.name);
+                molds += usize::from(is_mold);
+            }
+            assert_eq!(poured_upright(&design.sensor, "shelf"), Pose::identity());
+        }
+        assert!(molds > 8, "{molds}");
+    }
+
+    #[test]
+    fn a_section_takes_away_what_is_nearer_to_the_viewer() {
+        for (name, [azimuth_deg, elevation_deg]) in SIDES {
+            let view = View::from_side(azimuth_deg, elevation_deg, 80, 60);
+            let towards = towards_viewer(&view);
+            assert!((towards + view.looking).norm() < 1e-12, "{name}: {towards}");
+        }
+        let above = View::from_side(30.0, 60.0, 80, 60);
+        assert!(towards_viewer(&above).z.abs() < 1e-12 && above.looking.z < -0.8);
+    }
 }

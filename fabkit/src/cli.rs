@@ -15,6 +15,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit_application::exporting::Format;
 use fabkit_application::geometry::Length;
 use fabkit_application::memory;
+use fabkit_application::pictures::Viewer;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
 pub use ground_truth::{Dataset, Depth, View};
@@ -340,7 +341,10 @@ pub struct Render {
     /// Pull the parts of the assembly apart
     #[arg(long)]
     pub exploded: bool,
-    /// Take the front half away
+    /// From where: front, back, left, right, top, bottom, or azimuth from +x and elevation in degrees
+    #[arg(long, value_name = "SIDE|AZ,EL", allow_hyphen_values = true)]
+    pub view: Option<Viewer>,
+    /// Take the half nearer to the viewer away, upright through the axis; the front half without --view
     #[arg(long)]
     pub section: bool,
     /// Which assembly to draw, for example one of the molds [default: sensor]

@@ -82,5 +82,10 @@ def sides_mm(
     return length_mm(width, name), length_mm(depth, name)
 
 
+def view(given: str | tuple[float, float] | None) -> str | None:
+    """A side to look from, as the command line writes it."""
+    return given if given is None or isinstance(given, str) else ",".join(map(str, given))
+
+
 def _shape(name: str, given: NDArray[Any], wanted: str) -> InvalidInputError:
     return invalid(f"{name} has the shape {given.shape}; it must be {wanted}")

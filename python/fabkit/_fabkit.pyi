@@ -86,6 +86,7 @@ class Design:
         assembly: str | None,
         exploded: bool,
         section: bool,
+        view: str | None,
         size_px: tuple[int, int],
     ) -> bytes: ...
     def exported(

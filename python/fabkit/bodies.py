@@ -121,7 +121,13 @@ class Body:
         """
         return Mesh(self._native.mesh(self.name, _arrays.length_mm(tolerance_mm, "tolerance_mm")))
 
-    def picture(self, size_px: tuple[int, int] = (800, 600), *, section: bool = False) -> bytes:
+    def picture(
+        self,
+        size_px: tuple[int, int] = (800, 600),
+        *,
+        section: bool = False,
+        view: str | tuple[float, float] | None = None,
+    ) -> bytes:
         """Draw it from the exact geometry: PNG, width x height as given.
 
         Parameters
@@ -129,9 +135,18 @@ class Body:
         size_px
             Width and height.
         section
-            Take the half in front of the x-z plane away.
+            Take the half nearer to the viewer away; that in front of the x-z plane without `view`.
+        view
+            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``, or
+            azimuth from +x and elevation in degrees, ``(30, 20)``. A corner above if nothing is said.
+
+        Raises
+        ------
+        FabkitError
+            No such side; a picture that is too large.
         """
-        return self._native.picture(self.name, None, False, section, size_px)
+        seen_from = _arrays.view(view)
+        return self._native.picture(self.name, None, False, section, seen_from, size_px)
 
     def export(
         self, path: str | PathLike[str], *, tolerance_mm: float | str = 0.01, nominal: bool = False

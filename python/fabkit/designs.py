@@ -351,8 +351,9 @@ class Design:
         assembly: str | None = None,
         exploded: bool = False,
         section: bool = False,
+        view: str | tuple[float, float] | None = None,
     ) -> bytes:
-        """Draw an assembly from the exact geometry: PNG.
+        """Draw an assembly from the exact geometry: PNG. What is poured in stands as it is poured.
 
         Parameters
         ----------
@@ -363,14 +364,18 @@ class Design:
         exploded
             Pulled apart.
         section
-            Without the half in front of the x-z plane.
+            Without the half nearer to the viewer; that in front of the x-z plane without `view`.
+        view
+            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``, or
+            azimuth from +x and elevation in degrees, ``(30, 20)``. A corner above if nothing is said.
 
         Raises
         ------
         FabkitError
-            No such assembly; a picture that is too large.
+            No such assembly or side; a picture that is too large.
         """
-        return self._native.picture(None, assembly, exploded, section, size_px)
+        seen_from = _arrays.view(view)
+        return self._native.picture(None, assembly, exploded, section, seen_from, size_px)
 
     def export(
         self,

@@ -10,7 +10,7 @@ use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::designs::fixing::Change;
 use fabkit_application::documents;
 use fabkit_application::exporting::ExportFailure;
-use fabkit_application::pictures::{self, Shot};
+use fabkit_application::pictures::{self, PictureError, Shot};
 use fabkit_application::progress::unwatched;
 use fabkit_application::source::Source;
 use fabkit_application::{checks, designs, fixtures};
@@ -197,7 +197,7 @@ impl Design {
     }
 
     /// A PNG picture of a body, or of an assembly.
-    #[pyo3(signature = (body, assembly, exploded, section, size_px))]
+    #[pyo3(signature = (body, assembly, exploded, section, view, size_px))]
     fn picture<'py>(
         &self,
         py: Python<'py>,
@@ -205,11 +205,13 @@ impl Design {
         assembly: Option<String>,
         exploded: bool,
         section: bool,
+        view: Option<String>,
         size_px: [u32; 2],
     ) -> PyResult<Bound<'py, PyBytes>> {
         let design = Arc::clone(&self.design);
         let bytes = run(py, Interrupted::Leave, None, move |_| {
-            let (sensor, shot) = (&design.sensor, Shot { size_px, section });
+            let from = view.map(|view| view.parse().map_err(PictureError::Viewer)).transpose()?;
+            let (sensor, shot) = (&design.sensor, Shot { size_px, section, from });
             Ok(match body {
                 Some(name) => {
                     pictures::picture_of_body(bodies::find(sensor, &name)?, shot, &unwatched)?

@@ -174,6 +174,16 @@ fn pictures_are_drawn_of_parts_and_assemblies() {
     }
     assert_eq!(contents(&root.path().join("new")), before);
     assert_eq!(fabkit(root.path(), &["render", "rtac0", "-o", "a.jpg"]).code, Some(2));
+    let view = fabkit(root.path(), &["render", "rtac0", "-o", "a.png", "--view", "toop"]);
+    assert_eq!(view.code, Some(2));
+    assert!(view.stderr.contains("did you mean `top`?"), "{}", view.stderr);
+    let side = |view| {
+        let picture = ["render", "rtac0", "--size=64x48", "-o", "a.png", "--view", view];
+        assert_eq!(fabkit(root.path(), &picture).code, Some(0), "{view}");
+        fs::read(root.path().join("a.png")).unwrap()
+    };
+    assert_eq!(side("front"), side("-90,0"));
+    assert_ne!(side("front"), side("bottom"));
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn every_sensor_file_is_registered() {
 
 #[test]
 fn every_body_has_a_picture_that_shows_it() {
-    let shot = Shot { size_px: [64, 48], section: false };
+    let shot = Shot { size_px: [64, 48], section: false, from: None };
     for design in fabkit_tests::builtin_designs() {
         for body in &design.sensor.bodies {
             let png = picture_of_body(body, shot, &unwatched)

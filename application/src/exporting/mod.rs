@@ -47,7 +47,7 @@ const TRIANGLE_BYTES: u64 = 380;
 pub const MANIFEST_NAME: &str = crate::staging::CONTENTS;
 
 /// How pictures of single parts are taken.
-const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false };
+const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false, from: None };
 
 /// Told each part's name as soon as its files are ready, from many threads.
 pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);

@@ -64,6 +64,23 @@ impl View {
         Self::along(Vector3::new(-1.0, 1.0, -1.0), width_px, height_px)
     }
 
+    /// From where the viewer stands: azimuth around z from +x towards +y, elevation over the x-y plane,
+    /// degrees. Straight from above or below, y is up.
+    ///
+    /// ```
+    /// use fabkit_depth::View;
+    /// use fabkit_geometry::Vector3;
+    /// let front = View::from_side(-90.0, 0.0, 80, 60);
+    /// assert!((front.looking - Vector3::y()).norm() < 1e-15);
+    /// ```
+    pub fn from_side(azimuth_deg: f64, elevation_deg: f64, width_px: u32, height_px: u32) -> Self {
+        let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+        let (up, out) = elevation_deg.to_radians().sin_cos();
+        // Of a right angle there is a rounded cosine, which would say which way up the picture is.
+        let out = if out.abs() < 1e-12 { 0.0 } else { out };
+        Self::along(Vector3::new(-cos * out, -sin * out, -up), width_px, height_px)
+    }
+
     /// From -y: x to the right, z up.
     pub fn front(width_px: u32, height_px: u32) -> Self {
         Self::along(Vector3::y(), width_px, height_px)

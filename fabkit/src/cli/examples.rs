@@ -37,7 +37,7 @@ Examples:
 pub(crate) const RENDER: &str = "\
 Examples:
   fabkit render rtac0 --exploded -o exploded.png
-  fabkit render rtac0/base -o base.png
+  fabkit render rtac0/base --view bottom -o base.png
   fabkit render rtac0 --section --assembly translucent-mold -o mold.png";
 
 pub(crate) const DEPTH: &str = "\

@@ -46,7 +46,7 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
 
-    let shot = Shot { size_px: args.size, section: args.section };
+    let shot = Shot { size_px: args.size, section: args.section, from: args.view };
     let design = target.design(&args.set)?;
     let progress = Progress::new(global, format!("drawing {}", args.sensor));
     let show = |step: Step| progress.show(step);

@@ -17,6 +17,8 @@ pub enum Rule {
     TrappedAir,
     /// Tools come off what was cast.
     Demolding,
+    /// The camera sees what it is there to see.
+    Sight,
     /// What goes into each other by hand does so, and no two of them meet.
     Fit,
     /// Pins and mates come to rest where they are said to.
@@ -36,8 +38,14 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 5] =
-        [Self::Chain, Self::Interference, Self::Casting, Self::TrappedAir, Self::Demolding];
+    pub const ALL: [Self; 6] = [
+        Self::Chain,
+        Self::Interference,
+        Self::Casting,
+        Self::TrappedAir,
+        Self::Demolding,
+        Self::Sight,
+    ];
 
     /// The rules that calibration hardware applies besides, each as far as it makes sense.
     pub const HARDWARE: [Self; 7] = [
@@ -58,6 +66,7 @@ impl Rule {
             Self::Casting => "casting",
             Self::TrappedAir => "trapped-air",
             Self::Demolding => "demolding",
+            Self::Sight => "sight",
             Self::Fit => "fit",
             Self::Seating => "seating",
             Self::Pattern => "pattern",

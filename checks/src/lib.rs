@@ -35,6 +35,7 @@ mod memo;
 mod opening;
 mod printability;
 mod scene;
+mod sight;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -52,7 +53,8 @@ use scene::Assemblies;
 /// How finely the rules look, for people.
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
                               faces within 1e-6 mm are together; air and tools: 320 columns \
-                              across, pockets shallower than a column are not seen";
+                              across, pockets shallower than a column are not seen; \
+                              sight: 8192 rays from the pupil, not bent";
 
 /// How much one rule looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,6 +161,9 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
         .collect();
     findings.extend(pulled.into_iter().flatten());
 
+    let (unseen, to_be_seen) = sight::examine(sensor, &scene);
+    findings.extend(unseen);
+
     let examined = |rule, count, what| Examined { rule, count, what };
     Ok(CheckReport {
         findings,
@@ -168,9 +173,18 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Casting, pours.len(), "pours"),
             examined(Rule::TrappedAir, rising.len(), "pours"),
             examined(Rule::Demolding, removals.len(), "pulls"),
+            examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
         ],
         batches: Vec::new(),
     })
+}
+
+/// What the camera sees alone, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
 }
 
 /// The overlaps of bodies alone, without the rest of [`check`].

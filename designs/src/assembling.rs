@@ -6,7 +6,7 @@ use fabkit_geometry::{
 };
 
 use crate::blocks::bought;
-use crate::materials::Castable;
+use crate::materials::{Castable, Clarity};
 
 /// Name of an assembly, as a family's constants hold it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +105,15 @@ pub use crate::bodies;
 /// Names of bodies.
 pub fn names(of: &[Name]) -> Vec<String> {
     of.iter().copied().map(String::from).collect()
+}
+
+/// What a camera is there to see: layers that glow or darken as they are pressed, from the inside out,
+/// and the one that ends its view. Where one of them is opaque, those beyond it are hidden.
+pub fn sight(dim: &[(Name, &Castable)], last: Name) -> Vec<String> {
+    let is_opaque =
+        |material: &Castable| material.material().figures.clarity == Some(Clarity::Opaque);
+    let dim = dim.iter().filter(|(_, material)| !is_opaque(material)).map(|(name, _)| *name);
+    dim.chain([last]).map(String::from).collect()
 }
 
 /// A step that nobody has been told yet how to do.

@@ -365,6 +365,7 @@ impl Registry {
                     return Err(InvalidDesign { problems: Found::sorted(found) });
                 }
                 let materials: Vec<Castable> = own.used(&settings);
+                materials.iter().for_each(|material| material.light(&mut sensor));
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials));
                 let companions = Vec::new();

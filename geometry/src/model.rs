@@ -201,6 +201,17 @@ pub struct Machine {
     pub note: String,
 }
 
+/// What light does in a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Clarity {
+    /// It is seen through.
+    Clear,
+    /// It lets light in and spreads it.
+    Translucent,
+    /// It stops light.
+    Opaque,
+}
+
 /// A part that a lab makes, a layer that it casts or a component that it buys.
 ///
 /// Stated by what is special about it; everything else is as for nearly all bodies.
@@ -236,6 +247,8 @@ pub struct Body {
     pub color: Color,
     /// Opacity in pictures, 0 to 1.
     pub opacity: f64,
+    /// What light does in it, if that is not as it is drawn: see [`Body::clarity`].
+    pub optics: Option<Clarity>,
     /// Turns a part as it should lie on the printer's bed; where it lies there is up to the exporter.
     pub bed_from_body: Pose,
     /// What to mind when making it.
@@ -266,6 +279,7 @@ impl Body {
             landmarks: Vec::new(),
             color: [255, 255, 255],
             opacity: 1.0,
+            optics: None,
             bed_from_body: Pose::identity(),
             notes: Vec::new(),
             machine: None,
@@ -324,6 +338,29 @@ impl Body {
     #[must_use]
     pub fn opaque(self, opacity: f64) -> Self {
         Self { opacity, ..self }
+    }
+
+    /// What light does in it, and with it whether pictures show what is behind.
+    #[must_use]
+    pub fn in_light(mut self, clarity: Clarity) -> Self {
+        self.let_light(clarity);
+        self
+    }
+
+    /// The same of a body that is there already.
+    pub fn let_light(&mut self, clarity: Clarity) {
+        self.opacity = match clarity {
+            Clarity::Opaque => 1.0,
+            _ if self.opacity < 1.0 => self.opacity,
+            Clarity::Clear => 0.35,
+            Clarity::Translucent => 0.7,
+        };
+        self.optics = Some(clarity);
+    }
+
+    /// What light does in it: what is drawn as clear is clear unless somebody has said otherwise.
+    pub fn clarity(&self) -> Clarity {
+        self.optics.unwrap_or(if self.opacity < 1.0 { Clarity::Clear } else { Clarity::Opaque })
     }
 
     /// How many a lab needs, if not one.
@@ -465,6 +502,8 @@ pub struct Sensor {
     pub press_fits: Vec<PressFit>,
     /// The camera as designed.
     pub camera: NominalCamera,
+    /// What the camera is there to see, by name; empty where there is no camera.
+    pub sight: Vec<String>,
     /// The surface that touches things; `None` where nothing is known to press it.
     pub touch: Option<TouchSurface>,
 }
@@ -501,6 +540,7 @@ impl Sensor {
             print_groups: Vec::new(),
             press_fits: Vec::new(),
             camera,
+            sight: Vec::new(),
             touch: None,
         }
     }

@@ -9,7 +9,7 @@ mod units;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use fabkit_geometry::{Cure, Mix};
+use fabkit_geometry::{Clarity as Optics, Cure, Kind, Mix, Sensor};
 use fabkit_text::{Look, Parameter, Reader, Refusal, Setting, Shape};
 
 use crate::own::{Known, near, unknown_hint};
@@ -106,6 +106,35 @@ pub struct Bond {
     pub primer: Option<String>,
 }
 
+/// What light does in a window of a sheet or of resin, as its trade name says it: clear unless a word
+/// of it says otherwise.
+pub(crate) fn glazing(material: &str) -> Optics {
+    const STOP: [&str; 12] = [
+        "black",
+        "white",
+        "grey",
+        "gray",
+        "opaque",
+        "plywood",
+        "wood",
+        "pla",
+        "abs",
+        "steel",
+        "aluminium",
+        "brass",
+    ];
+    const SPREAD: [&str; 6] = ["frosted", "translucent", "opal", "satin", "milky", "diffusing"];
+    let name = material.to_lowercase();
+    let says = |words: &[&str]| {
+        name.split(|letter: char| !letter.is_alphanumeric()).any(|word| words.contains(&word))
+    };
+    match () {
+        () if says(&STOP) => Optics::Opaque,
+        () if says(&SPREAD) => Optics::Translucent,
+        () => Optics::Clear,
+    }
+}
+
 /// Who says what a material is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
@@ -164,6 +193,20 @@ impl Castable {
     pub fn cure(&self) -> Cure {
         let CureFigures { time, temperature } = &self.0.figures.cure;
         Cure { hours: time.0, celsius: temperature.unwrap_or(ROOM).0 }
+    }
+
+    /// Lets light through what is cast from it, as far as it is known.
+    pub(crate) fn light(&self, sensor: &mut Sensor) {
+        let Some(clarity) = self.0.figures.clarity else { return };
+        let optics = match clarity {
+            Clarity::Clear => Optics::Clear,
+            Clarity::Translucent => Optics::Translucent,
+            Clarity::Opaque => Optics::Opaque,
+        };
+        let cast = sensor.bodies.iter_mut().filter(|body| body.kind == Kind::Cast);
+        // What a family has said, of a layer with pigment, stands.
+        cast.filter(|body| body.optics.is_none() && body.material == **self)
+            .for_each(|body| body.let_light(optics));
     }
 
     /// How much it shrinks as it cures, as a fraction; nothing where nobody has said.

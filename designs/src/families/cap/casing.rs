@@ -10,6 +10,7 @@ use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::{Side, wall_way};
 use crate::blocks::{BLACK, GLASS, copies, marks, ring};
 use crate::fits::Fit;
+use crate::materials::glazing;
 
 /// Depth and width of the groove beside the camera that the LEDs' wires go through, mm.
 pub const WIRE_GROOVE_MM: [f64; 2] = [1.2, 8.0];
@@ -57,6 +58,7 @@ pub fn plate(p: &Cap, layout: &Layout) -> Body {
             Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z_mm),
         )
         .from(&p.plate.material)
+        .in_light(glazing(&p.plate.material))
         .placed([in_sensor().lifted(24.0)])
         .colored(GLASS)
         .note("leave the protective film on until the skin is glued")

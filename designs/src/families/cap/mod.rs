@@ -14,6 +14,7 @@ mod skin;
 
 use fabkit_geometry::{DomeSurface, Grip, Path, Point3, Pose, Sensor, Vector3};
 
+use crate::assembling::names;
 use crate::blocks::{self, camera_at, mm, sphere};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -77,6 +78,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
             .collect(),
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
+        sight: names(&[bodies::PAINT]),
         ..blocks::sensor(header, camera, bodies)
     }
 }

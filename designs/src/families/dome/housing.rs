@@ -13,6 +13,7 @@ use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, holes, led_ring, marks, turn};
 use crate::fits::Fit;
 use crate::hardware::Screw;
+use crate::materials::glazing;
 
 const FROST: Color = [225, 236, 240];
 
@@ -155,6 +156,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
             Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z_mm),
         )
         .from(&p.diffuser.material)
+        .in_light(glazing(&p.diffuser.material))
         .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
         .colored(FROST)
         .note("cut from a sheet frosted on both sides")

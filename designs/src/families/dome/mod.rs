@@ -15,7 +15,7 @@ mod tooling;
 
 use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
-use crate::assembling::shrinkage;
+use crate::assembling::{shrinkage, sight};
 use crate::blocks::{self, DOWEL, camera_at, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
@@ -73,6 +73,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         chain: chain::chain(p, &layout),
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
+        sight: sight(&[(bodies::TRANSLUCENT_GEL, &p.translucent_gel.material)], bodies::BLACK_COAT),
         ..blocks::sensor(header, camera, bodies)
     }
 }

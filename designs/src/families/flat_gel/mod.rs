@@ -9,7 +9,7 @@ mod parameters;
 
 use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
 
-use crate::assembling::{SENSOR, in_sensor};
+use crate::assembling::{SENSOR, in_sensor, sight};
 use crate::blocks::{self, camera_at, merged, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -60,6 +60,7 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
             .chain([pad::frames(p, layout).press_fit()])
             .collect(),
         touch: Some(touch(p, layout).into()),
+        sight: sight(&[(bodies::GEL, &p.pad.material)], bodies::COAT),
         ..blocks::sensor(header, nominal(layout), bodies)
     }
 }

@@ -9,6 +9,7 @@ use crate::assembling::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
 use crate::blocks::frame_mold::{FLOOR, Frames};
 use crate::fits::Fit;
+use crate::materials::glazing;
 
 /// The assemblies in which the molds' floor lies under the gel.
 fn molds(p: &FlatGel) -> &'static [AssemblyName] {
@@ -41,6 +42,7 @@ pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
         .placed([in_sensor().lifted(14.0)])
         .colored(GLASS)
         .opaque(0.5)
+        .in_light(glazing(&p.plate.material))
         .note("leave the protective film on until it is glued")
 }
 

@@ -10,6 +10,7 @@ use crate::assembling::{Name, SENSOR, flipped};
 use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
 use crate::fits::Fit;
+use crate::materials::glazing;
 
 const WHITE: Color = [240, 240, 236];
 
@@ -73,6 +74,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
     )
     .made_by(Process::Cnc)
     .colored(GLASS)
+    .in_light(glazing(&p.shell.material))
     .lying(flipped())
     .notes([
         "machine the inside first, then turn the outside on a plug; vapor polish both",

@@ -15,6 +15,7 @@ mod tooling;
 
 use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
+use crate::assembling::sight;
 use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -57,6 +58,13 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         chain: chain::chain(p, &layout),
         press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
+        sight: sight(
+            &[
+                (bodies::INNER, &p.inner_elastomer.material),
+                (bodies::OUTER, &p.outer_elastomer.material),
+            ],
+            bodies::BLACK,
+        ),
         ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
     }
 }

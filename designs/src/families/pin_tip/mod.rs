@@ -63,6 +63,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
         press_fits: [board].into_iter().chain(screws).collect(),
         touch: Some(touch(&layout).into()),
+        sight: names(&[bodies::DOTS]),
         ..blocks::sensor(header, camera, bodies)
     }
 }

@@ -12,6 +12,7 @@ use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{Name, flipped, in_sensor};
 use crate::blocks::{GLASS, copies};
+use crate::materials::glazing;
 
 const SKIN_BLACK: Color = [70, 72, 78];
 const VERO_WHITE: Color = [244, 244, 240];
@@ -145,6 +146,7 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
     let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z_mm);
     LENS.made(Process::Laser, solid)
         .from(&p.lens.material)
+        .in_light(glazing(&p.lens.material))
         .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
         .colored(GLASS)
         .note("cut with the film on; peel it off before gluing")

@@ -1,6 +1,8 @@
 //! What is cast, painted, glued and filled in.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Point3, Pose, Shells, Solid, Vector3};
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Clarity, Color, Path, Point3, Pose, Shells, Solid, Vector3,
+};
 
 use super::bodies::*;
 use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
@@ -26,6 +28,8 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     };
     let marker_layer =
         layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
+    let is_dyed = p.marker_layer.pigment_share > 0.0;
+    let marker_layer = if is_dyed { marker_layer.in_light(Clarity::Opaque) } else { marker_layer };
     let paint = layer(
         MARKER_PAINT,
         discs(p, layout.marker_end_z_mm - p.markers.paint.mm(), p.markers.paint.mm()),

@@ -17,6 +17,7 @@ mod sheets;
 
 use fabkit_geometry::Sensor;
 
+use crate::assembling::names;
 use crate::blocks::{self, camera_at, mm, press_fit};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -63,6 +64,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     Sensor {
         chain: chain::chain(p, layout),
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
+        sight: names(&[bodies::MARKER_PAINT]),
         ..blocks::sensor(header, camera, bodies)
     }
 }

@@ -6,6 +6,7 @@ use fabkit_geometry::{Body, Path, Process, Profile, Solid};
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 use crate::assembling::Name;
+use crate::materials::glazing;
 
 /// A sheet with this profile; each of its holes is one handle.
 pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) -> Body {
@@ -13,6 +14,7 @@ pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) ->
     name.made(Process::Laser, Solid::extrusion(profile, thickness_mm))
         .from(material)
         .with_handles(handles)
+        .in_light(glazing(material))
 }
 
 /// The outline that all square plates share.

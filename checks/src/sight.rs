@@ -1,0 +1,206 @@
+//! Whether the camera sees what it is there to see, through what is clear, and with enough pixels.
+//!
+//! Rays leave the camera's pupil evenly in all directions; each stands for a piece of the surface
+//! that it meets, and for the pixels that look that way. Nothing bends them, and the lens is taken
+//! as equidistant: what is found is far larger than either error.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::{
+    Assembly, Clarity, NominalCamera, Point3, Ray, Sensor, TouchSurface, Vector3,
+};
+use rayon::prelude::*;
+
+use crate::finding::{Finding, Rule};
+use crate::lines::{Caster, steepness};
+use crate::scene::{Assemblies, Placed};
+
+/// Rays in all directions.
+const RAYS: usize = 8_192;
+
+/// Largest share of what is there to be seen that may lie outside the camera's picture; some flat
+/// sensors look at the middle of their pads.
+const MOST_UNSEEN: f64 = 2.0 / 3.0;
+
+/// Largest share that one body may hide: a rim, the heads of screws.
+const MOST_HIDDEN: f64 = 0.2;
+
+/// Fewest pixels that look at a surface, and at each of many markers: an optical mouse's chip of
+/// 30 x 30 pixels, the smallest in use, has one for each.
+const LEAST_PIXELS: [f64; 2] = [100.0, 0.5];
+
+/// Largest share of the picture that looks out of the sensor.
+const MOST_OUTSIDE: f64 = 0.01;
+
+/// Where a face is met more steeply than that, a ray stands for no more of it.
+const LEAST_STEEPNESS: f64 = 0.05;
+
+/// What became of the rays.
+#[derive(Debug, Default)]
+struct Seen<'a> {
+    /// Of what is there to be seen, mm2: all, within the picture, and hidden by whom.
+    all_mm2: f64,
+    seen_mm2: f64,
+    hidden_mm2: BTreeMap<&'a str, f64>,
+    /// Of the picture, px: on what is there to be seen, out of the sensor, and all.
+    on_it_px: f64,
+    outside_px: f64,
+    all_px: f64,
+}
+
+/// A body that light does not pass as if it were not there.
+struct Met<'a> {
+    placed: &'a Placed<'a>,
+    clarity: Clarity,
+    is_wanted: bool,
+}
+
+/// All findings, and how many bodies are there to be seen.
+pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+    if sensor.sight.is_empty() {
+        return (Vec::new(), 0);
+    }
+    let seen = look(sensor, scene);
+    let names = || sensor.sight.iter().map(String::as_str);
+    let mut findings = Vec::new();
+    let mut add = |finding: Finding| {
+        findings.push(finding.in_assembly(&Assembly::sensor().0));
+    };
+    // Of nothing, none is seen.
+    let share_of = |mm2: f64| if seen.all_mm2 > 0.0 { mm2 / seen.all_mm2 } else { 0.0 };
+    let outside = seen.outside_px / seen.all_px;
+    if outside > MOST_OUTSIDE {
+        let message = format!("the camera sees out of the sensor past {}", listed(sensor));
+        let fix = "an opaque material around what it sees: daylight comes in where it looks out";
+        let finding = Finding::error(Rule::Sight, message, fix).of(names());
+        add(finding.measured(outside, MOST_OUTSIDE, ""));
+        return (findings, sensor.sight.len());
+    }
+    for (by, hidden_mm2) in &seen.hidden_mm2 {
+        let share = share_of(*hidden_mm2);
+        if share > MOST_HIDDEN {
+            let message = format!("{by} stands between the camera and {}", listed(sensor));
+            let fix = format!("a clear material for {by}, or a wider opening in it");
+            let bodies = std::iter::once(*by).chain(names());
+            add(Finding::error(Rule::Sight, message, fix).of(bodies).measured(
+                share,
+                MOST_HIDDEN,
+                "",
+            ));
+        }
+    }
+    let is_hidden = seen.hidden_mm2.values().any(|mm2| share_of(*mm2) > MOST_HIDDEN);
+    let hidden: f64 = seen.hidden_mm2.values().sum();
+    let unseen = 1.0 - share_of(seen.seen_mm2 + hidden);
+    if unseen > MOST_UNSEEN {
+        let message = format!("most of {} lies outside the camera's picture", listed(sensor));
+        let fix = "a lens with a wider view, or a camera further away";
+        let finding = Finding::error(Rule::Sight, message, fix).of(names());
+        add(finding.measured(unseen, MOST_UNSEEN, ""));
+    }
+    let least_px = least_pixels(sensor);
+    if seen.on_it_px < least_px && !is_hidden {
+        let message = format!("few pixels look at {}", listed(sensor));
+        let fix = "a camera with more pixels, or a lens with a narrower view";
+        let finding = Finding::error(Rule::Sight, message, fix).of(names());
+        add(finding.measured(seen.on_it_px.round(), least_px, "px"));
+    }
+    (findings, sensor.sight.len())
+}
+
+fn listed(sensor: &Sensor) -> String {
+    sensor.sight.join(" and ")
+}
+
+fn least_pixels(sensor: &Sensor) -> f64 {
+    let shells = sensor.sight.iter().filter_map(|name| sensor.body(name)?.shells);
+    let pieces: usize = shells.map(|shells| shells.pieces).sum();
+    let [of_surface, of_marker] = LEAST_PIXELS;
+    if pieces > sensor.sight.len() { of_marker * pieces as f64 } else { of_surface }
+}
+
+fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
+    let camera = &sensor.camera;
+    let pupil = camera.sensor_from_camera.point(Point3::origin());
+    let is_pad = matches!(sensor.touch, Some(TouchSurface::Plane(_)));
+    let bodies: Vec<Met> = scene
+        .bodies(&Assembly::sensor().0)
+        .iter()
+        // The pupil lies in the lens, or in the housing around it.
+        .filter(|placed| !placed.body.contains(&pupil))
+        .filter_map(|placed| {
+            let clarity = sensor.body(placed.name)?.clarity();
+            let is_wanted = sensor.sight.iter().any(|name| name == placed.name);
+            let counts = is_wanted || clarity != Clarity::Clear;
+            counts.then_some(Met { placed, clarity, is_wanted })
+        })
+        .collect();
+    let solid_angle = 4.0 * std::f64::consts::PI / RAYS as f64;
+    (0..RAYS)
+        .into_par_iter()
+        .map_init(Caster::default, |caster, number| {
+            let ray = Ray { origin: pupil, direction: even(number) };
+            let mut first: Option<(f64, &str, bool)> = None;
+            let mut wanted: Option<(f64, f64)> = None;
+            let mut is_dark = false;
+            for Met { placed, clarity, is_wanted } in &bodies {
+                let mut entries = caster.stretches(&placed.body, &ray).map(|s| s.enter);
+                let Some(enter) = entries.find(|enter| enter.t > 0.0) else { continue };
+                is_dark |= *clarity == Clarity::Opaque;
+                if *clarity != Clarity::Clear && first.is_none_or(|(t, _, _)| enter.t < t) {
+                    first = Some((enter.t, placed.name, *is_wanted));
+                }
+                if *is_wanted && wanted.is_none_or(|(t, _)| enter.t < t) {
+                    // Of a pad, only what is pressed from above counts, not its sides.
+                    let share = if is_pad { enter.normal.z.abs() } else { 1.0 };
+                    let steep = steepness(&ray, &enter).max(LEAST_STEEPNESS);
+                    wanted = Some((enter.t, share * enter.t * enter.t / steep));
+                }
+            }
+            let pixels = pixels(camera, &ray.direction) * solid_angle;
+            (pixels, first, wanted.map_or(0.0, |(_, mm2)| mm2 * solid_angle), is_dark)
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold(Seen::default(), |mut seen, (pixels, first, area_mm2, is_dark)| {
+            seen.all_px += pixels;
+            seen.all_mm2 += area_mm2;
+            seen.outside_px += if is_dark { 0.0 } else { pixels };
+            match first {
+                Some((_, _, true)) => {
+                    seen.on_it_px += pixels;
+                    seen.seen_mm2 += if pixels > 0.0 { area_mm2 } else { 0.0 };
+                }
+                Some((_, by, false)) if pixels > 0.0 && area_mm2 > 0.0 => {
+                    *seen.hidden_mm2.entry(by).or_default() += area_mm2;
+                }
+                _ => {}
+            }
+            seen
+        })
+}
+
+/// A direction; all of them together are spread evenly (a Fibonacci lattice).
+fn even(number: usize) -> Vector3<f64> {
+    let z = 1.0 - (2.0 * number as f64 + 1.0) / RAYS as f64;
+    let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let (sin, cos) = turn.sin_cos();
+    let across = (1.0 - z * z).sqrt();
+    Vector3::new(across * cos, across * sin, z)
+}
+
+/// Pixels for each steradian around a direction in the sensor frame; none outside the picture.
+///
+/// Equidistant: a point at the angle a from the axis is f a from the picture's middle.
+fn pixels(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
+    let direction = camera.sensor_from_camera.inverse().vector(*direction);
+    let [width, height] = [camera.width_px, camera.height_px].map(f64::from);
+    let focal_px = width.hypot(height) / camera.field_of_view.rad();
+    let across = direction.x.hypot(direction.y);
+    let angle = across.atan2(direction.z);
+    let scale = if across > 0.0 { focal_px * angle / across } else { focal_px };
+    let is_inside = (direction.x * scale).abs() <= width / 2.0
+        && (direction.y * scale).abs() <= height / 2.0
+        && angle <= camera.field_of_view.rad() / 2.0;
+    if is_inside { focal_px * scale } else { 0.0 }
+}

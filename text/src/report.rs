@@ -305,10 +305,28 @@ impl Report {
         let holds = value.number() <= limit + SAME;
         // Rounded down to a value that does work.
         let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
-        // Below zero there is nothing to recommend: others have left no room. A limit of zero is
-        // stated for what may be absent.
-        let offer =
-            (works > 0.0 || limit == 0.0).then(|| format!("at most {}", in_unit::<Q>(works)));
+        // Below zero there is nothing to recommend: others have left no room.
+        let offer = (works > 0.0).then(|| format!("at most {}", in_unit::<Q>(works)));
+        let missing = value.number() - limit;
+        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
+    }
+
+    /// The same of what may be absent, which 0 says: that is offered where there is no room at all.
+    ///
+    /// # Panics
+    /// As [`Report::require`].
+    #[track_caller]
+    pub fn at_most_if_any<Q: Quantity>(
+        &mut self,
+        path: &str,
+        value: Q,
+        limit: f64,
+        because: impl Display,
+    ) {
+        let limit = limit.max(0.0);
+        let holds = value.number() <= limit + SAME;
+        let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
+        let offer = Some(format!("at most {}", in_unit::<Q>(works)));
         let missing = value.number() - limit;
         self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }

@@ -227,13 +227,22 @@ impl<'a> Clamshell<'a> {
                 "the notch lies in the straight wall between two screws";
             shell.edge_fillet <= shell.corner.mm(),
                 "a rounded rim goes around the upright edges, which are at least as round";
-            shell.edge_fillet <= self.outside.inset_of(carried).max(0.0),
-                "the pad lies on what a rounded edge leaves of the rim";
-            shell.edge_fillet <= (self.outside.inset_of(open) - PRINTED_WALL_MM / 2.0).max(0.0),
-                "a wall around the plate must be left of the rim";
-            shell.edge_fillet <=
-                (-self.joint_z - shell.cable_height.mm() - PRINTED_WALL_MM).max(0.0),
-                "the edge must end above the notch";
+        }
+        for (room, because) in [
+            (
+                self.outside.inset_of(carried),
+                "the pad lies on what a rounded edge leaves of the rim",
+            ),
+            (
+                self.outside.inset_of(open) - PRINTED_WALL_MM / 2.0,
+                "a wall around the plate must be left of the rim",
+            ),
+            (
+                -self.joint_z - shell.cable_height.mm() - PRINTED_WALL_MM,
+                "the edge must end above the notch",
+            ),
+        ] {
+            report.at_most_if_any("shell.edge_fillet", shell.edge_fillet, room, because);
         }
         let holes = self.holes();
         holes.check_in(self.floor(), PRINTED_WALL_MM, report);

@@ -192,13 +192,18 @@ fn rim(p: &Cap, layout: &Layout, (half_width, painted): (f64, f64), report: &mut
     limits! { report, p:
         holder.edge_fillet <= p.holder.corner.mm(),
             "a rounded rim goes around the upright edges, which are at least as round";
-        holder.edge_fillet <= (half_width - painted - APART_MM).max(0.0),
-            "the painted skin must not stand over a rounded edge";
-        holder.edge_fillet <= (half_width - layout.recess_radius_mm - wall / 2.0).max(0.0),
-            "a wall around the plate must be left of the rim";
         holder.edge_fillet <= edge::sparing_mm(pocket),
             "the LEDs' pockets need a wall behind them";
         holder.edge_fillet <= edge::sparing_mm(screw), "the screws need a wall around their tips";
+    }
+    for (room, because) in [
+        (half_width - painted - APART_MM, "the painted skin must not stand over a rounded edge"),
+        (
+            half_width - layout.recess_radius_mm - wall / 2.0,
+            "a wall around the plate must be left of the rim",
+        ),
+    ] {
+        report.at_most_if_any("holder.edge_fillet", p.holder.edge_fillet, room, because);
     }
 }
 

@@ -49,7 +49,8 @@ pub struct DomeSurface {
 /// The rigid part of a sensor below its surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grip {
-    /// Its outside seen along z, the same at every height between `bottom_z_mm` and `top_z_mm`.
+    /// Its outside seen along z, the same at every height between `bottom_z_mm` and `top_z_mm`, but for
+    /// an upper edge that may be round: fixtures hold on to what lies below and stand on the lower end.
     pub outline: Path,
     /// Upper end of the outline, at most the surface's foot, mm.
     pub top_z_mm: f64,

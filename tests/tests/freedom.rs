@@ -8,12 +8,19 @@ fn mounts_labels_boards_and_dots_can_be_built() {
     let insert = ["mount.hold=insert", "mount.thread=M2", "mount.pattern=rectangle"];
     let narrow = ["surface.radius=11mm", "shell.shoulder=2.5mm", "shell.edge_fillet=1mm"];
     let turned = ["shell.cable_side=left", "mount.pattern=rectangle", "mount.thread=M4"];
+    let stepped =
+        ["holder.outer_diameter=26mm", "holder.edge_fillet=2mm", "base.cable_angle=90 deg"];
     let passed = ["mount.hold=through", "mount.pattern=list", "labels.style=raised"];
     for (sensor, sets) in [
         ("rtac0", [&insert[..], &["labels.style=sunken"]].concat()),
         ("rtac0", narrow.to_vec()),
         ("digit-like", [&turned[..], &["labels.style=sunken"]].concat()),
         ("shadowtac", passed.to_vec()),
+        ("shadowtac", vec!["holder.edge_fillet=0.8mm", "base.cable_side=left"]),
+        ("gelsight-like", vec!["shell.edge_fillet=1.5mm", "labels.style=raised"]),
+        ("tactip", vec!["body.edge_fillet=0.9mm", "body.cable_angle=90 deg"]),
+        ("uvdtact", stepped.to_vec()),
+        ("fluidic", vec!["housing.cable_side=back"]),
     ] {
         let sets: Vec<String> = sets.iter().map(|set| format!("--set={set}")).collect();
         let sets: Vec<&str> = sets.iter().map(String::as_str).collect();

@@ -311,6 +311,26 @@ impl Report {
         self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
+    /// The same of what may be absent, which 0 says: that is offered where there is no room at all.
+    ///
+    /// # Panics
+    /// As [`Report::require`].
+    #[track_caller]
+    pub fn at_most_if_any<Q: Quantity>(
+        &mut self,
+        path: &str,
+        value: Q,
+        limit: f64,
+        because: impl Display,
+    ) {
+        let limit = limit.max(0.0);
+        let holds = value.number() <= limit + SAME;
+        let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
+        let offer = Some(format!("at most {}", in_unit::<Q>(works)));
+        let missing = value.number() - limit;
+        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
+    }
+
     /// Requires `value`, written at `path`, to be at least `limit`; else as [`Report::at_most`].
     ///
     /// # Panics

@@ -87,6 +87,16 @@ impl Side {
         }
     }
 
+    /// How many quarter turns, counter-clockwise seen from above, it lies from +x.
+    pub fn quarters(self) -> u32 {
+        match self {
+            Self::Right => 0,
+            Self::Back => 1,
+            Self::Left => 2,
+            Self::Front => 3,
+        }
+    }
+
     /// Out of the housing.
     pub fn out(self) -> Vector3<f64> {
         match self {

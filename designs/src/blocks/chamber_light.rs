@@ -3,7 +3,9 @@
 use fabkit_geometry::{Angle, Body, Length, Path, Pose, Process, Profile, Solid};
 
 use super::posted_camera::{self, Posted};
-use super::{APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, marks, turn, upright};
+use super::{
+    APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, marks, turn, upright,
+};
 use crate::assembling::AssemblyName;
 use crate::parameters::{Report, limits};
 use crate::{choices, parameters};
@@ -117,9 +119,15 @@ impl Light<'_> {
         half - self.leds.width.mm() / 2.0 - PRINTED_WALL_MM
     }
 
-    /// From LED to LED of a row on the board.
+    /// From LED to LED of a row on the board: as long as the straight part of the walls, or as far as the
+    /// outermost packages fit into the round corners.
     fn row_pitch_mm(&self) -> f64 {
-        self.chamber.straight(self.chamber.longer()) / f64::from(self.leds.count.max(2) - 1)
+        let (chamber, long) = (self.chamber, self.chamber.longer());
+        // How far the corner of a package lies beyond the axis of the chamber's, at most.
+        let across = (chamber.corner - PRINTED_WALL_MM).max(0.0);
+        let along = half_chord(chamber.corner - APART_MM, across) - self.leds.pitch.mm() / 2.0;
+        let straight = chamber.straight(long);
+        straight.min(straight + 2.0 * along) / f64::from(self.leds.count.max(2) - 1)
     }
 
     /// Where the LEDs are: the origin behind the strip or on the board, z axis along the light.

@@ -23,6 +23,9 @@ sections! {
         wall: Length = 0.8..=10.0,
         /// Radius of the upright edges.
         corner: Length = 0.2..=20.0,
+        /// Radius of the upper rim's outer edge, around the pad; 0 for a sharp one. The base's lower edge
+        /// stays sharp: the sensor stands on it, and the screws' heads lie beside it.
+        edge_fillet: Length = 0.0..=5.0,
         /// Which side cable and wires leave by: `right` at +x, `left` at -x, `front` at -y, `back` at +y.
         cable_side: Side,
         /// Width of the notch for cable and wires.
@@ -149,7 +152,8 @@ impl<'a> Clamshell<'a> {
         let below = self.joint_z - CUT_OVERLAP_MM;
         let room = self.room.prism([below, room_z]).named("room");
         let notch = self.notch([below, self.joint_z + self.shell.cable_height.mm()]);
-        let solid = self.outside.prism([self.joint_z, 0.0]).minus_all(cut).minus(room).minus(notch);
+        let outside = self.outside.rimmed([self.joint_z, 0.0], self.shell.edge_fillet.mm());
+        let solid = outside.minus_all(cut).minus(room).minus(notch);
         name.made(Process::Fdm, solid)
             .from(&self.shell.material)
             .colored(color(&self.shell.material))
@@ -194,8 +198,15 @@ impl<'a> Clamshell<'a> {
     }
 
     /// Reports what keeps both from being made and joined. The sections must be called `shell` and
-    /// `base`; nothing may be cut out above `ceiling_z`. The camera stands on the base.
-    pub fn check(&self, ceiling_z: f64, camera: &PostedCamera, report: &mut Report) {
+    /// `base`; nothing may be cut out above `ceiling_z` but what is `open` at the upper rim, on which the
+    /// pad lies `carried`. The camera stands on the base.
+    pub fn check(
+        &self,
+        ceiling_z: f64,
+        [carried, open]: [Rect; 2],
+        camera: &PostedCamera,
+        report: &mut Report,
+    ) {
         let (shell, base) = (self.shell, self.base);
         let ceiling = ceiling_z - self.joint_z;
         let tip = SCREW.length_mm - SHELF_MM + PILOT_SPARE_MM;
@@ -214,6 +225,24 @@ impl<'a> Clamshell<'a> {
             shell.cable_width <=
                 (2.0 * (self.screw[1 - side] - pilot)).min(self.room.straight(side)),
                 "the notch lies in the straight wall between two screws";
+            shell.edge_fillet <= shell.corner.mm(),
+                "a rounded rim goes around the upright edges, which are at least as round";
+        }
+        for (room, because) in [
+            (
+                self.outside.inset_of(carried),
+                "the pad lies on what a rounded edge leaves of the rim",
+            ),
+            (
+                self.outside.inset_of(open) - PRINTED_WALL_MM / 2.0,
+                "a wall around the plate must be left of the rim",
+            ),
+            (
+                -self.joint_z - shell.cable_height.mm() - PRINTED_WALL_MM,
+                "the edge must end above the notch",
+            ),
+        ] {
+            report.at_most_if_any("shell.edge_fillet", shell.edge_fillet, room, because);
         }
         let holes = self.holes();
         holes.check_in(self.floor(), PRINTED_WALL_MM, report);

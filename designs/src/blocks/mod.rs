@@ -6,6 +6,7 @@ pub mod cable_way;
 pub mod chamber_light;
 pub mod clamshell;
 pub mod cup_and_bridge;
+pub mod edge;
 pub mod frame_mold;
 mod joint;
 pub mod label;

@@ -1,6 +1,8 @@
 //! Upright prisms with round edges around the axis: what housings and pads of flat sensors are.
 
-use fabkit_geometry::{Path, Solid};
+use fabkit_geometry::{Angle, Path, Pose, Solid};
+
+use super::edge;
 
 /// An upright prism around the axis: half its edges and the radius of its upright edges, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +25,51 @@ impl Rect {
     /// Between two heights.
     pub fn prism(self, heights: [f64; 2]) -> Solid {
         Solid::prism(self.path(), heights)
+    }
+
+    /// The same, its upper rim rounded by a radius (mm) that is at most that of the upright edges.
+    pub fn rimmed(self, [bottom, top]: [f64; 2], fillet_mm: f64) -> Solid {
+        if fillet_mm == 0.0 {
+            return self.prism([bottom, top]);
+        }
+        // Posts in the corners and slabs between them: each has faces and rounded edges in one
+        // outline, so that both go on into each other.
+        let [x, y] = self.half.map(|half| half - self.corner);
+        let quarter = Angle::from_deg(90.0).expect("finite");
+        let across = |half: f64| {
+            edge::rounded(&[
+                ([-half, bottom], 0.0),
+                ([half, bottom], 0.0),
+                ([half, top], fillet_mm),
+                ([-half, top], fillet_mm),
+            ])
+        };
+        let upright = Pose::rotation_x(quarter);
+        let slabs = [
+            Solid::prism(across(self.half[0]), [-y, y]).placed(upright),
+            Solid::prism(across(self.half[1]), [-x, x])
+                .placed(Pose::rotation_z(quarter).then_in(upright)),
+        ];
+        let post = Solid::revolution(edge::rounded(&[
+            ([0.0, bottom], 0.0),
+            ([self.corner, bottom], 0.0),
+            ([self.corner, top], fillet_mm),
+            ([0.0, top], 0.0),
+        ]));
+        let posts = super::corners([x, y]).map(|[x, y]| post.clone().at(x, y, 0.0));
+        Solid::union(slabs.into_iter().chain(posts))
+    }
+
+    /// How far another one around the axis lies inside, mm; negative if it stands out.
+    pub fn inset_of(self, inner: Self) -> f64 {
+        let beside = [0, 1].map(|i| self.half[i] - inner.half[i]);
+        // Only an edge whose axis lies further out than this one's comes nearer at the corner.
+        let off = [0, 1].map(|i| self.corner - inner.corner - beside[i]);
+        let at_corner = match off[0] > 0.0 && off[1] > 0.0 {
+            true => self.corner - inner.corner - off[0].hypot(off[1]),
+            false => f64::INFINITY,
+        };
+        beside[0].min(beside[1]).min(at_corner)
     }
 
     /// Smaller on all sides; edges stay parallel while they can.
@@ -77,6 +124,32 @@ mod tests {
             let centre = rect.half.map(|half| half - rect.corner);
             let wall = (at[0] - centre[0]).hypot(at[1] - centre[1]) - rect.corner;
             assert!((wall - 1.45).abs() < 1e-12, "{at:?}: {wall}");
+        }
+    }
+
+    #[test]
+    fn an_inset_is_the_smallest_distance_of_two_outlines() {
+        for (outer, inner) in [(3.0, 0.5), (0.5, 3.0), (4.0, 3.9), (2.0, 2.0)] {
+            for half in [[9.0, 7.0], [9.5, 6.0], [9.6, 7.7]] {
+                let outer = Rect { half: [10.0, 8.0], corner: outer };
+                let inner = Rect { half, corner: inner };
+                // Points of a quarter of the inner outline, by their distance to the outer one.
+                let nearest = (0..=9000).map(|i| {
+                    let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_2 / 9e3).sin_cos();
+                    let at = [cos, sin].map(|part| part * inner.corner);
+                    let at = [0, 1].map(|i| inner.half[i] - inner.corner + at[i]);
+                    let off = [0, 1].map(|i| (at[i] - outer.half[i] + outer.corner).max(0.0));
+                    let beside = (outer.half[0] - at[0]).min(outer.half[1] - at[1]);
+                    match off[0] > 0.0 && off[1] > 0.0 {
+                        true => outer.corner - off[0].hypot(off[1]),
+                        false => beside,
+                    }
+                });
+                let expected = nearest.fold(f64::INFINITY, f64::min);
+                // A step along an arc of 4 mm is 0.7 um long; off it the distance changes by less.
+                let found = outer.inset_of(inner);
+                assert!((found - expected).abs() < 1e-3, "{outer:?} {inner:?}: {found} {expected}");
+            }
         }
     }
 

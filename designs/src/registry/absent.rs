@@ -4,6 +4,15 @@
 pub(super) const ABSENT: &[(&str, &str)] = &[
     ("focal_length", "a lens is told by its field of view; calibration measures its focal length"),
     ("flange", "the base has mounting holes, and what it is screwed to is made for those"),
+    ("housing.edge_fillet", "fabkit cannot do this: cut sheets have square edges"),
+    ("holder.shoulder", "a small tip stands on a wide body where `holder.width` is larger"),
+    ("shell.shoulder", "a small tip stands on a wide body where `shell.rim` is larger"),
+    (
+        "body.shoulder",
+        "the housing is as wide as the camera's board asks for, however narrow the tip is",
+    ),
+    ("cable_angle", "a box has walls: `cable_side` says which one the cable leaves by"),
+    ("cable_side", "what is round has no sides: `cable_angle` turns what the cable leaves by"),
     ("resolution", "`width_px` and `height_px` say how many pixels a camera has"),
     ("fov", "`field_of_view` is that of the camera"),
     ("exposure", "that is set where pictures are taken; it shapes no part"),

@@ -155,6 +155,16 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     drained(&p, &mut report);
     report.trace("", &p, drained);
     assert_eq!(report.found[0].problem.hint.as_deref(), Some("change `width`"));
+
+    // Where nothing is allowed, nothing is what is offered.
+    let absent = |p: &Crate, report: &mut Report| {
+        report.at_most_if_any("wall", p.wall, p.width.mm() - 10.0, "it fits");
+    };
+    let mut report = Report::new(report.written, Vec::new());
+    absent(&p, &mut report);
+    report.trace("", &p, absent);
+    let hint = "write at most 0 mm, or change `width`";
+    assert_eq!(report.found[0].problem.hint.as_deref(), Some(hint));
 }
 
 #[test]

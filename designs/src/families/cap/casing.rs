@@ -8,7 +8,7 @@ use super::layout::Layout;
 use super::parameters::Cap;
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::{Side, wall_way};
-use crate::blocks::{BLACK, GLASS, copies, marks, ring};
+use crate::blocks::{BLACK, GLASS, Rect, copies, marks, ring};
 use crate::fits::Fit;
 use crate::materials::glazing;
 
@@ -29,10 +29,9 @@ pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
     ring(p.leds.count, first, inwards)
 }
 
-/// A square prism of the casing between two heights.
-fn outline(p: &Cap, heights: [f64; 2]) -> Solid {
-    let width = p.holder.width.mm();
-    Solid::prism(Path::rectangle([0.0; 2], [width; 2], p.holder.corner.mm()), heights)
+/// The casing's outside seen along z.
+pub fn outside(p: &Cap) -> Rect {
+    Rect { half: [p.holder.width.mm() / 2.0; 2], corner: p.holder.corner.mm() }
 }
 
 /// Room for the camera's housing between two heights.
@@ -85,10 +84,12 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         .at(0.0, (pocket_height - p.leds.strip_width.mm()) / 2.0, 0.0);
     let leds = led_poses(p, layout);
     let below = layout.joint_z_mm - over;
+    let is_round = p.holder.edge_fillet.mm() > 0.0;
     HOLDER
         .made(
             Process::Fdm,
-            outline(p, [layout.joint_z_mm, 0.0])
+            outside(p)
+                .rimmed([layout.joint_z_mm, 0.0], p.holder.edge_fillet.mm())
                 .minus(inside.named("chamber"))
                 .minus(pocket(layout, [below, layout.housing_front_z_mm]))
                 .minus(wire_groove(layout, [below, layout.housing_front_z_mm + over]))
@@ -101,6 +102,9 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         .lying(flipped())
         .note("plate side down, no supports: the ledges overhang about 1 mm")
         .note("matt black filament; stray light blurs the shadows")
+        .notes(is_round.then_some(
+            "the rounded rim lies on the bed: print it on a brim and smooth its lowest layers",
+        ))
         // The chamber goes through; everything else is open to it or blind.
         .with_handles(1)
         .cut(Joints::new(p, layout).casing.held().unmarked())
@@ -114,13 +118,14 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     let heights =
         [layout.floor_z_mm + WINDOW_MARGIN_MM, layout.housing_back_z_mm - WINDOW_MARGIN_MM];
     let (width, reach) = (p.base.window_width.mm(), [0.0, p.holder.width.mm()]);
-    let window = wall_way(Side::Front, width, reach, heights);
+    let window = wall_way(p.base.cable_side, width, reach, heights);
     let plug_room =
         Solid::rod(layout.chamber_radius_mm, [layout.floor_z_mm, layout.housing_back_z_mm + over]);
     let gap = p.making.gap_mm(BASE, Process::Fdm, Fit::Snug);
     BASE.made(
         Process::Fdm,
-        outline(p, [bottom, layout.joint_z_mm])
+        outside(p)
+            .prism([bottom, layout.joint_z_mm])
             .minus(pocket(layout, [layout.housing_back_z_mm, layout.joint_z_mm + over]))
             .minus(plug_room.named("plug room"))
             .minus(wire_groove(layout, [layout.housing_back_z_mm - over, layout.joint_z_mm + over]))

@@ -11,6 +11,7 @@ use crate::assembling::{
     SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
 };
 use crate::blocks::LED;
+use crate::blocks::cable_way::Side;
 
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
 const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
@@ -66,10 +67,16 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             .told("glue the plate onto the holder's ledge with cyanoacrylate")
             .source("IV-B; cure chosen"),
         assemble("assemble", SENSOR, &[CAMERA, BASE])
-            .told(
-                "focus the lens on the paint, put the camera into the base, plug through the window; \
-                 join base and holder with four M2 screws, screw the base to the gripper",
-            )
+            .told(format!(
+                "focus the lens on the paint, put the camera into the base, plug through the \
+                 window{}; join base and holder with four M2 screws, screw the base to the gripper",
+                match p.base.cable_side {
+                    Side::Front => "",
+                    Side::Right => " at +x, the camera turned to it",
+                    Side::Left => " at -x, the camera turned to it",
+                    Side::Back => " at +y, the camera turned to it",
+                }
+            ))
             .source("IV-B, figure 5")
             .also(joints.casing.names())
             .also(joints.mounting.nut_name()),

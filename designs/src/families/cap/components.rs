@@ -1,6 +1,6 @@
 //! What is bought: camera with lens, LEDs, screws, bolts, nuts.
 
-use fabkit_geometry::{Body, Path, Pose, Solid};
+use fabkit_geometry::{Angle, Body, Path, Pose, Solid};
 
 use super::bodies::*;
 use super::casing::led_poses;
@@ -8,6 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
 use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::cable_way::Side;
 use crate::blocks::{CAMERA_GREEN, INTO_MM, LED, LED_YELLOW};
 
 /// Length and width of the camera's USB connector, mm: micro-B for USB 3.0.
@@ -56,12 +57,26 @@ fn camera(p: &Cap, layout: &Layout) -> Solid {
     let height = camera.connector_height.mm();
     let connector =
         Solid::cuboid(length, width, height + INTO_MM).at_z(layout.housing_back_z_mm - height);
-    Solid::union([
+    let whole = Solid::union([
         housing.named("housing"),
         mount.named("mount"),
         lens.named("lens"),
         connector.named("connector"),
-    ])
+    ]);
+    match p.base.cable_side {
+        Side::Front => whole,
+        _ => whole.placed(turned(p, Pose::identity())),
+    }
+}
+
+/// What looks at the window at the front, turned about the sensor's axis to the side where it is.
+pub fn turned(p: &Cap, pose: Pose) -> Pose {
+    let quarters = (p.base.cable_side.quarters() + 4 - Side::Front.quarters()) % 4;
+    let turn = Angle::from_deg(90.0 * f64::from(quarters)).expect("finite");
+    match quarters {
+        0 => pose,
+        _ => Pose::rotation_z(turn).then_in(pose),
+    }
 }
 
 /// A piece of strip with its package; origin on the back, z axis out of the package, y across the

@@ -2,19 +2,19 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use fabkit_geometry::Process;
+use fabkit_geometry::{CUT_OVERLAP_MM, Process};
 
 use super::bodies::{BASE, HOLDER};
 use super::casing::WIRE_GROOVE_MM;
 use super::components::CONNECTOR_MM;
-use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT, mounting};
+use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT, casing_tip_z, mounting};
 use super::layout::Layout;
 use super::mold::vents;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
 use super::skin::dimple_count;
 use crate::blocks::mounting::MountHold;
-use crate::blocks::{APART_MM, PRINTED_WALL_MM, half_chord};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, edge, half_chord};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
@@ -178,6 +178,32 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
         // A corner rounder than that around the screw's own centre comes nearer to its head.
         holder.corner <= inset + (inset - head - PRINTED_WALL_MM).max(0.0) / (SQRT_2 - 1.0),
             "the screws' heads need a wall at the rounded corner";
+    }
+    rim(p, layout, (half_width, painted), report);
+}
+
+/// What a rounded rim leaves of the holder, whose half edge and the painted skin's radius (mm) are known.
+fn rim(p: &Cap, layout: &Layout, (half_width, painted): (f64, f64), report: &mut Report) {
+    let (wall, pilot) = (PRINTED_WALL_MM, CASING_SCREW.pilot_hole_mm() / 2.0);
+    // A pocket reaches up to the plate; a screw's head has a wall outside, so that its hole has more.
+    let pocket =
+        [half_width - layout.strip_back_mm - wall, -layout.plate_bottom_z_mm - CUT_OVERLAP_MM];
+    let screw = [head_mm(p) - pilot, -casing_tip_z(layout)];
+    limits! { report, p:
+        holder.edge_fillet <= p.holder.corner.mm(),
+            "a rounded rim goes around the upright edges, which are at least as round";
+        holder.edge_fillet <= edge::sparing_mm(pocket),
+            "the LEDs' pockets need a wall behind them";
+        holder.edge_fillet <= edge::sparing_mm(screw), "the screws need a wall around their tips";
+    }
+    for (room, because) in [
+        (half_width - painted - APART_MM, "the painted skin must not stand over a rounded edge"),
+        (
+            half_width - layout.recess_radius_mm - wall / 2.0,
+            "a wall around the plate must be left of the rim",
+        ),
+    ] {
+        report.at_most_if_any("holder.edge_fillet", p.holder.edge_fillet, room, because);
     }
 }
 

@@ -75,6 +75,11 @@ pub(super) fn mounting(p: &Cap) -> Mounting<'_> {
     }
 }
 
+/// Height at which the holes of the casing's screws end.
+pub fn casing_tip_z(layout: &Layout) -> f64 {
+    casing_head_z(layout) + CASING_SCREW.length_mm + PILOT_SPARE_MM
+}
+
 /// Height at which the heads of the casing's screws bear.
 pub fn casing_head_z(layout: &Layout) -> f64 {
     layout.joint_z_mm + BITE_MM - CASING_SCREW.length_mm

@@ -12,7 +12,7 @@ mod mold;
 mod parameters;
 mod skin;
 
-use fabkit_geometry::{DomeSurface, Grip, Path, Point3, Pose, Sensor, Vector3};
+use fabkit_geometry::{DomeSurface, Grip, NominalCamera, Point3, Pose, Sensor, Vector3};
 
 use crate::assembling::names;
 use crate::blocks::{self, camera_at, mm, sphere};
@@ -60,8 +60,6 @@ impl Family for CapFamily {
 /// Everything a dome-cap sensor consists of.
 fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
     let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
-    let size = [p.camera.width_px, p.camera.height_px];
-    let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
     let (touch, joints) = (touch(p, layout), Joints::new(p, layout));
     let bodies = casing
         .into_iter()
@@ -79,8 +77,16 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         sight: names(&[bodies::PAINT]),
-        ..blocks::sensor(header, camera, bodies)
+        ..blocks::sensor(header, nominal(p), bodies)
     }
+}
+
+/// The camera, turned as its plug is.
+fn nominal(p: &Cap) -> NominalCamera {
+    let size = [p.camera.width_px, p.camera.height_px];
+    let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
+    let sensor_from_camera = components::turned(p, camera.sensor_from_camera);
+    NominalCamera { sensor_from_camera, ..camera }
 }
 
 /// How much of the skin's height gives way measurably: a solid cap of gel stiffens beyond.
@@ -89,19 +95,21 @@ const SOFT_SHARE: f64 = 0.4;
 /// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
 fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.sphere_radius_mm + p.paint.thickness.mm();
-    let half_mm = p.holder.width.mm() / 2.0;
-    let window = Point3::new(0.0, -half_mm, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
+    let outside = casing::outside(p);
+    let out = p.base.cable_side.out();
+    let height = Vector3::new(0.0, 0.0, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
+    let window = Point3::from(outside.narrow() * out + height);
     DomeSurface {
         dome: sphere(radius_mm),
         centre_z_mm: layout.sphere_z_mm,
         foot_z_mm: 0.0,
         soft_mm: SOFT_SHARE * p.skin.height.mm(),
         grip: Grip {
-            outline: Path::rectangle([0.0; 2], [2.0 * half_mm; 2], p.holder.corner.mm()),
+            outline: outside.path(),
             top_z_mm: 0.0,
             bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: 0.0,
-            key: Some(Pose::z_to(-Vector3::y(), window)),
+            key: Some(Pose::z_to(out, window)),
             threads: Joints::new(p, layout).mounting.held().landmarks,
         },
     }

@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::cable_way::Side;
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::processes::Making;
@@ -70,6 +71,9 @@ sections! {
         height: Length = 5.0..=100.0,
         /// Radius of the outline's corners.
         corner: Length = 0.5..=20.0,
+        /// Radius of the upper rim's outer edge, around the skin; 0 for a sharp one. The base's lower edge
+        /// stays sharp: the sensor stands on it, and the screws' heads lie beside it.
+        edge_fillet: Length = 0.0..=5.0,
         /// Diameter of the opening below the plate; the plate is glued to the ledge around it.
         aperture_diameter: Length = 5.0..=118.0,
         /// Distance of neighbouring M2 screws that join holder and base.
@@ -86,6 +90,9 @@ sections! {
         floor: Length = 2.0..=20.0,
         /// Width of the window for the camera's plug.
         window_width: Length = 5.0..=60.0,
+        /// Which side the window for the camera's plug looks to, and the camera is turned to: `right` at +x,
+        /// `left` at -x, `front` at -y, `back` at +y.
+        cable_side: Side,
         /// Number of M3 holes in the floor for the gripper's screws.
         mount_holes: u32 = 2..=8,
         /// Radius of the circle of these holes.

@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::parameters::Dome;
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::FloorSlot;
-use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, holes, led_ring, marks, turn};
+use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, led_ring, marks, turn};
 use crate::fits::Fit;
 use crate::hardware::Screw;
 use crate::materials::glazing;
@@ -72,20 +72,18 @@ fn tube(p: &Dome, layout: &Layout) -> Solid {
             Solid::cylinder(bore, height + 2.0 * CUT_OVERLAP_MM).at_z(bottom - CUT_OVERLAP_MM),
         );
     }
-    let mut outline = Path::from([bore, bottom]).line([radius, bottom]);
-    if fillet > 0.0 {
-        let inner = radius - fillet;
-        outline = outline.line([radius, -fillet]).arc([inner, 0.0], [inner, -fillet], true);
-    } else {
-        outline = outline.line([radius, 0.0]);
-    }
-    outline = outline.line([bore - shoulder, 0.0]);
+    let mut outline = vec![
+        ([bore, bottom], 0.0),
+        ([radius, bottom], 0.0),
+        ([radius, 0.0], fillet),
+        ([bore - shoulder, 0.0], 0.0),
+    ];
     if shoulder > 0.0 {
         // Into the ribs, which end below it.
         let below = layout.diffuser_bottom_z_mm - INTO_MM;
-        outline = outline.line([bore - shoulder, below]).line([bore, below]);
+        outline.extend([([bore - shoulder, below], 0.0), ([bore, below], 0.0)]);
     }
-    Solid::revolution(outline.close())
+    Solid::revolution(edge::rounded(&outline))
 }
 
 /// The plug that carries the camera and closes the shell.

@@ -31,7 +31,7 @@ pub(super) fn check(p: &FlatGel, report: &mut Report) {
         return; // The rest would follow from it.
     }
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
-    housing.check(layout.plate_bottom_z_mm, &p.camera, report);
+    housing.check(layout.plate_bottom_z_mm, [layout.pad, layout.opening], &p.camera, report);
     layout.camera.check(base_mm, housing.room, &EDGES, report);
     layout.light.check([(EDGES[0], p.pad.length), (EDGES[1], p.pad.width)], report);
     p.markers.check(layout.gel, layout.seen_mm(), report);

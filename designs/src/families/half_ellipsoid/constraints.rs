@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fabkit_geometry::Process;
+use fabkit_geometry::{Angle, Point3, Pose, Process};
 
 use super::bodies::HOLDER;
 use super::housing::{
@@ -13,7 +13,7 @@ use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{key_circle_mm, vent_circles_mm};
-use crate::blocks::{APART_MM, around, half_chord, turn};
+use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
@@ -130,6 +130,16 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         holder.skirt <= layout.holder_radius_mm - layout.collar_radius_mm - RESIN_WALL_MM,
             "a step between collar and skirt keeps the electronics apart from the shell";
     }
+    let sink = BOLT.sink_diameter_mm(p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug)) / 2.0;
+    let inner = [p.holder.skirt.mm() - RESIN_WALL_MM, -layout.step_z_mm];
+    let fed = layout.holder_radius_mm - layout.foot_of(layout.black_offset_mm);
+    limits! { report, p:
+        holder.edge_fillet <= edge::sparing_mm(inner), "the skirt below the step needs its wall";
+        holder.edge_fillet <= -layout.bolt_z_mm - sink - RESIN_WALL_MM,
+            "the edge must end above the bolts' heads";
+    }
+    let because = "the elastomers' feet stand on what a rounded edge leaves of the top";
+    report.at_most_if_any("holder.edge_fillet", p.holder.edge_fillet, fed, because);
 }
 
 fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
@@ -173,8 +183,8 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
     let bolt_end = bolts.poses[0].translation_mm().x - bolts.depth_mm;
     let width = p.base.wire_slot_width.mm();
-    let (slot, half) =
-        (wire_slot(p, layout).at[0] + width / 2.0, p.base.wire_slot_length.mm() / 2.0);
+    let (middle, half) = (wire_slot(p, layout).at, p.base.wire_slot_length.mm() / 2.0);
+    let slot = middle[0].hypot(middle[1]) + width / 2.0;
     let mount = mounts.radius_mm;
     limits! { report, p:
         base.wire_slot_width <=
@@ -208,16 +218,19 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         };
         mounting.require_all(clear, "the wall to the passage of the camera's cable lacks", report);
     }
-    // The slot lies along y, at x > 0; its ends are rounded, its corners stand for them.
+    // Turned back by its angle, the slot lies along y, at x > 0; its ends are rounded, its corners stand
+    // for them.
+    let back = Pose::rotation_z(Angle::from_rad(-p.base.cable_angle.rad()).expect("finite"));
+    let to_slot = |at: Point3<f64>| {
+        let at = back.point(at);
+        let dx = (at.x - slot).max(slot - width - at.x).max(0.0);
+        dx.hypot((at.y.abs() - half).max(0.0))
+    };
+    bolts_clear(p, bolts.poses, &to_slot, bolts.radius_mm, bolt_end, report);
     let clearance = mounts
         .poses
         .iter()
-        .map(|pose| {
-            let at = pose.translation_mm();
-            let dx = (at.x - slot).max(slot - width - at.x).max(0.0);
-            let dy = (at.y.abs() - half).max(0.0);
-            dx.hypot(dy) - mount
-        })
+        .map(|pose| to_slot((*pose.translation_mm()).into()) - mount)
         .fold(f64::INFINITY, f64::min);
     report.require(
         clearance >= RESIN_WALL_MM,
@@ -230,11 +243,13 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             )
         },
         || match mounting.is_ring() {
-            true => {
-                "write a larger radius, or change `base.mount_holes` or `base.wire_slot_length`"
-                    .into()
-            }
-            false => format!("{}, or change `base.wire_slot_length`", mounting.movers()),
+            true => "write a larger radius, or change `base.cable_angle`, `mount.angle`, \
+                 `base.mount_holes` or `base.wire_slot_length`"
+                .into(),
+            false => format!(
+                "{}, or change `base.cable_angle` or `base.wire_slot_length`",
+                mounting.movers()
+            ),
         },
     );
     // Mounting holes end below the bolts unless they stand well between them.
@@ -263,8 +278,65 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             )
         },
         || match mounting.is_ring() {
+            true if p.base.mount_holes == p.base.bolts => "change `mount.angle`".into(),
             true => format!("write {}, as many as `base.bolts`", p.base.bolts),
             false => mounting.movers(),
+        },
+    );
+}
+
+/// Steps in which the nearest point of a bolt is looked for: each leaves two thirds.
+const SEARCH_STEPS: u32 = 60;
+
+/// The wires' slot stays off the bolts, which end `bolt_end` mm from the axis and are so thick.
+fn bolts_clear(
+    p: &HalfEllipsoid,
+    bolts: &[Pose],
+    to_slot: &impl Fn(Point3<f64>) -> f64,
+    radius_mm: f64,
+    bolt_end: f64,
+    report: &mut Report,
+) {
+    let nearest = |pose: &Pose, aside: f64| {
+        let head = pose.translation_mm().xy();
+        let out = head.norm();
+        let way = head / out;
+        let at = |along: f64| {
+            let aside = aside * radius_mm;
+            let [x, y] = [along * way.x - aside * way.y, along * way.y + aside * way.x];
+            to_slot(Point3::new(x, y, 0.0))
+        };
+        // Along a line the distance to what is convex has one valley.
+        let (mut low, mut high) = (bolt_end.min(out), out);
+        for _ in 0..SEARCH_STEPS {
+            let third = (high - low) / 3.0;
+            match at(low + third) <= at(high - third) {
+                true => high -= third,
+                false => low += third,
+            }
+        }
+        at(low)
+    };
+    // Lines along the bolt: its axis, its sides, and half way between.
+    let lines = bolts.iter().flat_map(|bolt| [-1.0, -0.5, 0.0, 0.5, 1.0].map(|side| (bolt, side)));
+    let clearance = lines.map(|(bolt, side)| nearest(bolt, side)).fold(f64::INFINITY, f64::min);
+    report.require(
+        clearance >= RESIN_WALL_MM,
+        "base.cable_angle",
+        || {
+            format!(
+                "base.cable_angle is {}; a bolt comes within {:.2} mm of the wires' slot, and \
+                 {RESIN_WALL_MM} mm are needed",
+                p.base.cable_angle,
+                clearance.max(0.0)
+            )
+        },
+        || {
+            format!(
+                "write 0 deg, where a bolt ends outside of the slot, an angle between two of the {} \
+                 bolts, or change `base.wire_slot_length`",
+                p.base.bolts
+            )
         },
     );
 }

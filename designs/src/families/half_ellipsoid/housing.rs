@@ -8,7 +8,9 @@ use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR, flipped};
 use crate::blocks::cable_way::FloorSlot;
-use crate::blocks::{BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, holes, marks, ring, turn};
+use crate::blocks::{
+    BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, edge, holes, marks, ring, turn,
+};
 use crate::fits::Fit;
 use crate::materials::glazing;
 
@@ -85,16 +87,16 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
 /// The ring that the shell is glued into; slides over the base, held by the bolts.
 fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let outline = [
-        [layout.collar_radius_mm, 0.0],
-        [layout.collar_radius_mm, layout.step_z_mm],
-        [layout.skirt_radius_mm, layout.step_z_mm],
-        [layout.skirt_radius_mm, layout.flange_z_mm],
-        [layout.holder_radius_mm, layout.flange_z_mm],
-        [layout.holder_radius_mm, 0.0],
+        ([layout.collar_radius_mm, 0.0], 0.0),
+        ([layout.collar_radius_mm, layout.step_z_mm], 0.0),
+        ([layout.skirt_radius_mm, layout.step_z_mm], 0.0),
+        ([layout.skirt_radius_mm, layout.flange_z_mm], 0.0),
+        ([layout.holder_radius_mm, layout.flange_z_mm], 0.0),
+        ([layout.holder_radius_mm, 0.0], p.holder.edge_fillet.mm()),
     ];
     let snug = p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug);
     let through = layout.holder_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
-    part(HOLDER, Solid::revolution(Path::polygon(&outline)), &p.holder.material, -14.0)
+    part(HOLDER, Solid::revolution(edge::rounded(&outline)), &p.holder.material, -14.0)
         .with_handles(1)
         .cut(Joints::new(p, layout).holder.passed(through, snug))
         .notes([
@@ -159,11 +161,12 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         ])
 }
 
-/// The slot for the board's wires, along y: it opens into the pocket alone.
+/// The slot for the board's wires, across the way out to it: it opens into the pocket alone.
 pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
     let (length, width) = (p.base.wire_slot_length, p.base.wire_slot_width);
-    let x = pocket_radii_mm(p, layout)[0] + width.mm() / 2.0 + 0.1;
-    FloorSlot { length, width, along: 1, at: [x, 0.0], turn: turn(0, 1, 0.0) }
+    let out = pocket_radii_mm(p, layout)[0] + width.mm() / 2.0 + 0.1;
+    let (sin, cos) = p.base.cable_angle.rad().sin_cos();
+    FloorSlot { length, width, along: 1, at: [out * cos, out * sin], turn: p.base.cable_angle }
 }
 
 /// The outline of the LED board: resistors and switch sit on its underside.

@@ -66,6 +66,9 @@ sections! {
     pub struct Holder {
         /// Outer diameter.
         outer_diameter: Length = 12.0..=100.0,
+        /// Radius of its upper outer edge, around the elastomers' feet; 0 for a sharp one. The base's lower
+        /// edge stays sharp: the sensor stands on it.
+        edge_fillet: Length = 0.0..=5.0,
         /// Thickness of the skirt around the base.
         skirt: Length = 0.8..=6.0,
         /// Material.
@@ -154,6 +157,8 @@ sections! {
         wire_slot_length: Length = 1.0..=10.0,
         /// Width of the slot for the board's wires.
         wire_slot_width: Length = 0.6..=6.0,
+        /// Where that slot is around the axis: at +x at 0, at +y at 90 degrees.
+        cable_angle: Angle = -180.0..=180.0,
         /// Number of holes in the bottom for mounting, on a ring.
         mount_holes: u32 = 2..=6,
         /// Radius of the circle of the mounting holes.

@@ -8,7 +8,7 @@ use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::{Side, wall_way};
-use crate::blocks::{MASK_GREEN, holes, led_ring, marks};
+use crate::blocks::{MASK_GREEN, edge, holes, led_ring, marks};
 
 const ABS_GREY: Color = [104, 110, 120];
 const MOUNT_GREY: Color = [150, 156, 164];
@@ -22,17 +22,18 @@ pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
 pub fn body(p: &PinTip, layout: &Layout) -> Body {
     let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
     let bottom = layout.body_bottom_z_mm;
-    let outside = Solid::revolution(Path::polygon(&[
-        [0.0, layout.neck_top_z_mm],
-        [layout.neck_radius_mm, layout.neck_top_z_mm],
-        [layout.neck_radius_mm, layout.seal_z_mm],
-        [tip.spigot_radius, layout.seal_z_mm],
-        [tip.spigot_radius, layout.shoulder_z_mm],
-        [layout.shaft_radius_mm, layout.shoulder_z_mm],
-        [layout.shaft_radius_mm, layout.shaft_bottom_z_mm],
-        [mount.outer_radius, layout.cone_bottom_z_mm],
-        [mount.outer_radius, bottom],
-        [0.0, bottom],
+    let fillet = p.body.edge_fillet.mm();
+    let outside = Solid::revolution(edge::rounded(&[
+        ([0.0, layout.neck_top_z_mm], 0.0),
+        ([layout.neck_radius_mm, layout.neck_top_z_mm], 0.0),
+        ([layout.neck_radius_mm, layout.seal_z_mm], 0.0),
+        ([tip.spigot_radius, layout.seal_z_mm], 0.0),
+        ([tip.spigot_radius, layout.shoulder_z_mm], 0.0),
+        ([layout.shaft_radius_mm, layout.shoulder_z_mm], 0.0),
+        ([layout.shaft_radius_mm, layout.shaft_bottom_z_mm], 0.0),
+        ([mount.outer_radius, layout.cone_bottom_z_mm], fillet),
+        ([mount.outer_radius, bottom], fillet),
+        ([0.0, bottom], 0.0),
     ]));
     let above = layout.neck_top_z_mm + CUT_OVERLAP_MM;
     let below = bottom - CUT_OVERLAP_MM;
@@ -82,7 +83,8 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
     let inner = bore - width / 2.0;
     let bottom = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0 - height / 2.0;
     let reach = [inner, outer + CUT_OVERLAP_MM];
-    wall_way(Side::Right, width, reach, [bottom, bottom + height]).named("cable slot")
+    let slot = wall_way(Side::Right, width, reach, [bottom, bottom + height]).named("cable slot");
+    if p.body.cable_angle.rad() == 0.0 { slot } else { slot.turned_z(p.body.cable_angle) }
 }
 
 /// The annular board.

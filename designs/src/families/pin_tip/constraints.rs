@@ -1,6 +1,6 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made.
 
-use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
@@ -167,6 +167,31 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
             "the camera's screws must end inside the cone";
         body.cable_slot_width <= layout.mount_joint.bore_radius,
             "the slot must leave the housing's wall standing";
+    }
+    edges(p, layout, report);
+}
+
+/// Half the angle that the wall turns by where the cone ends.
+const HALF_TURN_RAD: f64 = FRAC_PI_8;
+
+/// What rounded edges leave of the housing.
+fn edges(p: &PinTip, layout: &Layout, report: &mut Report) {
+    if p.body.edge_fillet.mm() == 0.0 {
+        return; // A housing need not be wider than its shaft.
+    }
+    let outer = layout.mount_joint.outer_radius;
+    let (cone, wall) = (
+        SQRT_2 * (outer - layout.shaft_radius_mm),
+        layout.cone_bottom_z_mm - layout.body_bottom_z_mm,
+    );
+    limits! { report, p:
+        body.edge_fillet <= p.bayonet.wall.mm() - PRINTED_WALL_MM / 2.0,
+            "the wall outside of the bayonet's entries needs what a rounded edge leaves of its end";
+        body.edge_fillet <= p.mount.spigot_height.mm(), "the edge must end below the cable's slot";
+        body.edge_fillet <= (cone / HALF_TURN_RAD.tan()).max(0.0),
+            "the upper edge must end on the cone";
+        body.edge_fillet <= (wall / (1.0 + HALF_TURN_RAD.tan())).max(0.0),
+            "both edges share the housing's wall";
     }
 }
 

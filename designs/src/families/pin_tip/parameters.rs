@@ -173,6 +173,10 @@ sections! {
         wiring_room: Length = 3.0..=40.0,
         /// Width of the slot that the cable leaves by.
         cable_slot_width: Length = 2.0..=20.0,
+        /// Where that slot is around the axis: at +x at 0, at +y at 90 degrees.
+        cable_angle: Angle = -180.0..=180.0,
+        /// Radius of the housing's outer edges, below the cone and above the mount; 0 for sharp ones.
+        edge_fillet: Length = 0.0..=5.0,
         /// Diameter of the posts that the camera board is screwed to.
         post_diameter: Length = 4.0..=12.0,
         /// Material.

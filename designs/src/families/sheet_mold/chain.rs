@@ -17,6 +17,7 @@ use crate::assembling::{
     Liquid, Name, SENSOR, assemble, bond, cure, demold, free_surface, liquid, make, mix, opening,
     rigid, step,
 };
+use crate::blocks::cable_way::Side as CableSide;
 
 /// Openings reach this far beyond what they open, mm.
 const BEYOND_MM: f64 = 0.05;
@@ -62,11 +63,17 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let between = [CAMERA, CAMERA_SPACER, BOX_SPACER, LED_STRIP];
     steps.extend([
         assemble("assemble", SENSOR, &[&walls[..], &between].concat())
-            .told(
+            .told(format!(
                 "screw the camera and the spacers to the floor, stick an LED strip to each wall, \
-                 stand the walls in their slots, put ceiling, marker frame, interface and bars on, \
+                 stand the walls in their slots{}, put ceiling, marker frame, interface and bars on, \
                  and draw all together with the eight corner screws",
-            )
+                match p.housing.cable_side {
+                    CableSide::Right => "",
+                    CableSide::Left => ", that with the cable's opening at -x",
+                    CableSide::Front => ", that with the cable's opening at -y",
+                    CableSide::Back => ", that with the cable's opening at +y",
+                }
+            ))
             .source(
                 "II-A, figure 2: interface on a rigid frame with the camera inside; joints chosen",
             )

@@ -1,6 +1,6 @@
 //! The rigid box: four walls between two plates, drawn together by spacers and screws in the
 //! corners, without glue. Everything is cut from one sheet: the molds need the laser anyway, and a
-//! dark sheet is as light-tight as a print.
+//! dark sheet is as light-tight as a print. Edges are as a laser leaves them, square.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -32,7 +32,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let cut = |name, profile, thickness_mm: f64| {
         sheet(name, profile, thickness_mm, &p.housing.material).colored(BLACK)
     };
-    let thickness = p.housing.sheet.mm();
+    let (thickness, cable) = (p.housing.sheet.mm(), p.housing.cable_side.quarters());
     let window = Path::rectangle([0.0; 2], [p.housing.window.mm(); 2], 0.0);
     let slotted = |name| {
         let plate = with_bolts(Profile::new(square(p)), p, layout, name);
@@ -48,9 +48,9 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted(BOX_FLOOR)), thickness)
             .placed([SENSOR.at_z(layout.bottom_z_mm).lifted(-34.0)]),
         cut(CABLE_WALL, Profile::new(wall(p, layout, true)), thickness)
-            .placed([wall_placement(layout, 0)]),
+            .placed([wall_placement(layout, cable)]),
         cut(BOX_WALL, Profile::new(wall(p, layout, false)), thickness)
-            .placed((1..WALLS).map(|i| wall_placement(layout, i)))
+            .placed((1..WALLS).map(|i| wall_placement(layout, (cable + i) % WALLS)))
             .one_per_place(),
         cut(CLAMP_BAR, clamp_bar(p, layout), p.housing.clamp.mm())
             .placed([0, 2].map(bar))

@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::cable_way::Side;
 use crate::materials::Castable;
 use crate::processes::Making;
 use crate::{choices, sections};
@@ -129,7 +130,8 @@ sections! {
         needle_length: Length = 4.0..=40.0,
     }
 
-    /// The rigid box below the interface, with the camera that sees the markers.
+    /// The rigid box below the interface, with the camera that sees the markers. Its edges are square, as
+    /// those of all sheets that a laser cuts.
     pub struct Housing {
         /// Thickness of its sheets.
         sheet: Length = 2.0..=10.0,
@@ -141,6 +143,9 @@ sections! {
         fingers: u32 = 3..=31,
         /// Width of the tabs that locate a wall in the plates above and below it.
         tab: Length = 4.0..=60.0,
+        /// Which wall has the opening for the cable: `right` at +x, `left` at -x, `front` at -y, `back` at
+        /// +y, towards the display.
+        cable_side: Side,
         /// Width of the opening for the cable.
         cable_width: Length = 3.0..=40.0,
         /// Height of the opening for the cable.

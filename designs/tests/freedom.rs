@@ -227,20 +227,6 @@ fn the_tip_of_a_dome_may_be_narrower_than_its_shell() {
 }
 
 #[test]
-fn dots_may_be_listed() {
-    let list = ["markers.pattern=list", "markers.x=[-5mm, 0mm, 4mm]", "markers.y=[0mm, 3mm, -2mm]"];
-    let design = made("gelsight-like", &list);
-    assert_eq!(body(&design, "markers").shells.unwrap().pieces, 3);
-    assert_eq!(body(&design, "marker-stencil").genus, Some(3));
-    let far = ["markers.pattern=list", "markers.x=[40mm]", "markers.y=[0mm]"];
-    refused("gelsight-like", &far, &["markers.x of dot 1 is 40 mm", "`markers.diameter`"]);
-    let near = ["markers.pattern=list", "markers.x=[0mm,0.5mm]", "markers.y=[0mm,0mm]"];
-    refused("gelsight-like", &near, &["dots 1 and 2 0.500 mm apart"]);
-    let uneven = ["markers.pattern=list", "markers.x=[0mm]", "markers.y=[0mm,1mm]"];
-    refused("gelsight-like", &uneven, &["markers.x has 1 items and markers.y has 2"]);
-}
-
-#[test]
 fn parts_carry_text_where_they_have_room_that_nothing_touches() {
     let plain = made("9dtact", &[]);
     for style in ["sunken", "raised"] {

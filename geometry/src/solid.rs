@@ -105,6 +105,23 @@ pub struct EllipsoidOffset {
     pub offset_mm: f64,
 }
 
+impl EllipsoidOffset {
+    /// Where the outward normal makes the angle `polar` with z: distance from z and height over the
+    /// centre, mm.
+    ///
+    /// On an ellipse with half axes a and b the normal at (a sin e, b cos e) is (b sin e, a cos e).
+    pub fn meridian_point(&self, polar: Angle) -> [f64; 2] {
+        let Self { equatorial_mm, polar_mm, offset_mm } = *self;
+        let (sin, cos) = polar.rad().sin_cos();
+        // The normal scaled by the half axes is the point, up to its length.
+        let scale = (equatorial_mm * sin).hypot(polar_mm * cos);
+        [
+            equatorial_mm * equatorial_mm * sin / scale + offset_mm * sin,
+            polar_mm * polar_mm * cos / scale + offset_mm * cos,
+        ]
+    }
+}
+
 /// A solid: a primitive, a boolean of solids, a placed solid or a named one.
 ///
 /// JSON has one key, the kind in kebab-case: `{"cylinder": {"radius_mm": 1.0, "height_mm": 2.0}}`,

@@ -109,6 +109,9 @@ impl<T: Scalar> Parameter for Option<T> {
     }
 }
 
+/// Items of longer lists are moved together: looking at a thousand one by one takes seconds.
+const ONE_BY_ONE: usize = 12;
+
 /// Limits: how many items, and those of each item.
 impl<T: Scalar> Parameter for Vec<T> {
     type Limits = (RangeInclusive<usize>, T::Limits);
@@ -138,6 +141,15 @@ impl<T: Scalar> Parameter for Vec<T> {
     }
 
     fn neighbours(&self, path: &str, (count, each): &Self::Limits, share: f64, look: Look<Self>) {
+        if self.len() > ONE_BY_ONE {
+            let others: Vec<Vec<T>> =
+                self.iter().map(|item| Scalar::neighbours(item, each, share)).collect();
+            for k in 0..others.iter().map(Vec::len).max().unwrap_or(0) {
+                let moved = |(item, others): (&T, &Vec<T>)| others.get(k).unwrap_or(item).clone();
+                look(path, self.iter().zip(&others).map(moved).collect());
+            }
+            return;
+        }
         for (i, item) in self.iter().enumerate() {
             for other in Scalar::neighbours(item, each, share) {
                 let mut list = self.clone();

@@ -7,7 +7,7 @@ use std::panic::Location;
 use fabkit_geometry::{Angle, Length};
 
 use crate::document::changed_above;
-use crate::place::{Found, Written};
+use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
 use crate::{Facts, InvalidDesign, Parameter, SourceKind, shown};
 
@@ -265,7 +265,7 @@ impl Report {
     /// Reports a problem at `path` unless `holds`.
     ///
     /// The message is a whole sentence that names the value and its limit, the hint says what
-    /// would work.
+    /// would work. Of a list, `dimples.polar[3]` is the fourth item.
     ///
     /// # Panics
     /// If `path` is not a parameter, whether it holds or not: a slip in the family, which the
@@ -278,9 +278,9 @@ impl Report {
         message: impl FnOnce() -> String,
         hint: impl FnOnce() -> String,
     ) {
-        let written = self.written(path);
+        let (place, text) = self.item(path);
         if !holds {
-            let found = written.place.problem(path, &written.text.shown(), message());
+            let found = place.problem(path, &text, message());
             self.required.push((self.found.len(), Location::caller()));
             self.found.push(found.hint(hint()).code("rule_broken"));
         }
@@ -516,6 +516,19 @@ impl Report {
             }
             None => format!("{path} is {} in {file}{line}", written.text.shown()),
         }
+    }
+
+    /// Where a value stands, or an item of a list, and its text on one line.
+    fn item(&self, path: &str) -> (&Place, String) {
+        let item = path.strip_suffix(']').and_then(|path| path.rsplit_once('['));
+        if let Some((list, index)) = item
+            && let WrittenText::List(items) = &self.written(list).text
+            && let Some((text, place)) = index.parse().ok().and_then(|i: usize| items.get(i))
+        {
+            return (place, shown(text));
+        }
+        let written = self.written(path);
+        (&written.place, written.text.shown())
     }
 
     fn written(&self, path: &str) -> &Written {

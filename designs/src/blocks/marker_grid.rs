@@ -2,30 +2,21 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Length, Path, Pose, Process, Profile, Shells, Solid};
 
+use super::marks::{FlatPattern, Listed};
 use super::{Rect, STEEL, copies, upright};
 use crate::materials::Castable;
+use crate::parameters;
 use crate::parameters::{Report, limits};
-use crate::{choices, parameters};
-
-choices! {
-    /// How dots lie.
-    pub enum MarkerPattern {
-        /// A grid around the middle.
-        Grid = "grid",
-        /// One by one.
-        List = "list",
-    }
-}
 
 parameters! {
     /// Dots printed on the gel, under the coat: a grid around the middle, or one by one.
     pub struct Markers {
         /// How they lie: a `grid` of `columns` and `rows`, or a `list` of places `x` and `y`.
-        pattern: MarkerPattern,
+        pattern: FlatPattern,
         /// List: x of each dot.
-        x: Vec<Length> = (1..=400, -60.0..=60.0),
+        x: Vec<Length> = (1..=1000, -60.0..=60.0),
         /// List: y of each dot.
-        y: Vec<Length> = (1..=400, -60.0..=60.0),
+        y: Vec<Length> = (1..=1000, -60.0..=60.0),
         /// Dots along x; 0 for none.
         columns: u32 = 0..=60,
         /// Dots along y; 0 for none.
@@ -57,18 +48,22 @@ const WEB_MM: f64 = 0.2;
 impl Markers {
     /// Whether there are any.
     pub fn exist(&self) -> bool {
-        self.pattern == MarkerPattern::List || self.columns > 0 && self.rows > 0
+        self.pattern == FlatPattern::List || self.columns > 0 && self.rows > 0
     }
 
     /// Where they are on a face at height `z`, z axis up: row by row from below, or as listed.
     pub fn poses(&self, z: f64) -> Vec<Pose> {
-        if self.pattern == MarkerPattern::List {
-            let places = self.x.iter().zip(&self.y).map(|(x, y)| [x.mm(), y.mm()]);
-            return places.map(|place| upright(place, z)).collect();
+        if self.pattern == FlatPattern::List {
+            return self.listed().points_mm().into_iter().map(|place| upright(place, z)).collect();
         }
         let at = |i: u32, of: u32| self.spacing.mm() * (f64::from(i) - f64::from(of - 1) / 2.0);
         let row = |row| (0..self.columns).map(move |c| [at(c, self.columns), at(row, self.rows)]);
         (0..self.rows).flat_map(row).map(|place| upright(place, z)).collect()
+    }
+
+    /// Those that are listed.
+    fn listed(&self) -> Listed<'_, Length> {
+        Listed::new("dot", ("markers.x", &self.x), ("markers.y", &self.y))
     }
 
     /// Discs on the face.
@@ -121,8 +116,15 @@ impl Markers {
         let markers = self;
         let room = [0, 1].map(|i| 2.0 * seen[i].min(face.half[i] - WEB_MM));
         let most = room.map(|mm| ((mm - self.diameter.mm()) / self.spacing.mm()).max(0.0) + 1.0);
-        if self.pattern == MarkerPattern::List {
-            return self.check_list(room.map(|mm| (mm - self.diameter.mm()) / 2.0), report);
+        if self.pattern == FlatPattern::List {
+            let listed = self.listed();
+            listed.check_lengths(report);
+            let seen = ("dots lie whole on what the camera sees", "`markers.diameter`");
+            for (axis, mm) in room.into_iter().enumerate() {
+                listed.check_within(axis, (mm - self.diameter.mm()) / 2.0, seen, report);
+            }
+            let web = ("the stencil needs 0.2 mm between them", "`markers.diameter`");
+            return listed.check_apart_on_plane(self.diameter.mm() + WEB_MM, web, report);
         }
         let [x, y] =
             room.map(|mm| format!("dots lie whole on the {mm:.2} mm that the camera sees"));
@@ -133,56 +135,4 @@ impl Markers {
             markers.rows <= most[1], y;
         }
     }
-
-    /// The same of dots that are listed; their middles lie so far from the middle at most, mm.
-    fn check_list(&self, most: [f64; 2], report: &mut Report) {
-        let lists = [("markers.x", &self.x), ("markers.y", &self.y)];
-        let (count, others) = (self.x.len(), self.y.len());
-        report.require(
-            count == others,
-            "markers.x",
-            || format!("markers.x has {count} items and markers.y has {others}; each dot has both"),
-            || "write as many of each".into(),
-        );
-        for ((path, list), most) in lists.into_iter().zip(most) {
-            let far = (1..).zip(list).find(|(_, at)| at.mm().abs() > most + 1e-9);
-            report.require(
-                far.is_none(),
-                path,
-                || {
-                    let (number, at) = far.map_or((0, 0.0), |(number, at)| (number, at.mm()));
-                    format!(
-                        "{path} of dot {number} is {at} mm; it must be between {:.2} mm and {most:.2} mm, \
-                         because dots lie whole on what the camera sees",
-                        -most
-                    )
-                },
-                || "move the dot inwards, or change `markers.diameter`".into(),
-            );
-        }
-        let places: Vec<[f64; 2]> = self.poses(0.0).iter().map(at).collect();
-        let least = self.diameter.mm() + WEB_MM;
-        let pairs = (0..places.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
-        let apart = |(j, i): (usize, usize)| {
-            let ([x, y], [u, v]) = (places[j], places[i]);
-            ((x - u).hypot(y - v), j + 1, i + 1)
-        };
-        let Some((mm, j, i)) = pairs.map(apart).min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
-        report.require(
-            mm >= least - 1e-9,
-            "markers.x",
-            || {
-                format!(
-                    "markers.x and markers.y put dots {j} and {i} {mm:.3} mm apart; it must be at least \
-                     {least} mm, because the stencil needs 0.2 mm between them"
-                )
-            },
-            || "move one of them, or write a smaller `markers.diameter`".into(),
-        );
-    }
-}
-
-/// Where a dot is, seen along z, mm.
-fn at(pose: &Pose) -> [f64; 2] {
-    [pose.translation_mm().x, pose.translation_mm().y]
 }

@@ -12,6 +12,7 @@ mod joint;
 pub mod label;
 mod led_ring;
 pub mod marker_grid;
+pub mod marks;
 pub mod mold;
 pub mod mounting;
 mod o_ring_seat;

@@ -172,3 +172,20 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
 fn a_slip_in_a_path_shows_even_if_the_condition_holds() {
     report().require(true, "wal", String::new, String::new);
 }
+
+#[test]
+fn items_of_a_long_list_are_moved_together() {
+    let length = |mm| fabkit_geometry::Length::from_mm(mm).unwrap();
+    let limits = (1..=1000, 0.0..=50.0);
+    let moved = |items: usize| {
+        let list: Vec<Length> = (0..items).map(|i| length(1.0 + i as f64 / 100.0)).collect();
+        let mut moved = Vec::new();
+        list.neighbours("gaps", &limits, 0.25, &mut |_, other: Vec<Length>| {
+            moved.push(list.iter().zip(&other).filter(|(a, b)| a != b).count());
+        });
+        moved
+    };
+    // Two for each item, and the list without its last.
+    assert_eq!(moved(3), [1, 1, 1, 1, 1, 1, 0]);
+    assert_eq!(moved(1000), [1000, 1000]);
+}

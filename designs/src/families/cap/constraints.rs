@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Process};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Point3, Process};
 
 use super::bodies::{BASE, HOLDER};
 use super::casing::WIRE_GROOVE_MM;
@@ -12,7 +12,8 @@ use super::layout::Layout;
 use super::mold::vents;
 use super::parameters::{Cap, Direction};
 use super::plug_room_mm;
-use super::skin::dimple_count;
+use super::skin::{dimple_count, dimple_poses};
+use crate::blocks::marks::{RoundPattern, farthest_deg, nearest_mm};
 use crate::blocks::mounting::MountHold;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, edge, half_chord};
 use crate::fits::Fit;
@@ -48,15 +49,25 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     mold(p, &layout, report);
 }
 
-/// Distance of the nearest two dimples on the gel's surface, mm.
-pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> f64 {
+/// Distance of the nearest two dimples on the gel's surface, mm; nothing of a single one.
+pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> Option<f64> {
+    if p.dimples.pattern == RoundPattern::List {
+        return nearest_mm(&dimple_points(p, layout, 0.0));
+    }
     let between_rings = 2.0 * layout.sphere_radius_mm * (layout.ring_tilt_rad(p, 1) / 2.0).sin();
-    (1..=p.dimples.rings).map(|k| layout.ring_pitch_mm(p, k)).fold(between_rings, f64::min)
+    Some((1..=p.dimples.rings).map(|k| layout.ring_pitch_mm(p, k)).fold(between_rings, f64::min))
 }
 
-/// Height above the foot of the lowest point of ring `index`, mm.
-pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, index: u32) -> f64 {
-    let tilt = layout.ring_tilt_rad(p, index);
+/// Points on the dimples' axes, so deep below the gel's surface, sensor frame.
+fn dimple_points(p: &Cap, layout: &Layout, depth_mm: f64) -> Vec<Point3<f64>> {
+    let below = Point3::new(0.0, 0.0, -depth_mm);
+    let poses = dimple_poses(p, layout).unwrap_or_default();
+    poses.iter().map(|pose| pose.point(below)).collect()
+}
+
+/// Height above the foot of the lowest point of a dimple whose normal makes this angle with the axis
+/// (rad), mm.
+pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, tilt: f64) -> f64 {
     let radius = p.dimples.width.mm() / 2.0;
     let mouth = layout.sphere_radius_mm * tilt.cos() - radius * tilt.sin();
     let tip = match p.dimples.direction {
@@ -71,25 +82,65 @@ pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, index: u32) -> f64 {
 fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
     let dimples = &p.dimples;
     // Neighbours converge towards the sphere's centre.
-    let (nearest, shrinks) = (
-        nearest_dimples_mm(p, layout),
-        match dimples.direction {
-            Direction::IntoGel => 1.0 - dimples.height.mm() / layout.sphere_radius_mm,
-            Direction::OutOfGel => 1.0,
-        },
-    );
+    let depth = match dimples.direction {
+        Direction::IntoGel => dimples.height.mm(),
+        Direction::OutOfGel => 0.0,
+    };
+    let is_listed = dimples.pattern == RoundPattern::List;
+    if is_listed {
+        listed(p, layout, depth, report);
+    } else {
+        let shrinks = 1.0 - depth / layout.sphere_radius_mm;
+        let nearest = nearest_dimples_mm(p, layout).unwrap_or(f64::INFINITY);
+        limits! { report, p:
+            dimples.width <= nearest * shrinks - WEB_MM,
+                "a dimple must be smaller than its spacing, with 0.2 mm between neighbours";
+        }
+    }
     limits! { report, p:
-        dimples.width <= nearest * shrinks - WEB_MM,
-            "a dimple must be smaller than its spacing, with 0.2 mm between neighbours";
         dimples.width >= THINNEST_PIN_MM, "thinner pins do not survive resin printing";
         dimples.height >= dimples.width.mm() / 2.0,
             "the hemispherical tip alone is half as high as the dimple is wide";
         dimples.height <= (p.skin.height.mm() - RIM_MM).min(4.0 * dimples.width.mm()),
             "higher pins bend when the gel is peeled off";
     }
-    let fits = |rings: u32| (1..=rings).all(|k| lowest_dimple_z(p, layout, k) >= RIM_MM - 1e-9);
+    if !is_listed {
+        rings(p, layout, report);
+    }
+    limits! { report, p:
+        paint.thickness <= dimples.height.mm() / 2.0, "thicker paint would hide the dimples";
+    }
+}
+
+/// Dimples that are listed: apart from each other down to `depth_mm` below the surface, and off the rim.
+fn listed(p: &Cap, layout: &Layout, depth_mm: f64, report: &mut Report) {
+    let listed = p.dimples.listed();
+    listed.check_lengths(report);
+    let is_above_foot = |polar: Angle| lowest_dimple_z(p, layout, polar.rad()) >= RIM_MM - 1e-9;
+    let most = farthest_deg(|polar| {
+        is_above_foot(polar) && hidden_mm(p, layout, polar.rad()).iter().all(|mm| *mm <= 1e-9)
+    });
+    // Which of both ends it is what gives way a hair beyond.
+    let told = match Angle::from_deg(most + 1e-6).is_some_and(is_above_foot) {
+        true => (
+            "ledge and LEDs must not hide the dimple from the camera",
+            "`holder.aperture_diameter` or `leds.package_height`",
+        ),
+        false => ("a dimple must end 0.3 mm above the foot", "`dimples.width` or `skin.height`"),
+    };
+    listed.check_within(0, most, told, report);
+    let web = ("0.2 mm must remain between two dimples", "`dimples.width`");
+    let least = p.dimples.width.mm() + WEB_MM;
+    listed.check_apart(&dimple_points(p, layout, depth_mm), least, web, report);
+}
+
+/// Rings of dimples that end above the foot.
+fn rings(p: &Cap, layout: &Layout, report: &mut Report) {
+    let dimples = &p.dimples;
+    let lowest = |ring: u32| lowest_dimple_z(p, layout, layout.ring_tilt_rad(p, ring));
+    let fits = |rings: u32| (1..=rings).all(|k| lowest(k) >= RIM_MM - 1e-9);
     let most = (0..=dimples.rings).rev().find(|&rings| fits(rings)).unwrap_or(0);
-    let lowest = lowest_dimple_z(p, layout, dimples.rings);
+    let lowest = lowest(dimples.rings);
     report.require(
         most == dimples.rings,
         "dimples.rings",
@@ -103,9 +154,6 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
         },
         || format!("write at most {most}, or change `dimples.spacing` or `skin.height`"),
     );
-    limits! { report, p:
-        paint.thickness <= dimples.height.mm() / 2.0, "thicker paint would hide the dimples";
-    }
 }
 
 /// LEDs and what the camera sees.
@@ -115,14 +163,7 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let half = (leds.strip_length.mm() + APART_MM) / 2.0;
     let slide = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
     let recess = half_chord(layout.recess_radius_mm, layout.strip_back_mm);
-    // The straight line from the optical centre to the outermost ring passes inside the LEDs; the
-    // plate only bends it inwards.
-    let tilt = layout.ring_tilt_rad(p, p.dimples.rings);
-    let ring = layout.sphere_radius_mm * tilt.sin();
-    let ring_z = layout.sphere_z_mm + layout.sphere_radius_mm * tilt.cos();
-    let depth = p.camera.depth.mm();
-    let share = |z: f64| (z + depth) / (ring_z + depth);
-    let led_top = layout.led_z_mm + leds.package_size.mm() / 2.0;
+    let tilt = layout.outermost_tilt_rad(p);
     limits! { report, p:
         // Strips are chords of the chamber; neighbours touch first at their inner ends.
         leds.count <= PI / half.atan2(layout.chamber_radius_mm),
@@ -136,11 +177,41 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
         leds.below_plate <= layout.plate_bottom_z_mm - layout.housing_front_z_mm
             - leds.strip_width.mm() - PRINTED_WALL_MM,
             "the strips must end above the camera's housing";
-        leds.package_height <= layout.chamber_radius_mm - ring * share(led_top) - APART_MM,
+    }
+    if p.dimples.pattern == RoundPattern::List {
+        return; // Each dimple is looked at by itself.
+    }
+    limits! { report, p:
+        leds.package_height <=
+            layout.chamber_radius_mm - sight_mm(p, layout, tilt, led_top_z(p, layout)) - APART_MM,
             "the LEDs must not hide the outermost dimples from the camera";
-        holder.aperture_diameter >= 2.0 * (ring * share(layout.plate_bottom_z_mm) + APART_MM),
+        holder.aperture_diameter >=
+            2.0 * (sight_mm(p, layout, tilt, layout.plate_bottom_z_mm) + APART_MM),
             "the ledge must not hide the outermost dimples from the camera";
     }
+}
+
+/// Height of the LEDs' upper edges, mm.
+fn led_top_z(p: &Cap, layout: &Layout) -> f64 {
+    layout.led_z_mm + p.leds.package_size.mm() / 2.0
+}
+
+/// Distance from the axis at the height `z`, mm, of the straight line from the optical centre to where the
+/// normal makes this angle with the axis (rad); the plate only bends it inwards.
+fn sight_mm(p: &Cap, layout: &Layout, tilt: f64, z: f64) -> f64 {
+    let ring = layout.sphere_radius_mm * tilt.sin();
+    let ring_z = layout.sphere_z_mm + layout.sphere_radius_mm * tilt.cos();
+    let depth = p.camera.depth.mm();
+    ring * ((z + depth) / (ring_z + depth))
+}
+
+/// How far LEDs and ledge stand in that line, mm; below zero where they do not.
+fn hidden_mm(p: &Cap, layout: &Layout, tilt: f64) -> [f64; 2] {
+    let sight = |z: f64| sight_mm(p, layout, tilt, z) + APART_MM;
+    [
+        sight(led_top_z(p, layout)) - (layout.chamber_radius_mm - p.leds.package_height.mm()),
+        sight(layout.plate_bottom_z_mm) - p.holder.aperture_diameter.mm() / 2.0,
+    ]
 }
 
 /// Radius of a counterbore for the casing's screws, mm.

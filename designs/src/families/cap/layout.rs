@@ -5,6 +5,7 @@ use fabkit_geometry::Process;
 use super::bodies::{BASE, HOLDER};
 use super::joints::MOLD_BOLT;
 use super::parameters::Cap;
+use crate::blocks::marks::RoundPattern;
 use crate::fits::Fit;
 use crate::layout;
 
@@ -82,6 +83,14 @@ impl Layout {
     /// Angle between the axis and the normal on ring `index` of the dimples, rad.
     pub fn ring_tilt_rad(&self, p: &Cap, index: u32) -> f64 {
         f64::from(index) * p.dimples.spacing.mm() / self.sphere_radius_mm
+    }
+
+    /// Angle between the axis and the normal where the outermost dimples are, rad.
+    pub fn outermost_tilt_rad(&self, p: &Cap) -> f64 {
+        match p.dimples.pattern {
+            RoundPattern::Rings => self.ring_tilt_rad(p, p.dimples.rings),
+            RoundPattern::List => p.dimples.listed().outermost_rad(),
+        }
     }
 
     /// Distance between neighbours of one ring, on the sphere as the crow flies, mm.

@@ -15,6 +15,7 @@ mod skin;
 use fabkit_geometry::{DomeSurface, Grip, NominalCamera, Point3, Pose, Sensor, Vector3};
 
 use crate::assembling::names;
+use crate::blocks::marks::RoundPattern;
 use crate::blocks::{self, camera_at, mm, sphere};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -117,20 +118,29 @@ fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
 
 /// What follows from the parameters, for `fabkit show`.
 fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
-    let outermost = p.dimples.rings;
-    let step_deg = layout.ring_tilt_rad(p, 1).to_degrees();
-    vec![
+    let mut figures = vec![
         mm("sphere radius", layout.sphere_radius_mm),
         mm("sphere centre below the foot", -layout.sphere_z_mm),
         ("dimples".into(), skin::dimple_count(p).to_string()),
-        ("polar step from ring to ring".into(), format!("{step_deg:.3} deg")),
-        mm("nearest neighbours", constraints::nearest_dimples_mm(p, layout)),
-        mm("outermost ring above the foot", constraints::lowest_dimple_z(p, layout, outermost)),
+    ];
+    let is_ring = p.dimples.pattern == RoundPattern::Rings;
+    if is_ring {
+        let step_deg = layout.ring_tilt_rad(p, 1).to_degrees();
+        figures.push(("polar step from ring to ring".into(), format!("{step_deg:.3} deg")));
+    }
+    figures.extend(
+        constraints::nearest_dimples_mm(p, layout).map(|least| mm("nearest neighbours", least)),
+    );
+    let lowest = constraints::lowest_dimple_z(p, layout, layout.outermost_tilt_rad(p));
+    let outermost = if is_ring { "ring" } else { "dimple" };
+    figures.extend([
+        mm(&format!("outermost {outermost} above the foot"), lowest),
         mm("total height", p.skin.height.mm() + p.paint.thickness.mm() - layout.bottom_z_mm),
         mm("casing height", -layout.bottom_z_mm),
         mm("lens front below the plate", layout.plate_bottom_z_mm - layout.lens_front_z_mm),
         mm("plug room behind the connector", plug_room_mm(p, layout)),
-    ]
+    ]);
+    figures
 }
 
 /// Room between the camera's connector and the base's floor, mm.

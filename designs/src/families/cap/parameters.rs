@@ -3,6 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::cable_way::Side;
+use crate::blocks::marks::{Listed, RoundPattern};
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::processes::Making;
@@ -37,7 +38,13 @@ sections! {
         width: Length = 0.05..=5.0,
         /// Height with the hemisphere, along the surface's normal.
         height: Length = 0.05..=5.0,
-        /// Distance between neighbouring rings along the surface.
+        /// How they lie: `rings` around the apex, or a `list` of places `polar` and `azimuth`.
+        pattern: RoundPattern,
+        /// List: angle of each dimple from the apex, at the sphere's centre.
+        polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
+        /// List: angle of each dimple around the axis, from +x towards +y.
+        azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
+        /// Rings: distance between neighbours along the surface.
         spacing: Length = 0.1..=20.0,
         /// Rings around the central dimple; ring k holds 6 k dimples.
         rings: u32 = 1..=40,
@@ -217,5 +224,12 @@ sections! {
         mold: Mold,
         /// Which parts are made how.
         making: Making,
+    }
+}
+
+impl Dimples {
+    /// Those that are listed.
+    pub fn listed(&self) -> Listed<'_, Angle> {
+        Listed::new("dimple", ("dimples.polar", &self.polar), ("dimples.azimuth", &self.azimuth))
     }
 }

@@ -11,27 +11,35 @@ use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{Cap, Direction};
 use crate::assembling::in_sensor;
+use crate::blocks::marks::RoundPattern;
 use crate::blocks::{copies, sphere};
 
-/// How many dimples there are: 1 + 6 + 12 + ...
-pub fn dimple_count(p: &Cap) -> u32 {
-    1 + 3 * p.dimples.rings * (p.dimples.rings + 1)
+/// How many dimples there are: 1 + 6 + 12 + ..., or as many as are listed.
+pub fn dimple_count(p: &Cap) -> usize {
+    match p.dimples.pattern {
+        RoundPattern::Rings => 1 + 3 * p.dimples.rings as usize * (p.dimples.rings as usize + 1),
+        RoundPattern::List => p.dimples.listed().places().count(),
+    }
 }
 
 /// Where the dimples meet the gel's surface: z axis along the outward normal, from the apex
-/// outwards, sensor frame.
+/// outwards or as listed, sensor frame.
 ///
 /// # Errors
 /// Rings beyond the far pole of the sphere, which the constraints refuse.
 pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
-    let radius = layout.sphere_radius_mm;
-    let rings = Pattern::SurfaceRings {
-        surface: sphere(radius),
-        spacing_mm: p.dimples.spacing.mm(),
-        counts: (0..=p.dimples.rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect(),
+    let surface = sphere(layout.sphere_radius_mm);
+    let poses = match p.dimples.pattern {
+        RoundPattern::Rings => Pattern::SurfaceRings {
+            surface,
+            spacing_mm: p.dimples.spacing.mm(),
+            counts: (0..=p.dimples.rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect(),
+        }
+        .poses()?,
+        RoundPattern::List => p.dimples.listed().poses(&surface),
     };
     let sensor_from_sphere = Pose::translation(0.0, 0.0, layout.sphere_z_mm);
-    Ok(rings.poses()?.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
+    Ok(poses.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
 }
 
 /// The gel's cap, on z = 0; a tool goes on below its foot, with a straight wall so that the

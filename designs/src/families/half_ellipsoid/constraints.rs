@@ -13,6 +13,7 @@ use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
 use super::tooling::{key_circle_mm, vent_circles_mm};
+use crate::blocks::marks::{self, RoundPattern, farthest_deg};
 use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
@@ -57,8 +58,14 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             p.inner_elastomer.thickness.mm() - markers.wall.mm() - markers.radius.mm(),
             "a slot, its round end included, must end inside its layer";
     }
-    if !report.is_clean() || markers.count < 2 {
-        return; // No distances, or slots that end where no surface is.
+    if !report.is_clean() {
+        return; // Slots that end where no surface is.
+    }
+    if markers.pattern == RoundPattern::List {
+        return listed(p, layout, report);
+    }
+    if markers.count < 2 {
+        return; // No distances.
     }
     let nearest = |count: u32| nearest_mm(p, layout, count);
     let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
@@ -95,19 +102,28 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
 }
 
+/// Markers that are listed: apart from each other, and off the base circle.
+fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    let (markers, listed) = (&p.markers, p.markers.listed());
+    listed.check_lengths(report);
+    let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
+    let lowest = markers.radius.mm() + markers.wall.mm() - 1e-9;
+    let most = farthest_deg(|polar| {
+        surface.meridian_point(polar)[1] - markers.straight_depth.mm() * polar.rad().cos() >= lowest
+    });
+    let or = "`markers.radius` or `markers.wall`";
+    listed.check_within(0, most, ("the base circle must cut no marker", or), report);
+    let wall = ("a wall must remain between two slots", or);
+    let least = 2.0 * markers.radius.mm() + markers.wall.mm();
+    listed.check_apart(&end_centres(p, layout), least, wall, report);
+}
+
 /// Smallest distance between the round ends of any two of `count` slots, mm: slots along normals of
 /// a convex surface are nearest at their ends.
 fn nearest_mm(p: &HalfEllipsoid, layout: &Layout, count: u32) -> f64 {
     let mut counted = p.clone();
     counted.markers.count = count;
-    let ends = end_centres(&counted, layout);
-    let mut nearest = f64::INFINITY;
-    for (i, a) in ends.iter().enumerate() {
-        for b in &ends[i + 1..] {
-            nearest = nearest.min((a - b).norm());
-        }
-    }
-    nearest
+    marks::nearest_mm(&end_centres(&counted, layout)).unwrap_or(f64::INFINITY)
 }
 
 /// Height of the lowest slot's axis above the base circle, mm.

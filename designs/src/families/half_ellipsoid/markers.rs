@@ -7,6 +7,7 @@ use fabkit_geometry::{CUT_OVERLAP_MM, InvalidPattern, Path, Pattern, Point3, Pos
 use super::layout::Layout;
 use super::parameters::{HalfEllipsoid, Markers};
 use crate::blocks::copies;
+use crate::blocks::marks::RoundPattern;
 
 /// Spread of the markers over rings around the tip.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,6 +88,9 @@ fn shares(weights: &[f64], total: u32) -> Vec<u32> {
 /// Origin of each marker on the inner elastomer's outside, z axis outwards along the normal; none
 /// for no markers or a surface that `check` refuses.
 pub fn poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
+    if p.markers.pattern == RoundPattern::List {
+        return p.markers.listed().poses(&layout.ellipsoid.parallel(layout.inner_offset_mm));
+    }
     spread(layout, p.markers.count).and_then(|s| s.pattern.poses()).unwrap_or_default()
 }
 

@@ -16,6 +16,7 @@ mod tooling;
 use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
 use crate::assembling::sight;
+use crate::blocks::marks::{RoundPattern, nearest_mm};
 use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -111,7 +112,11 @@ fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
         mm("LED board radius", layout.board_radius_mm),
         mm("LED board top below the base circle", -layout.board_top_z_mm),
     ];
-    if let Ok(spread) = markers::spread(&layout, p.markers.count) {
+    if p.markers.pattern == RoundPattern::List {
+        let ends = markers::end_centres(p, &layout);
+        figures.push(("markers".into(), ends.len().to_string()));
+        figures.extend(nearest_mm(&ends).map(|least| mm("nearest round ends", least)));
+    } else if let Ok(spread) = markers::spread(&layout, p.markers.count) {
         figures.push(mm("marker spacing along the meridian", spread.spacing));
         figures.push(("markers per ring, from the tip".into(), spread.counts()));
     }

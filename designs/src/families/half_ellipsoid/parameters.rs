@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::marks::{Listed, RoundPattern};
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::processes::Making;
@@ -52,7 +53,14 @@ sections! {
 
     /// Slots in the inner elastomer that the outer elastomer fills: what UV light makes visible.
     pub struct Markers {
-        /// How many; 0 for a plain sensor.
+        /// How they lie: `count` of them on `rings` around the tip, or a `list` of places `polar` and
+        /// `azimuth`.
+        pattern: RoundPattern,
+        /// List: angle between the axis and each marker's own, as of a pin dome's holes.
+        polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
+        /// List: angle of each marker around the axis, from +x towards +y.
+        azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
+        /// Rings: how many; 0 for a plain sensor.
         count: u32 = 0..=600,
         /// Radius of the slot and of its round end.
         radius: Length = 0.1..=5.0,
@@ -227,5 +235,17 @@ sections! {
         tooling: Tooling,
         /// Which parts are made how.
         making: Making,
+    }
+}
+
+impl Markers {
+    /// Those that are listed.
+    ///
+    /// By the angle of the normal, not by the height over the base circle: near the tip a tenth of a
+    /// millimetre is hardly a micrometre of height. It is the same for all parallel surfaces, so that a
+    /// marker lies below the place of the finished sensor that has this normal, whatever the layers
+    /// measure, and below the pin of a pin dome with the same angles.
+    pub fn listed(&self) -> Listed<'_, Angle> {
+        Listed::new("marker", ("markers.polar", &self.polar), ("markers.azimuth", &self.azimuth))
     }
 }

@@ -2,13 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI, SQRT_2};
 
-use fabkit_geometry::Process;
+use fabkit_geometry::{Angle, Process};
 
 use super::bodies::BODY;
 use super::joints::Joints;
 use super::layout::{Layout, half_diagonal_mm, lens_play_mm};
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
+use crate::blocks::marks::{RoundPattern, farthest_deg};
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
@@ -34,18 +35,55 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     // The root's rim is the point of a pin that comes nearest to the outside.
     let room =
         layout.outer_radius_mm.hypot(half) - (half * half + layout.skin_radius_mm.powi(2)).sqrt();
-    let closest = closest_pins_mm(p, layout);
     let radius = layout.skin_radius_mm;
+    let reach = radius * FRAC_PI_2 - half;
+    let is_listed = p.pins.pattern == RoundPattern::List;
     // Pins lean towards each other: distances shrink with the distance from the centre.
-    let depth = radius * (1.0 - (layout.pin_diameter_mm + DOTS_APART_MM) / closest);
+    let depth = match is_listed {
+        true => radius,
+        false => {
+            radius * (1.0 - (layout.pin_diameter_mm + DOTS_APART_MM) / closest_pins_mm(p, layout))
+        }
+    };
+    if is_listed {
+        listed(p, layout, reach, report);
+    } else {
+        limits! { report, p:
+            pins.reach <= reach, "a pin that stands lower misses the skin";
+        }
+    }
     limits! { report, p:
-        pins.reach <= layout.skin_radius_mm * FRAC_PI_2 - half,
-            "a pin that stands lower misses the skin";
         skin.thickness >= p.skin.thickness.mm() + pin_root_mm(p) - room + APART_MM,
             "the pins' roots must stay inside the skin";
         pins.length <= depth - p.pins.dot_thickness.mm(),
             "the dots, which come closer the longer the pins are, must stay 0.3 mm apart";
     }
+}
+
+/// Pins that are listed: on the skin, which ends `reach_mm` from the apex along its inside, in the picture,
+/// and apart from each other.
+fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
+    let listed = p.pins.listed();
+    listed.check_lengths(report);
+    let arc_mm = |polar: Angle| polar.rad() * layout.skin_radius_mm;
+    let tangent = Layout::half_view_tangent(p);
+    let is_seen = |polar: Angle| {
+        let [rim, rim_z] = layout.dot_rim(p, arc_mm(polar));
+        rim <= layout.ray_radius(tangent, rim_z) + 1e-9
+    };
+    let on_skin = (reach_mm / layout.skin_radius_mm).to_degrees();
+    let seen = farthest_deg(is_seen);
+    let told = match seen < on_skin {
+        true => ("the pixels must see all of its dot through lens and gel", "`camera.depth`"),
+        false => ("a pin that stands lower misses the skin", "`tip.diameter`"),
+    };
+    listed.check_within(0, seen.min(on_skin), told, report);
+    let apart = (
+        "the dots, which come closer the longer the pins are, must stay 0.3 mm apart",
+        "`pins.length`, `pins.layout` or, in the layout `free`, `pins.diameter`",
+    );
+    let least = layout.pin_diameter_mm + DOTS_APART_MM;
+    listed.check_apart(&layout.dot_ends(p), least, apart, report);
 }
 
 /// Smallest distance of two pins at the skin's inside, mm: along the surface from circle to circle,
@@ -106,10 +144,16 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
 fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
     let tangent = Layout::half_view_tangent(p);
     let [rim, rim_z] = layout.outermost_dot(p);
+    // Of pins that are listed, each is looked at by itself.
+    if p.pins.pattern == RoundPattern::Rings {
+        limits! { report, p:
+            // A millimetre farther back, the same ray lies farther out by its slope.
+            camera.depth >=
+                p.camera.depth.mm() + (rim - layout.ray_radius(tangent, rim_z)) / tangent,
+                "the pixels must see all dots through lens and gel";
+        }
+    }
     limits! { report, p:
-        // A millimetre farther back, the same ray lies farther out by its slope.
-        camera.depth >= p.camera.depth.mm() + (rim - layout.ray_radius(tangent, rim_z)) / tangent,
-            "the pixels must see all dots through lens and gel";
         camera.lens_view >= 2.0 * (tangent * SQRT_2).atan().to_degrees(),
             "the lens must light the chip's corners";
         led_board.bore_radius >=

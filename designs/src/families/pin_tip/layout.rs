@@ -2,11 +2,12 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{Angle, InvalidPattern, Length, Pattern, Pose, Process};
+use fabkit_geometry::{Angle, InvalidPattern, Length, Pattern, Point3, Pose, Process};
 
 use super::bodies::{BODY, RING};
 use super::parameters::{PinLayout, PinTip};
 use crate::blocks::bayonet::{HOOK_PLAY_MM, Joint};
+use crate::blocks::marks::RoundPattern;
 use crate::blocks::{ORingSeat, sphere};
 use crate::fits::Fit;
 use crate::layout;
@@ -159,12 +160,16 @@ impl Layout {
         SLOPE_SHARE * self.lens_top_z_mm
     }
 
-    /// Where the pins stand on the skin's inside, from the apex outwards, z axes out of the tip.
+    /// Where the pins stand on the skin's inside, from the apex outwards or as listed, z axes out of the
+    /// tip.
     ///
     /// # Errors
     /// Circles beyond the skin, or too many pins.
     pub fn pin_poses(&self, p: &PinTip) -> Result<Vec<Pose>, InvalidPattern> {
         let (surface, rings) = (sphere(self.skin_radius_mm), self.pin_rings(p));
+        if p.pins.pattern == RoundPattern::List {
+            return Ok(p.pins.listed().poses(&surface));
+        }
         Pattern::even_surface_rings(surface, rings, self.pin_spacing_mm)?.poses()
     }
 
@@ -172,6 +177,12 @@ impl Layout {
     pub fn pin_rings(&self, p: &PinTip) -> u32 {
         // Limits of both parameters keep the quotient below 200.
         (p.pins.reach.mm() / self.pin_spacing_mm + 1e-9).floor() as u32
+    }
+
+    /// Where the dots' outer faces are in the middle, sensor frame.
+    pub fn dot_ends(&self, p: &PinTip) -> Vec<Point3<f64>> {
+        let end = Point3::new(0.0, 0.0, -p.pins.length.mm() - p.pins.dot_thickness.mm());
+        self.pin_poses(p).unwrap_or_default().iter().map(|pose| pose.point(end)).collect()
     }
 
     /// Distance of the dots' outer faces from the hemisphere's centre, mm.
@@ -209,7 +220,13 @@ impl Layout {
 
     /// Distance from the axis and height, mm, of the outermost point of the outermost dots.
     pub fn outermost_dot(&self, p: &PinTip) -> [f64; 2] {
-        self.dot_rim(p, f64::from(self.pin_rings(p)) * self.pin_spacing_mm)
+        self.dot_rim(
+            p,
+            match p.pins.pattern {
+                RoundPattern::Rings => f64::from(self.pin_rings(p)) * self.pin_spacing_mm,
+                RoundPattern::List => p.pins.listed().outermost_rad() * self.skin_radius_mm,
+            },
+        )
     }
 
     /// Distance from the axis, mm, at the height `z` of a ray that leaves the pupil with a slope

@@ -14,6 +14,7 @@ mod tip;
 use fabkit_geometry::{DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
+use crate::blocks::marks::{RoundPattern, nearest_mm};
 use crate::blocks::{self, camera_at, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
@@ -96,10 +97,15 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
     let pins = layout.pin_poses(p).map_or(0, |poses| poses.len());
     let [rim, rim_z] = layout.outermost_dot(p);
     let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);
-    vec![
-        ("pins".into(), pins.to_string()),
-        mm("pin diameter", layout.pin_diameter_mm),
-        mm("pin spacing", layout.pin_spacing_mm),
+    let mut figures =
+        vec![("pins".into(), pins.to_string()), mm("pin diameter", layout.pin_diameter_mm)];
+    figures.extend(match p.pins.pattern {
+        RoundPattern::Rings => Some(mm("pin spacing", layout.pin_spacing_mm)),
+        RoundPattern::List => {
+            nearest_mm(&layout.dot_ends(p)).map(|least| mm("nearest dots", least))
+        }
+    });
+    figures.extend([
         mm("diameter of the circle around all dots", 2.0 * rim),
         mm("width that the camera sees at the outermost dots", seen),
         ("angle that the camera sees".into(), format!("{:.2} deg", Layout::view(p).deg())),
@@ -110,5 +116,6 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
             "height from the mount's plate to the apex",
             layout.outer_radius_mm - layout.plate_bottom_z_mm,
         ),
-    ]
+    ]);
+    figures
 }

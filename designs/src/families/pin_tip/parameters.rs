@@ -3,6 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::bayonet::Bayonet;
+use crate::blocks::marks::{Listed, RoundPattern};
 use crate::materials::Castable;
 use crate::processes::Making;
 use crate::{choices, sections};
@@ -50,10 +51,17 @@ sections! {
         layout: PinLayout,
         /// Diameter; counts in the layout `free` only.
         diameter: Length = 0.4..=5.0,
+        /// How they lie: `rings` around the apex, or a `list` of places `polar` and `azimuth`; of the
+        /// layout the diameter counts then.
+        pattern: RoundPattern,
+        /// List: angle of each pin from the apex, at the hemisphere's centre.
+        polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
+        /// List: angle of each pin around the axis, from +x towards +y.
+        azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
         /// Distance of neighbouring circles, and of pins on one, along the skin's inside; counts in
         /// the layout `free` only.
         spacing: Length = 1.0..=15.0,
-        /// Farthest circle of pins from the apex, along the skin's inside.
+        /// Rings: farthest circle of pins from the apex, along the skin's inside.
         reach: Length = 0.0..=120.0,
         /// Length of the soft pin.
         length: Length = 0.3..=8.0,
@@ -225,5 +233,12 @@ sections! {
         mount: Mount,
         /// Which parts are made how.
         making: Making,
+    }
+}
+
+impl Pins {
+    /// Those that are listed.
+    pub fn listed(&self) -> Listed<'_, Angle> {
+        Listed::new("pin", ("pins.polar", &self.polar), ("pins.azimuth", &self.azimuth))
     }
 }

@@ -6,6 +6,7 @@ mod rigid;
 use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
 use super::layout::Layout;
 use super::parameters::{Arrangement, SheetMold};
+use crate::blocks::marks::FlatPattern;
 use crate::parameters::{Report, limits};
 
 pub(super) use rigid::check_sheets;
@@ -138,11 +139,36 @@ fn channels(p: &SheetMold, report: &mut Report) {
 }
 
 fn markers(p: &SheetMold, report: &mut Report) {
-    let field = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() + p.markers.diameter.mm();
-    limits! { report, p:
-        markers.diameter <= p.markers.pitch.mm() - CUT_WEB_MM,
-            "the mold keeps 1 mm of wood between two holes";
-        markers.height <= 2.5 * p.markers.diameter.mm(), "slender markers tear off in their mold";
-        housing.window >= field + 2.0 * CUT_WEB_MM, "all markers hang in the window";
+    let is_listed = p.markers.pattern == FlatPattern::List;
+    if is_listed {
+        listed(p, report);
+    } else {
+        limits! { report, p:
+            markers.diameter <= p.markers.pitch.mm() - CUT_WEB_MM,
+                "the mold keeps 1 mm of wood between two holes";
+        }
     }
+    limits! { report, p:
+        markers.height <= 2.5 * p.markers.diameter.mm(), "slender markers tear off in their mold";
+    }
+    if !is_listed {
+        let field =
+            f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() + p.markers.diameter.mm();
+        limits! { report, p:
+            housing.window >= field + 2.0 * CUT_WEB_MM, "all markers hang in the window";
+        }
+    }
+}
+
+/// Markers that are listed: in the window, and apart from each other.
+fn listed(p: &SheetMold, report: &mut Report) {
+    let listed = p.markers.listed();
+    listed.check_lengths(report);
+    let most = (p.housing.window.mm() - p.markers.diameter.mm()) / 2.0 - CUT_WEB_MM;
+    let window = ("all markers hang in the window", "`housing.window` or `markers.diameter`");
+    for axis in [0, 1] {
+        listed.check_within(axis, most, window, report);
+    }
+    let web = ("the mold keeps 1 mm of wood between two holes", "`markers.diameter`");
+    listed.check_apart_on_plane(p.markers.diameter.mm() + CUT_WEB_MM, web, report);
 }

@@ -6,6 +6,7 @@ use super::joints::CORNER;
 use super::parameters::SheetMold;
 use crate::assembling::Name;
 use crate::blocks::corners;
+use crate::blocks::marks::FlatPattern;
 use crate::fits::Fit;
 use crate::hardware::HexSpacer;
 use crate::layout;
@@ -87,8 +88,11 @@ pub fn channel_count(p: &SheetMold) -> u32 {
     2 * p.channels.per_side
 }
 
-/// Centres of the markers, row by row.
+/// Centres of the markers, row by row or as listed.
 pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
+    if p.markers.pattern == FlatPattern::List {
+        return p.markers.listed().points_mm();
+    }
     let n = p.markers.per_row;
     let at = |i: u32| (f64::from(i) - (f64::from(n) - 1.0) / 2.0) * p.markers.pitch.mm();
     (0..n).flat_map(|row| (0..n).map(move |column| [at(column), at(row)])).collect()
@@ -96,6 +100,10 @@ pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
 
 /// Half the diagonal of what the camera below must see, mm.
 pub fn marker_field_mm(p: &SheetMold) -> f64 {
+    if p.markers.pattern == FlatPattern::List {
+        let out = p.markers.listed().points_mm().into_iter().map(|[x, y]| x.hypot(y));
+        return out.fold(0.0, f64::max) + p.markers.diameter.mm() / 2.0;
+    }
     let half = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() / 2.0;
     half * std::f64::consts::SQRT_2 + p.markers.diameter.mm() / 2.0
 }

@@ -3,6 +3,7 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::cable_way::Side;
+use crate::blocks::marks::{FlatPattern, Listed};
 use crate::materials::Castable;
 use crate::processes::Making;
 use crate::{choices, sections};
@@ -86,9 +87,15 @@ sections! {
 
     /// The markers.
     pub struct Markers {
-        /// Markers along each edge of their square grid.
+        /// How they lie: a square `grid` of `per_row` along each edge, or a `list` of places `x` and `y`.
+        pattern: FlatPattern,
+        /// List: x of each marker.
+        x: Vec<Length> = (1..=1000, -150.0..=150.0),
+        /// List: y of each marker.
+        y: Vec<Length> = (1..=1000, -150.0..=150.0),
+        /// Grid: markers along each edge.
         per_row: u32 = 2..=40,
-        /// Distance between two markers.
+        /// Grid: distance between two markers.
         pitch: Length = 0.5..=30.0,
         /// Diameter.
         diameter: Length = 0.3..=10.0,
@@ -246,5 +253,12 @@ sections! {
         camera: Camera,
         /// Which parts are made how.
         making: Making,
+    }
+}
+
+impl Markers {
+    /// Those that are listed.
+    pub fn listed(&self) -> Listed<'_, Length> {
+        Listed::new("marker", ("markers.x", &self.x), ("markers.y", &self.y))
     }
 }

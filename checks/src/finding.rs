@@ -25,6 +25,10 @@ pub enum Rule {
     Pattern,
     /// The printer can make it.
     Printability,
+    /// Layers stick to what they are cast onto.
+    Bonding,
+    /// What a printer must support is told to whoever prints it.
+    Overhang,
     /// What is measured tells what it is measured for.
     Observability,
     /// What presses does so to the depth that is stated.
@@ -36,10 +40,19 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 5] =
-        [Self::Chain, Self::Interference, Self::Casting, Self::TrappedAir, Self::Demolding];
+    pub const ALL: [Self; 8] = [
+        Self::Chain,
+        Self::Interference,
+        Self::Casting,
+        Self::TrappedAir,
+        Self::Demolding,
+        Self::Bonding,
+        Self::Printability,
+        Self::Overhang,
+    ];
 
-    /// The rules that calibration hardware applies besides, each as far as it makes sense.
+    /// The rules that calibration hardware applies besides, each as far as it makes sense; walls and
+    /// holes are measured of all its printed parts, not of those alone whose machine a file names.
     pub const HARDWARE: [Self; 7] = [
         Self::Fit,
         Self::Seating,
@@ -62,6 +75,8 @@ impl Rule {
             Self::Seating => "seating",
             Self::Pattern => "pattern",
             Self::Printability => "printability",
+            Self::Bonding => "bonding",
+            Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",
             Self::Coverage => "coverage",

@@ -1,8 +1,10 @@
 //! Where printed parts hang over: what a printer must support from below.
 //!
 //! Lines upwards through a part as it lies on the bed find every face that looks down; neighbours that
-//! lean too far are one region. What is narrow prints as a bridge or a ledge; what is wide must be
-//! supported, and the part's notes should say so.
+//! lean too far are one region. What is near to where the part carries it prints as a bridge or a ledge;
+//! what is far must be supported, and the part's notes should say so.
+
+use std::collections::BTreeSet;
 
 use fabkit_geometry::{Body, CompiledSolid, Point3, Process, Ray, Sensor, Vector3};
 use rayon::prelude::*;
@@ -21,8 +23,14 @@ const ROUNDING_DEG: f64 = 0.5;
 /// Lines across the longer side of a part.
 const ACROSS: f64 = 72.0;
 
-/// What is not farther than this from both of its sides is bridged, or stands out by itself, mm.
-const BRIDGED_MM: f64 = 3.0;
+/// What stands out no farther than this from where the part carries it prints by itself, mm.
+const LEDGE_MM: f64 = 3.0;
+
+/// What is carried on both sides of a gap no wider than this prints by itself, mm: short bridges.
+const BRIDGE_MM: f64 = 10.0;
+
+/// What is so much lower carries, mm.
+const LOWER_MM: f64 = 0.01;
 
 /// What is lower than this lies on the bed, mm.
 const ON_BED_MM: f64 = 0.05;
@@ -44,6 +52,22 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
+/// What a line met.
+#[derive(Default)]
+struct Column {
+    /// From where to where it is inside the part, mm.
+    inside: Vec<[f64; 2]>,
+    /// The faces that lean too far.
+    down: Vec<Down>,
+}
+
+impl Column {
+    /// Whether it carries what hangs over beside it at a height.
+    fn carries(&self, z_mm: f64) -> bool {
+        self.inside.iter().any(|[low, high]| (*low..*high).contains(&(z_mm - LOWER_MM)))
+    }
+}
+
 /// A face that looks down, where a line met it.
 #[derive(Clone, Copy)]
 struct Down {
@@ -58,10 +82,8 @@ struct Down {
 struct Region {
     area_mm2: f64,
     steepest_deg: f64,
-    /// How far its inside is from its edge, mm.
-    depth_mm: f64,
-    middle: [usize; 2],
-    z_mm: f64,
+    /// Where it is farther from what carries it than any that prints by itself.
+    hangs: Option<([usize; 2], f64)>,
 }
 
 fn of_part(part: &Body, limit_deg: f64) -> Result<Option<Finding>, InvalidBody> {
@@ -78,33 +100,35 @@ fn of_part(part: &Body, limit_deg: f64) -> Result<Option<Finding>, InvalidBody> 
     let at = |axis: usize, index: usize| bounds.min[axis] + (index as f64 + 0.4721) * cell_mm;
     let counts = [0, 1].map(|axis| (size[axis] / cell_mm).ceil().max(1.0) as usize);
     let mut caster = Caster::default();
-    let mut grid: Vec<Vec<Down>> = Vec::with_capacity(counts[0] * counts[1]);
+    let mut grid: Vec<Column> = Vec::with_capacity(counts[0] * counts[1]);
     for y in 0..counts[1] {
         for x in 0..counts[0] {
             let origin = Point3::new(at(0, x), at(1, y), bounds.min.z - 1.0);
             let ray = Ray { origin, direction: Vector3::z() };
-            let down = caster.stretches(&body, &ray).filter_map(|stretch| {
-                let z_mm = ray.at(stretch.enter.t).z;
+            let mut column = Column::default();
+            for stretch in caster.stretches(&body, &ray) {
+                let [z_mm, top_mm] = [stretch.enter.t, stretch.exit.t].map(|t| ray.at(t).z);
+                column.inside.push([z_mm, top_mm]);
                 let looks_down = -stretch.enter.normal.z;
                 let lean_deg = looks_down.clamp(-1.0, 1.0).asin().to_degrees();
-                let hangs = lean_deg > limit_deg + ROUNDING_DEG && z_mm > bounds.min.z + ON_BED_MM;
-                let area_mm2 = cell_mm * cell_mm / looks_down;
-                hangs.then_some(Down { z_mm, lean_deg, area_mm2 })
-            });
-            grid.push(down.collect());
+                if lean_deg > limit_deg + ROUNDING_DEG && z_mm > bounds.min.z + ON_BED_MM {
+                    let area_mm2 = cell_mm * cell_mm / looks_down;
+                    column.down.push(Down { z_mm, lean_deg, area_mm2 });
+                }
+            }
+            grid.push(column);
         }
     }
-    let regions = regions(&grid, counts, cell_mm);
-    let wide: Vec<&Region> = regions.iter().filter(|region| region.depth_mm > BRIDGED_MM).collect();
-    let Some(largest) = wide.iter().max_by(|a, b| a.area_mm2.total_cmp(&b.area_mm2)) else {
-        return Ok(None);
-    };
+    let regions = Grid { columns: &grid, counts, cell_mm }.regions();
+    let hanging = regions.iter().filter_map(|region| Some((region, region.hangs?)));
+    let largest = hanging.clone().max_by(|a, b| a.0.area_mm2.total_cmp(&b.0.area_mm2));
+    let Some((_, ([x, y], z_mm))) = largest else { return Ok(None) };
     if says_supports(part) {
         return Ok(None);
     }
-    let area_mm2: f64 = wide.iter().map(|region| region.area_mm2).sum();
-    let steepest = wide.iter().map(|region| region.steepest_deg).fold(0.0, f64::max);
-    let place = Point3::new(at(0, largest.middle[0]), at(1, largest.middle[1]), largest.z_mm);
+    let area_mm2: f64 = hanging.clone().map(|(region, _)| region.area_mm2).sum();
+    let steepest = hanging.map(|(region, _)| region.steepest_deg).fold(0.0, f64::max);
+    let place = Point3::new(at(0, x), at(1, y), z_mm);
     let by = part.machine.as_ref().map_or_else(|| part.process_word(), |own| own.name.clone());
     let message = format!(
         "{} needs supports: {area_mm2:.0} mm2 hang over by up to {steepest:.0} deg, and {by} prints \
@@ -130,87 +154,123 @@ fn says_supports(part: &Body) -> bool {
     })
 }
 
-/// Groups faces of neighbouring lines that pass into each other.
-fn regions(grid: &[Vec<Down>], counts: [usize; 2], cell_mm: f64) -> Vec<Region> {
-    let around = |[x, y]: [usize; 2]| {
-        let steps = [-1isize, 0, 1];
-        let places = steps.into_iter().flat_map(move |dy| steps.map(|dx| (dx, dy)));
-        places.filter(|step| *step != (0, 0)).map(move |(dx, dy)| {
-            let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
-            (x < counts[0] && y < counts[1]).then_some([x, y])
-        })
-    };
-    // Faces that lean farther than 45 degrees rise by less than a cell from line to line.
-    let next = |place: [usize; 2], z_mm: f64| {
-        let column = &grid[place[1] * counts[0] + place[0]];
-        column.iter().position(|down| (down.z_mm - z_mm).abs() < 1.5 * cell_mm)
-    };
-    let mut seen: Vec<Vec<bool>> = grid.iter().map(|column| vec![false; column.len()]).collect();
-    let mut regions = Vec::new();
-    for start in 0..grid.len() {
-        for layer in 0..grid[start].len() {
-            if std::mem::replace(&mut seen[start][layer], true) {
-                continue;
-            }
-            let mut members = vec![([start % counts[0], start / counts[0]], layer)];
-            let mut done = 0;
-            while let Some(&(place, layer)) = members.get(done) {
-                done += 1;
-                let z_mm = grid[place[1] * counts[0] + place[0]][layer].z_mm;
-                for beside in around(place).flatten() {
-                    let Some(layer) = next(beside, z_mm) else { continue };
-                    let index = beside[1] * counts[0] + beside[0];
-                    if !std::mem::replace(&mut seen[index][layer], true) {
-                        members.push((beside, layer));
-                    }
-                }
-            }
-            regions.push(region(grid, counts, cell_mm, &members));
-        }
-    }
-    regions
-}
+/// One face of a column: which column, and which of its faces.
+type Place = ([usize; 2], usize);
 
-/// What is known of a region: its depth by peeling it line by line from its edge.
-fn region(
-    grid: &[Vec<Down>],
+/// The columns of a part.
+struct Grid<'a> {
+    columns: &'a [Column],
     counts: [usize; 2],
     cell_mm: f64,
-    members: &[([usize; 2], usize)],
-) -> Region {
-    let down = |(place, layer): &([usize; 2], usize)| grid[place[1] * counts[0] + place[0]][*layer];
-    let mut inside = vec![false; grid.len()];
-    for ([x, y], _) in members {
-        inside[y * counts[0] + x] = true;
+}
+
+impl Grid<'_> {
+    fn index(&self, [x, y]: [usize; 2]) -> usize {
+        y * self.counts[0] + x
     }
-    let mut left: Vec<[usize; 2]> = members.iter().map(|(place, _)| *place).collect();
-    left.sort_unstable();
-    left.dedup();
-    let (mut middle, mut peels) = (left[0], 0);
-    while !left.is_empty() {
-        middle = left[left.len() / 2];
-        peels += 1;
-        let is_edge = |[x, y]: &[usize; 2]| {
-            let (x, y) = (*x, *y);
-            let on_rim = x == 0 || y == 0 || x + 1 == counts[0] || y + 1 == counts[1];
-            on_rim
-                || [[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]]
-                    .iter()
-                    .any(|[x, y]| !inside[y * counts[0] + x])
+
+    fn down(&self, (at, face): Place) -> Down {
+        self.columns[self.index(at)].down[face]
+    }
+
+    /// The columns around one.
+    fn around(&self, [x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+        let counts = self.counts;
+        let steps = [-1, 0, 1].into_iter().flat_map(|dy| [-1, 0, 1].map(|dx| [dx, dy]));
+        let place = move |[dx, dy]: [isize; 2]| {
+            let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            ([dx, dy] != [0, 0] && x < counts[0] && y < counts[1]).then_some([x, y])
         };
-        let (edge, rest): (Vec<_>, Vec<_>) = left.into_iter().partition(is_edge);
-        for [x, y] in edge {
-            inside[y * counts[0] + x] = false;
-        }
-        left = rest;
+        steps.filter_map(place)
     }
-    let at_middle = members.iter().find(|(place, _)| *place == middle).map(down);
-    Region {
-        area_mm2: members.iter().map(|member| down(member).area_mm2).sum(),
-        steepest_deg: members.iter().map(|member| down(member).lean_deg).fold(0.0, f64::max),
-        depth_mm: (peels as f64 - 0.5) * cell_mm,
-        middle,
-        z_mm: at_middle.map_or(0.0, |down| down.z_mm),
+
+    /// The faces that a face goes on in.
+    fn next(&self, place: Place) -> impl Iterator<Item = Place> {
+        let z_mm = self.down(place).z_mm;
+        self.around(place.0).filter_map(move |beside| {
+            // What leans farther than 45 degrees rises by less than a cell from line to line.
+            let near = |down: &Down| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm;
+            Some((beside, self.columns[self.index(beside)].down.iter().position(near)?))
+        })
+    }
+
+    /// Groups faces of neighbouring lines that pass into each other.
+    fn regions(&self) -> Vec<Region> {
+        let mut seen: BTreeSet<Place> = BTreeSet::new();
+        let mut regions = Vec::new();
+        for (index, column) in self.columns.iter().enumerate() {
+            let at = [index % self.counts[0], index / self.counts[0]];
+            for face in 0..column.down.len() {
+                if !seen.insert((at, face)) {
+                    continue;
+                }
+                let mut members = vec![(at, face)];
+                let mut done = 0;
+                while let Some(&place) = members.get(done) {
+                    done += 1;
+                    members.extend(self.next(place).filter(|beside| seen.insert(*beside)));
+                }
+                regions.push(self.region(&members));
+            }
+        }
+        regions
+    }
+
+    /// What is known of a region: how far it is from what carries it, line by line.
+    fn region(&self, members: &[Place]) -> Region {
+        let is_carried = |place: &Place| {
+            let z_mm = self.down(*place).z_mm;
+            // A slope does not carry itself.
+            let own: Vec<[usize; 2]> = self.next(*place).map(|(at, _)| at).collect();
+            let mut beside = self.around(place.0).filter(|at| !own.contains(at));
+            beside.any(|at| self.columns[self.index(at)].carries(z_mm))
+        };
+        let (mut front, rest): (Vec<Place>, Vec<Place>) =
+            members.iter().copied().partition(is_carried);
+        let mut left: BTreeSet<Place> = rest.into_iter().collect();
+        let (mut lines, mut hangs) = (0.5, None);
+        while !front.is_empty() {
+            if lines * self.cell_mm > LEDGE_MM {
+                hangs = front.iter().copied().find(|place| !self.is_bridged(*place)).or(hangs);
+            }
+            let next = front.iter().flat_map(|place| self.next(*place));
+            front = next.filter(|place| left.remove(place)).collect();
+            lines += 1.0;
+        }
+        // Nothing carries what begins in the air.
+        let hangs = left.first().copied().or(hangs);
+        Region {
+            area_mm2: members.iter().map(|place| self.down(*place).area_mm2).sum(),
+            steepest_deg: members.iter().map(|p| self.down(*p).lean_deg).fold(0.0, f64::max),
+            hangs: hangs.map(|place| (place.0, self.down(place).z_mm)),
+        }
+    }
+
+    /// Whether a face is carried on two opposite sides that are near to each other.
+    fn is_bridged(&self, place: Place) -> bool {
+        let ways: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
+        ways.into_iter().any(|[dx, dy]| {
+            let lines = [[dx, dy], [-dx, -dy]].map(|way| self.to_carrier(place, way));
+            let [Some(there), Some(back)] = lines else { return false };
+            let step_mm = self.cell_mm * (dx as f64).hypot(dy as f64);
+            (there + back) as f64 * step_mm <= BRIDGE_MM + self.cell_mm
+        })
+    }
+
+    /// How many lines away it is carried in a direction, if at all.
+    fn to_carrier(&self, place: Place, [dx, dy]: [isize; 2]) -> Option<usize> {
+        let ([mut x, mut y], z_mm) = (place.0, self.down(place).z_mm);
+        for lines in 1.. {
+            (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            if x >= self.counts[0] || y >= self.counts[1] {
+                return None;
+            }
+            let column = &self.columns[self.index([x, y])];
+            if !column.down.iter().any(|down| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm) {
+                return column.carries(z_mm).then_some(lines);
+            }
+        }
+        None
     }
 }
 
@@ -287,7 +347,23 @@ mod tests {
             let hole = Solid::cuboid(width_mm, 40.0, 6.0).at(0.0, 0.0, -1.0);
             fdm(Solid::cuboid(30.0, 30.0, 10.0).minus(hole))
         };
-        assert!(found(tunnel(5.0)).is_none());
-        assert!(found(tunnel(12.0)).is_some());
+        assert!(found(tunnel(8.0)).is_none());
+        assert!(found(tunnel(14.0)).is_some());
+        // A ledge is carried on one side alone.
+        let ledge = |out_mm: f64| {
+            let wall = Solid::cuboid(10.0, 30.0, 12.0);
+            let tooth = Solid::cuboid_between([4.0, -15.0, 8.0], [5.0 + out_mm, 15.0, 12.0]);
+            fdm(Solid::union([wall, tooth]))
+        };
+        assert!(found(ledge(2.5)).is_none());
+        assert!(found(ledge(4.5)).is_some());
+        // Nothing carries what begins in the air, however small it is.
+        let gate = |tooth: Option<Solid>| {
+            let post = |x: f64| Solid::cuboid(3.0, 6.0, 11.0).at(x, 0.0, 0.0);
+            let bar = Solid::cuboid(11.0, 6.0, 4.0).at(0.0, 0.0, 10.0);
+            fdm(Solid::union([post(-4.0), post(4.0), bar].into_iter().chain(tooth)))
+        };
+        assert!(found(gate(None)).is_none());
+        assert!(found(gate(Some(Solid::cuboid(1.5, 1.5, 3.0).at(0.0, 0.0, 8.0)))).is_some());
     }
 }

@@ -179,7 +179,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::TrappedAir, rising.len(), "pours"),
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
-            examined(Rule::Printability, printed, "parts on own machines"),
+            examined(Rule::Printability, printed, "parts"),
         ],
         batches: Vec::new(),
     })

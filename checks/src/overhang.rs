@@ -145,12 +145,12 @@ fn of_part(part: &Body, limit_deg: f64) -> Result<Option<Finding>, InvalidBody> 
     ))
 }
 
-/// Whether the part's notes tell of supports already.
+/// Whether the part's notes tell of supports, or of a bridge, already.
 fn says_supports(part: &Body) -> bool {
     part.notes.iter().any(|note| {
         let denied = ["no support", "without support", "not need support", "no supports"];
         let note = denied.iter().fold(note.to_lowercase(), |note, word| note.replace(word, ""));
-        note.contains("support")
+        note.contains("support") || note.contains("bridge")
     })
 }
 
@@ -253,7 +253,8 @@ impl Grid<'_> {
             let lines = [[dx, dy], [-dx, -dy]].map(|way| self.to_carrier(place, way));
             let [Some(there), Some(back)] = lines else { return false };
             let step_mm = self.cell_mm * (dx as f64).hypot(dy as f64);
-            (there + back) as f64 * step_mm <= BRIDGE_MM + self.cell_mm
+            // What carries begins up to a line farther in, on either side.
+            (there + back) as f64 * step_mm <= BRIDGE_MM + 2.0 * step_mm
         })
     }
 
@@ -349,6 +350,7 @@ mod tests {
         };
         assert!(found(tunnel(8.0)).is_none());
         assert!(found(tunnel(14.0)).is_some());
+        assert!(found(tunnel(14.0).note("no supports: its roof is a bridge")).is_none());
         // A ledge is carried on one side alone.
         let ledge = |out_mm: f64| {
             let wall = Solid::cuboid(10.0, 30.0, 12.0);

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid};
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule};
+use crate::finding::{Finding, Rule, Severity};
 use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::scene::InvalidBody;
 
@@ -13,6 +13,9 @@ const LINES: usize = 6_000;
 /// Two faces bound a wall if their normals are nearly opposite: the cosine between them, that of an
 /// edge sharper than 26 degrees.
 const OPPOSITE: f64 = -0.9;
+
+/// How messages about walls begin.
+const WALL: &str = "a wall of";
 
 /// Rounding, mm.
 const ROUNDING_MM: f64 = 1e-6;
@@ -95,7 +98,7 @@ pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> 
 }
 
 /// The same of parts whose machine a file names, held against what it says of walls and holes, and
-/// against its bed.
+/// against its bed. Walls that are too thin are warnings: sharp edges count as such, and print blunt.
 pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let stated = |part: &Body| {
         let machine = part.machine.as_ref()?;
@@ -109,7 +112,12 @@ pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), Invalid
             bed_mm: [bed[0].unwrap_or(width), bed[1].unwrap_or(depth), bed[2].unwrap_or(height)],
         })
     };
-    all(kit.parts().filter_map(|part| Some((part, stated(part)?))).collect())
+    let (mut findings, count) =
+        all(kit.parts().filter_map(|part| Some((part, stated(part)?))).collect())?;
+    for finding in findings.iter_mut().filter(|finding| finding.message.starts_with(WALL)) {
+        finding.severity = Severity::Warning;
+    }
+    Ok((findings, count))
 }
 
 fn all(printed: Vec<(&Body, PrintLimits)>) -> Result<(Vec<Finding>, usize), InvalidBody> {
@@ -168,7 +176,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     let is_limited = limits.wall_mm > 0.0;
     let thinnest = is_limited.then(|| thinnest_wall(&body, limits.wall_mm, LINES)).flatten();
     if let Some((thickness, place)) = thinnest {
-        let message = format!("a wall of {} is {thickness:.2} mm thin", part.name);
+        let message = format!("{WALL} {} is {thickness:.2} mm thin", part.name);
         let fix = "thicken it, or print it with another process";
         findings.push(
             about(Finding::error(Rule::Printability, message, fix)).at(Some(place)).measured(

@@ -231,7 +231,11 @@ impl Grid<'_> {
         let (mut lines, mut hangs) = (0.5, None);
         while !front.is_empty() {
             if lines * self.cell_mm > LEDGE_MM {
-                hangs = front.iter().copied().find(|place| !self.is_bridged(*place)).or(hangs);
+                // Beside a bridge, at the edge of a round wall, the next line counts.
+                let is_far = |place: &Place| {
+                    !self.is_bridged(*place) && !self.next(*place).any(|at| self.is_bridged(at))
+                };
+                hangs = front.iter().copied().find(is_far).or(hangs);
             }
             let next = front.iter().flat_map(|place| self.next(*place));
             front = next.filter(|place| left.remove(place)).collect();

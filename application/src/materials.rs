@@ -1,6 +1,6 @@
 //! What is known of materials, for programs.
 
-use fabkit_designs::materials::{Castable, Material, Origin};
+use fabkit_designs::materials::{Bond, Castable, Hold, Material, Origin};
 use serde_json::{Value, json};
 
 /// Every material of a design with its figures; what nobody knows is null.
@@ -40,10 +40,18 @@ fn of(castable: &Castable) -> Value {
         "refractive_index": figures.refractive_index,
         "clarity": figures.clarity.map(|clarity| clarity.word()),
         "degas": figures.degas,
-        "bonds": bonds.iter().map(|bond| json!({ "to": bond.to, "primer": bond.primer })).collect::<Value>(),
+        "bonds": bonds.iter().map(bond).collect::<Value>(),
         "note": figures.note,
         "sources": sources,
     })
+}
+
+fn bond(Bond { to, hold }: &Bond) -> Value {
+    let primer = match hold {
+        Hold::Primer(primer) => Some(primer),
+        Hold::Itself | Hold::Not => None,
+    };
+    json!({ "to": to, "sticks": *hold != Hold::Not, "primer": primer })
 }
 
 /// Who says what a material is, as one word, and in which file.

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Action, CompiledSolid, Cure, Mix, Opening, Point3, Pour, Pull, Ray, Sensor, Spray, Step,
-    Vector3,
+    Action, Body, CompiledSolid, Cure, Kind, Mix, Opening, Point3, Pour, Pull, Ray, Sensor, Spray,
+    Step, Vector3,
 };
 
 use crate::finding::{Finding, Rule, Severity};
@@ -310,9 +310,12 @@ impl<'a> Examiner<'a> {
             return;
         }
         let layers = &self.layers;
+        // What is used up, such as a primer, stands nowhere; the step's words name it.
+        let is_used_up = |body: &&Body| body.kind == Kind::Bought && body.placements.is_empty();
         let unused = sensor
             .bodies
             .iter()
+            .filter(|body| !is_used_up(body))
             .map(|body| body.name.as_str())
             .filter(|name| !self.used.contains(name) && !layers.contains(name));
         self.findings.extend(unused.map(|name| {

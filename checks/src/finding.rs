@@ -27,6 +27,10 @@ pub enum Rule {
     Pattern,
     /// The printer can make it.
     Printability,
+    /// Layers stick to what they are cast onto.
+    Bonding,
+    /// What a printer must support is told to whoever prints it.
+    Overhang,
     /// What is measured tells what it is measured for.
     Observability,
     /// What presses does so to the depth that is stated.
@@ -38,16 +42,20 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 9] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
         Self::TrappedAir,
         Self::Demolding,
         Self::Sight,
+        Self::Bonding,
+        Self::Printability,
+        Self::Overhang,
     ];
 
-    /// The rules that calibration hardware applies besides, each as far as it makes sense.
+    /// The rules that calibration hardware applies besides, each as far as it makes sense; walls and
+    /// holes are measured of all its printed parts, not of those alone whose machine a file names.
     pub const HARDWARE: [Self; 7] = [
         Self::Fit,
         Self::Seating,
@@ -71,6 +79,8 @@ impl Rule {
             Self::Seating => "seating",
             Self::Pattern => "pattern",
             Self::Printability => "printability",
+            Self::Bonding => "bonding",
+            Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",
             Self::Coverage => "coverage",

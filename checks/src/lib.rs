@@ -33,19 +33,22 @@ mod lines;
 mod masses;
 mod memo;
 mod opening;
+mod overhang;
 mod printability;
 mod scene;
 mod sight;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fabkit_geometry::Sensor;
+use fabkit_geometry::{Loose, Sensor};
 use rayon::prelude::*;
 
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
 pub use memo::Memo;
-pub use printability::{PrintLimits, part_limits, print_limits, printability, thinnest_wall};
+pub use printability::{
+    PrintLimits, machine_limits, part_limits, print_limits, printability, thinnest_wall,
+};
 pub use scene::InvalidBody;
 
 use scene::Assemblies;
@@ -104,14 +107,18 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 /// # Errors
 /// As [`check`].
 pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
-    let report = apply(sensor, &Memo::default(), progress)?;
+    let mut report = apply(sensor, &Memo::default(), progress)?;
+    let (hanging, count) = overhang::examine(sensor)?;
+    report.findings.extend(hanging);
+    report.examined.push(Examined { rule: Rule::Overhang, count, what: "printed parts" });
     Ok(CheckReport { batches: batches(sensor), ..report })
 }
 
 /// Is told how much is done, and how much there is to do.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// The same for many sensors that have much in common; nothing is weighed, `batches` stays empty.
+/// The same for many sensors that have much in common; nothing is weighed, `batches` stays empty, and
+/// overhangs, which keep no sensor from being built, are not looked for.
 ///
 /// ```
 /// use fabkit_checks::{Memo, check, check_variant, example};
@@ -163,7 +170,9 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 
     let (unseen, to_be_seen) = sight::examine(sensor, &scene);
     findings.extend(unseen);
-
+    findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
+    let (printing, printed) = printability::on_machines(sensor)?;
+    findings.extend(printing);
     let examined = |rule, count, what| Examined { rule, count, what };
     Ok(CheckReport {
         findings,
@@ -174,6 +183,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::TrappedAir, rising.len(), "pours"),
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
+            examined(Rule::Bonding, sensor.layers().count(), "layers"),
+            examined(Rule::Printability, printed, "parts"),
         ],
         batches: Vec::new(),
     })
@@ -185,6 +196,28 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.
+fn unbonded(sensor: &Sensor, loose: &Loose) -> Finding {
+    let from = |name: &str| {
+        let body = sensor.body(name);
+        let from =
+            body.map(|body| if body.material.is_empty() { &body.summary } else { &body.material });
+        from.map_or("", String::as_str)
+    };
+    let (layer, on) = (from(&loose.layer), from(&loose.on));
+    let message = format!(
+        "{} of {layer} is cast onto {} of {on}, to which it does not stick",
+        loose.layer, loose.on
+    );
+    let fix = format!(
+        "hold it by its shape or by a glue, take another material, or name a primer in `bonds` of {layer}"
+    );
+    Finding::error(Rule::Bonding, message, fix)
+        .with_severity(Severity::Warning)
+        .in_step(&loose.step)
+        .of([loose.layer.as_str(), loose.on.as_str()])
 }
 
 /// The overlaps of bodies alone, without the rest of [`check`].

@@ -1,9 +1,9 @@
 //! Whether a printer can make a part: it fits on the bed, its walls and holes are not too thin.
 
-use fabkit_geometry::{Body, CompiledSolid, Point3, Process, Sensor, Solid};
+use fabkit_geometry::{Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid};
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule};
+use crate::finding::{Finding, Rule, Severity};
 use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::scene::InvalidBody;
 
@@ -13,6 +13,9 @@ const LINES: usize = 6_000;
 /// Two faces bound a wall if their normals are nearly opposite: the cosine between them, that of an
 /// edge sharper than 26 degrees.
 const OPPOSITE: f64 = -0.9;
+
+/// How messages about walls begin.
+const WALL: &str = "a wall of";
 
 /// Rounding, mm.
 const ROUNDING_MM: f64 = 1e-6;
@@ -49,8 +52,13 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
 
 /// The limits of a part's process, or of the machine that it is made on.
 pub fn part_limits(part: &Body) -> Option<PrintLimits> {
-    let usual = print_limits(part.process()?)?;
-    let Some(machine) = &part.machine else { return Some(usual) };
+    machine_limits(part.process()?, part.machine.as_ref())
+}
+
+/// The limits of a process, on a machine if one is named.
+pub fn machine_limits(process: Process, machine: Option<&Machine>) -> Option<PrintLimits> {
+    let usual = print_limits(process)?;
+    let Some(machine) = machine else { return Some(usual) };
     let [width, depth, height] = usual.bed_mm;
     let [own_width, own_depth, own_height] = machine.bed_mm;
     Some(PrintLimits {
@@ -85,8 +93,34 @@ pub fn part_limits(part: &Body) -> Option<PrintLimits> {
 /// # Errors
 /// [`InvalidBody`] if a solid is none.
 pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
-    let printed: Vec<(&Body, PrintLimits)> =
-        kit.parts().filter_map(|part| Some((part, part_limits(part)?))).collect();
+    let limits = kit.parts().filter_map(|part| Some((part, part_limits(part)?)));
+    all(limits.collect())
+}
+
+/// The same of parts whose machine a file names, held against what it says of walls and holes, and
+/// against its bed. Walls that are too thin are warnings: sharp edges count as such, and print blunt.
+pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
+    let stated = |part: &Body| {
+        let machine = part.machine.as_ref()?;
+        // Laser and mill have a bed where one is stated.
+        let usual = print_limits(part.process()?);
+        let [width, depth, height] = usual.map_or([f64::INFINITY; 3], |usual| usual.bed_mm);
+        let bed = machine.bed_mm;
+        Some(PrintLimits {
+            wall_mm: machine.wall_mm.unwrap_or(0.0),
+            hole_mm: machine.hole_mm.unwrap_or(0.0),
+            bed_mm: [bed[0].unwrap_or(width), bed[1].unwrap_or(depth), bed[2].unwrap_or(height)],
+        })
+    };
+    let (mut findings, count) =
+        all(kit.parts().filter_map(|part| Some((part, stated(part)?))).collect())?;
+    for finding in findings.iter_mut().filter(|finding| finding.message.starts_with(WALL)) {
+        finding.severity = Severity::Warning;
+    }
+    Ok((findings, count))
+}
+
+fn all(printed: Vec<(&Body, PrintLimits)>) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let found: Vec<Vec<Finding>> =
         printed.par_iter().map(|(part, limits)| examine(part, limits)).collect::<Result<_, _>>()?;
     Ok((found.into_iter().flatten().collect(), printed.len()))
@@ -139,8 +173,10 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         );
     }
 
-    if let Some((thickness, place)) = thinnest_wall(&body, limits.wall_mm, LINES) {
-        let message = format!("a wall of {} is {thickness:.2} mm thin", part.name);
+    let is_limited = limits.wall_mm > 0.0;
+    let thinnest = is_limited.then(|| thinnest_wall(&body, limits.wall_mm, LINES)).flatten();
+    if let Some((thickness, place)) = thinnest {
+        let message = format!("{WALL} {} is {thickness:.2} mm thin", part.name);
         let fix = "thicken it, or print it with another process";
         findings.push(
             about(Finding::error(Rule::Printability, message, fix)).at(Some(place)).measured(

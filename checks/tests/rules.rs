@@ -36,7 +36,7 @@ fn a_sound_sensor_has_no_findings() {
     assert_eq!(report.findings, []);
     let examined: Vec<usize> = report.examined.iter().map(|e| e.count).collect();
     // Steps, pairs of three bodies, pours twice, pulls.
-    assert_eq!(examined, [2, 3, 1, 1, 2]);
+    assert_eq!(examined, [2, 3, 1, 1, 2, 1, 0, 0]);
 }
 
 #[test]

@@ -63,6 +63,12 @@ pub struct Name {
     pub summary: &'static str,
 }
 
+impl AsRef<str> for Name {
+    fn as_ref(&self) -> &str {
+        self.name
+    }
+}
+
 impl Name {
     /// A part that is made.
     pub fn made(self, process: Process, solid: Solid) -> Body {

@@ -5,6 +5,7 @@ mod extending;
 mod starting;
 mod trying;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use fabkit_geometry::Sensor;
@@ -21,9 +22,9 @@ pub(crate) use trying::Trial;
 
 use crate::Design;
 use crate::labeling::{self, Labels};
-use crate::materials::Castable;
-use crate::own::{Own, add_to_schema};
-use crate::processes::assign;
+use crate::materials::{Castable, check_kinds, hold};
+use crate::own::{Known, Own, add_to_schema};
+use crate::processes::{Workshop, assign, names, report_unnamed};
 
 /// The version of the file format that is read.
 pub const FORMAT: u32 = 1;
@@ -94,6 +95,17 @@ pub struct FamilyEntry {
 /// Reads what other crates keep in the same file, after the family's own parameters.
 type ReadMore<'a> = &'a mut dyn FnMut(&mut Reader);
 
+/// Names of parts that other crates make for a sensor, as `parts:` calls them; nothing where they are not
+/// known.
+type MoreNames<'a> = &'a mut dyn FnMut(&Sensor) -> Option<Vec<String>>;
+
+/// A design, where its values stand, and what is said of how parts are made.
+struct Loaded {
+    design: Design,
+    report: Report,
+    workshop: Workshop,
+}
+
 /// Settings and parts, as far as they came, and what is wrong.
 struct Run {
     settings: Vec<Setting>,
@@ -123,6 +135,8 @@ pub struct Extended<P> {
     pub settings: Vec<Setting>,
     /// Where values stand, to report on.
     pub report: Report,
+    /// What the file says of how parts are made.
+    pub workshop: Workshop,
 }
 
 impl FamilyEntry {
@@ -180,7 +194,11 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     let labels = Labels::read(&mut reader, labeling::KEY, "", &());
     let settings = reader.take_settings();
     read_more(&mut reader);
+    let known = reader.known::<Known>().cloned();
     let mut report = reader.finish(example);
+    if let Some(known) = &known {
+        check_kinds(&settings, &known.materials, &mut report);
+    }
     if let Some(parameters) = &parameters {
         F::check(parameters, &mut report);
         report.trace("", parameters, F::check);
@@ -316,10 +334,13 @@ impl Registry {
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
         let extra = Extra { others, section: None };
-        self.load_with(text, overrides, extra, &mut |_| ()).map(|(design, _)| design)
+        // What others make is not known here.
+        let mut names = |_: &Sensor| others.is_empty().then(Vec::new);
+        self.load_with(text, overrides, extra, &mut |_| (), &mut names).map(|loaded| loaded.design)
     }
 
-    /// Builds a design and reads the section that another crate keeps in the file.
+    /// Builds a design and reads the section that another crate keeps in the file. `names` are the parts
+    /// of what that crate makes for the sensor, each as `parts:` calls it.
     ///
     /// # Errors
     /// As for [`Registry::load`].
@@ -328,18 +349,21 @@ impl Registry {
         text: SensorText,
         overrides: &[String],
         extension: &Extension,
+        names: impl Fn(&P, &Sensor) -> Vec<String>,
     ) -> Result<(Design, Extended<P>), InvalidDesign> {
-        let (mut parameters, mut settings) = (None, Vec::new());
+        let (parameters, mut settings) = (RefCell::new(None), Vec::new());
         let field =
             Field { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
         let mut read = |reader: &mut Reader| {
-            parameters = P::read(reader, extension.key, "", &());
+            *parameters.borrow_mut() = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
+        let mut names = |sensor: &Sensor| Some(names(parameters.borrow().as_ref()?, sensor));
         let extra = Extra { others: &[], section: Some((extension, field)) };
-        let (design, report) = self.load_with(text, overrides, extra, &mut read)?;
-        match parameters {
-            Some(parameters) => Ok((design, Extended { parameters, settings, report })),
+        let Loaded { design, report, workshop } =
+            self.load_with(text, overrides, extra, &mut read, &mut names)?;
+        match parameters.into_inner() {
+            Some(parameters) => Ok((design, Extended { parameters, settings, report, workshop })),
             None => Err(bug(text.file, format!("`{}` cannot be read", extension.key))),
         }
     }
@@ -350,7 +374,8 @@ impl Registry {
         overrides: &[String],
         extra: Extra,
         read_more: ReadMore,
-    ) -> Result<(Design, Report), InvalidDesign> {
+        more_names: MoreNames,
+    ) -> Result<Loaded, InvalidDesign> {
         let Laid { document, family, own } = self.laid(text, overrides, extra)?;
         let example = self.example(&family);
         let known = own.known();
@@ -360,16 +385,25 @@ impl Registry {
         match built {
             Some(Built { mut sensor, derived }) if report.is_clean() => {
                 let mut found = Vec::new();
-                assign(&mut sensor, &own.processes, &making, &mut found);
+                let of_sensor = names(&sensor, "");
+                if !making.all_given().is_empty()
+                    && let Some(more) = more_names(&sensor)
+                {
+                    report_unnamed(&making, &of_sensor, &more, &mut found);
+                }
+                assign(&mut sensor, "", &making, making.is_asked(), &mut found);
                 if !found.is_empty() {
                     return Err(InvalidDesign { problems: Found::sorted(found) });
                 }
+                hold(&mut sensor, &own.materials);
                 let materials: Vec<Castable> = own.used(&settings);
                 materials.iter().for_each(|material| material.light(&mut sensor));
                 let mut parameters = settings;
-                parameters.extend(own.settings(&materials));
+                parameters.extend(own.settings(&materials, &of_sensor));
                 let companions = Vec::new();
-                Ok((Design { sensor, parameters, derived, materials, companions }, report))
+                let design = Design { sensor, parameters, derived, materials, companions };
+                let workshop = Workshop { processes: own.processes, making };
+                Ok(Loaded { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),
             _ => Err(bug(text.file, format!("the family {} built nothing", family.name))),

@@ -197,6 +197,8 @@ pub struct Machine {
     pub hole_mm: Option<f64>,
     /// Room for a part: width, depth, height, mm.
     pub bed_mm: [Option<f64>; 3],
+    /// Steepest overhang that it makes without support, from the vertical, degrees.
+    pub overhang_deg: Option<f64>,
     /// What differs from how the part is usually made, for whoever makes it.
     pub note: String,
 }
@@ -467,6 +469,17 @@ pub struct PressFit {
     pub reason: String,
 }
 
+/// A layer that is cast onto something that it does not stick to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Loose {
+    /// The step that casts it.
+    pub step: String,
+    /// The layer.
+    pub layer: String,
+    /// What it lies on.
+    pub on: String,
+}
+
 /// The camera as the design intends it, before any calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NominalCamera {
@@ -500,6 +513,8 @@ pub struct Sensor {
     pub print_groups: Vec<PrintGroup>,
     /// Overlaps that are meant.
     pub press_fits: Vec<PressFit>,
+    /// Layers that do not stick to what they lie on, as far as somebody says so.
+    pub loose: Vec<Loose>,
     /// The camera as designed.
     pub camera: NominalCamera,
     /// What the camera is there to see, by name; empty where there is no camera.
@@ -539,6 +554,7 @@ impl Sensor {
             chain: Vec::new(),
             print_groups: Vec::new(),
             press_fits: Vec::new(),
+            loose: Vec::new(),
             camera,
             sight: Vec::new(),
             touch: None,

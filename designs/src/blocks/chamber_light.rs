@@ -37,6 +37,8 @@ parameters! {
         package_height: Length = 0.3..=4.0,
         /// Distance of a strip's upper edge below the plate.
         below_plate: Length = 0.0..=10.0,
+        /// From below: how far the chamber's walls stand over the board that is glued to them.
+        step: Length = 0.4..=6.0,
         /// Type.
         model: String = 1..=80,
     }
@@ -47,8 +49,8 @@ crate::bodies! {
     pub LED_BOARD "led-board" "circuit board around the lens with the LEDs";
 }
 
-/// Step that the board is glued to from below, mm.
-const STEP_MM: f64 = 0.8;
+/// How much of the board lies under the step that it is glued to, at least, mm.
+const LEAST_BEARING_MM: f64 = 0.4;
 
 /// Least width of the board beside the lens's holder, mm.
 const WEB_MM: f64 = 1.0;
@@ -59,7 +61,7 @@ const PACKAGE_SHARE: f64 = 0.7;
 impl Leds {
     /// How much wider than the chamber the room below must be, mm.
     pub fn step_mm(&self) -> f64 {
-        if self.from == LightFrom::Below { STEP_MM } else { 0.0 }
+        if self.from == LightFrom::Below { self.step.mm() } else { 0.0 }
     }
 
     /// How far a strip with its packages stands out from the wall, mm; nothing from below.
@@ -240,11 +242,13 @@ impl Light<'_> {
                     + self.heads_z() - self.step_z(),
                 "the LEDs' board lies above the heads of the camera's screws";
             leds.pitch <= self.row_pitch_mm() - APART_MM, "the LEDs of a row must not touch";
+            leds.step >= self.slide_mm + LEAST_BEARING_MM,
+                "the LEDs' board, with its play in the room, is glued to the step all around";
         }
         let long = self.chamber.longer();
         let (short_path, short) = edges[1 - long];
         // Where the camera's board makes the room wider than the chamber, that much more is needed.
-        let step = STEP_MM - self.slide_mm;
+        let step = leds.step.mm() - self.slide_mm;
         let wider = bore + WEB_MM - (self.chamber.half[1 - long] + step);
         report.at_least(
             short_path,

@@ -8,7 +8,7 @@ use fabkit_text::{
     TextLayer, check_format, join, mapping_of, shown,
 };
 
-use super::{Bond, Castable, Figures, Material, Origin};
+use super::{Bond, Castable, Figures, Hold, Material, Origin};
 use crate::own::named::{Layered, Noun, Raw, given_name, key_of, raws, read, taken};
 
 /// Materials in files.
@@ -282,19 +282,25 @@ fn bonds_of(
             let at = place.at(entry.value.position);
             let primer = primer.and_then(|text| given_name(text, &at, &path, &mut reading.found));
             let (Some(to), Some(primer)) = (to, primer) else { continue };
-            bonds.push(Bond { to, primer: Some(primer).filter(|primer| primer != "none") });
+            let hold = match &*primer {
+                "none" => Hold::Not,
+                "itself" => Hold::Itself,
+                _ => Hold::Primer(primer),
+            };
+            bonds.push(Bond { to, hold });
         }
-        let shown = |bond: &Bond| match &bond.primer {
-            Some(primer) => format!("{} with {primer}", bond.to),
-            None => bond.to.clone(),
+        let shown = |bond: &Bond| match &bond.hold {
+            Hold::Primer(primer) => format!("{} with {primer}", bond.to),
+            Hold::Itself => format!("{} by itself", bond.to),
+            Hold::Not => format!("not to {}", bond.to),
         };
         let shown: Vec<String> = bonds.iter().map(shown).collect();
-        let summary = "What it sticks to, and with which primer.";
+        let summary = "What it sticks to and with which primer, and what not.";
         settings.push(setting(
             path,
             shown.join("; "),
             summary,
-            "a primer or none, by material",
+            "a primer, `itself` or `none`, by material",
             source,
         ));
     }

@@ -4,6 +4,7 @@
 //! own mixing ratio or cure time goes before them, in the sensor's chain.
 
 mod catalogue;
+mod holding;
 mod units;
 
 use std::ops::Deref;
@@ -16,6 +17,7 @@ use crate::own::{Known, near, unknown_hint};
 use crate::{choices, parameters};
 
 pub(crate) use catalogue::{Catalogue, MATERIALS};
+pub(crate) use holding::{check_kinds, hold};
 pub use units::{Celsius, Density, Hardness, Hours, Minutes, Percent, Pressure, Scale};
 
 /// Room temperature, degrees Celsius, where nothing is said.
@@ -102,8 +104,19 @@ parameters! {
 pub struct Bond {
     /// The other material.
     pub to: String,
-    /// What is put between them first.
-    pub primer: Option<String>,
+    /// How.
+    pub hold: Hold,
+}
+
+/// How a material holds to another one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// By itself.
+    Itself,
+    /// With something that is put between them first.
+    Primer(String),
+    /// Not at all.
+    Not,
 }
 
 /// What light does in a window of a sheet or of resin, as its trade name says it: clear unless a word

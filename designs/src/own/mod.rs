@@ -88,11 +88,11 @@ impl Own {
     }
 
     /// Every figure of what is used and not as it is built in, as further parameters: what is made
-    /// follows from them.
-    pub fn settings(&self, materials: &[Castable]) -> Vec<Setting> {
+    /// follows from them. `parts` are the names of what is made.
+    pub fn settings(&self, materials: &[Castable], parts: &[String]) -> Vec<Setting> {
         let own = materials.iter().filter(|castable| !castable.material().is_builtin());
         let own = own.flat_map(|castable| castable.material().settings.clone());
-        own.chain(self.processes.settings()).collect()
+        own.chain(self.processes.settings(parts)).collect()
     }
 
     /// The materials that parameters name, in their order.

@@ -31,7 +31,8 @@ fn materials() -> Json {
     let share = json!({ "type": "object", "additionalProperties": { "type": "number", "exclusiveMinimum": 0 } });
     let primer = json!({ "type": "object", "additionalProperties": { "type": "string" } });
     one["properties"]["mix"] = plain(share, "Components and their shares by mass.");
-    one["properties"]["bonds"] = plain(primer, "What it sticks to: the primer, or `none`.");
+    one["properties"]["bonds"] =
+        plain(primer, "What it sticks to: the primer, or `itself`; `none` where it does not.");
     one["properties"]["extends"] = json!({ "type": "string", "description": "Another material; the section then lists what differs." });
     named(
         &one,

@@ -1,11 +1,10 @@
-//! Which parts are made how: `processes:` and `parts:` of files, read and applied.
+//! Which parts are made how: `processes:` and `parts:` of files, as read.
 
-use fabkit_geometry::{Kind, Machine, Sensor};
 use fabkit_text::{
     Dialect, Entry, Found, Place, Reading, Setting, Source, SourceKind, join, shown,
 };
 
-use super::making::fits;
+use super::making::{Given, fits};
 use super::{Making, ProcessFigures, ProcessKind, Recipe};
 use crate::own::named::{Layered, Noun, Raw, given_name, key_of, near, read, taken};
 
@@ -20,15 +19,6 @@ pub(crate) const PARTS: &str = "parts";
 
 /// Most materials of one process.
 const MOST_MATERIALS: usize = 32;
-
-/// What a file gives to parts.
-#[derive(Clone, Debug)]
-struct Given {
-    pattern: String,
-    place: Place,
-    recipe: Option<Recipe>,
-    material: Option<String>,
-}
 
 /// What files say of processes and parts.
 #[derive(Clone, Debug, Default)]
@@ -151,21 +141,21 @@ impl Processes {
         let is_of_kind = |recipe: &&Recipe| recipe.kind.word() == key_of(&recipe.name);
         let recipes = self.recipes.iter().map(|(recipe, _)| recipe);
         let of_kind = recipes.filter(is_of_kind).cloned().collect();
-        let of_parts =
-            self.given.iter().filter_map(|g| Some((g.pattern.clone(), g.recipe.clone()?)));
-        Making::new(of_kind, of_parts.collect())
+        Making::new(of_kind, self.given.clone())
     }
 
-    /// What is made follows from these.
-    pub fn settings(&self) -> Vec<Setting> {
+    /// What parts of these names follow from.
+    pub fn settings(&self, names: &[String]) -> Vec<Setting> {
+        let is_meant = |given: &&Given| names.iter().any(|name| fits(&given.pattern, name));
         // Of machines that no part is made on, nothing follows.
-        let is_given = |recipe: &Recipe| {
-            let given = self.given.iter().filter_map(|given| given.recipe.as_ref());
-            recipe.kind.word() == key_of(&recipe.name) || given.into_iter().any(|g| g == recipe)
+        let is_used = |recipe: &Recipe| {
+            let given = self.given.iter().filter(is_meant);
+            recipe.kind.word() == key_of(&recipe.name)
+                || given.into_iter().any(|given| given.recipe.as_ref() == Some(recipe))
         };
-        let used = self.recipes.iter().filter(|(recipe, _)| is_given(recipe));
+        let used = self.recipes.iter().filter(|(recipe, _)| is_used(recipe));
         let own = used.flat_map(|(_, settings)| settings.iter().cloned());
-        let given = self.given.iter().flat_map(|given| {
+        let given = self.given.iter().filter(is_meant).flat_map(|given| {
             let path = join(PARTS, &given.pattern);
             let of = |key: &str, value: Option<String>, summary: &str| {
                 Some(Setting {
@@ -226,122 +216,4 @@ fn recipe(
         return None;
     };
     Some((Recipe { name, kind, figures: Some(figures), materials }, settings))
-}
-
-/// Gives parts their processes, with what to mind; what cannot be is reported.
-pub(crate) fn assign(
-    sensor: &mut Sensor,
-    processes: &Processes,
-    making: &Making,
-    found: &mut Vec<Found>,
-) {
-    let names: Vec<String> = sensor.parts().map(|part| part.name.clone()).collect();
-    for given in &processes.given {
-        if names.iter().any(|name| fits(&given.pattern, name)) {
-            continue;
-        }
-        let path = join(PARTS, &shown(&given.pattern));
-        let near = near(&given.pattern, names.iter().map(String::as_str));
-        let stem = format!("{}-", given.pattern);
-        let did = match near.is_empty() {
-            _ if names.iter().any(|name| name.starts_with(&stem)) => {
-                format!("did you mean `{stem}*`? ")
-            }
-            true => String::new(),
-            false => format!("{} ", fabkit_text::did_you_mean(&near)),
-        };
-        let message = format!("{path} names none of the sensor's parts");
-        let hint = format!("{did}the parts are {}; `*` stands for anything", names.join(", "));
-        found.push(given.place.problem(&path, &shown(&given.pattern), message).hint(hint));
-    }
-    for part in &mut sensor.bodies {
-        let Kind::Made(usual) = part.kind else { continue };
-        let named = processes.given.iter().rev().filter(|given| fits(&given.pattern, &part.name));
-        let material = named.clone().find_map(|given| given.material.clone());
-        let place = named.clone().find(|given| given.recipe.is_some());
-        match making.of(&part.name) {
-            Some(recipe) => {
-                let process = recipe.kind.process();
-                if let Some(why) = refused(usual, recipe.kind)
-                    && let Some(place) = place
-                {
-                    let path = join(&join(PARTS, &shown(&place.pattern)), "process");
-                    let message = format!("{} cannot be made by {}: {why}", part.name, recipe.name);
-                    let hint = format!("it is made by {usual}; leave it out of the pattern");
-                    found.push(place.place.problem(&path, &recipe.name, message).hint(hint));
-                    continue;
-                }
-                part.kind = Kind::Made(process);
-                let suits = |material: &String| {
-                    recipe.materials.iter().any(|known| key_of(known) == key_of(material))
-                };
-                let implied = recipe.materials.first().cloned().or_else(|| {
-                    recipe.kind.usual_material().filter(|_| process != usual).map(str::to_owned)
-                });
-                let is_missing = recipe.materials.is_empty() || !suits(&part.material);
-                let old = part.material.clone();
-                if let Some(new) = material.or(implied.filter(|_| is_missing)) {
-                    part.material = new;
-                }
-                let mut note = format!("made by {}", recipe.name);
-                if recipe.name != recipe.kind.word() {
-                    note += &format!(" ({})", recipe.kind.word());
-                }
-                note += &match recipe.figures.as_ref().and_then(|figures| figures.layer_height) {
-                    Some(height) => format!(" in layers of {height}"),
-                    None => String::new(),
-                };
-                if process != usual {
-                    note += &format!(", usually by {usual}");
-                }
-                if part.material != old {
-                    note += &format!("; from {} in place of {old}", part.material);
-                }
-                if process != usual && !making.is_asked() {
-                    note += &format!("; its fits are those of {usual}");
-                }
-                part.machine = Some(Machine { note: note.clone(), ..recipe.machine() });
-                part.notes.insert(0, note);
-                part.notes.extend(recipe.figures.as_ref().and_then(|f| f.note.clone()));
-            }
-            None => {
-                part.machine = making.of_kind(usual).map(Recipe::machine);
-                if let Some(material) = material {
-                    part.material = material;
-                }
-            }
-        }
-    }
-    // Parts of one piece leave one machine.
-    for group in &sensor.print_groups {
-        let mut made = sensor.bodies.iter().filter(|body| group.parts.contains(&body.name));
-        let Some(first) = made.next() else { continue };
-        let Some(other) = made.find(|other| other.kind != first.kind) else { continue };
-        let message = format!(
-            "{} is made by {} and {} by {}, but they are printed as one piece",
-            first.name,
-            first.process_word(),
-            other.name,
-            other.process_word()
-        );
-        let given = processes
-            .given
-            .iter()
-            .find(|given| group.parts.iter().any(|p| fits(&given.pattern, p)));
-        let Some(given) = given else { continue };
-        let hint = format!("give {} the same process", group.parts.join(", "));
-        found.push(given.place.problem(PARTS, &given.pattern, message).hint(hint));
-    }
-}
-
-/// Why a part that is usually made in one way cannot be made in another.
-fn refused(usual: fabkit_geometry::Process, kind: ProcessKind) -> Option<&'static str> {
-    use fabkit_geometry::Process::{Cast, Laser, Pcb};
-    match (usual, kind) {
-        (Pcb, _) => Some("it is a circuit board"),
-        (Cast, _) => Some("it is cast"),
-        (Laser, _) => None,
-        (_, ProcessKind::Laser) => Some("it is no flat sheet"),
-        _ => None,
-    }
 }

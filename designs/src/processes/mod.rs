@@ -3,6 +3,7 @@
 //! A family says how each of its parts is usually made. What a file says of processes changes that for
 //! the parts it names: their fits, what is checked of them, and what is told to whoever makes them.
 
+mod applying;
 mod assigning;
 mod making;
 
@@ -10,8 +11,10 @@ use fabkit_geometry::{Angle, Length, Machine, Process};
 
 use crate::{Fit, choices, parameters};
 
-pub(crate) use assigning::{PARTS, PROCESSES, Processes, assign};
-pub use making::Making;
+pub use applying::Workshop;
+pub(crate) use applying::{assign, names, report_unnamed};
+pub(crate) use assigning::{PARTS, PROCESSES, Processes};
+pub use making::{FixtureMaking, Made, Making};
 
 choices! {
     /// A way to make a part that a part may be given.
@@ -135,7 +138,7 @@ impl Recipe {
     }
 
     /// What parts remember of it.
-    fn machine(&self) -> Machine {
+    pub(crate) fn machine(&self) -> Machine {
         let Some(figures) = &self.figures else {
             return Machine { name: self.name.clone(), ..Machine::default() };
         };
@@ -145,6 +148,7 @@ impl Recipe {
             name: self.name.clone(),
             wall_mm: figures.wall.map(Length::mm).or(lines.map(|line| 2.0 * line.mm())),
             hole_mm: figures.hole.map(Length::mm),
+            overhang_deg: figures.overhang.map(Angle::deg),
             bed_mm: [room.width, room.depth, room.height].map(|side| side.map(Length::mm)),
             note: String::new(),
         }

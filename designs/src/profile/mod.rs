@@ -34,6 +34,11 @@ choices! {
 }
 
 impl PrintProcess {
+    /// That of parts made so; nothing for what is not printed.
+    pub fn of(process: Process) -> Option<Self> {
+        [Self::Fdm, Self::Sla, Self::PolyJet].into_iter().find(|known| known.process() == process)
+    }
+
     /// The process of parts that it is about.
     pub fn process(self) -> Process {
         match self {

@@ -103,6 +103,8 @@ pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
     let sizes: Vec<(&str, [f64; 2])> = sensor
         .parts()
         .filter(|part| part.kind == Kind::Made(Process::Laser))
+        // What is printed instead need fit on a bed only.
+        .filter(|part| p.making.process(&part.name, Process::Laser) == Process::Laser)
         .filter_map(|part| {
             let [x, y, _] = CompiledSolid::new(&part.solid).ok()?.bounds().size_mm();
             Some((part.name.as_str(), [x.max(y), x.min(y)]))

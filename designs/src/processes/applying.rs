@@ -1,0 +1,182 @@
+//! Parts get what files say of how they are made.
+
+use fabkit_geometry::{Body, Kind, Machine, Process, Sensor};
+use fabkit_text::{Found, InvalidDesign, Setting, join, shown};
+
+use super::making::{Given, fits};
+use super::{Making, PARTS, ProcessKind, Processes, Recipe};
+use crate::own::near;
+
+/// What a sensor's file says of processes and parts, for fixtures that are made for the sensor.
+#[derive(Clone, Debug)]
+pub struct Workshop {
+    pub(crate) processes: Processes,
+    pub(crate) making: Making,
+}
+
+impl Workshop {
+    /// Gives the parts of a fixture their processes, as those of the sensor have them, and returns what
+    /// they follow from, as further parameters. They are called `FIXTURE/PART`.
+    ///
+    /// # Errors
+    /// Parts that cannot be made as a file says.
+    pub fn apply(&self, fixture: &str, kit: &mut Sensor) -> Result<Vec<Setting>, InvalidDesign> {
+        let mut found = Vec::new();
+        let scope = format!("{fixture}/");
+        assign(kit, &scope, &self.making, true, &mut found);
+        match found.is_empty() {
+            true => Ok(self.processes.settings(&names(kit, &scope))),
+            false => Err(InvalidDesign { problems: Found::sorted(found) }),
+        }
+    }
+}
+
+/// Names of parts as patterns mean them: with `FIXTURE/` before those of a fixture.
+pub(crate) fn names(kit: &Sensor, scope: &str) -> Vec<String> {
+    kit.parts().map(|part| format!("{scope}{}", part.name)).collect()
+}
+
+/// Reports patterns that name neither a part of the sensor nor one of its fixtures.
+pub(crate) fn report_unnamed(
+    making: &Making,
+    of_sensor: &[String],
+    of_fixtures: &[String],
+    found: &mut Vec<Found>,
+) {
+    let mut fixtures: Vec<&str> =
+        of_fixtures.iter().filter_map(|name| Some(name.split_once('/')?.0)).collect();
+    fixtures.dedup();
+    for given in making.all_given() {
+        let mut names = of_sensor.iter().chain(of_fixtures);
+        if names.any(|name| fits(&given.pattern, name)) {
+            continue;
+        }
+        let path = join(PARTS, &shown(&given.pattern));
+        let (or, theirs) = match fixtures.join("/*`, `") {
+            none if none.is_empty() => ("", String::new()),
+            all => (" or of its fixtures'", format!(", those of its fixtures `{all}/*`")),
+        };
+        let message = format!("{path} names none of the sensor's parts{or}");
+        let did = did_you_mean(&given.pattern, of_sensor, of_fixtures, &fixtures);
+        let hint =
+            format!("{did}the parts are {}{theirs}; `*` stands for anything", of_sensor.join(", "));
+        found.push(given.place.problem(&path, &shown(&given.pattern), message).hint(hint));
+    }
+}
+
+/// What somebody may have meant by a pattern that names nothing.
+fn did_you_mean(
+    pattern: &str,
+    of_sensor: &[String],
+    of_fixtures: &[String],
+    fixtures: &[&str],
+) -> String {
+    let say = |names: &[&str]| match names {
+        [] => None,
+        names => Some(format!("{} ", fabkit_text::did_you_mean(names))),
+    };
+    let stem = format!("{pattern}-");
+    if of_sensor.iter().any(|name| name.starts_with(&stem)) {
+        return format!("did you mean `{stem}*`? ");
+    }
+    // A part of a fixture without its fixture, a fixture alone, slips.
+    let in_fixture = |name: &&String| name.split_once('/').is_some_and(|(_, part)| part == pattern);
+    let named: Vec<&str> = of_fixtures.iter().filter(in_fixture).map(String::as_str).collect();
+    let whole: Vec<String> =
+        fixtures.iter().filter(|name| **name == pattern).map(|name| format!("{name}/*")).collect();
+    let whole: Vec<&str> = whole.iter().map(String::as_str).collect();
+    let sensor = near(pattern, of_sensor.iter().map(String::as_str));
+    say(&sensor)
+        .or_else(|| say(&whole))
+        .or_else(|| say(&named))
+        .or_else(|| say(&near(pattern, of_fixtures.iter().map(String::as_str))))
+        .unwrap_or_default()
+}
+
+/// Gives parts their processes, with what to mind; what cannot be is reported. `scope` stands before the
+/// names of the parts; `follows` says whether all fits follow.
+pub(crate) fn assign(
+    kit: &mut Sensor,
+    scope: &str,
+    making: &Making,
+    follows: bool,
+    found: &mut Vec<Found>,
+) {
+    for part in &mut kit.bodies {
+        let Kind::Made(usual) = part.kind else { continue };
+        let name = format!("{scope}{}", part.name);
+        let material = making.material(&name, usual, &part.material);
+        let Some(recipe) = making.of(&name) else {
+            part.machine = making.of_kind(usual).map(Recipe::machine);
+            part.material = material;
+            continue;
+        };
+        let place = making.given(&name).find(|given| given.recipe.is_some());
+        if let (Some(why), Some(place)) = (refused(usual, recipe.kind), place) {
+            let path = join(&join(PARTS, &shown(&place.pattern)), "process");
+            let message = format!("{name} cannot be made by {}: {why}", recipe.name);
+            let hint = format!("it is made by {usual}; leave it out of the pattern");
+            found.push(place.place.problem(&path, &recipe.name, message).hint(hint));
+            continue;
+        }
+        let old = std::mem::replace(&mut part.material, material);
+        take(part, recipe, usual, &old, follows);
+    }
+    // Parts of one piece leave one machine.
+    for group in &kit.print_groups {
+        let mut made = kit.bodies.iter().filter(|body| group.parts.contains(&body.name));
+        let Some(first) = made.next() else { continue };
+        let Some(other) = made.find(|other| other.kind != first.kind) else { continue };
+        let message = format!(
+            "{} is made by {} and {} by {}, but they are printed as one piece",
+            first.name,
+            first.process_word(),
+            other.name,
+            other.process_word()
+        );
+        let is_meant = |given: &&Given| {
+            group.parts.iter().any(|part| fits(&given.pattern, &format!("{scope}{part}")))
+        };
+        let Some(given) = making.all_given().iter().find(is_meant) else { continue };
+        let hint = format!("give {} the same process", group.parts.join(", "));
+        found.push(given.place.problem(PARTS, &given.pattern, message).hint(hint));
+    }
+}
+
+/// A part, usually made by `usual` from `old`, is made as a recipe says.
+fn take(part: &mut Body, recipe: &Recipe, usual: Process, old: &str, follows: bool) {
+    let process = recipe.kind.process();
+    part.kind = Kind::Made(process);
+    let mut note = format!("made by {}", recipe.name);
+    if recipe.name != recipe.kind.word() {
+        note += &format!(" ({})", recipe.kind.word());
+    }
+    note += &match recipe.figures.as_ref().and_then(|figures| figures.layer_height) {
+        Some(height) => format!(" in layers of {height}"),
+        None => String::new(),
+    };
+    if process != usual {
+        note += &format!(", usually by {usual}");
+    }
+    if part.material != old {
+        note += &format!("; from {} in place of {old}", part.material);
+    }
+    if process != usual && !follows {
+        note += &format!("; its fits are those of {usual}");
+    }
+    part.machine = Some(Machine { note: note.clone(), ..recipe.machine() });
+    part.notes.insert(0, note);
+    part.notes.extend(recipe.figures.as_ref().and_then(|f| f.note.clone()));
+}
+
+/// Why a part that is usually made in one way cannot be made in another.
+fn refused(usual: Process, kind: ProcessKind) -> Option<&'static str> {
+    use Process::{Cast, Laser, Pcb};
+    match (usual, kind) {
+        (Pcb, _) => Some("it is a circuit board"),
+        (Cast, _) => Some("it is cast"),
+        (Laser, _) => None,
+        (_, ProcessKind::Laser) => Some("it is no flat sheet"),
+        _ => None,
+    }
+}

@@ -198,6 +198,7 @@ impl Design {
 
     /// A PNG picture of a body, or of an assembly.
     #[pyo3(signature = (body, assembly, exploded, section, view, size_px))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn picture<'py>(
         &self,
         py: Python<'py>,

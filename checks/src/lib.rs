@@ -57,7 +57,7 @@ use scene::Assemblies;
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
                               faces within 1e-6 mm are together; air and tools: 320 columns \
                               across, pockets shallower than a column are not seen; \
-                              sight: 8192 rays from the pupil, not bent";
+                              sight: twice 8192 rays from the pupil, not bent";
 
 /// How much one rule looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,7 +184,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
-            examined(Rule::Printability, printed, "parts"),
+            examined(Rule::Printability, printed, "parts on own machines"),
         ],
         batches: Vec::new(),
     })

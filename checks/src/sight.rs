@@ -1,29 +1,29 @@
 //! Whether the camera sees what it is there to see, through what is clear, and with enough pixels.
 //!
-//! Rays leave the camera's pupil evenly in all directions; each stands for a piece of the surface
-//! that it meets, and for the pixels that look that way. Nothing bends them, and the lens is taken
-//! as equidistant: what is found is far larger than either error.
+//! Rays leave the camera's pupil evenly, once in all directions and once towards what is to be seen, which
+//! may be small; each stands for a piece of the surface that it meets, and for the pixels that look that way.
+//! Nothing bends them, and the lens is taken as equidistant: what is found is far larger than either error.
 
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{
-    Assembly, Clarity, NominalCamera, Point3, Ray, Sensor, TouchSurface, Vector3,
+    Aabb, Assembly, Clarity, NominalCamera, Point3, Ray, Sensor, TouchSurface, Vector3,
 };
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Rule};
-use crate::lines::{Caster, steepness};
+use crate::lines::{Caster, basis, steepness};
 use crate::scene::{Assemblies, Placed};
 
-/// Rays in all directions.
+/// Rays in all directions, and again towards what is to be seen.
 const RAYS: usize = 8_192;
 
 /// Largest share of what is there to be seen that may lie outside the camera's picture; some flat
 /// sensors look at the middle of their pads.
 const MOST_UNSEEN: f64 = 2.0 / 3.0;
 
-/// Largest share that one body may hide: a rim, the heads of screws.
-const MOST_HIDDEN: f64 = 0.2;
+/// Largest share that one body may hide: the window's rim of a small flat sensor takes a fifth.
+const MOST_HIDDEN: f64 = 1.0 / 3.0;
 
 /// Fewest pixels that look at a surface, and at each of many markers: an optical mouse's chip of
 /// 30 x 30 pixels, the smallest in use, has one for each.
@@ -135,15 +135,62 @@ fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
             counts.then_some(Met { placed, clarity, is_wanted })
         })
         .collect();
-    let solid_angle = 4.0 * std::f64::consts::PI / RAYS as f64;
+    let wide = cast(camera, &bodies, &Cone::ALL, is_pad);
+    let near = cast(camera, &bodies, &Cone::around(&bodies, &pupil), is_pad);
+    Seen { outside_px: wide.outside_px, all_px: wide.all_px, ..near }
+}
+
+/// Directions around an axis.
+struct Cone {
+    axis: Vector3<f64>,
+    /// Of the angle between the axis and its outermost directions.
+    cosine: f64,
+}
+
+impl Cone {
+    /// All directions.
+    const ALL: Self = Self { axis: Vector3::new(0.0, 0.0, 1.0), cosine: -1.0 };
+
+    /// The directions from a point to what is to be seen; all where the point lies amid it.
+    fn around(bodies: &[Met], point: &Point3<f64>) -> Self {
+        let wanted = bodies.iter().filter(|met| met.is_wanted).map(|met| met.placed.body.bounds());
+        let bounds = wanted.fold(Aabb::nothing(), |hull, bounds| hull.hull(&bounds));
+        let towards = bounds.centre() - point;
+        let [radius, distance] = [(bounds.max - bounds.centre()).norm(), towards.norm()];
+        if bounds.is_empty() || radius >= distance {
+            return Self::ALL;
+        }
+        Self { axis: towards / distance, cosine: (1.0 - (radius / distance).powi(2)).sqrt() }
+    }
+
+    /// The part of the unit sphere that one ray of [`RAYS`] stands for.
+    fn solid_angle(&self) -> f64 {
+        2.0 * std::f64::consts::PI * (1.0 - self.cosine) / RAYS as f64
+    }
+
+    /// A direction; all of them together are spread evenly (a Fibonacci lattice).
+    fn direction(&self, number: usize) -> Vector3<f64> {
+        let along = 1.0 - (1.0 - self.cosine) * (number as f64 + 0.5) / RAYS as f64;
+        let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let (sin, cos) = turn.sin_cos();
+        let across = (1.0 - along * along).sqrt();
+        let [u, v] = basis(&self.axis);
+        across * (cos * u + sin * v) + along * self.axis
+    }
+}
+
+/// What becomes of the rays of a cone.
+fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: bool) -> Seen<'a> {
+    let pupil = camera.sensor_from_camera.point(Point3::origin());
+    let solid_angle = cone.solid_angle();
     (0..RAYS)
         .into_par_iter()
         .map_init(Caster::default, |caster, number| {
-            let ray = Ray { origin: pupil, direction: even(number) };
-            let mut first: Option<(f64, &str, bool)> = None;
+            let ray = Ray { origin: pupil, direction: cone.direction(number) };
+            let mut first: Option<(f64, &'a str, bool)> = None;
             let mut wanted: Option<(f64, f64)> = None;
             let mut is_dark = false;
-            for Met { placed, clarity, is_wanted } in &bodies {
+            for Met { placed, clarity, is_wanted } in bodies {
                 let mut entries = caster.stretches(&placed.body, &ray).map(|s| s.enter);
                 let Some(enter) = entries.find(|enter| enter.t > 0.0) else { continue };
                 is_dark |= *clarity == Clarity::Opaque;
@@ -178,15 +225,6 @@ fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
             }
             seen
         })
-}
-
-/// A direction; all of them together are spread evenly (a Fibonacci lattice).
-fn even(number: usize) -> Vector3<f64> {
-    let z = 1.0 - (2.0 * number as f64 + 1.0) / RAYS as f64;
-    let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let (sin, cos) = turn.sin_cos();
-    let across = (1.0 - z * z).sqrt();
-    Vector3::new(across * cos, across * sin, z)
 }
 
 /// Pixels for each steradian around a direction in the sensor frame; none outside the picture.

@@ -60,3 +60,10 @@ fn what_ships_is_seen() {
         assert!(found.is_empty(), "{sensor}: {found:#?}");
     });
 }
+
+#[test]
+fn three_small_dots_are_seen_as_well_as_many() {
+    let few = ["pins.pattern=list", "pins.polar=[0 deg, 30 deg, 30 deg]"];
+    let few = [&few[..], &["pins.azimuth=[0 deg, 0 deg, 120 deg]"]].concat();
+    assert_eq!(unseen("tactip", &few), []);
+}

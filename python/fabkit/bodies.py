@@ -135,10 +135,10 @@ class Body:
         size_px
             Width and height.
         section
-            Take the half nearer to the viewer away; that in front of the x-z plane without `view`.
+            Take the half nearer to the viewer away; without `view`, that before the x-z plane.
         view
-            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``, or
-            azimuth from +x and elevation in degrees, ``(30, 20)``. A corner above if nothing is said.
+            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``,
+            or azimuth from +x and elevation in degrees, ``(30, 20)``; else a corner above.
 
         Raises
         ------

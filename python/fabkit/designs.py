@@ -364,10 +364,10 @@ class Design:
         exploded
             Pulled apart.
         section
-            Without the half nearer to the viewer; that in front of the x-z plane without `view`.
+            Without the half nearer to the viewer; without `view`, that before the x-z plane.
         view
-            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``, or
-            azimuth from +x and elevation in degrees, ``(30, 20)``. A corner above if nothing is said.
+            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``,
+            or azimuth from +x and elevation in degrees, ``(30, 20)``; else a corner above.
 
         Raises
         ------

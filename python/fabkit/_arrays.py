@@ -83,7 +83,7 @@ def sides_mm(
 
 
 def view(given: str | tuple[float, float] | None) -> str | None:
-    """A side to look from, as the command line writes it."""
+    """Write a side to look from as the command line does."""
     return given if given is None or isinstance(given, str) else ",".join(map(str, given))
 
 

@@ -33,6 +33,7 @@ mod lines;
 mod masses;
 mod memo;
 mod opening;
+mod outlet;
 mod overhang;
 mod printability;
 mod scene;
@@ -155,6 +156,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     }
     for (place, pour) in &rising {
         findings.extend(air::examine(place, pour, &scene, memo));
+        findings.extend(outlet::examine(place, pour, &scene, memo));
         tick();
     }
     let pulled: Vec<Vec<Finding>> = removals

@@ -313,7 +313,7 @@ fn metrics_agree_with_other_ways_to_them() {
 #[test]
 fn markers_are_found_and_flat_sensors_have_empty_cells() {
     let expected = [
-        ("shadowtac", "camera.width_px: [1920]", 217.0),
+        ("shadowtac", "camera.width_px: [1920]", 469.0),
         ("uvdtact", "camera.width_px: [400]", 85.0),
         ("tactip", "camera.pixels: [30]", 57.0),
     ];

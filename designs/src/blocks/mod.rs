@@ -19,6 +19,7 @@ pub mod mounting;
 mod o_ring_seat;
 pub mod posted_camera;
 mod rect;
+pub mod sprue;
 mod vented_lid;
 
 use std::f64::consts::{PI, TAU};

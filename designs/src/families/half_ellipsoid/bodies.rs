@@ -46,4 +46,7 @@ crate::bodies! {
     pub CAMERA "camera";
     pub WHITE_LED "white-led";
     pub UV_LED "uv-led";
+    pub SWITCH "dual-switch";
+    pub RESISTOR "led-resistor";
+    pub LED_WIRE "led-wire";
 }

@@ -1,14 +1,17 @@
 //! How a half-ellipsoid sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Opening, Point3, Pull, Step, Vector3};
+use fabkit_geometry::{Cure, Opening, Point3, Pose, Pull, Step, Vector3};
 
 use super::bodies::*;
+use super::components::has_parts;
 use super::joints::Joints;
+use super::layers::elastomer_names;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
-use super::tooling::{Boundary, vent_circles_mm, vent_poses};
+use super::runner;
+use super::tooling::{Boundary, vent_poses};
 use crate::assembling::{
-    Liquid, Name, SENSOR, assemble, bond, demold, liquid, make, peeled, rigid, step,
+    Liquid, Name, SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
 };
 
 /// Toward the tip.
@@ -30,23 +33,25 @@ fn opening(name: &str, point: Point3<f64>, axis: Vector3<f64>, radius_mm: f64) -
     Opening { name: name.into(), point, axis, radius_mm }
 }
 
-/// The vents as openings of one layer's foot: each disc is centred on the foot and encloses its
-/// vent, which on the thin layers' circle serves two layers.
-fn foot_vents(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Vec<Opening> {
-    let (circle, inner, outer) = match boundary {
-        Boundary::Inner => (0, layout.shell_offset_mm, layout.inner_offset_mm),
-        Boundary::Outer => (1, layout.inner_offset_mm, layout.outer_offset_mm),
-        Boundary::Black => (1, layout.outer_offset_mm, layout.black_offset_mm),
+/// Where a layer's foot is open: the inner elastomer's over the vents, a thin one's over the gates.
+fn foot_openings(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Vec<Opening> {
+    let feet = match boundary {
+        Boundary::Inner => {
+            let radius_mm = p.tooling.vent_diameter.mm() / 2.0;
+            let vent = |(pose, i): (&Pose, u32)| {
+                opening(&format!("vent {i}"), pose.point(Point3::origin()), -up(), radius_mm)
+            };
+            return vent_poses(p, layout).iter().zip(1..).map(vent).collect();
+        }
+        Boundary::Outer => [layout.inner_offset_mm, layout.outer_offset_mm],
+        Boundary::Black => [layout.outer_offset_mm, layout.black_offset_mm],
     };
-    let beside = layout.foot_of((inner + outer) / 2.0) - vent_circles_mm(layout)[circle];
-    let radius_mm = p.tooling.vent_diameter.mm() / 2.0 + beside.abs();
-    let poses = vent_poses(p, layout, circle).into_iter().enumerate();
-    poses
-        .map(|(i, pose)| {
-            let point = pose.point(Point3::new(beside, 0.0, 0.0));
-            opening(&format!("vent {}", i + 1), point, -up(), radius_mm)
-        })
-        .collect()
+    let gate = |(rad, i): (f64, u32)| {
+        let (point, radius_mm) =
+            runner::open_disc(rad, layout, feet.map(|offset| layout.foot_of(offset)));
+        opening(&format!("gate {i}"), point, -up(), radius_mm)
+    };
+    runner::gates_rad(p).zip(1..).map(gate).collect()
 }
 
 /// Every step from printing to the sensor.
@@ -56,9 +61,11 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
          have the board made; varnish the negatives and spray them with release agent",
     );
     let mut steps = vec![first.source("III-C, figure 3 (i)")];
-    steps.extend(Boundary::ALL.into_iter().flat_map(|boundary| silicone_cup(p, layout, boundary)));
+    steps.extend(
+        Boundary::all(p).into_iter().flat_map(|boundary| silicone_cup(p, layout, boundary)),
+    );
     steps.extend(silicone_core(p, layout));
-    steps.extend(Boundary::ALL.into_iter().flat_map(|boundary| elastomer(p, layout, boundary)));
+    steps.extend(Boundary::all(p).into_iter().flat_map(|boundary| elastomer(p, layout, boundary)));
     steps.extend(finish(p, layout));
     steps
 }
@@ -99,7 +106,7 @@ fn silicone_core(p: &HalfEllipsoid, layout: &Layout) -> [Step; 2] {
 
 fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2] {
     let (layer, cup, mold) = (boundary.layer(), boundary.cup(), boundary.mold());
-    let mut openings = foot_vents(p, layout, boundary);
+    let mut openings = foot_openings(p, layout, boundary);
     let (walls, material, direction, instruction, source): (&[Name], _, _, _, _) = match boundary {
         Boundary::Inner => (
             &[cup, CORE],
@@ -116,19 +123,20 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
                 &[cup, CORE, INNER],
                 &p.outer_elastomer.material,
                 up(),
-                "brush the slots full, put the mold over core and inner elastomer, tip up; press the \
-                 mixture in through the vents below until it rises from the vent at the tip; tape \
-                 the vents below; trim the sprue at the tip",
+                "brush the slots full, put the mold over core and inner elastomer, tip up; press a \
+                 syringe's tip into the seat in the flange from below and push until the mixture rises \
+                 from the vent at the tip; leave the syringe in until it has cured; tape the vents of \
+                 the inner elastomer before",
                 "III-C, figure 3 (iv); tip up is chosen: the paper's way, tip down, leaves air in \
                  the slots",
             )
         }
         Boundary::Black => (
-            &[cup, CORE, OUTER],
+            if p.markers.is_plain() { &[cup, CORE, INNER] } else { &[cup, CORE, OUTER] },
             &p.black_gel.material,
             -up(),
-            "fill the mold, lower core and elastomers into it on the keys, wipe what rises through \
-             the vents",
+            "fill the mold, lower core and elastomers into it on the keys; what is too much runs \
+             through the gates into the ring and out of the syringe's seat",
             "III-C, figure 3 (v)",
         ),
     };
@@ -141,20 +149,34 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
             .told(instruction)
             .source(source),
         demold(format!("peel-{}", layer.name), mold, pulls.collect())
-            .told(if is_last {
-                "peel the outer mold off, then draw the core out; trim the vents' sprues"
-            } else {
-                "peel the outer mold off; what was cast stays on the core; punch the vents clear"
+            .told(match boundary {
+                Boundary::Black => {
+                    "peel the outer mold off, then draw the core out; trim what has cured in gates and \
+                     ring"
+                }
+                Boundary::Outer => {
+                    "peel the outer mold off; cut the gates at the foot and lift them and the ring out \
+                     of the flange; trim the sprue at the tip"
+                }
+                Boundary::Inner => {
+                    "peel the outer mold off; what was cast stays on the core; cut the vents' sprues off \
+                     below"
+                }
             })
             .source(source),
     ]
 }
 
-fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
+fn finish(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
     let [sealed, glued] = [24.0, 1.0].map(|hours| Cure { hours, celsius: 23.0 });
-    let electronics = [CAMERA, POST, BASE, LED_BOARD, WHITE_LED, UV_LED, DIFFUSER];
-    [
-        bond("bond-shell", SENSOR, &[SHELL, INNER, OUTER, BLACK], sealed)
+    let mut electronics =
+        vec![CAMERA, POST, BASE, LED_BOARD, WHITE_LED, UV_LED, LED_WIRE, DIFFUSER];
+    if has_parts(p) {
+        electronics.extend([SWITCH, RESISTOR]);
+    }
+    let soft = [&[SHELL][..], &elastomer_names(p), &[BLACK]].concat();
+    vec![
+        bond("bond-shell", SENSOR, &soft, sealed)
             .told(
                 "coat the shell with clear silicone sealant and push it into the elastomers until \
                  its shoulder is level with their feet",
@@ -162,10 +184,12 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
             .source("III-C, figure 3 (vi); cure time chosen"),
         bond("glue-electronics", SENSOR, &electronics, glued)
             .told(
-                "thread the camera's cable through post and base, solder its plug; glue post, board \
-                 and diffusion ring to the base with instant adhesive, wires through the slot",
+                "solder LEDs, switch, resistors and wires to the board: supply, ground, and one wire that \
+                 switches each kind of LEDs; thread the camera's cable through post and base, solder \
+                 its plug; glue post, board and diffusion ring to the base with instant adhesive, wires \
+                 through the slot",
             )
-            .source("III-C, sensor assembly"),
+            .source("III-C: illumination system, sensor assembly"),
         assemble("assemble", SENSOR, &[HOLDER])
             .told(
                 "glue the shell's foot into its holder with instant adhesive, slide the holder over \
@@ -173,5 +197,11 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
             )
             .source("III-C, sensor assembly")
             .also(Joints::new(p, layout).holder.names()),
+        prepare("connect", None, &[])
+            .told(
+                "outside of the sensor: the camera's cable to its USB video board (C8209DP), the wires to \
+                 5 V, ground and two pins of a Raspberry Pi; none of these has a place in the sensor",
+            )
+            .source("III-A: all but wires is housed inside; III-C: boards and supply"),
     ]
 }

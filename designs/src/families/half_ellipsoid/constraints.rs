@@ -1,18 +1,21 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made.
 
+mod tooling;
+
 use std::f64::consts::PI;
 
 use fabkit_geometry::{Angle, Point3, Pose, Process};
 
 use super::bodies::HOLDER;
+use super::components::{has_parts, switch_reach_mm};
 use super::housing::{
     LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_slot,
+    wires_mm,
 };
 use super::joints::{Joints, mounting};
 use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
-use super::tooling::{key_circle_mm, vent_circles_mm};
 use crate::blocks::marks::{self, RoundPattern, farthest_deg};
 use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
@@ -32,7 +35,7 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
         illumination(p, &layout, report);
         camera(p, &layout, report);
         base(p, &layout, report);
-        tooling(p, &layout, report);
+        tooling::check(p, &layout, report);
     }
 }
 
@@ -206,10 +209,20 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         base.wire_slot_width <=
             (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
             "the wires' slot opens into the pocket, inside the bolts";
-        base.wire_slot_length >= width + p.led_board.wire_hole_diameter.mm() + 0.6,
-            "two holes in the board stand over the slot";
+        base.wire_slot_length >= wires_mm(p),
+            "the wires pass the slot side by side";
+        led_board.wire_diameter <= width - 0.1, "the wires pass the slot";
+        led_board.wire_hole_diameter <= width - 0.1, "the board's holes stand over the slot";
         base.wire_slot_length <= 2.0 * half_chord(pocket_outer, slot),
             "the wires' slot opens into the pocket";
+    }
+    if has_parts(p) {
+        limits! { report, p:
+            led_board.parts_height <= p.base.pocket_depth.mm() - 0.05,
+                "switch and resistors hang into the pocket";
+            base.pocket_depth >= p.base.pocket_depth.mm() + switch_reach_mm(p, layout) - pocket_outer,
+                "the pocket must be wide enough for the switch";
+        }
     }
     let outside = layout.holder_radius_mm - PRY_SLOT_MM[0] - RESIN_WALL_MM;
     let wall = (outside, "mounting holes need a wall beside the pry slots");
@@ -354,43 +367,5 @@ fn bolts_clear(
                 p.base.bolts
             )
         },
-    );
-}
-
-fn tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    let tooling = &p.tooling;
-    let key = tooling.key_diameter.mm() / 2.0;
-    let surface = layout.foot_of(layout.black_offset_mm);
-    let thinnest = (layout.inner_offset_mm - layout.shell_offset_mm)
-        .min(layout.black_offset_mm - layout.inner_offset_mm);
-    limits! { report, p:
-        tooling.silicone_diameter >= 2.0 * (surface + 2.0 * key + 3.0),
-            "keys stand between the surface and the side, 1.5 mm from both";
-        tooling.key_height <= 0.8 * key / 20f64.to_radians().tan(),
-            "a key is a frustum: its sides meet above that";
-        tooling.keys <= around(key_circle_mm(layout), 2.0 * key + 1.0),
-            "keys stand side by side on their circle";
-        tooling.vent_diameter <= thinnest - 0.1,
-            "a vent opens over the foot of the inner elastomer, or over those of the outer \
-             elastomer and the black gel together";
-    }
-    // The two circles of vents alternate.
-    let [inner, outer] = vent_circles_mm(layout);
-    let step = PI / f64::from(tooling.vents);
-    let apart = (inner * (step).cos() - outer).hypot(inner * step.sin());
-    let along = 2.0 * inner * step.sin();
-    report.require(
-        apart.min(along) >= tooling.vent_diameter.mm() + 0.5,
-        "tooling.vents",
-        || {
-            format!(
-                "tooling.vents is {}; vents of {} come within {:.2} mm of each other, and 0.5 mm of \
-                 silicone are needed between them",
-                tooling.vents,
-                tooling.vent_diameter,
-                apart.min(along) - tooling.vent_diameter.mm()
-            )
-        },
-        || "write fewer, or a smaller `tooling.vent_diameter`".into(),
     );
 }

@@ -22,6 +22,9 @@ pub const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
 /// Thinnest wall of printed resin, mm.
 pub const RESIN_WALL_MM: f64 = 0.5;
 
+/// Board between two holes for wires, mm.
+const HOLE_WEB_MM: f64 = 0.2;
+
 /// How much wider than an LED the hole above it is, mm per side.
 pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
 
@@ -169,12 +172,36 @@ pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
     FloorSlot { length, width, along: 1, at: [out * cos, out * sin], turn: p.base.cable_angle }
 }
 
+/// Distance of two wires' middles in the slot, mm: the board keeps a bridge between two holes, and the
+/// wires' insulation does not rub.
+fn wire_pitch_mm(p: &HalfEllipsoid) -> f64 {
+    let board = &p.led_board;
+    (board.wire_hole_diameter.mm() + HOLE_WEB_MM).max(board.wire_diameter.mm() + 0.05)
+}
+
+/// What the wires take of the slot's length, mm.
+pub fn wires_mm(p: &HalfEllipsoid) -> f64 {
+    let board = &p.led_board;
+    let widest = board.wire_hole_diameter.mm().max(board.wire_diameter.mm());
+    f64::from(board.wires - 1) * wire_pitch_mm(p) + widest
+}
+
+/// Where the wires are, mm: side by side in the middle of the slot.
+pub fn wire_places(p: &HalfEllipsoid, layout: &Layout) -> Vec<[f64; 2]> {
+    let slot = wire_slot(p, layout);
+    let (sin, cos) = slot.turn.rad().sin_cos();
+    let middle = f64::from(p.led_board.wires - 1) / 2.0;
+    let aside = |i: u32| (f64::from(i) - middle) * wire_pitch_mm(p);
+    let at = |aside: f64| [slot.at[0] - aside * sin, slot.at[1] + aside * cos];
+    (0..p.led_board.wires).map(aside).map(at).collect()
+}
+
 /// The outline of the LED board: resistors and switch sit on its underside.
 fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
     // A circuit board stays one, however others are made.
     let bore = layout.post_radius_mm + crate::gap_mm(Process::Pcb, Fit::Free);
     let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
-    let profile = wire_slot(p, layout).ends().into_iter().fold(
+    let profile = wire_places(p, layout).into_iter().fold(
         Profile::new(Path::circle([0.0; 2], layout.board_radius_mm))
             .with_hole(Path::circle([0.0; 2], bore)),
         |profile, centre| profile.with_hole(Path::circle(centre, wire)),
@@ -192,10 +219,11 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
     .made_by(Process::Pcb)
     .colored(MASK_GREEN)
     .marked(landmarks)
-    .with_handles(3)
+    .with_handles(1 + p.led_board.wires as i32)
     .notes([
         "white and UV LEDs alternate; two parallel circuits, a resistor for each",
-        "resistors and the dual switch on the underside, inside the base's pocket",
+        "resistors and the dual switch on the underside, inside the base's pocket, off the wires' slot",
+        "a hole for each wire: supply, ground, and one that switches each kind of LEDs",
     ])
 }
 

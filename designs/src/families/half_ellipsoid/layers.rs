@@ -9,7 +9,7 @@ use super::bodies::*;
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
-use super::tooling::{Boundary, keys, tip_vent, vent_pins};
+use super::tooling::{Boundary, keys, tip_vent, ways_out};
 use crate::assembling::{AssemblyName, Name, SENSOR};
 
 const RED_ELASTOMER: Color = [224, 170, 165];
@@ -24,21 +24,34 @@ fn layer(name: Name, solid: Solid, material: &str) -> Body {
 
 /// The elastomers, the innermost first, then the silicone molds.
 pub fn layers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
-    let mut layers = elastomers(p, layout).to_vec();
+    let mut layers = elastomers(p, layout);
     layers.push(core(p, layout));
-    layers.extend(Boundary::ALL.map(|boundary| cup(p, layout, boundary)));
+    layers.extend(Boundary::all(p).into_iter().map(|boundary| cup(p, layout, boundary)));
     layers
 }
 
-fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
+/// The translucent ones, from the inside out.
+pub fn elastomer_names(p: &HalfEllipsoid) -> Vec<Name> {
+    let all = Boundary::all(p).into_iter().map(Boundary::layer);
+    all.filter(|name| *name != BLACK).collect()
+}
+
+/// The molds that a layer is in, from the one that it is cast in.
+fn molds_from(p: &HalfEllipsoid, boundary: Boundary) -> Vec<AssemblyName> {
+    let all = Boundary::all(p).into_iter();
+    all.skip_while(|other| *other != boundary).map(Boundary::mold).collect()
+}
+
+fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let slotted = markers::slotted(p, layout);
     let whole = |offset| layout.ellipsoid.whole(offset);
     let above_base = |solid: Solid| solid.minus(Solid::below(0.0));
-    let placed = |lift_mm: f64, tools: &[AssemblyName]| -> Vec<Placement> {
-        let in_tools = tools.iter().map(|tool| tool.in_place().lifted(TOOL_LIFT_MM));
+    let placed = |lift_mm: f64, boundary: Boundary| -> Vec<Placement> {
+        let in_tools = molds_from(p, boundary).into_iter();
+        let in_tools = in_tools.map(|tool| tool.in_place().lifted(TOOL_LIFT_MM));
         std::iter::once(SENSOR.in_place().lifted(lift_mm)).chain(in_tools).collect()
     };
-    [
+    let mut all = vec![
         layer(
             INNER,
             above_base(slotted.clone()).minus(whole(layout.shell_offset_mm)),
@@ -46,7 +59,7 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
         )
         .colored(RED_ELASTOMER)
         .opaque(0.8)
-        .placed(placed(44.0, &[INNER_MOLD, OUTER_MOLD, BLACK_MOLD])),
+        .placed(placed(44.0, Boundary::Inner)),
         layer(
             OUTER,
             above_base(whole(layout.outer_offset_mm)).minus(slotted),
@@ -54,7 +67,7 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
         )
         .colored(BLUE_ELASTOMER)
         .opaque(0.8)
-        .placed(placed(72.0, &[OUTER_MOLD, BLACK_MOLD])),
+        .placed(placed(72.0, Boundary::Outer)),
         layer(
             BLACK,
             // Not the touched surface's own solid: OpenCascade cuts an ellipsoid from an ellipsoid, but
@@ -63,8 +76,12 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> [Body; 3] {
             &p.black_gel.material,
         )
         .colored(BLACK_GREY)
-        .placed(placed(100.0, &[BLACK_MOLD])),
-    ]
+        .placed(placed(100.0, Boundary::Black)),
+    ];
+    if p.markers.is_plain() {
+        all.retain(|body| body.name != OUTER.name);
+    }
+    all
 }
 
 /// How far elastomers are lifted off the core in pictures of molds, mm.
@@ -77,16 +94,20 @@ fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let pieces = [flange, layout.ellipsoid.dome_tool(layout.shell_offset_mm).named("core")];
     layer(
         CORE,
-        Solid::union(pieces.into_iter().chain(keys(p, layout))).minus_all(vent_pins(
+        Solid::union(pieces.into_iter().chain(keys(p, layout))).minus_all(ways_out(
             p,
             layout,
             CUT_OVERLAP_MM,
         )),
         &p.tooling.silicone_material,
     )
-    .placed([CAST_CORE, INNER_MOLD, OUTER_MOLD, BLACK_MOLD].map(AssemblyName::in_place))
-    // The vents.
-    .with_handles(2 * p.tooling.vents as i32)
+    .placed(
+        std::iter::once(CAST_CORE)
+            .chain(molds_from(p, Boundary::Inner))
+            .map(AssemblyName::in_place),
+    )
+    // The vents, and the seat of the syringe.
+    .with_handles(1 + p.tooling.vents as i32)
 }
 
 /// The outer boundary of one elastomer.

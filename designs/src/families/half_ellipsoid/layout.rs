@@ -37,10 +37,14 @@ layout! {
         };
         /// Offset of the outer elastomer's outside.
         outer_offset_mm = black_offset_mm - p.black_gel.thickness.mm();
-        /// Offset of the inner elastomer's outside.
-        inner_offset_mm = outer_offset_mm - p.outer_elastomer.thickness.mm();
+        let without_outer = outer_offset_mm - p.outer_elastomer.thickness.mm();
+        /// Offset of the inner elastomer's outside: without markers it is cast as thick as both together.
+        inner_offset_mm = match p.markers.is_plain() {
+            true => outer_offset_mm,
+            false => without_outer,
+        };
         /// Offset of the shell's outside.
-        shell_offset_mm = inner_offset_mm - p.inner_elastomer.thickness.mm();
+        shell_offset_mm = without_outer - p.inner_elastomer.thickness.mm();
         /// Depth of the shell's inside below the ellipsoid.
         cavity_depth_mm = p.shell.thickness.mm() - shell_offset_mm;
 

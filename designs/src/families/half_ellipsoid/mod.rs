@@ -10,6 +10,7 @@ mod layers;
 mod layout;
 mod markers;
 mod parameters;
+mod runner;
 mod surface;
 mod tooling;
 
@@ -60,10 +61,13 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
         sight: sight(
-            &[
-                (bodies::INNER, &p.inner_elastomer.material),
-                (bodies::OUTER, &p.outer_elastomer.material),
-            ],
+            &layers::elastomer_names(p)
+                .into_iter()
+                .map(|name| match name {
+                    bodies::OUTER => (name, &p.outer_elastomer.material),
+                    _ => (name, &p.inner_elastomer.material),
+                })
+                .collect::<Vec<_>>(),
             bodies::BLACK,
         ),
         ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)

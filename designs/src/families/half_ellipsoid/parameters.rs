@@ -60,7 +60,7 @@ sections! {
         polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
         /// List: angle of each marker around the axis, from +x towards +y.
         azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
-        /// Rings: how many; 0 for a plain sensor.
+        /// Rings: how many; 0 for a plain sensor, whose inner elastomer is cast as thick as both together.
         count: u32 = 0..=600,
         /// Radius of the slot and of its round end.
         radius: Length = 0.1..=5.0,
@@ -99,8 +99,16 @@ sections! {
     pub struct LedBoard {
         /// Thickness.
         thickness: Length = 0.4..=3.2,
-        /// Diameter of the two holes for wires.
+        /// Number of wires: supply, ground, and one that switches each kind of LEDs.
+        wires: u32 = 2..=8,
+        /// Diameter of a wire over its insulation.
+        wire_diameter: Length = 0.3..=3.0,
+        /// Diameter of the holes that the wires are soldered into.
         wire_hole_diameter: Length = 0.4..=2.0,
+        /// Height of what is soldered to the underside, a dual switch and two resistors; 0 for none.
+        parts_height: Length = 0.0..=4.0,
+        /// What switches the LEDs.
+        switch_model: String = 1..=80,
         /// Material.
         material: String = 1..=80,
     }
@@ -179,7 +187,7 @@ sections! {
         silicone_diameter: Length = 20.0..=200.0,
         /// Thickness of silicone beyond the tip.
         silicone_floor: Length = 2.0..=40.0,
-        /// Thickness of the core's flange, which closes the molds.
+        /// Thickness of the core's flange, which closes the molds and holds the tip of a syringe.
         core_flange: Length = 2.0..=20.0,
         /// Largest diameter of the keys between core and molds.
         key_diameter: Length = 1.5..=20.0,
@@ -187,9 +195,9 @@ sections! {
         key_height: Length = 0.5..=10.0,
         /// Number of keys.
         keys: u32 = 2..=12,
-        /// Vents at the foot of the inner elastomer, and as many at the two thin layers' feet.
+        /// Vents at the foot of the inner elastomer, and as many gates under the two thin layers' feet.
         vents: u32 = 3..=64,
-        /// Diameter of a vent.
+        /// Diameter of a vent at the foot; it narrows a little from there.
         vent_diameter: Length = 0.3..=4.0,
         /// Diameter of the vent at the tip of the mold for the outer elastomer.
         tip_vent_diameter: Length = 0.5..=4.0,
@@ -239,6 +247,11 @@ sections! {
 }
 
 impl Markers {
+    /// Whether there are none: inner and outer elastomer are then one pour, as nothing tells them apart.
+    pub fn is_plain(&self) -> bool {
+        self.pattern == RoundPattern::Rings && self.count == 0
+    }
+
     /// Those that are listed.
     ///
     /// By the angle of the normal, not by the height over the base circle: near the tip a tenth of a

@@ -8,6 +8,7 @@ use super::bodies::*;
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
+use super::runner;
 use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::cup_and_bridge::bowl;
 use crate::blocks::{TOOL_GREY, copies, marks, ring};
@@ -33,8 +34,13 @@ pub enum Boundary {
 }
 
 impl Boundary {
-    /// From the inside out.
-    pub const ALL: [Self; 3] = [Self::Inner, Self::Outer, Self::Black];
+    /// From the inside out; without markers there is no outer elastomer.
+    pub fn all(p: &HalfEllipsoid) -> Vec<Self> {
+        match p.markers.is_plain() {
+            true => vec![Self::Inner, Self::Black],
+            false => vec![Self::Inner, Self::Outer, Self::Black],
+        }
+    }
 
     /// Layer, silicone mold and the mold's printed negative.
     fn bodies(self) -> [Name; 3] {
@@ -99,29 +105,37 @@ pub fn key_circle_mm(layout: &Layout) -> f64 {
     (layout.foot_of(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
 }
 
-/// Radii of the two circles of vents, mm: one over the foot of the inner elastomer, one over the
-/// feet of outer elastomer and black gel together, which alone are too thin for a vent.
-pub fn vent_circles_mm(layout: &Layout) -> [f64; 2] {
-    let foot = |offset| layout.foot_of(offset);
-    [
-        (foot(layout.shell_offset_mm) + foot(layout.inner_offset_mm)) / 2.0,
-        (foot(layout.inner_offset_mm) + foot(layout.black_offset_mm)) / 2.0,
-    ]
+/// How much a vent narrows on its way out, mm of radius per mm: its pin is thickest where it stands, the
+/// core slips off it, and what has cured in a vent comes out of it with the elastomer.
+const VENT_DRAFT: f64 = 0.02;
+
+/// Radius of the circle of vents, mm: over the middle of the inner elastomer's foot.
+pub fn vent_circle_mm(layout: &Layout) -> f64 {
+    (layout.foot_of(layout.shell_offset_mm) + layout.foot_of(layout.inner_offset_mm)) / 2.0
 }
 
-/// Where the vents of one circle meet the foot, z axis up.
-pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout, circle: usize) -> Vec<Pose> {
-    // Half a step apart, so that the flange keeps walls.
-    let offset = if circle == 0 { 0.0 } else { 0.5 };
-    let out = Pose::translation(vent_circles_mm(layout)[circle], 0.0, 0.0);
-    ring(p.tooling.vents, offset, out)
+/// Where the vents meet the foot, z axis up.
+pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
+    ring(p.tooling.vents, 0.0, Pose::translation(vent_circle_mm(layout), 0.0, 0.0))
+}
+
+/// Radius of a vent so far below the foot, mm.
+pub fn vent_radius_at(p: &HalfEllipsoid, depth_mm: f64) -> f64 {
+    p.tooling.vent_diameter.mm() / 2.0 - VENT_DRAFT * depth_mm
 }
 
 /// The vents through the core's flange, `beyond_mm` longer on the far side.
-pub fn vent_pins(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
-    let heights = [layout.core_flange_z_mm - beyond_mm, CUT_OVERLAP_MM];
-    let pin = Solid::rod(p.tooling.vent_diameter.mm() / 2.0, heights);
-    copies("vent", &[0, 1].map(|circle| vent_poses(p, layout, circle)).concat(), &pin)
+fn vents(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+    let depth = beyond_mm - layout.core_flange_z_mm;
+    let [far, near] = [depth, -CUT_OVERLAP_MM].map(|depth| vent_radius_at(p, depth));
+    let pin = Solid::cone(far, near, depth + CUT_OVERLAP_MM).at_z(-depth);
+    copies("vent", &vent_poses(p, layout), &pin)
+}
+
+/// Vents, gates and sprue: what the core's flange has less, and its negative more, `beyond_mm` longer on
+/// the far side.
+pub fn ways_out(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+    [vents(p, layout, beyond_mm), runner::tools(p, layout, beyond_mm)].concat()
 }
 
 /// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
@@ -135,7 +149,7 @@ pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
 /// All negatives and the sleeve.
 pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let mut parts: Vec<Body> =
-        Boundary::ALL.iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
+        Boundary::all(p).iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
     parts.extend([negative_of_core(p, layout), sleeve(p, layout)]);
     parts
 }
@@ -199,7 +213,7 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     tool(
         p,
         CORE_NEGATIVE,
-        Solid::union(std::iter::once(body).chain(vent_pins(p, layout, PIN_SPARE_MM))),
+        Solid::union(std::iter::once(body).chain(ways_out(p, layout, PIN_SPARE_MM))),
     )
     .placed([CAST_CORE.in_place().lifted(45.0)])
     .lying(flipped())
@@ -213,7 +227,11 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let top = layout.silicone_top_z_mm;
     let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
     tool(p, SLEEVE, Solid::revolution(Path::polygon(&outline)))
-        .placed(Boundary::ALL.map(|boundary| boundary.casting().in_place().lifted(110.0)))
+        .placed(
+            Boundary::all(p)
+                .into_iter()
+                .map(|boundary| boundary.casting().in_place().lifted(110.0)),
+        )
         .with_handles(1)
         .note("push the cured silicone out with two thumbs")
 }

@@ -5,6 +5,9 @@ use crate::assembling::{AssemblyName, Name};
 /// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
 pub const FILLING: AssemblyName = AssemblyName("filling");
 
+/// Focusing the lens, before the camera's board is screwed into the body.
+pub const FOCUSING: AssemblyName = AssemblyName("focusing");
+
 /// The printed tip, in one piece.
 pub const TIP: [Name; 3] = [SKIN, DOTS, RING];
 
@@ -16,7 +19,13 @@ crate::bodies! {
     pub LED_BOARD "led-board" "annular circuit board that carries the LEDs";
     pub BODY "body" "shaft between tip and camera; locks the tip, houses LEDs and camera";
     pub ROBOT_MOUNT "robot-mount" "flange that is bolted to the robot; the body locks onto it";
+    pub FOCUS_GAUGE "focus-gauge"
+        "holds a target as far from the lens as the dots will be, while the lens is turned";
+    pub CONTROLLER_HOLDER "controller-holder"
+        "glued to the housing; the microcontroller's board lies in it";
     pub GEL "gel" "clear filling that springs the skin back";
     pub O_RING "o-ring";
     pub CAMERA "camera";
+    pub CONTROLLER "controller";
+    pub CABLE_TIE "cable-tie";
 }

@@ -3,6 +3,7 @@
 use fabkit_geometry::{Cure, Opening, Point3, Step, Vector3};
 
 use super::bodies::*;
+use super::controller;
 use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
@@ -30,7 +31,7 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
     let with_lens = [&TIP[..], &[LENS]].concat();
     let gel = liquid(&p.fill.material, 0.3);
     let gel = gel.fills(&with_lens, GEL, Vector3::z(), openings(p, layout));
-    vec![
+    let mut steps = vec![
         make(
             "print the tip in two materials at once, print body and mount, cut the lens, etch the \
              LED board",
@@ -54,10 +55,17 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
         bond("close-holes", FILLING, &[LENS, GEL], GLUED)
             .told("wipe the lens and close both holes with a drop of clear glue")
             .source("chosen"),
+        assemble("focus-lens", FOCUSING, &[CAMERA, FOCUS_GAUGE])
+            .told(
+                "stand the gauge on the camera's board, its target against the light; turn the lens with \
+                 two fingers through the windows until the holes are sharp; fix its thread with a drop \
+                 of varnish",
+            )
+            .source("III-A.2: an adjustable lens; no finger reaches it once the board is in the body"),
         assemble("assemble-body", SENSOR, &[BODY, LED_BOARD, LED, CAMERA, O_RING])
             .told(
-                "press the LED board in, lead its wires down the shaft; screw the camera in from \
-                 below, turn its lens until the dots are sharp; pull the O-ring over the neck",
+                "press the LED board in, lead its wires down the shaft; screw the focused camera \
+                 in from below; pull the O-ring over the neck",
             )
             .source("III-A.1 and III-A.2; the O-ring is chosen")
             .also(joints.camera.names()),
@@ -74,5 +82,29 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
                  it clockwise (seen from the tip) until it stops",
             )
             .source("III-A.1"),
+    ];
+    if controller::is_there(p) {
+        let mounted = steps.iter().position(|step| step.name == "mount");
+        let before = mounted.unwrap_or(steps.len());
+        steps.splice(before..before, seat_controller());
+    }
+    steps
+}
+
+/// The microcontroller's board, before the sensor is on its robot.
+fn seat_controller() -> [Step; 2] {
+    [
+        bond("glue-controller-holder", SENSOR, &[BODY, CONTROLLER_HOLDER], GLUED)
+            .told(
+                "roughen the housing, glue the holder to it with cyanoacrylate a quarter turn from the \
+                 cable's slot, its floor towards the robot",
+            )
+            .source("III-A.2: mounted on the outside of the body; how is chosen"),
+        assemble("seat-controller", SENSOR, &[CONTROLLER, CABLE_TIE])
+            .told(
+                "solder the camera's wires to the board, lay it into the holder with the socket of its \
+                 plug free, tie it down; its cable goes on to the computer",
+            )
+            .source("III-A.2: SPI from the chip, serial to the computer"),
     ]
 }

@@ -42,6 +42,7 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
             O_RING.bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)]).colored(RUBBER),
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
+                .placed([FOCUSING.in_place()])
                 .colored(BOARD_BLUE),
         ],
         joints.camera.bought(below(-90.0), below(-90.0)),

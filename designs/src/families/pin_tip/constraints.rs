@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI, SQRT_2};
 use fabkit_geometry::{Angle, Process};
 
 use super::bodies::BODY;
+use super::controller;
 use super::joints::Joints;
 use super::layout::{Layout, half_diagonal_mm, lens_play_mm};
 use super::parameters::PinTip;
@@ -28,6 +29,7 @@ pub(super) fn check(p: &PinTip, report: &mut Report) {
     view(p, &layout, report);
     housing(p, &layout, report);
     mount(p, &layout, report);
+    controller::check(p, &layout, report);
 }
 
 fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
@@ -66,7 +68,7 @@ fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
     let listed = p.pins.listed();
     listed.check_lengths(report);
     let arc_mm = |polar: Angle| polar.rad() * layout.skin_radius_mm;
-    let tangent = Layout::half_view_tangent(p);
+    let tangent = Layout::usable_tangent(p);
     let is_seen = |polar: Angle| {
         let [rim, rim_z] = layout.dot_rim(p, arc_mm(polar));
         rim <= layout.ray_radius(tangent, rim_z) + 1e-9
@@ -74,7 +76,10 @@ fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
     let on_skin = (reach_mm / layout.skin_radius_mm).to_degrees();
     let seen = farthest_deg(is_seen);
     let told = match seen < on_skin {
-        true => ("the pixels must see all of its dot through lens and gel", "`camera.depth`"),
+        true => (
+            "the pixels must see all of its dot through lens and gel, within `camera.margin`",
+            "`camera.depth`",
+        ),
         false => ("a pin that stands lower misses the skin", "`tip.diameter`"),
     };
     listed.check_within(0, seen.min(on_skin), told, report);
@@ -142,15 +147,15 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
 
 /// What the camera must see, and what must not stand in its way.
 fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
-    let tangent = Layout::half_view_tangent(p);
+    let (tangent, usable) = (Layout::half_view_tangent(p), Layout::usable_tangent(p));
     let [rim, rim_z] = layout.outermost_dot(p);
     // Of pins that are listed, each is looked at by itself.
     if p.pins.pattern == RoundPattern::Rings {
         limits! { report, p:
             // A millimetre farther back, the same ray lies farther out by its slope.
             camera.depth >=
-                p.camera.depth.mm() + (rim - layout.ray_radius(tangent, rim_z)) / tangent,
-                "the pixels must see all dots through lens and gel";
+                p.camera.depth.mm() + (rim - layout.ray_radius(usable, rim_z)) / usable,
+                "the pixels must see all dots through lens and gel, within `camera.margin`";
         }
     }
     limits! { report, p:

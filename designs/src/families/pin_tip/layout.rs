@@ -203,6 +203,22 @@ impl Layout {
         p.camera.array_size.mm() / 2.0 / p.camera.focal_length.mm()
     }
 
+    /// Tangent of half the angle that dots may lie in: what tolerances of lens and chip leave of it.
+    pub fn usable_tangent(p: &PinTip) -> f64 {
+        (1.0 - p.camera.margin) * Self::half_view_tangent(p)
+    }
+
+    /// From the lens's front to where a target in air is as sharp as the dots are behind lens and gel, mm:
+    /// for rays near the axis a medium is as deep as its thickness over its index. Midway between the dots
+    /// at the apex and the outermost ones.
+    pub fn focus_mm(&self, p: &PinTip) -> f64 {
+        let [_, lowest] = self.outermost_dot(p);
+        let dots = 0.5 * (self.dot_sphere_radius(p) + lowest);
+        self.lens_bottom_z_mm - self.lens_front_z_mm
+            + p.lens.thickness.mm() / ACRYLIC_INDEX
+            + (dots - self.lens_top_z_mm) / GEL_INDEX
+    }
+
     /// Full angle that a side of the pixel array sees.
     pub fn view(p: &PinTip) -> Angle {
         Self::view_of(Self::half_view_tangent(p))

@@ -6,6 +6,8 @@ mod body;
 mod chain;
 mod components;
 mod constraints;
+mod controller;
+mod gauge;
 mod joints;
 mod layout;
 mod parameters;
@@ -48,11 +50,12 @@ impl Family for PinTipFamily {
 /// Everything a pin-tip sensor consists of.
 fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let layout = Layout::new(p);
-    let made = [tip::lens, body::led_board, body::body, body::mount, tip::gel];
+    let made = [tip::lens, body::led_board, body::body, body::mount, gauge::gauge, tip::gel];
     let bodies = tip::printed(p, &layout)
         .into_iter()
         .chain(made.map(|make| make(p, &layout)))
-        .chain(components::components(p, &layout));
+        .chain(components::components(p, &layout))
+        .chain(controller::bodies(p, &layout));
     let board = -p.making.gap_mm(BODY, Process::Fdm, Fit::Press);
     let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
     let screws = Joints::new(p, &layout).camera.press_fit(BODY);
@@ -108,6 +111,8 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
     figures.extend([
         mm("diameter of the circle around all dots", 2.0 * rim),
         mm("width that the camera sees at the outermost dots", seen),
+        mm("margin around the dots at that distance", seen / 2.0 - rim),
+        mm("target in the focusing gauge beyond the lens's front", layout.focus_mm(p)),
         ("angle that the camera sees".into(), format!("{:.2} deg", Layout::view(p).deg())),
         mm("bayonet bore radius, tip", layout.tip_joint.bore_radius),
         mm("bayonet bore radius, mount", layout.mount_joint.bore_radius),

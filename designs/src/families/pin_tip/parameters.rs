@@ -24,6 +24,16 @@ choices! {
     }
 }
 
+choices! {
+    /// Where the microcontroller's board is.
+    pub enum ControllerSeat {
+        /// In a holder that is glued to the outside of the housing.
+        Housing = "housing",
+        /// Elsewhere, on a cable of the user's.
+        None = "none",
+    }
+}
+
 sections! {
     /// The printed tip: skin, pins with dots, and ring.
     pub struct Tip {
@@ -139,6 +149,9 @@ sections! {
         statistics_rate: u32 = 1..=20000,
         /// Edge of the chip's square pixel array.
         array_size: Length = 0.2..=20.0,
+        /// Share of the picture's half width that stays free around the dots: what a lens's focal length and
+        /// a chip that sits beside its axis may be off.
+        margin: f64 = 0.0..=0.5,
         /// Focal length.
         focal_length: Length = 0.5..=50.0,
         /// Full angle of view of the lens on a chip that fills its image circle.
@@ -191,6 +204,20 @@ sections! {
         material: String = 1..=80,
     }
 
+    /// The microcontroller that reads the chip.
+    pub struct Controller {
+        /// Where its board is: in a holder on the `housing`, or elsewhere, for `none`.
+        seat: ControllerSeat,
+        /// Type.
+        model: String = 1..=80,
+        /// Length of its board.
+        length: Length = 15.0..=120.0,
+        /// Width of its board.
+        width: Length = 10.0..=80.0,
+        /// Thickness of its board.
+        thickness: Length = 0.6..=3.2,
+    }
+
     /// The flange between robot and body.
     pub struct Mount {
         /// Thickness of the plate.
@@ -229,6 +256,8 @@ sections! {
         camera: Camera,
         /// The body.
         body: Body,
+        /// The microcontroller.
+        controller: Controller,
         /// The robot mount.
         mount: Mount,
         /// Which parts are made how.

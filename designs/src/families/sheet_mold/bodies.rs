@@ -23,8 +23,10 @@ crate::bodies! {
     pub CLAMP_BAR "clamp-bar" "holds the interface down on the box";
     pub DISPLAY_BACK "display-back" "white sheet behind the channels";
     pub DISPLAY_CHANNELS "display-channels"
-        "one straight channel for each of the interface's, closed at the far end";
-    pub DISPLAY_COVER "display-cover" "closes the channels; the needles stand in its holes";
+        "one straight channel for each of the interface's";
+    pub DISPLAY_COVER "display-cover" "closes the channels; needles stand in its holes at one end, air leaves at the other";
+    pub DISPLAY_SEAL "display-seal"
+        "strip that closes the vents at the channels' far ends once they are filled";
     pub STAND_PLATE "stand-plate" "carries the camera that sees the display";
 
     pub MARKER_PAINT "marker-paint" "white ends of the markers, which the camera tracks";

@@ -25,6 +25,9 @@ const BEYOND_MM: f64 = 0.05;
 /// Mixed silicone that stays in cups and is scraped off the frame, as a share of the layer.
 const SCRAPED_WASTE: f64 = 0.3;
 
+/// How sheets and needles of the display are glued.
+const CEMENTED: Cure = Cure { hours: 24.0, celsius: 23.0 };
+
 /// The marker layer's silicone with pigment.
 fn dark_mix(p: &SheetMold) -> Mix {
     let mut mix = mix(&p.marker_layer.material);
@@ -59,6 +62,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     steps.extend(Side::BOTH.map(|side| glue_tubes(p, layout, side)));
     steps.extend(display(p, layout));
     steps.extend(Side::BOTH.map(|side| fill(p, layout, side)));
+    steps.push(seal_display());
     let walls = [BOX_FLOOR, BOX_WALL, CABLE_WALL, BOX_CEILING, MARKER_FRAME, CLAMP_BAR];
     let between = [CAMERA, CAMERA_SPACER, BOX_SPACER, LED_STRIP];
     steps.extend([
@@ -240,24 +244,39 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
         .collect();
     let walls = [DISPLAY_BACK, DISPLAY_CHANNELS, DISPLAY_COVER, NEEDLE];
     let water = red_water(1.0).fills(&walls, DISPLAY_LIQUID, -Vector3::x(), openings);
-    let glued = Cure { hours: 24.0, celsius: 23.0 };
     vec![
-        bond("cement-display", SENSOR, &walls[..3], glued)
+        bond("cement-display", SENSOR, &walls[..3], CEMENTED)
             .told(
                 "draw the three sheets together with bolts, let solvent cement run in between them",
             )
             .source(
-                "chosen: channels closed at their far ends, air in them drives the liquid back (II-A)",
+                "chosen: air ahead of the liquid drives it back (II-A)",
             )
             .also(Joints::new(p, layout).display.names()),
-        bond("glue-needles", SENSOR, &[DISPLAY_COVER, NEEDLE], glued)
+        bond("glue-needles", SENSOR, &[DISPLAY_COVER, NEEDLE], CEMENTED)
             .told(
                 "glue the needles into the cover; they stop on the channels' edges, the bore over \
                  the channel",
             )
             .source("chosen"),
         step("fill-display", SENSOR, &walls, water)
-            .told("draw liquid in through each needle up to the same length, needles down")
-            .source("II-A: the display shows the liquid of each channel"),
+            .told(
+                "stand the display up, needles down; press liquid in through each needle up to the same \
+                 length: the air ahead of it leaves by the vent at the channel's far end",
+            )
+            .source(
+                "II-A: the display shows the liquid of each channel; vents chosen: a channel with one \
+                 end cannot be filled through it",
+            ),
     ]
+}
+
+/// Closing the vents: once the tubes are on, so that plugging them does not press the columns forward.
+fn seal_display() -> Step {
+    bond("seal-display", SENSOR, &[DISPLAY_COVER, DISPLAY_SEAL], CEMENTED)
+        .told(
+            "level the columns, cement the strip over the vents: from now on the air ahead of the \
+             liquid is a spring",
+        )
+        .source("II-A: channels closed at their far ends, air in them drives the liquid back")
 }

@@ -1,5 +1,5 @@
-//! The display: three sheets with straight channels between them, and a plate on spacers that holds
-//! the second camera above.
+//! The display: three sheets with straight channels between them, a strip that closes their vents, and
+//! a plate on spacers that holds the second camera above.
 
 use fabkit_geometry::{Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Vector3};
 
@@ -25,7 +25,40 @@ pub fn needle_hole_mm(p: &SheetMold) -> f64 {
         + p.making.gap_mm(DISPLAY_COVER, Process::Laser, Fit::Snug)
 }
 
-/// The three sheets, from below, and the camera's plate.
+/// Largest radius of a vent at a channel's far end, mm: air passes, and a film of cement closes it.
+const VENT_MM: f64 = 0.6;
+
+/// How far the strip that closes the vents reaches beside their middles, along the channels, mm.
+const SEAL_HALF_MM: f64 = 3.0;
+
+/// How far that strip reaches beyond the outermost vents, mm.
+const SEAL_BEYOND_MM: f64 = 2.0;
+
+/// Radius of the vents, mm: they open over their channels alone.
+fn vent_mm(p: &SheetMold) -> f64 {
+    (p.display.channel_width.mm() / 2.0 - 0.1).min(VENT_MM)
+}
+
+/// Where the vents are, x in the display's frame: so far from the channels' ends that the strip stays
+/// beside the spacers.
+pub fn vent_x(p: &SheetMold) -> f64 {
+    let [inlet, _] = display_inlet(p, 0.0);
+    SEAL_HALF_MM - inlet
+}
+
+/// Where the strip over the vents ends towards the liquid, x in the display's frame.
+pub fn seal_end_x(p: &SheetMold) -> f64 {
+    vent_x(p) + SEAL_HALF_MM
+}
+
+/// The strip that is cemented over the vents, its middle on the axis.
+fn seal(p: &SheetMold) -> Profile {
+    let last = display_channel_y(p).into_iter().fold(0.0, f64::max);
+    let half = last + vent_mm(p) + SEAL_BEYOND_MM;
+    Profile::new(Path::rectangle([0.0; 2], [2.0 * SEAL_HALF_MM, 2.0 * half], 0.0))
+}
+
+/// The display's sheets, from below, and the camera's plate.
 pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let plate = |name| {
         let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
@@ -38,9 +71,11 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let t = p.display.sheet.mm();
     let inlets: Vec<[f64; 2]> =
         display_channel_y(p).into_iter().map(|y| display_inlet(p, y)).collect();
+    let vents: Vec<[f64; 2]> = display_channel_y(p).into_iter().map(|y| [vent_x(p), y]).collect();
     let channels = inlets.iter().fold(plate(DISPLAY_CHANNELS), |profile, &[x, y]| {
         profile.with_hole(Path::slot([-x, y], [x, y], p.display.channel_width.mm() / 2.0))
     });
+    let over_vents = layout.sensor_from_display.then_in(Pose::translation(vent_x(p), 0.0, 3.0 * t));
     vec![
         sheet(DISPLAY_BACK, plate(DISPLAY_BACK), t, &p.display.back_material)
             .placed(place(0.0, 0.0))
@@ -51,12 +86,19 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .colored(CLEAR),
         sheet(
             DISPLAY_COVER,
-            with_holes(plate(DISPLAY_COVER), &inlets, needle_hole_mm(p)),
+            with_holes(
+                with_holes(plate(DISPLAY_COVER), &inlets, needle_hole_mm(p)),
+                &vents,
+                vent_mm(p),
+            ),
             t,
             &p.display.clear_material,
         )
         .placed(place(2.0 * t, 28.0))
         .colored(CLEAR),
+        sheet(DISPLAY_SEAL, seal(p), t, &p.display.clear_material)
+            .placed([SENSOR.at(over_vents).lifted(46.0)])
+            .colored(CLEAR),
         sheet(
             STAND_PLATE,
             Joints::new(p, layout).camera.pierced(plate(STAND_PLATE)),

@@ -3,7 +3,7 @@
 use std::f64::consts::SQRT_2;
 
 use super::{APART_MM, BOLT_WEB_MM, CUT_WEB_MM, GLUE_MM, USED_VIEW};
-use crate::families::sheet_mold::display::needle_hole_mm;
+use crate::families::sheet_mold::display::{needle_hole_mm, seal_end_x};
 use crate::families::sheet_mold::joints::CAMERA;
 use crate::families::sheet_mold::layout::{
     Layout, camera_board_top_mm, display_field_mm, marker_field_mm,
@@ -40,6 +40,8 @@ pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
             "channels and the holes above them keep 1 mm between each other";
         display.rest_length <= p.display.channel_length.mm() - 2.0 * p.display.channel_width.mm(),
             "air must be left ahead of the liquid: it drives it back";
+        display.rest_length <= p.display.channel_length.mm() / 2.0 - seal_end_x(p),
+            "the liquid ends in sight, before the strip that closes the vents";
         display.rest_length >= 2.0 * p.tubes.needle_outer_diameter.mm(),
             "the liquid ends in sight, off the needle";
         display.border >= HexSpacer::M3.corner_radius_mm() + BOLT_WEB_MM,

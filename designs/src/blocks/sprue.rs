@@ -1,0 +1,74 @@
+//! Seats for a syringe's tip, through which a mold is filled under pressure.
+
+use fabkit_geometry::{CUT_OVERLAP_MM, Pose, Solid};
+
+/// Small end of a male Luer cone, mm: ISO 80369-7, as ISO 594-1 before it, allows 3.925 to 3.990 mm.
+const TIP_MM: f64 = 3.96;
+
+/// How much wider the cone gets over its length: 6 % (ISO 80369-7).
+const TAPER: f64 = 0.06;
+
+/// How far the cone may go in, mm: as long as it is at least (ISO 80369-7).
+const LONGEST_MM: f64 = 7.5;
+
+/// What stays free between the tip's end and the far side of the wall, mm: the mixture turns off there.
+const BEFORE_TIP_MM: f64 = 1.5;
+
+/// Least of a seat that holds a syringe by friction, mm.
+const LEAST_MM: f64 = 3.0;
+
+/// Thinnest wall that has room for a seat, mm.
+pub const LEAST_WALL_MM: f64 = LEAST_MM + BEFORE_TIP_MM;
+
+/// A conical hole through a wall that a syringe's Luer tip seals in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LuerSeat {
+    /// Thickness of the wall, mm.
+    pub wall_mm: f64,
+}
+
+impl LuerSeat {
+    /// How much of the tip the wall holds, mm.
+    fn held_mm(self) -> f64 {
+        (self.wall_mm - BEFORE_TIP_MM).min(LONGEST_MM)
+    }
+
+    /// Radius at a depth below the mouth, mm.
+    fn radius_at(self, depth_mm: f64) -> f64 {
+        (TIP_MM + TAPER * (self.held_mm() - depth_mm)) / 2.0
+    }
+
+    /// Radius of its mouth, mm.
+    pub fn mouth_mm(self) -> f64 {
+        self.radius_at(0.0)
+    }
+
+    /// The hole: its mouth at the pose's origin, the z axis into the wall; `beyond_mm` longer in front of the
+    /// mouth.
+    pub fn tool(self, mouth: &Pose, beyond_mm: f64) -> Solid {
+        let ends = [-beyond_mm, self.wall_mm + CUT_OVERLAP_MM];
+        let [wide, narrow] = ends.map(|depth| self.radius_at(depth));
+        let cone = Solid::cone(wide, narrow, ends[1] - ends[0]).at_z(ends[0]);
+        cone.placed(*mouth).named("syringe seat")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_goes_in_as_far_as_its_cone_is_as_wide() {
+        for wall_mm in [LEAST_WALL_MM, 6.0, 9.0, 20.0] {
+            let seat = LuerSeat { wall_mm };
+            // The cone's end has the radius of the hole where it comes to rest.
+            let held = 2.0 * (seat.mouth_mm() - TIP_MM / 2.0) / TAPER;
+            assert!((held - seat.held_mm()).abs() < 1e-9);
+            assert!((LEAST_MM..=LONGEST_MM).contains(&held), "{wall_mm}: {held}");
+            assert!(wall_mm - held >= BEFORE_TIP_MM - 1e-9);
+        }
+        // The standard's own female cone takes the tip in until its large end: 3.96 + 0.06 x 7.5.
+        let mouth = 2.0 * LuerSeat { wall_mm: 9.0 }.mouth_mm();
+        assert!((mouth - 4.41).abs() < 1e-9, "{mouth}");
+    }
+}

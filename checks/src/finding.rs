@@ -19,6 +19,8 @@ pub enum Rule {
     Demolding,
     /// The camera sees what it is there to see.
     Sight,
+    /// No lamp is mirrored into the picture.
+    Glare,
     /// What goes into each other by hand does so, and no two of them meet.
     Fit,
     /// Pins and mates come to rest where they are said to.
@@ -42,13 +44,14 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
         Self::TrappedAir,
         Self::Demolding,
         Self::Sight,
+        Self::Glare,
         Self::Bonding,
         Self::Printability,
         Self::Overhang,
@@ -75,6 +78,7 @@ impl Rule {
             Self::TrappedAir => "trapped-air",
             Self::Demolding => "demolding",
             Self::Sight => "sight",
+            Self::Glare => "glare",
             Self::Fit => "fit",
             Self::Seating => "seating",
             Self::Pattern => "pattern",

@@ -28,6 +28,7 @@ mod chain;
 mod demolding;
 pub mod example;
 mod finding;
+mod glare;
 mod interference;
 mod lines;
 mod masses;
@@ -172,6 +173,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 
     let (unseen, to_be_seen) = sight::examine(sensor, &scene);
     findings.extend(unseen);
+    let (mirrored, lamps) = glare::examine(sensor, &scene)?;
+    findings.extend(mirrored);
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
@@ -185,6 +188,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::TrappedAir, rising.len(), "pours"),
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
+            examined(Rule::Glare, lamps, "lamps"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
             examined(Rule::Printability, printed, "parts on own machines"),
         ],

@@ -32,6 +32,10 @@ const LEAST_PIXELS: [f64; 2] = [100.0, 0.5];
 /// Largest share of the picture that looks out of the sensor.
 const MOST_OUTSIDE: f64 = 0.01;
 
+/// Part of the picture's half width or height, or of its view, that markers must leave free at its edge: a
+/// maker's tolerance of the view is 1 to 2 percent, and a chip lies off its lens's axis by one more.
+const LEAST_MARGIN: f64 = 0.03;
+
 /// Where a face is met more steeply than that, a ray stands for no more of it.
 const LEAST_STEEPNESS: f64 = 0.05;
 
@@ -46,6 +50,8 @@ struct Seen<'a> {
     on_it_px: f64,
     outside_px: f64,
     all_px: f64,
+    /// How far what is there to be seen reaches: 1 at the picture's edge.
+    reach: f64,
 }
 
 /// A body that light does not pass as if it were not there.
@@ -105,7 +111,23 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
         let finding = Finding::error(Rule::Sight, message, fix).of(names());
         add(finding.measured(seen.on_it_px.round(), least_px, "px"));
     }
+    if is_markers(sensor) && seen.reach > 1.0 - LEAST_MARGIN {
+        let message = format!("{} reach to the edge of the picture, or over it", listed(sensor));
+        let fix = "markers further in, a camera further away, or a lens with a wider view";
+        let finding = Finding::error(Rule::Sight, message, fix).of(names());
+        add(finding.measured(1.0 - seen.reach, LEAST_MARGIN, ""));
+    }
     (findings, sensor.sight.len())
+}
+
+/// Whether what is there to be seen is many small things, each of which counts.
+fn is_markers(sensor: &Sensor) -> bool {
+    pieces(sensor) > sensor.sight.len()
+}
+
+fn pieces(sensor: &Sensor) -> usize {
+    let shells = sensor.sight.iter().filter_map(|name| sensor.body(name)?.shells);
+    shells.map(|shells| shells.pieces).sum()
 }
 
 fn listed(sensor: &Sensor) -> String {
@@ -113,10 +135,8 @@ fn listed(sensor: &Sensor) -> String {
 }
 
 fn least_pixels(sensor: &Sensor) -> f64 {
-    let shells = sensor.sight.iter().filter_map(|name| sensor.body(name)?.shells);
-    let pieces: usize = shells.map(|shells| shells.pieces).sum();
     let [of_surface, of_marker] = LEAST_PIXELS;
-    if pieces > sensor.sight.len() { of_marker * pieces as f64 } else { of_surface }
+    if is_markers(sensor) { of_marker * pieces(sensor) as f64 } else { of_surface }
 }
 
 fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
@@ -141,10 +161,10 @@ fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
 }
 
 /// Directions around an axis.
-struct Cone {
-    axis: Vector3<f64>,
+pub(crate) struct Cone {
+    pub(crate) axis: Vector3<f64>,
     /// Of the angle between the axis and its outermost directions.
-    cosine: f64,
+    pub(crate) cosine: f64,
 }
 
 impl Cone {
@@ -163,14 +183,14 @@ impl Cone {
         Self { axis: towards / distance, cosine: (1.0 - (radius / distance).powi(2)).sqrt() }
     }
 
-    /// The part of the unit sphere that one ray of [`RAYS`] stands for.
-    fn solid_angle(&self) -> f64 {
-        2.0 * std::f64::consts::PI * (1.0 - self.cosine) / RAYS as f64
+    /// The part of the unit sphere that one of so many rays stands for.
+    pub(crate) fn solid_angle(&self, rays: usize) -> f64 {
+        2.0 * std::f64::consts::PI * (1.0 - self.cosine) / rays as f64
     }
 
-    /// A direction; all of them together are spread evenly (a Fibonacci lattice).
-    fn direction(&self, number: usize) -> Vector3<f64> {
-        let along = 1.0 - (1.0 - self.cosine) * (number as f64 + 0.5) / RAYS as f64;
+    /// One of so many directions; all of them together are spread evenly (a Fibonacci lattice).
+    pub(crate) fn direction(&self, number: usize, rays: usize) -> Vector3<f64> {
+        let along = 1.0 - (1.0 - self.cosine) * (number as f64 + 0.5) / rays as f64;
         let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
         let (sin, cos) = turn.sin_cos();
         let across = (1.0 - along * along).sqrt();
@@ -182,11 +202,11 @@ impl Cone {
 /// What becomes of the rays of a cone.
 fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: bool) -> Seen<'a> {
     let pupil = camera.sensor_from_camera.point(Point3::origin());
-    let solid_angle = cone.solid_angle();
+    let solid_angle = cone.solid_angle(RAYS);
     (0..RAYS)
         .into_par_iter()
         .map_init(Caster::default, |caster, number| {
-            let ray = Ray { origin: pupil, direction: cone.direction(number) };
+            let ray = Ray { origin: pupil, direction: cone.direction(number, RAYS) };
             let mut first: Option<(f64, &'a str, bool)> = None;
             let mut wanted: Option<(f64, f64)> = None;
             let mut is_dark = false;
@@ -205,11 +225,15 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
                 }
             }
             let pixels = pixels(camera, &ray.direction) * solid_angle;
-            (pixels, first, wanted.map_or(0.0, |(_, mm2)| mm2 * solid_angle), is_dark)
+            let is_first = matches!(first, Some((_, _, true)));
+            let reach = if is_first { reach(camera, &ray.direction) } else { 0.0 };
+            let wanted_mm2 = wanted.map_or(0.0, |(_, mm2)| mm2 * solid_angle);
+            (pixels, first, wanted_mm2, is_dark, reach)
         })
         .collect::<Vec<_>>()
         .into_iter()
-        .fold(Seen::default(), |mut seen, (pixels, first, area_mm2, is_dark)| {
+        .fold(Seen::default(), |mut seen, (pixels, first, area_mm2, is_dark, reach)| {
+            seen.reach = seen.reach.max(reach);
             seen.all_px += pixels;
             seen.all_mm2 += area_mm2;
             seen.outside_px += if is_dark { 0.0 } else { pixels };
@@ -227,18 +251,30 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
         })
 }
 
-/// Pixels for each steradian around a direction in the sensor frame; none outside the picture.
+/// Where a direction in the sensor frame lies in the picture, px from its middle; how far off the axis
+/// it is, rad; and the length of a radian there, px.
 ///
 /// Equidistant: a point at the angle a from the axis is f a from the picture's middle.
-fn pixels(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
+fn image_of(camera: &NominalCamera, direction: &Vector3<f64>) -> ([f64; 2], f64, [f64; 2]) {
     let direction = camera.sensor_from_camera.inverse().vector(*direction);
     let [width, height] = [camera.width_px, camera.height_px].map(f64::from);
     let focal_px = width.hypot(height) / camera.field_of_view.rad();
     let across = direction.x.hypot(direction.y);
     let angle = across.atan2(direction.z);
     let scale = if across > 0.0 { focal_px * angle / across } else { focal_px };
-    let is_inside = (direction.x * scale).abs() <= width / 2.0
-        && (direction.y * scale).abs() <= height / 2.0
-        && angle <= camera.field_of_view.rad() / 2.0;
-    if is_inside { focal_px * scale } else { 0.0 }
+    ([direction.x * scale, direction.y * scale], angle, [focal_px, scale])
+}
+
+/// How far from the picture's middle a direction lies: 1 at its edge.
+fn reach(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
+    let ([x, y], angle, _) = image_of(camera, direction);
+    let [width, height] = [camera.width_px, camera.height_px].map(f64::from);
+    let sides = (x.abs() / (width / 2.0)).max(y.abs() / (height / 2.0));
+    sides.max(angle / (camera.field_of_view.rad() / 2.0))
+}
+
+/// Pixels for each steradian around a direction in the sensor frame; none outside the picture.
+pub(crate) fn pixels(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
+    let [focal_px, scale] = image_of(camera, direction).2;
+    if reach(camera, direction) <= 1.0 { focal_px * scale } else { 0.0 }
 }

@@ -28,7 +28,7 @@ pub use kerf::kerf_mm;
 pub use own::UserFile;
 pub use registry::{
     BaseFile, Built, Extended, Extends, Extension, FORMAT, Family, FamilyEntry, Header, Registry,
-    SensorText, Start, extended_file,
+    SensorText, Start, camera_modules, extended_file,
 };
 
 /// Sections of parameters, one after the other: [`parameters!`] for each.

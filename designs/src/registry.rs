@@ -2,6 +2,7 @@
 
 mod absent;
 mod extending;
+mod modules;
 mod starting;
 mod trying;
 
@@ -17,6 +18,7 @@ use fabkit_text::{FamilySchema, apply_overrides, check_format, mapping_of, root_
 use fabkit_text::{shown, similar, suggestion, take_word};
 
 pub use extending::{BaseFile, Extends, SensorText, extended_file};
+pub use modules::camera_modules;
 pub use starting::Start;
 pub(crate) use trying::Trial;
 
@@ -438,6 +440,7 @@ impl Registry {
         }
         let overrides = own.take_overrides(overrides, &mut document.found);
         apply_overrides(&mut document, &overrides);
+        modules::lay_module(&mut document);
         Ok(Laid { document, family, own })
     }
 

@@ -251,6 +251,8 @@ pub struct Body {
     pub opacity: f64,
     /// What light does in it, if that is not as it is drawn: see [`Body::clarity`].
     pub optics: Option<Clarity>,
+    /// What of it shines, in the frame of `solid`; nothing of what is no lamp.
+    pub lamp: Option<Solid>,
     /// Turns a part as it should lie on the printer's bed; where it lies there is up to the exporter.
     pub bed_from_body: Pose,
     /// What to mind when making it.
@@ -282,6 +284,7 @@ impl Body {
             color: [255, 255, 255],
             opacity: 1.0,
             optics: None,
+            lamp: None,
             bed_from_body: Pose::identity(),
             notes: Vec::new(),
             machine: None,
@@ -363,6 +366,19 @@ impl Body {
     /// What light does in it: what is drawn as clear is clear unless somebody has said otherwise.
     pub fn clarity(&self) -> Clarity {
         self.optics.unwrap_or(if self.opacity < 1.0 { Clarity::Clear } else { Clarity::Opaque })
+    }
+
+    /// A lamp, all of it.
+    #[must_use]
+    pub fn shining(self) -> Self {
+        let lamp = Some(self.solid.clone());
+        Self { lamp, ..self }
+    }
+
+    /// A lamp of which a part shines.
+    #[must_use]
+    pub fn shining_from(self, lamp: Solid) -> Self {
+        Self { lamp: Some(lamp), ..self }
     }
 
     /// How many a lab needs, if not one.

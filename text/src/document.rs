@@ -7,7 +7,7 @@ use crate::expression::Formula;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::tree::{Content, Entry, Node};
 use crate::unknown::{instead, meant};
-use crate::{Field, Shape, Source, SourceKind, did_you_mean, join, shown, similar};
+use crate::{Field, Shape, Source, SourceKind, TextLayer, did_you_mean, join, shown, similar};
 
 /// All values that were written, whichever layer they come from.
 #[derive(Clone, Debug)]
@@ -164,6 +164,26 @@ impl Document {
         let mut paths = Vec::new();
         value_paths(&self.fields, "", &mut paths);
         paths
+    }
+
+    /// What was written at a path, if anything was.
+    pub fn written(&self, path: &str) -> Option<&Written> {
+        self.values.get(path)
+    }
+
+    /// Lays the entries of one text below `layer`: over what lower layers say, under what that layer and
+    /// those above it say.
+    pub fn lay_under(&mut self, entries: Vec<Entry>, place: &Place, layer: TextLayer) {
+        let mut laid = Self::new(Vec::new(), self.root.clone());
+        laid.fields = Arc::clone(&self.fields);
+        laid.lay(entries, place);
+        self.found.append(&mut laid.found);
+        for (path, written) in laid.values {
+            let is_free = self.values.get(&path).is_none_or(|old| layer.is_over(old.place.layer));
+            if is_free {
+                self.values.insert(path, written);
+            }
+        }
     }
 
     fn lay_section(

@@ -14,6 +14,8 @@ use crate::parameters::{Report, limits};
 parameters! {
     /// The camera and the board it comes on. Its distance follows from the pitch of its pixels.
     pub struct PostedCamera {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
         /// Type.
         model: String = 1..=80,
         /// Image width in pixels.

@@ -32,7 +32,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
                 .colored(CAMERA_GREEN),
-            LED.bought(led_text, led(p), leds).colored(LED_YELLOW),
+            LED.bought(led_text, led(p), leds).colored(LED_YELLOW).shining_from(package(p)),
         ],
         joints.casing.bought(below, below),
         joints.mold.bought(off_mold, off_mold),
@@ -83,9 +83,13 @@ pub fn turned(p: &Cap, pose: Pose) -> Pose {
 /// strip.
 fn led(p: &Cap) -> Solid {
     let leds = &p.leds;
-    let (thickness, size) = (leds.strip_thickness.mm(), leds.package_size.mm());
+    let thickness = leds.strip_thickness.mm();
     let strip = Solid::cuboid(leds.strip_length.mm(), leds.strip_width.mm(), thickness);
-    let into = thickness / 2.0;
-    let package = Solid::cuboid(size, size, leds.package_height.mm() + into).at_z(thickness - into);
-    Solid::union([strip, package])
+    Solid::union([strip, package(p)])
+}
+
+/// The package, which reaches into its strip.
+fn package(p: &Cap) -> Solid {
+    let (size, into) = (p.leds.package_size.mm(), p.leds.strip_thickness.mm() / 2.0);
+    Solid::cuboid(size, size, p.leds.package_height.mm() + into).at_z(into)
 }

@@ -128,6 +128,8 @@ sections! {
 
     /// The camera with its lens.
     pub struct Camera {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
         /// Type.
         model: String = 1..=80,
         /// Type of the lens.

@@ -179,6 +179,8 @@ sections! {
 
     /// The camera and the board it comes on.
     pub struct Camera {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
         /// Type.
         model: String = 1..=80,
         /// Image width in pixels.

@@ -131,6 +131,8 @@ sections! {
 
     /// The endoscope camera.
     pub struct Camera {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
         /// Type.
         model: String = 1..=80,
         /// Diameter.

@@ -139,6 +139,8 @@ sections! {
 
     /// The image sensor, its board and lens.
     pub struct Camera {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
         /// Type.
         model: String = 1..=80,
         /// Pixels along each side of the square image.

@@ -108,14 +108,30 @@ pub fn marker_field_mm(p: &SheetMold) -> f64 {
     half * std::f64::consts::SQRT_2 + p.markers.diameter.mm() / 2.0
 }
 
+/// Half the longer and half the shorter edge of what the camera before the markers must see, mm.
+pub fn marker_edges_mm(p: &SheetMold) -> [f64; 2] {
+    let edge = p.markers.diameter.mm() / 2.0;
+    if p.markers.pattern == FlatPattern::List {
+        let points = p.markers.listed().points_mm().into_iter();
+        let out = points
+            .fold([0.0, 0.0], |[x, y]: [f64; 2], at| [x.max(at[0].abs()), y.max(at[1].abs())]);
+        return [out[0].max(out[1]) + edge, out[0].min(out[1]) + edge];
+    }
+    [f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() / 2.0 + edge; 2]
+}
+
+/// The same of the camera above the display.
+pub fn display_edges_mm(p: &SheetMold) -> [f64; 2] {
+    let along = p.display.channel_length.mm() / 2.0;
+    let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm() / 2.0
+        + p.display.channel_width.mm() / 2.0;
+    [along.max(across), along.min(across)]
+}
+
 /// Half the diagonal of what the camera above the display must see, mm.
 pub fn display_field_mm(p: &SheetMold) -> f64 {
-    let [x, y] = [
-        p.display.channel_length.mm() / 2.0,
-        f64::from(channel_count(p) - 1) * p.display.pitch.mm() / 2.0
-            + p.display.channel_width.mm() / 2.0,
-    ];
-    x.hypot(y)
+    let [long, short] = display_edges_mm(p);
+    long.hypot(short)
 }
 
 /// Radius of a sheet's holes for the M3 bolts that align and hold every stack, mm.

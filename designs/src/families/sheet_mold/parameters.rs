@@ -195,6 +195,8 @@ sections! {
 
     /// The two cameras, which are the same.
     pub struct Camera {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
         /// What to buy.
         model: String = 1..=80,
         /// Image width.

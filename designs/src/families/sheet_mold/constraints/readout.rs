@@ -6,11 +6,15 @@ use super::{APART_MM, BOLT_WEB_MM, CUT_WEB_MM, GLUE_MM, USED_VIEW};
 use crate::families::sheet_mold::display::{needle_hole_mm, seal_end_x};
 use crate::families::sheet_mold::joints::CAMERA;
 use crate::families::sheet_mold::layout::{
-    Layout, camera_board_top_mm, display_field_mm, marker_field_mm,
+    Layout, camera_board_top_mm, display_edges_mm, display_field_mm, marker_edges_mm,
+    marker_field_mm,
 };
 use crate::families::sheet_mold::parameters::SheetMold;
 use crate::hardware::HexSpacer;
 use crate::parameters::{Report, limits};
+
+/// Share of the picture's half sides that is used: the rest is for tolerances of lens and chip.
+const USED_SIDES: f64 = 0.96;
 
 pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
     limits! { report, p:
@@ -72,6 +76,11 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
         display.camera_spacer >=
             display_field_mm(p) / half_angle.tan() + pupil - p.display.sheet.mm(),
             "the second camera must see every channel of the display";
+        housing.height >= across_picture_mm(p, marker_edges_mm(p)) + pupil - below_markers,
+            "the camera must see every marker along the sides of its picture, too";
+        display.camera_spacer >=
+            across_picture_mm(p, display_edges_mm(p)) + pupil - p.display.sheet.mm(),
+            "the second camera must see every channel along the sides of its picture, too";
         camera.board_size <= beside_spacers, "the board lies between the corner spacers";
         camera.board_size_y <= beside_spacers, "the board lies between the corner spacers";
         camera.pupil_behind_front <= p.camera.lens_height.mm(), "the pupil lies in the lens";
@@ -82,4 +91,14 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
             "the nuts lie beside the lens holder";
         camera.barrel_diameter <= p.camera.holder_size.mm(), "the barrel stands on its holder";
     }
+}
+
+/// How far a camera must be from what has these half edges (mm), so that they lie within its picture's
+/// width and height: an equidistant lens, as the maker states its view over the diagonal.
+fn across_picture_mm(p: &SheetMold, half_mm: [f64; 2]) -> f64 {
+    let mut pixels = [p.camera.width_px, p.camera.height_px].map(f64::from);
+    pixels.sort_by(|a, b| b.total_cmp(a));
+    let half_view = USED_SIDES * p.camera.field_of_view.rad() / 2.0;
+    let angles = pixels.map(|side| half_view * side / pixels[0].hypot(pixels[1]));
+    (half_mm[0] / angles[0].tan()).max(half_mm[1] / angles[1].tan())
 }

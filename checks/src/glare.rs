@@ -1,0 +1,218 @@
+//! Mirror images of lamps: where a face between air and something clear shows the camera a lamp.
+//!
+//! Rays leave the pupil evenly over the picture. At each face with air on one side, a few percent of the
+//! light is thrown back (Fresnel); if what is thrown back ends on a lamp, the lamp is seen there, brighter
+//! than the surface behind it. Up to the first face nothing bends the rays, and the place is exact; behind
+//! it rays go on straight, and the place is off by what refraction makes.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_geometry::{
+    Assembly, Body, Clarity, CompiledSolid, NominalCamera, Point3, Ray, Sensor, Vector3,
+};
+use rayon::prelude::*;
+
+use crate::finding::{Finding, Rule, Severity};
+use crate::lines::{Caster, Stretch};
+use crate::scene::{Assemblies, InvalidBody, Placed};
+use crate::sight::{Cone, pixels};
+
+/// Rays over the picture: a lamp of 3 x 3 mm, 30 mm behind its mirror, is met by about eight.
+const RAYS: usize = 8_192;
+
+/// Bodies that are no further apart than that touch, and no light is thrown back between them, mm.
+const TOGETHER_MM: f64 = 1e-3;
+
+/// Share of the picture from which on mirror images are told of: a lamp or two.
+const LEAST_TOLD: f64 = 0.005;
+
+/// Share of the view, from its axis, that they must leave free: beside a flat window, bare lamps are
+/// mirrored near the picture's edge by nearly every published sensor.
+const MIDDLE: f64 = 0.5;
+
+/// A body in the light.
+struct Lit<'a> {
+    placed: &'a Placed<'a>,
+    clarity: Clarity,
+    /// What of it shines.
+    lamp: Option<CompiledSolid>,
+}
+
+/// One ray that shows a lamp.
+struct Image<'a> {
+    mirror: &'a str,
+    lamp: usize,
+    angle_rad: f64,
+    pixels: f64,
+    place: Point3<f64>,
+}
+
+/// All findings, and how many lamps there are.
+///
+/// # Errors
+/// [`InvalidBody`] if what shines of a lamp is no solid.
+pub(crate) fn examine(
+    sensor: &Sensor,
+    scene: &Assemblies,
+) -> Result<(Vec<Finding>, usize), InvalidBody> {
+    let bodies = lit(sensor, scene)?;
+    let lamps = bodies.iter().filter(|body| body.lamp.is_some()).count();
+    if lamps == 0 || sensor.sight.is_empty() {
+        return Ok((Vec::new(), lamps));
+    }
+    let (images, all_px) = look(&sensor.camera, &bodies);
+    let mut mirrors = BTreeMap::<&str, Vec<&Image>>::new();
+    for image in &images {
+        mirrors.entry(image.mirror).or_default().push(image);
+    }
+    let findings = mirrors.into_iter().filter_map(|(mirror, images)| {
+        let half_rad = MIDDLE * sensor.camera.field_of_view.rad() / 2.0;
+        let share_of = |images: &[&Image]| sum_px(images) / all_px;
+        let inner: Vec<&Image> =
+            images.iter().copied().filter(|image| image.angle_rad < half_rad).collect();
+        let is_amid = share_of(&inner) > LEAST_TOLD;
+        let told = if is_amid { inner } else { images };
+        let severity = if is_amid { Severity::Warning } else { Severity::Note };
+        let share = share_of(&told);
+        (share > LEAST_TOLD).then(|| finding(mirror, &told, share, lamps).with_severity(severity))
+    });
+    Ok((findings.collect(), lamps))
+}
+
+fn sum_px(images: &[&Image]) -> f64 {
+    images.iter().map(|image| image.pixels).sum()
+}
+
+fn finding(mirror: &str, images: &[&Image], share: f64, lamps: usize) -> Finding {
+    let seen: BTreeSet<usize> = images.iter().map(|image| image.lamp).collect();
+    let mut angles: Vec<f64> = images.iter().map(|image| image.angle_rad.to_degrees()).collect();
+    angles.sort_by(f64::total_cmp);
+    let middle_deg = angles[angles.len() / 2];
+    let message = format!(
+        "{} of {lamps} lamps are mirrored into the picture by {mirror}, about {middle_deg:.0} degrees off its axis",
+        seen.len()
+    );
+    let fix =
+        "put the lamps further out, keep air from the face, shade them, or let the face be matt";
+    Finding::error(Rule::Glare, message, fix)
+        .in_assembly(&Assembly::sensor().0)
+        .of([mirror])
+        .at(images.first().map(|image| image.place))
+        .measured(share, LEAST_TOLD, "")
+}
+
+fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, InvalidBody> {
+    let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
+    let mut lit = Vec::new();
+    let mut number = BTreeMap::<&str, usize>::new();
+    for placed in scene.bodies(&Assembly::sensor().0) {
+        let Some(body) = sensor.body(placed.name) else { continue };
+        let place = number.entry(placed.name).or_default();
+        let lamp = lamp(body, *place)?;
+        *place += 1;
+        // The pupil lies in the lens, or in the housing around it.
+        if !placed.body.contains(&pupil) {
+            lit.push(Lit { placed, clarity: body.clarity(), lamp });
+        }
+    }
+    Ok(lit)
+}
+
+/// What shines of a body in one of its places in the sensor, by that place's number.
+fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody> {
+    let in_sensor = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
+    let (Some(solid), Some(placement)) = (&body.lamp, in_sensor.skip(place).next()) else {
+        return Ok(None);
+    };
+    let compiled = CompiledSolid::new(&solid.clone().placed(placement.assembly_from_body));
+    compiled.map(Some).map_err(|source| InvalidBody { body: body.name.clone(), source })
+}
+
+/// Every ray that shows a lamp, and the pixels of the whole picture.
+fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64) {
+    let pupil = camera.sensor_from_camera.point(Point3::origin());
+    let axis = camera.sensor_from_camera.vector(Vector3::z());
+    let half = (camera.field_of_view.rad() / 2.0).min(std::f64::consts::PI);
+    let cone = Cone { axis, cosine: half.cos() };
+    let solid_angle = cone.solid_angle(RAYS);
+    let rays: Vec<(Vec<Image>, f64)> = (0..RAYS)
+        .into_par_iter()
+        .map_init(Caster::default, |caster, number| {
+            let direction = cone.direction(number, RAYS);
+            let pixels = pixels(camera, &direction) * solid_angle;
+            if pixels == 0.0 {
+                return (Vec::new(), 0.0);
+            }
+            let ray = Ray { origin: pupil, direction };
+            let angle_rad = direction.dot(&axis).clamp(-1.0, 1.0).acos();
+            let faces = faces(bodies, &ray, caster);
+            let images = faces.into_iter().filter_map(|(mirror, t, normal)| {
+                let thrown = direction - 2.0 * direction.dot(&normal) * normal;
+                let thrown = Ray { origin: ray.at(t), direction: thrown };
+                let lamp = first_lamp(bodies, &thrown, caster)?;
+                Some(Image { mirror, lamp, angle_rad, pixels, place: ray.at(t) })
+            });
+            (images.collect(), pixels)
+        })
+        .collect();
+    let all_px = rays.iter().map(|(_, pixels)| pixels).sum();
+    (rays.into_iter().flat_map(|(images, _)| images).collect(), all_px)
+}
+
+/// The faces between air and something clear that a ray passes before it ends: whose, where, the normal.
+fn faces<'a>(
+    bodies: &[Lit<'a>],
+    ray: &Ray,
+    caster: &mut Caster,
+) -> Vec<(&'a str, f64, Vector3<f64>)> {
+    let mut ends = f64::INFINITY;
+    let mut clear: Vec<(&str, Stretch)> = Vec::new();
+    for Lit { placed, clarity, lamp } in bodies {
+        for stretch in caster.stretches(&placed.body, ray) {
+            if stretch.exit.t <= 0.0 {
+                continue;
+            }
+            if *clarity == Clarity::Clear && lamp.is_none() {
+                clear.push((placed.name, stretch));
+            } else {
+                ends = ends.min(stretch.enter.t);
+            }
+        }
+    }
+    let is_air = |t: f64| {
+        t < ends - TOGETHER_MM
+            && clear.iter().all(|(_, stretch)| t < stretch.enter.t || t > stretch.exit.t)
+    };
+    let mut faces = Vec::new();
+    for (name, Stretch { enter, exit }) in &clear {
+        let sides = [(enter, -TOGETHER_MM), (exit, TOGETHER_MM)];
+        for (crossing, outwards_mm) in sides {
+            if crossing.t > 0.0 && crossing.t < ends && is_air(crossing.t + outwards_mm) {
+                faces.push((*name, crossing.t, crossing.normal));
+            }
+        }
+    }
+    faces
+}
+
+/// The lamp that a ray ends on, by its number, unless it ends elsewhere.
+fn first_lamp(bodies: &[Lit], ray: &Ray, caster: &mut Caster) -> Option<usize> {
+    let mut enters = |body: &CompiledSolid| {
+        let mut enters = caster.stretches(body, ray).map(|stretch| stretch.enter.t);
+        enters.find(|t| *t > TOGETHER_MM)
+    };
+    let mut first: Option<(f64, usize)> = None;
+    for (number, body) in bodies.iter().enumerate() {
+        if body.lamp.is_none() && body.clarity == Clarity::Clear {
+            continue;
+        }
+        if let Some(t) = enters(&body.placed.body)
+            && first.is_none_or(|(nearest, _)| t < nearest)
+        {
+            first = Some((t, number));
+        }
+    }
+    let (t, number) = first?;
+    let shines = enters(bodies[number].lamp.as_ref()?)? <= t + TOGETHER_MM;
+    shines.then_some(number)
+}

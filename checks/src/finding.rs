@@ -29,6 +29,8 @@ pub enum Rule {
     Printability,
     /// Layers stick to what they are cast onto.
     Bonding,
+    /// One tool shapes what is touched, without a seam.
+    Parting,
     /// What a printer must support is told to whoever prints it.
     Overhang,
     /// What is measured tells what it is measured for.
@@ -42,7 +44,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -51,6 +53,7 @@ impl Rule {
         Self::Sight,
         Self::Bonding,
         Self::Printability,
+        Self::Parting,
         Self::Overhang,
     ];
 
@@ -80,6 +83,7 @@ impl Rule {
             Self::Pattern => "pattern",
             Self::Printability => "printability",
             Self::Bonding => "bonding",
+            Self::Parting => "parting",
             Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",

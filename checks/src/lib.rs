@@ -34,6 +34,7 @@ mod masses;
 mod memo;
 mod opening;
 mod overhang;
+mod parting;
 mod printability;
 mod scene;
 mod sight;
@@ -173,6 +174,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
+    let (seams, shaped) = parting::examine(sensor, &scene);
+    findings.extend(seams);
     let examined = |rule, count, what| Examined { rule, count, what };
     Ok(CheckReport {
         findings,
@@ -185,6 +188,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
             examined(Rule::Printability, printed, "parts on own machines"),
+            examined(Rule::Parting, shaped, "steps that shape what is touched"),
         ],
         batches: Vec::new(),
     })

@@ -31,6 +31,8 @@ pub enum Rule {
     Printability,
     /// Layers stick to what they are cast onto.
     Bonding,
+    /// One tool shapes what is touched, without a seam.
+    Parting,
     /// What a printer must support is told to whoever prints it.
     Overhang,
     /// What is measured tells what it is measured for.
@@ -54,6 +56,7 @@ impl Rule {
         Self::Glare,
         Self::Bonding,
         Self::Printability,
+        Self::Parting,
         Self::Overhang,
     ];
 
@@ -84,6 +87,7 @@ impl Rule {
             Self::Pattern => "pattern",
             Self::Printability => "printability",
             Self::Bonding => "bonding",
+            Self::Parting => "parting",
             Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",

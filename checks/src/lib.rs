@@ -36,6 +36,7 @@ mod memo;
 mod opening;
 mod outlet;
 mod overhang;
+mod parting;
 mod printability;
 mod scene;
 mod sight;
@@ -178,6 +179,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
+    let (seams, shaped) = parting::examine(sensor, &scene);
+    findings.extend(seams);
     let examined = |rule, count, what| Examined { rule, count, what };
     Ok(CheckReport {
         findings,
@@ -191,6 +194,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Glare, lamps, "lamps"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
             examined(Rule::Printability, printed, "parts on own machines"),
+            examined(Rule::Parting, shaped, "steps that shape what is touched"),
         ],
         batches: Vec::new(),
     })

@@ -97,11 +97,11 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     };
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
-    let pry_slots = [0, 1].map(|i| {
+    let pry_slots = wiring::pry_turns(p).into_iter().zip(1..).map(|(turn, number)| {
         // Twice as deep as it shows: the outer half cuts air, whatever the plug's curvature.
         let slot = Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM);
         let slot = slot.at(r, 0.0, bottom - CUT_OVERLAP_MM);
-        slot.turned_z(turn(i, 2, 0.5)).named(format!("pry slot {}", i + 1))
+        slot.turned_z(turn).named(format!("pry slot {number}"))
     });
 
     BASE.made(Process::Fdm, plug.minus(pocket.named("camera pocket")).minus(relief.named("relief")))

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Point3, Pose, Process, Solid, Vector3};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Point3, Pose, Process, Solid, Vector3};
 
 use super::bodies::*;
 use super::housing::{cable_slot, relief_edges_mm};
@@ -11,7 +11,7 @@ use super::layout::Layout;
 use super::parameters::{CableExit, Dome};
 use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::cable::Cable;
-use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes};
+use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes, turn};
 use crate::fits::Fit;
 
 /// How far the cable is drawn out of the shell, up to its plug, mm.
@@ -104,6 +104,21 @@ pub fn way_out(p: &Dome, layout: &Layout) -> Cut {
     let beyond = layout.shell_radius_mm + 1.0;
     let tool = Solid::cuboid_between([0.0, -half, slit.tongue_z], [beyond, half, top]);
     holes([tool.placed(way(p)).named("cable slit")])
+}
+
+/// Where the slots are that a screwdriver pulls the base out by: a third of all screws to both sides of the
+/// way out, so between a screw and a mounting hole as that is.
+pub fn pry_turns(p: &Dome) -> Vec<Angle> {
+    if !is_aside(p) {
+        return vec![turn(0, 2, 0.5), turn(1, 2, 0.5)];
+    }
+    let count = p.shell.screws;
+    let third = (f64::from(count) / 3.0).round().max(1.0) as u32;
+    let mut steps = vec![third, count - third];
+    steps.dedup();
+    let exit = p.base.exit_angle.rad();
+    let from_exit = |i| Angle::from_rad(exit + turn(i, count, 0.0).rad()).expect("finite");
+    steps.into_iter().map(from_exit).collect()
 }
 
 /// What closes the shell's notch below the cable; it turns base and shell to each other.

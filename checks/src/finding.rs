@@ -19,6 +19,10 @@ pub enum Rule {
     Demolding,
     /// The camera sees what it is there to see.
     Sight,
+    /// Every body gets to its place past what stands there already.
+    Motion,
+    /// Hands and tools have room where they work.
+    Access,
     /// What goes into each other by hand does so, and no two of them meet.
     Fit,
     /// Pins and mates come to rest where they are said to.
@@ -42,13 +46,15 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
         Self::TrappedAir,
         Self::Demolding,
         Self::Sight,
+        Self::Motion,
+        Self::Access,
         Self::Bonding,
         Self::Printability,
         Self::Overhang,
@@ -75,6 +81,8 @@ impl Rule {
             Self::TrappedAir => "trapped-air",
             Self::Demolding => "demolding",
             Self::Sight => "sight",
+            Self::Motion => "motion",
+            Self::Access => "access",
             Self::Fit => "fit",
             Self::Seating => "seating",
             Self::Pattern => "pattern",

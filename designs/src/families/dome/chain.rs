@@ -88,7 +88,7 @@ pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
         step(
             "spray-coat",
             TRANSLUCENT_MOLD,
-            &[OUTER_A, OUTER_B],
+            &[OUTER_A, OUTER_B, DOWEL],
             coat.coats(&[OUTER_A, OUTER_B], BLACK_COAT),
         )
         .told("spray the black mixture onto the inside of the outer mold")

@@ -85,7 +85,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
                     .flat_map(|tool| each(tool, &here, -42.0)),
             )
             .times(1)
-            .colored(RUBBER),
+            .colored(RUBBER)
+            .giving(seat.ring().gives_mm()),
         FORM_TUBE
             .bought(
                 format!(

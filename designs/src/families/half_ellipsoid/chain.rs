@@ -150,7 +150,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
     ]
 }
 
-fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
+fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 4] {
     let [sealed, glued] = [24.0, 1.0].map(|hours| Cure { hours, celsius: 23.0 });
     let electronics = [CAMERA, POST, BASE, LED_BOARD, WHITE_LED, UV_LED, DIFFUSER];
     [
@@ -160,6 +160,9 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
                  its shoulder is level with their feet",
             )
             .source("III-C, figure 3 (vi); cure time chosen"),
+        bond("glue-holder", SENSOR, &[HOLDER], glued)
+            .told("glue the shell's foot into its holder with instant adhesive")
+            .source("III-C, sensor assembly"),
         bond("glue-electronics", SENSOR, &electronics, glued)
             .told(
                 "thread the camera's cable through post and base, solder its plug; glue post, board \
@@ -167,10 +170,7 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> [Step; 3] {
             )
             .source("III-C, sensor assembly"),
         assemble("assemble", SENSOR, &[HOLDER])
-            .told(
-                "glue the shell's foot into its holder with instant adhesive, slide the holder over \
-                 the base, join both with the M1.2 bolts",
-            )
+            .told("slide the holder over the base, join both with the M1.2 bolts")
             .source("III-C, sensor assembly")
             .also(Joints::new(p, layout).holder.names()),
     ]

@@ -44,6 +44,7 @@ fn step(name: &str, action: Action) -> Step {
         instruction: String::new(),
         assembly: Some(Assembly(MOLD.into())),
         bodies: Vec::new(),
+        motions: Vec::new(),
         action,
         source: String::new(),
     }

@@ -21,6 +21,10 @@ pub enum Rule {
     Sight,
     /// No lamp is mirrored into the picture.
     Glare,
+    /// Every body gets to its place past what stands there already.
+    Motion,
+    /// Hands and tools have room where they work.
+    Access,
     /// What goes into each other by hand does so, and no two of them meet.
     Fit,
     /// Pins and mates come to rest where they are said to.
@@ -46,7 +50,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 13] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -54,6 +58,8 @@ impl Rule {
         Self::Demolding,
         Self::Sight,
         Self::Glare,
+        Self::Motion,
+        Self::Access,
         Self::Bonding,
         Self::Printability,
         Self::Parting,
@@ -82,6 +88,8 @@ impl Rule {
             Self::Demolding => "demolding",
             Self::Sight => "sight",
             Self::Glare => "glare",
+            Self::Motion => "motion",
+            Self::Access => "access",
             Self::Fit => "fit",
             Self::Seating => "seating",
             Self::Pattern => "pattern",

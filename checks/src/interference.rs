@@ -186,7 +186,11 @@ fn examine_fit(
 /// common volume has at points within it.
 ///
 /// What is no more than `allowed_mm` need not be known better than that.
-fn deepest(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> Option<(f64, Point3<f64>)> {
+pub(crate) fn deepest(
+    a: &CompiledSolid,
+    b: &CompiledSolid,
+    allowed_mm: f64,
+) -> Option<(f64, Point3<f64>)> {
     let common = a.bounds().common(&b.bounds());
     if common.is_empty() || !common.is_finite() {
         return None;

@@ -33,6 +33,7 @@ mod interference;
 mod lines;
 mod masses;
 mod memo;
+mod motion;
 mod opening;
 mod outlet;
 mod overhang;
@@ -60,7 +61,8 @@ use scene::Assemblies;
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
                               faces within 1e-6 mm are together; air and tools: 320 columns \
                               across, pockets shallower than a column are not seen; \
-                              sight: twice 8192 rays from the pupil, not bent";
+                              sight: twice 8192 rays from the pupil, not bent; motions: 160 lines \
+                              across, turns by steps of at most 0.25 mm";
 
 /// How much one rule looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,6 +178,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     findings.extend(unseen);
     let (mirrored, lamps) = glare::examine(sensor, &scene)?;
     findings.extend(mirrored);
+    let ways = motion::examine(sensor, &scene, memo);
+    findings.extend(ways.findings);
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
@@ -192,6 +196,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
             examined(Rule::Glare, lamps, "lamps"),
+            examined(Rule::Motion, ways.bodies, "bodies that get to a place"),
+            examined(Rule::Access, ways.tools, "places for hands and tools"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
             examined(Rule::Printability, printed, "parts on own machines"),
             examined(Rule::Parting, shaped, "steps that shape what is touched"),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Body, CompiledSolid, InvalidSolid, Placement, Sensor};
+use fabkit_geometry::{Body, CompiledSolid, InvalidSolid, Placement, Pose, Reach, Sensor, Solid};
 use rayon::prelude::*;
 
 use crate::memo;
@@ -25,6 +25,44 @@ pub(crate) struct Placed<'a> {
     pub(crate) body: CompiledSolid,
     /// The same for the same shape in the same place, see [`memo`].
     pub(crate) key: u128,
+    /// Its shape in its own frame, and all else that is known of it.
+    pub(crate) of: &'a Body,
+    /// Maps its own frame to the assembly's.
+    pub(crate) pose: Pose,
+    /// The room of each of its tools, in the assembly's frame.
+    pub(crate) tools: Vec<Tool>,
+}
+
+/// The room of a tool.
+#[derive(Clone, Debug)]
+pub(crate) struct Tool {
+    pub(crate) room: CompiledSolid,
+    /// As of a body.
+    pub(crate) key: u128,
+}
+
+impl<'a> Placed<'a> {
+    fn new(of: &'a Body, placement: &Placement) -> Result<Self, InvalidBody> {
+        let pose = placement.assembly_from_body;
+        let compiled = |solid: &Solid| {
+            CompiledSolid::new(&solid.clone().placed(pose))
+                .map_err(|source| InvalidBody { body: of.name.clone(), source })
+        };
+        let key = memo::of_body(&of.solid, placement);
+        let tool = |reach: &Reach| {
+            let key = memo::of_body(&reach.solid, placement);
+            compiled(&reach.solid).map(|room| Tool { room, key })
+        };
+        let tools = of.reach.iter().map(tool).collect::<Result<_, _>>()?;
+        Ok(Self { name: &of.name, body: compiled(&of.solid)?, key, of, pose, tools })
+    }
+}
+
+impl Placed<'_> {
+    /// Whether a tool drives it in: a screw, a nut.
+    pub(crate) fn is_drawn(&self) -> bool {
+        self.of.reach.iter().any(|reach| reach.is_drawn)
+    }
 }
 
 /// Every assembly with its bodies, in the order of the sensor's lists.
@@ -39,12 +77,7 @@ impl<'a> Assemblies<'a> {
         let places: Vec<(&Body, &Placement)> = sensor.bodies.iter().flat_map(places).collect();
         let placed: Vec<(&str, Placed)> = places
             .into_par_iter()
-            .map(|(Body { name, solid, .. }, placement)| {
-                let body = CompiledSolid::new(&solid.clone().placed(placement.assembly_from_body))
-                    .map_err(|source| InvalidBody { body: name.into(), source })?;
-                let key = memo::of_body(solid, placement);
-                Ok((placement.assembly.0.as_str(), Placed { name: name.as_str(), body, key }))
-            })
+            .map(|(of, placement)| Ok((placement.assembly.0.as_str(), Placed::new(of, placement)?)))
             .collect::<Result<_, _>>()?;
         let mut assemblies = BTreeMap::<_, Vec<_>>::new();
         for (assembly, placed) in placed {

@@ -161,6 +161,7 @@ pub fn step(
         instruction: String::new(),
         assembly: place.into().map(AssemblyName::assembly),
         bodies: names(bodies),
+        motions: Vec::new(),
         action,
         source: String::new(),
     })

@@ -5,7 +5,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Assembly;
+use crate::{Assembly, Motion};
 
 /// One step, in the order of the chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct Step {
     pub assembly: Option<Assembly>,
     /// Parts, layers and components that the step needs or joins, by name.
     pub bodies: Vec<String>,
+    /// Ways that bodies take to their places, where they are not straight or matter.
+    pub motions: Vec<Motion>,
     /// What happens.
     pub action: Action,
     /// Section of the paper, or why fabkit chose it.
@@ -29,6 +31,13 @@ impl Step {
     #[must_use]
     pub fn also(mut self, bodies: impl IntoIterator<Item = String>) -> Self {
         self.bodies.extend(bodies);
+        self
+    }
+
+    /// A way that some of its bodies take to their places.
+    #[must_use]
+    pub fn moving(mut self, motion: Motion) -> Self {
+        self.motions.push(motion);
         self
     }
 }

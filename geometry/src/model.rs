@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, Pose, Solid, Step, TouchSurface};
+use crate::{Angle, Pose, Reach, Solid, Step, TouchSurface};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -267,6 +267,11 @@ pub struct Body {
     pub genus: Option<i32>,
     /// As for `genus`, in how many pieces it comes and which cavities it encloses.
     pub shells: Option<Shells>,
+    /// Room that hands and tools need to put it in, or to work on it in its place.
+    pub reach: Vec<Reach>,
+    /// How far it gives way, mm, to what it passes while it is brought to its place: a rubber ring that
+    /// is stretched over a flange, a wire that is bent aside. 0 for what is rigid.
+    pub gives_mm: f64,
 }
 
 impl Body {
@@ -291,6 +296,8 @@ impl Body {
             shrinkage: 0.0,
             genus: is_counted.then_some(0),
             shells: is_counted.then_some(Shells::ONE),
+            reach: Vec::new(),
+            gives_mm: 0.0,
         }
     }
 
@@ -443,6 +450,19 @@ impl Body {
     #[must_use]
     pub fn in_shells(self, shells: Shells) -> Self {
         Self { shells: Some(shells), ..self }
+    }
+
+    /// Giving way so far while it is brought to its place, mm.
+    #[must_use]
+    pub fn giving(self, gives_mm: f64) -> Self {
+        Self { gives_mm, ..self }
+    }
+
+    /// With room for a hand or a tool.
+    #[must_use]
+    pub fn reached(mut self, reach: Reach) -> Self {
+        self.reach.push(reach);
+        self
     }
 
     /// Whether it is a part.

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Length, Path, Solid};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Leg, Length, Motion, Path, Point3, Solid, Vector3};
 
 use crate::parameters;
 use crate::parameters::{Report, limits};
@@ -152,6 +152,25 @@ impl Joint {
             step - self.turn.rad() - half - next_half - play
         });
         self.bore_radius * lands.fold(TAU, f64::min)
+    }
+
+    /// The way of the female part onto the male one: straight on, then clockwise (seen from +z) to
+    /// the lock.
+    pub fn female_onto(&self, bodies: impl IntoIterator<Item = String>) -> Motion {
+        self.locking(bodies, -1.0)
+    }
+
+    /// The way of the male part into the female one: the other way around.
+    pub fn male_onto(&self, bodies: impl IntoIterator<Item = String>) -> Motion {
+        self.locking(bodies, 1.0)
+    }
+
+    /// `sign`: along z, and around it, to the lock.
+    fn locking(&self, bodies: impl IntoIterator<Item = String>, sign: f64) -> Motion {
+        let lock = Angle::from_rad(sign * self.turn.rad()).expect("a turn is finite");
+        let axis = Vector3::z();
+        let turn = Leg::Turn { point: Point3::origin(), axis, angle: lock, rise_mm: 0.0 };
+        Motion::of(bodies, [Leg::from_afar(sign * axis), turn])
     }
 
     /// The lugs, to be united with a spigot of [`Joint::spigot_radius`]. Their upper edge is

@@ -235,7 +235,8 @@ impl Joint {
     ) -> Vec<Body> {
         let screws = self.screw.solid();
         let screws =
-            bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw));
+            bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw))
+                .reached(self.screw.driver());
         std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
     }
 
@@ -245,11 +246,13 @@ impl Joint {
             Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,
             Hold::HeatSet { nut, poses, .. } => {
                 let places = poses.iter().map(place_nut);
-                Some(bought(&nut.name(), nut.ordered(), nut.solid(), places).colored(BRASS))
+                let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
+                Some(body.colored(BRASS).reached(nut.iron()))
             }
-            Hold::Hex { nut, poses, .. } => {
+            Hold::Hex { nut, poses, depth_mm, .. } => {
                 let places = poses.iter().map(place_nut);
-                Some(bought(&nut.name(), nut.ordered(), nut.solid(), places))
+                let tool = if *depth_mm > 0.0 { nut.pusher() } else { nut.socket() };
+                Some(bought(&nut.name(), nut.ordered(), nut.solid(), places).reached(tool))
             }
         }
     }

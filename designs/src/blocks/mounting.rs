@@ -449,6 +449,7 @@ impl Flange {
         let ordered = format!("socket head screw ISO 4762 M{}x{length}", self.bolt.thread_mm);
         let text = format!("{ordered}, and what the robot's maker demands");
         bought(&self.name(), text, self.bolt.solid(length), self.poses().iter().map(place))
+            .reached(self.bolt.driver())
     }
 
     /// Reports heads that meet each other, or a wall around them of that radius (mm). The section

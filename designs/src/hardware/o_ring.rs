@@ -8,6 +8,10 @@ use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{Path, Solid};
 
+/// How much longer a ring may become for the moment in which it is pulled over something, as a share;
+/// chosen: makers of silicone and nitrile rings allow more than twice as much.
+const STRETCH_SHARE: f64 = 0.3;
+
 /// An O-ring, free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ORing {
@@ -126,6 +130,11 @@ impl ORing {
     /// The cord's cross section, mm^2, when the ring's middle has that radius.
     pub fn section_mm2(&self, middle_radius_mm: f64) -> f64 {
         self.volume_mm3() / (TAU * middle_radius_mm)
+    }
+
+    /// How far it may be stretched outwards while it is pulled over a flange, mm.
+    pub fn gives_mm(&self) -> f64 {
+        STRETCH_SHARE * self.inside_mm / 2.0
     }
 
     /// Diameter of the cord, mm, once the ring is stretched to that inside diameter.

@@ -97,7 +97,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             gripped.flat_map(|tool| each(tool, &here, -42.0)),
         )
         .times(1)
-        .colored(RUBBER);
+        .colored(RUBBER)
+        .giving(seat.ring().gives_mm());
     let forms = cavities(p, layout).map(|cavity| {
         let form = form(p, layout, &cavity);
         cavity

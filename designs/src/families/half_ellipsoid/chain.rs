@@ -182,6 +182,9 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
                  its shoulder is level with their feet",
             )
             .source("III-C, figure 3 (vi); cure time chosen"),
+        bond("glue-holder", SENSOR, &[HOLDER], glued)
+            .told("glue the shell's foot into its holder with instant adhesive")
+            .source("III-C, sensor assembly"),
         bond("glue-electronics", SENSOR, &electronics, glued)
             .told(
                 "solder LEDs, switch, resistors and wires to the board: supply, ground, and one wire that \
@@ -191,10 +194,7 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
             )
             .source("III-C: illumination system, sensor assembly"),
         assemble("assemble", SENSOR, &[HOLDER])
-            .told(
-                "glue the shell's foot into its holder with instant adhesive, slide the holder over \
-                 the base, join both with the M1.2 bolts",
-            )
+            .told("slide the holder over the base, join both with the M1.2 bolts")
             .source("III-C, sensor assembly")
             .also(Joints::new(p, layout).holder.names()),
         prepare("connect", None, &[])

@@ -8,7 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use super::tip::lens_holes;
-use crate::assembling::{SENSOR, assemble, bond, flipped, liquid, make, prepare, step};
+use crate::assembling::{SENSOR, assemble, bond, flipped, liquid, make, names, prepare, step};
 use crate::blocks::LED;
 
 const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
@@ -75,13 +75,15 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
                  turn it clockwise (seen from the tip) until it stops",
             )
             .source("III-A.3")
-            .also([joints.robot.name()]),
+            .also([joints.robot.name()])
+            .moving(layout.mount_joint.male_onto([ROBOT_MOUNT.into(), joints.robot.name()])),
         assemble("lock-tip", SENSOR, &[SKIN, DOTS, RING, BODY])
             .told(
                 "put the tip on, its wide entry over the wide lug, press against the O-ring and turn \
                  it clockwise (seen from the tip) until it stops",
             )
-            .source("III-A.1"),
+            .source("III-A.1")
+            .moving(layout.tip_joint.female_onto(names(&TIP))),
     ];
     if controller::is_there(p) {
         let mounted = steps.iter().position(|step| step.name == "mount");

@@ -39,7 +39,10 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     [
         vec![
             led_ring!(p.leds).body(led_poses(p, layout).iter().map(below(-7.0))),
-            O_RING.bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)]).colored(RUBBER),
+            O_RING
+                .bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)])
+                .colored(RUBBER)
+                .giving(seat.ring().gives_mm()),
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
                 .placed([FOCUSING.in_place()])

@@ -1,0 +1,212 @@
+//! What gets to its place when, in each assembly, past what.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_geometry::{Action, Kind, Pose, Sensor, Step};
+
+use crate::chain::Place;
+use crate::scene::{Assemblies, Placed};
+
+/// Poses that differ by less are the same, mm and parts of 1.
+const SAME: f64 = 1e-9;
+
+/// Bodies whose boxes are this near touch each other, mm.
+const TOUCHING_MM: f64 = 0.1;
+
+/// A step that brings bodies to their places.
+pub(crate) struct Arrival<'a> {
+    pub(crate) place: Place<'a>,
+    pub(crate) step: &'a Step,
+    /// What stands there before.
+    pub(crate) standing: Vec<&'a Placed<'a>>,
+    /// What comes; each of them as one piece, in the order in which the step names them.
+    pub(crate) coming: Vec<Vec<&'a Placed<'a>>>,
+}
+
+/// Every step that brings something, in order.
+pub(crate) fn arrivals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec<Arrival<'a>> {
+    let mut history = History { sensor, scene, standing: BTreeMap::new() };
+    sensor.chain.iter().filter_map(|step| history.step(step)).collect()
+}
+
+struct History<'a> {
+    sensor: &'a Sensor,
+    scene: &'a Assemblies<'a>,
+    /// What stands in each assembly, as numbers of its bodies.
+    standing: BTreeMap<&'a str, BTreeSet<usize>>,
+}
+
+/// The layer that a step makes: it is not brought.
+fn made(step: &Step) -> Option<&str> {
+    match &step.action {
+        Action::Pour(pour) => Some(&pour.layer),
+        Action::Spray(spray) => Some(&spray.layer),
+        _ => None,
+    }
+}
+
+/// What a step needs where it happens.
+fn needed(step: &Step) -> impl Iterator<Item = &str> {
+    let more: &[String] = match &step.action {
+        Action::Pour(pour) => &pour.walls,
+        Action::Spray(spray) => &spray.onto,
+        _ => &[],
+    };
+    let layer = made(step);
+    step.bodies.iter().chain(more).map(String::as_str).filter(move |name| layer != Some(*name))
+}
+
+impl<'a> History<'a> {
+    fn step(&mut self, step: &'a Step) -> Option<Arrival<'a>> {
+        let assembly = step.assembly.as_ref()?.0.as_str();
+        let bodies = self.scene.bodies(assembly);
+        if !self.standing.contains_key(assembly) {
+            let brought = self.brought_untold(assembly);
+            self.standing.insert(assembly, brought);
+        }
+        let arrival = self.arrival(step, assembly);
+        let standing = self.standing.entry(assembly).or_default();
+        if let Some(arrival) = &arrival {
+            let coming = arrival.coming.iter().flatten();
+            standing.extend(coming.filter_map(|placed| number(bodies, placed)));
+        }
+        let is_made = |placed: &Placed| made(step) == Some(placed.name);
+        standing.extend((0..bodies.len()).filter(|&i| is_made(&bodies[i])));
+        if let Action::Demold(pulls) = &step.action {
+            let is_pulled = |name: &str| pulls.iter().any(|pull| pull.body == name);
+            let fits = &self.sensor.press_fits;
+            // What is pressed into a tool leaves with it, and no tool comes off before its screws.
+            let goes_with =
+                |name: &str| fits.iter().any(|fit| fit.inner == name && is_pulled(&fit.outer));
+            let stays = |placed: &Placed| {
+                !(is_pulled(placed.name) || goes_with(placed.name) || placed.is_drawn())
+            };
+            standing.retain(|&i| stays(&bodies[i]));
+        }
+        arrival
+    }
+
+    fn arrival(&self, step: &'a Step, assembly: &'a str) -> Option<Arrival<'a>> {
+        let bodies = self.scene.bodies(assembly);
+        let standing = &self.standing[assembly];
+        let pieces = self.pieces(assembly);
+        let mut coming: Vec<Vec<&Placed>> = Vec::new();
+        let mut known = BTreeSet::new();
+        let wait = self.waiting(step, assembly);
+        for name in needed(step) {
+            for i in (0..bodies.len()).filter(|&i| bodies[i].name == name) {
+                if standing.contains(&i) || wait.contains(&i) || !known.insert(i) {
+                    continue;
+                }
+                let with: Vec<usize> = (0..bodies.len())
+                    .filter(|&k| k == i || pieces[k] == pieces[i])
+                    .filter(|k| !standing.contains(k) && !wait.contains(k))
+                    .collect();
+                known.extend(&with);
+                coming.push(with.into_iter().map(|k| &bodies[k]).collect());
+            }
+        }
+        let standing = standing.iter().map(|&i| &bodies[i]).collect();
+        let place = Place { step: &step.name, assembly };
+        (!coming.is_empty()).then_some(Arrival { place, step, standing, coming })
+    }
+
+    /// What a step names though its turn comes later, with what it touches: the same screws hold other
+    /// bodies too, and a later step names them again.
+    fn waiting(&self, step: &Step, assembly: &str) -> BTreeSet<usize> {
+        let bodies = self.scene.bodies(assembly);
+        let standing = &self.standing[assembly];
+        let now: BTreeSet<&str> = needed(step).collect();
+        let later = self.sensor.chain.iter().skip_while(|other| other.name != step.name).skip(1);
+        let later = later.filter(|step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly));
+        let later: BTreeSet<&str> = later.flat_map(needed).collect();
+        // What stands in one place comes when it is named first.
+        let is_one_of_many =
+            |i: usize| bodies.iter().filter(|b| b.name == bodies[i].name).count() > 1;
+        let is_again = |&i: &usize| {
+            now.contains(bodies[i].name) && later.contains(bodies[i].name) && is_one_of_many(i)
+        };
+        let may_wait: Vec<usize> = (0..bodies.len()).filter(is_again).collect();
+        let is_absent = |i: usize| !standing.contains(&i) && !now.contains(bodies[i].name);
+        let mut wait = BTreeSet::new();
+        loop {
+            let is_told_later = |i: usize| later.contains(bodies[i].name);
+            let touches_absent = |i: usize| {
+                let near = bodies[i].body.bounds().grown(TOUCHING_MM);
+                (0..bodies.len()).any(|k| {
+                    k != i
+                        && (is_absent(k) && is_told_later(k) || wait.contains(&k))
+                        && !near.common(&bodies[k].body.bounds()).is_empty()
+                })
+            };
+            let more =
+                may_wait.iter().copied().filter(|&i| !wait.contains(&i) && touches_absent(i));
+            let more: Vec<usize> = more.collect();
+            if more.is_empty() {
+                return wait;
+            }
+            wait.extend(more);
+        }
+    }
+
+    /// What no step brings to an assembly though it stands there: it has been brought as a whole, and
+    /// what comes later comes to it.
+    fn brought_untold(&self, assembly: &str) -> BTreeSet<usize> {
+        let bodies = self.scene.bodies(assembly);
+        let here = |step: &&Step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly);
+        let told: BTreeSet<&str> = self.sensor.chain.iter().filter(here).flat_map(needed).collect();
+        let pieces = self.pieces(assembly);
+        let is_told = |piece: usize| {
+            (0..bodies.len()).any(|i| pieces[i] == piece && told.contains(bodies[i].name))
+        };
+        let exists = |placed: &Placed| placed.of.kind != Kind::Cast || self.stands(placed.name);
+        (0..bodies.len()).filter(|&i| !is_told(pieces[i]) && exists(&bodies[i])).collect()
+    }
+
+    /// Whether a body stands anywhere by now.
+    fn stands(&self, name: &str) -> bool {
+        self.standing.iter().any(|(assembly, standing)| {
+            standing.iter().any(|&i| self.scene.bodies(assembly)[i].name == name)
+        })
+    }
+
+    /// Of which piece each body of an assembly is: what stood together before, as it does here, moves
+    /// together, and so do parts that are printed as one.
+    fn pieces(&self, assembly: &str) -> Vec<usize> {
+        let bodies = self.scene.bodies(assembly);
+        let mut pieces: Vec<usize> = (0..bodies.len()).collect();
+        let mut join = |a: usize, b: usize| {
+            let (from, to) = (pieces[a].max(pieces[b]), pieces[a].min(pieces[b]));
+            pieces.iter_mut().filter(|piece| **piece == from).for_each(|piece| *piece = to);
+        };
+        for group in &self.sensor.print_groups {
+            let of_group =
+                (0..bodies.len()).filter(|&i| group.parts.iter().any(|p| p == bodies[i].name));
+            let of_group: Vec<usize> = of_group.collect();
+            of_group.windows(2).for_each(|pair| join(pair[0], pair[1]));
+        }
+        for (other, standing) in self.standing.iter().filter(|(other, _)| **other != assembly) {
+            let mut moved: Vec<(Pose, usize)> = Vec::new();
+            for (i, here) in bodies.iter().enumerate() {
+                let there = standing.iter().map(|&k| &self.scene.bodies(other)[k]);
+                for there in there.filter(|there| there.name == here.name) {
+                    let to_here = here.pose.then_in(there.pose.inverse());
+                    match moved.iter().find(|(pose, _)| is_same(pose, &to_here)) {
+                        Some((_, with)) => join(*with, i),
+                        None => moved.push((to_here, i)),
+                    }
+                }
+            }
+        }
+        pieces
+    }
+}
+
+fn number(bodies: &[Placed], placed: &Placed) -> Option<usize> {
+    bodies.iter().position(|other| std::ptr::eq(other, placed))
+}
+
+fn is_same(a: &Pose, b: &Pose) -> bool {
+    (a.rotation() - b.rotation()).amax() < SAME
+        && (a.translation_mm() - b.translation_mm()).amax() < SAME
+}

@@ -1,0 +1,77 @@
+//! Motions: every body gets to its place past what stands there already, and there is room for the
+//! tool that puts it there.
+//!
+//! Each step of a chain that happens in an assembly brings the bodies that it names and that do not
+//! stand there yet; what stood together elsewhere comes as one piece. See [`order`] for how ways are
+//! looked for, [`path`] for how closely.
+
+mod arrival;
+mod order;
+mod path;
+
+use fabkit_geometry::Sensor;
+use rayon::prelude::*;
+
+use crate::chain::Place;
+use crate::finding::{Finding, Rule};
+use crate::memo::Memo;
+use crate::scene::Assemblies;
+
+use arrival::{Arrival, arrivals};
+use order::{Order, Stuck};
+
+/// What was found, and how much was looked at.
+pub(crate) struct Ways {
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) bodies: usize,
+    pub(crate) tools: usize,
+}
+
+/// All findings about ways and tools.
+pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
+    let arrivals = arrivals(sensor, scene);
+    let found = |arrival: &Arrival| {
+        let order = Order::find(sensor, arrival, memo);
+        order.stuck.iter().map(|stuck| told(&arrival.place, stuck)).collect::<Vec<_>>()
+    };
+    let findings: Vec<Vec<Finding>> = arrivals.par_iter().map(found).collect();
+    let coming = || arrivals.iter().flat_map(|arrival| arrival.coming.iter().flatten());
+    Ways {
+        findings: findings.into_iter().flatten().collect(),
+        bodies: coming().count(),
+        tools: coming().map(|placed| placed.tools.len()).sum(),
+    }
+}
+
+fn told(place: &Place, stuck: &Stuck) -> Finding {
+    let Stuck { rule, body, by, tool, along, contact } = stuck;
+    let depth_mm = contact.depth_mm;
+    let message = match tool {
+        Some(tool) => {
+            format!("no room for {tool} at {body}: {by} stands {depth_mm:.2} mm in its way")
+        }
+        None => format!(
+            "{body} does not get to its place{}: {by} stands {depth_mm:.2} mm in its way",
+            along.map(|along| format!(" along {}", direction(&along.into()))).unwrap_or_default()
+        ),
+    };
+    let fix = match rule {
+        Rule::Access => "put it in before what is in the way, or make room for the tool",
+        _ => "bring it before what is in its way, make room, or state another motion in its step",
+    };
+    Finding::error(*rule, message, fix)
+        .in_step(place.step)
+        .in_assembly(place.assembly)
+        .of([*body, *by])
+        .at(Some(contact.place))
+        .measured(depth_mm, 0.0, "mm")
+}
+
+/// A direction in a few words.
+fn direction(along: &[f64; 3]) -> String {
+    let axis = ["x", "y", "z"].into_iter().zip(along).find(|(_, v)| v.abs() > 0.999_999);
+    match axis {
+        Some((axis, v)) => format!("{}{axis}", if *v > 0.0 { '+' } else { '-' }),
+        None => format!("({:.2}, {:.2}, {:.2})", along[0], along[1], along[2]),
+    }
+}

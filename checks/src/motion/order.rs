@@ -1,0 +1,389 @@
+//! In which order the pieces of a step can get to their places: found by taking them apart.
+//!
+//! What can leave last can come last (Wilson and Latombe, "Geometric reasoning about mechanical
+//! assembly", Artificial Intelligence 71, 1994): pieces leave one after the other, each straight out, or
+//! along the way that the step states, with room for its tool; where none can leave alone, several leave
+//! together that hold each other, and are taken apart outside.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Motion, Sensor, Vector3};
+
+use super::arrival::Arrival;
+use super::path::{Contact, contact, follow, is_blocked, overlap};
+use crate::finding::Rule;
+use crate::memo::{Key, Memo};
+use crate::scene::Placed;
+
+/// Directions across z that are tried where the axes do not serve.
+const AZIMUTHS: u32 = 24;
+
+/// Parts of a direction below this are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Bodies that move as one.
+type Piece<'a> = Vec<&'a Placed<'a>>;
+
+/// A piece that does not get to its place.
+pub(crate) struct Stuck<'a> {
+    /// [`Rule::Motion`], or [`Rule::Access`] where there is no room for its tool.
+    pub(crate) rule: Rule,
+    pub(crate) body: &'a str,
+    pub(crate) by: &'a str,
+    pub(crate) tool: Option<&'a str>,
+    /// Which way it would go, to its place.
+    pub(crate) along: Option<Vector3<f64>>,
+    pub(crate) contact: Contact,
+}
+
+/// Takes apart what a step brings.
+pub(crate) struct Order<'a> {
+    sensor: &'a Sensor,
+    motions: &'a [Motion],
+    coming: Vec<Piece<'a>>,
+    memo: &'a Memo,
+    /// What is known: piece, obstacle, direction.
+    known: HashMap<(u128, u128, [u64; 3]), bool>,
+    /// The last one that blocked a piece in a direction.
+    witness: HashMap<(u128, [u64; 3]), u128>,
+    pub(crate) stuck: Vec<Stuck<'a>>,
+}
+
+fn is_drawn(placed: &Placed) -> bool {
+    placed.is_drawn()
+}
+
+fn bits(direction: &Vector3<f64>) -> [u64; 3] {
+    [0, 1, 2].map(|axis| direction[axis].to_bits())
+}
+
+/// Without rounding, so that what is along an axis is so exactly.
+fn cleaned(direction: Vector3<f64>) -> Vector3<f64> {
+    direction.map(|v| if v.abs() < ROUNDING { 0.0 } else { v }).normalize()
+}
+
+/// Straight ways out of its place: a screw's is its own.
+fn ways_out(piece: &Piece) -> Vec<Vector3<f64>> {
+    let own: Vec<Vector3<f64>> =
+        piece.iter().map(|placed| cleaned(placed.pose.vector(Vector3::z()))).collect();
+    if let Some(i) = piece.iter().position(|placed| is_drawn(placed))
+        && piece.len() == 1
+    {
+        return vec![own[i]];
+    }
+    let mut ways = vec![Vector3::z(), -Vector3::z()];
+    ways.extend(own.first().into_iter().flat_map(|own| [*own, -own]));
+    ways.extend([Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()]);
+    let mut seen = BTreeSet::new();
+    ways.retain(|way| seen.insert(bits(&way.map(|v| v + 0.0))));
+    ways
+}
+
+fn azimuths() -> Vec<Vector3<f64>> {
+    let azimuth = |i: u32| {
+        let (sin, cos) = (TAU * (f64::from(i) + 0.5) / f64::from(AZIMUTHS)).sin_cos();
+        Vector3::new(cos, sin, 0.0)
+    };
+    (0..AZIMUTHS).map(azimuth).collect()
+}
+
+impl<'a> Order<'a> {
+    pub(crate) fn find(sensor: &'a Sensor, arrival: &Arrival<'a>, memo: &'a Memo) -> Self {
+        let mut order = Self {
+            sensor,
+            motions: &arrival.step.motions,
+            coming: arrival.coming.clone(),
+            memo,
+            known: HashMap::new(),
+            witness: HashMap::new(),
+            stuck: Vec::new(),
+        };
+        order.take_apart(order.with_motions(&arrival.coming), &arrival.standing);
+        order
+    }
+
+    /// Pieces that a stated motion moves together are one.
+    fn with_motions(&self, coming: &[Piece<'a>]) -> Vec<Piece<'a>> {
+        let mut pieces: Vec<Piece> = Vec::new();
+        let mut of_motion = BTreeMap::new();
+        for piece in coming {
+            let motion = self.motions.iter().position(|motion| moves(motion, piece));
+            match motion.and_then(|motion| of_motion.get(&motion).copied()) {
+                Some(index) => pieces[index as usize].extend(piece),
+                None => {
+                    of_motion.extend(motion.map(|motion| (motion, pieces.len() as u32)));
+                    pieces.push(piece.clone());
+                }
+            }
+        }
+        pieces
+    }
+
+    fn take_apart(&mut self, mut pieces: Vec<Piece<'a>>, standing: &[&'a Placed<'a>]) {
+        while pieces.len() > usize::from(standing.is_empty()) {
+            if let Some(free) = self.free(&pieces, standing) {
+                self.take_apart_outside(&pieces.remove(free));
+                continue;
+            }
+            if let Some(group) = self.group(&pieces, standing) {
+                let (inside, outside) = pieces
+                    .into_iter()
+                    .enumerate()
+                    .partition::<Vec<_>, _>(|(i, _)| group.contains(i));
+                let of = |pieces: Vec<(usize, Piece<'a>)>| pieces.into_iter().map(|(_, p)| p);
+                self.take_apart(of(inside).collect(), &[]);
+                pieces = of(outside).collect();
+                continue;
+            }
+            let (index, stuck) = self.least(&pieces, standing);
+            self.stuck.extend(stuck);
+            pieces.remove(index);
+        }
+    }
+
+    /// What a stated motion has moved as one was put together before.
+    fn take_apart_outside(&mut self, piece: &Piece<'a>) {
+        let is_of = |part: &&Piece<'a>| {
+            part.iter().all(|placed| piece.iter().any(|other| std::ptr::eq(*other, *placed)))
+        };
+        let parts: Vec<Piece> = self.coming.iter().filter(is_of).cloned().collect();
+        if parts.len() > 1 {
+            let motions = std::mem::take(&mut self.motions);
+            self.take_apart(parts, &[]);
+            self.motions = motions;
+        }
+    }
+
+    /// The last piece that can leave.
+    fn free(&mut self, pieces: &[Piece<'a>], standing: &[&'a Placed<'a>]) -> Option<usize> {
+        let ways: [fn(&Piece) -> Vec<Vector3<f64>>; 2] = [ways_out, |piece| {
+            if piece.len() == 1 && is_drawn(piece[0]) { Vec::new() } else { azimuths() }
+        }];
+        ways.into_iter().find_map(|ways| {
+            (0..pieces.len()).rev().find(|&index| {
+                let others = others(pieces, index, standing);
+                self.leaves(&pieces[index], &others, ways)
+            })
+        })
+    }
+
+    fn leaves(
+        &mut self,
+        piece: &Piece<'a>,
+        others: &[&'a Placed<'a>],
+        ways: fn(&Piece) -> Vec<Vector3<f64>>,
+    ) -> bool {
+        let is_free = match self.motion(piece) {
+            Some(motion) => {
+                let allowed = |mover: &Placed, other: &Placed| self.meant_mm(mover, other);
+                follow(motion, piece, others, &allowed).is_none()
+            }
+            None => ways(piece).iter().any(|way| !self.is_in_the_way(piece, others, way)),
+        };
+        is_free && self.without_room(piece, others).is_none()
+    }
+
+    fn motion(&self, piece: &Piece) -> Option<&'a Motion> {
+        self.motions.iter().find(|motion| moves(motion, piece))
+    }
+
+    fn is_in_the_way(
+        &mut self,
+        piece: &Piece<'a>,
+        others: &[&'a Placed<'a>],
+        way: &Vector3<f64>,
+    ) -> bool {
+        let key = (piece[0].key, bits(way));
+        let witness = self.witness.get(&key).copied();
+        if others.iter().any(|other| Some(other.key) == witness) {
+            return true;
+        }
+        let found = others.iter().find(|other| self.blocks(piece, other, way));
+        self.witness.extend(found.map(|other| (key, other.key)));
+        found.is_some()
+    }
+
+    /// Whether a body keeps a piece from leaving in a direction.
+    fn blocks(&mut self, piece: &Piece<'a>, other: &'a Placed<'a>, way: &Vector3<f64>) -> bool {
+        piece.iter().any(|mover| {
+            let key = (mover.key, other.key, bits(way));
+            if let Some(known) = self.known.get(&key) {
+                return *known;
+            }
+            let blocks = self.holds(piece, other, mover) || self.is_met(mover, other, way);
+            self.known.insert(key, blocks);
+            blocks
+        })
+    }
+
+    fn is_met(&self, mover: &Placed, other: &Placed, way: &Vector3<f64>) -> bool {
+        let meant_mm = self.meant_mm(mover, other);
+        let key = Key::new(5).key(mover.key).key(other.key).vector(way).number(meant_mm);
+        !self.memo.is_clean(&key, || {
+            !is_blocked(&mover.body, &other.body, way)
+                || meant_mm > 0.0 && contact(&mover.body, &other.body, way, meant_mm).is_none()
+        })
+    }
+
+    /// A screw holds what its thread is in until it is drawn.
+    fn holds(&self, piece: &Piece, other: &Placed, mover: &Placed) -> bool {
+        let is_screw = piece.len() == 1 && is_drawn(mover);
+        !is_screw && is_drawn(other) && self.pressed_mm(mover, other) > 0.0
+    }
+
+    /// How much two bodies may meet on the way, mm: as far as they are pressed into each other or give
+    /// way; 0 where they must not.
+    fn meant_mm(&self, a: &Placed, b: &Placed) -> f64 {
+        self.pressed_mm(a, b).max(a.of.gives_mm).max(b.of.gives_mm)
+    }
+
+    /// How much they overlap in their places.
+    fn pressed_mm(&self, a: &Placed, b: &Placed) -> f64 {
+        let fits = self.sensor.press_fits.iter().filter(|fit| {
+            (fit.inner == a.name && fit.outer == b.name)
+                || (fit.inner == b.name && fit.outer == a.name)
+        });
+        fits.map(|fit| fit.interference_mm).fold(0.0, f64::max)
+    }
+
+    /// What stands where a tool has to be, and which tool.
+    fn without_room(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Stuck<'a>> {
+        // What is driven in elsewhere comes with what it holds.
+        let here = |placed: &&&Placed| piece.len() == 1 || !placed.is_drawn();
+        piece.iter().filter(here).find_map(|placed| {
+            placed.tools.iter().enumerate().find_map(|(i, tool)| {
+                others.iter().find_map(|other| {
+                    let key = Key::new(6).key(tool.key).key(other.key);
+                    let mut contact = None;
+                    self.memo.is_clean(&key, || {
+                        contact = overlap(&tool.room, &other.body, 0.0);
+                        contact.is_none()
+                    });
+                    contact.map(|contact| Stuck {
+                        rule: Rule::Access,
+                        body: placed.name,
+                        by: other.name,
+                        tool: Some(&placed.of.reach[i].tool),
+                        along: None,
+                        contact,
+                    })
+                })
+            })
+        })
+    }
+
+    /// The fewest pieces, though not all, that leave together because they only hold each other.
+    fn group(
+        &mut self,
+        pieces: &[Piece<'a>],
+        standing: &[&'a Placed<'a>],
+    ) -> Option<BTreeSet<usize>> {
+        let mut best: Option<BTreeSet<usize>> = None;
+        for way in ways_out(&Vec::new()) {
+            for start in 0..pieces.len() {
+                let most = best.as_ref().map_or(pieces.len(), BTreeSet::len);
+                let limit = if standing.is_empty() { most.min(pieces.len() - 1) } else { most };
+                if let Some(group) = self.leaving_with(start, pieces, standing, &way, limit)
+                    && best.as_ref().is_none_or(|best| group.len() < best.len())
+                {
+                    best = Some(group);
+                }
+            }
+        }
+        best
+    }
+
+    /// A piece and what it takes with it; nothing if that is more than `most`, or is held by what stands.
+    fn leaving_with(
+        &mut self,
+        start: usize,
+        pieces: &[Piece<'a>],
+        standing: &[&'a Placed<'a>],
+        way: &Vector3<f64>,
+        most: usize,
+    ) -> Option<BTreeSet<usize>> {
+        let (mut group, mut open) = (BTreeSet::from([start]), vec![start]);
+        while let Some(piece) = open.pop() {
+            if standing.iter().any(|other| self.blocks(&pieces[piece], other, way)) {
+                return None;
+            }
+            for next in 0..pieces.len() {
+                let is_new = !group.contains(&next);
+                if is_new
+                    && pieces[next].iter().any(|other| self.blocks(&pieces[piece], other, way))
+                {
+                    group.insert(next);
+                    open.push(next);
+                }
+            }
+            if group.len() > most {
+                return None;
+            }
+        }
+        Some(group)
+    }
+
+    /// The piece that is nearest to coming free, and what keeps it.
+    fn least(
+        &self,
+        pieces: &[Piece<'a>],
+        standing: &[&'a Placed<'a>],
+    ) -> (usize, Option<Stuck<'a>>) {
+        let all = (0..pieces.len()).rev().filter_map(|index| {
+            let others = others(pieces, index, standing);
+            self.keeps(&pieces[index], &others).map(|stuck| (index, stuck))
+        });
+        let least = all.min_by(|a, b| a.1.contact.depth_mm.total_cmp(&b.1.contact.depth_mm));
+        least.map_or((pieces.len() - 1, None), |(index, stuck)| (index, Some(stuck)))
+    }
+
+    /// What keeps a piece from leaving, on the way on which it is kept least.
+    fn keeps(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Stuck<'a>> {
+        let stuck = |other: &'a Placed<'a>, mover: &'a Placed<'a>, contact, along| Stuck {
+            rule: Rule::Motion,
+            body: mover.name,
+            by: other.name,
+            tool: None,
+            along,
+            contact,
+        };
+        if let Some(motion) = self.motion(piece) {
+            let allowed = |mover: &Placed, other: &Placed| self.meant_mm(mover, other);
+            let met = follow(motion, piece, others, &allowed);
+            return match met {
+                Some((contact, other)) => Some(stuck(others[other], piece[0], contact, None)),
+                None => self.without_room(piece, others),
+            };
+        }
+        let worst_on = |way: &Vector3<f64>| {
+            let pairs = piece.iter().flat_map(|mover| others.iter().map(move |o| (*mover, *o)));
+            let met = pairs.filter_map(|(mover, other)| {
+                let meant_mm = self.meant_mm(mover, other);
+                contact(&mover.body, &other.body, way, meant_mm)
+                    .map(|contact| stuck(other, mover, contact, Some(-way)))
+            });
+            met.max_by(|a, b| a.contact.depth_mm.total_cmp(&b.contact.depth_mm))
+        };
+        let ways: Vec<Option<Stuck>> = ways_out(piece).iter().map(worst_on).collect();
+        if ways.iter().any(Option::is_none) {
+            return self.without_room(piece, others);
+        }
+        let ways = ways.into_iter().flatten();
+        ways.min_by(|a, b| a.contact.depth_mm.total_cmp(&b.contact.depth_mm))
+    }
+}
+
+fn moves(motion: &Motion, piece: &Piece) -> bool {
+    piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
+}
+
+/// All that a piece must pass.
+fn others<'a>(
+    pieces: &[Piece<'a>],
+    index: usize,
+    standing: &[&'a Placed<'a>],
+) -> Vec<&'a Placed<'a>> {
+    let beside = pieces.iter().enumerate().filter(|(i, _)| *i != index).flat_map(|(_, p)| p);
+    standing.iter().chain(beside).copied().collect()
+}

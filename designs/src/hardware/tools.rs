@@ -1,0 +1,101 @@
+//! The room that hands and tools need at fasteners, each in the fastener's own frame, z out of the
+//! material.
+
+use fabkit_geometry::{Reach, Solid};
+
+use super::{HeatSetNut, HexNut, Screw, SocketScrew};
+
+/// A tool ends this far from what it works on, mm: it touches it, and bodies do not overlap.
+const TIP_GAP_MM: f64 = 0.05;
+
+/// A screwdriver for cross recesses: which screws, its name, radius and length of its blade, mm.
+///
+/// Recess numbers of ISO 7045 and ISO 7046-1 by thread, blades of ISO 8764-2 (long ones; of PH00,
+/// which the standard does not have, a maker's).
+const DRIVERS: [(f64, &str, f64, f64); 4] = [
+    (1.4, "a PH00 screwdriver", 1.5, 60.0),
+    (2.2, "a PH0 screwdriver", 1.5, 60.0),
+    (3.2, "a PH1 screwdriver", 2.5, 80.0),
+    (5.2, "a PH2 screwdriver", 3.0, 100.0),
+];
+
+/// Where fingers turn it: radius and length of a handle, mm; chosen, the slimmest that are sold for
+/// electronics.
+const HANDLE_MM: [f64; 2] = [8.0, 60.0];
+
+/// Outside of a socket (ISO 2725-1, 6.3 mm square, d max) by the nut's width across flats, mm.
+const SOCKETS: [(f64, f64); 4] = [(4.0, 6.9), (5.5, 8.8), (7.0, 11.0), (8.0, 12.2)];
+
+/// Length of a socket, mm (ISO 2725-1).
+const SOCKET_MM: f64 = 25.0;
+
+/// How far a finger or a rod pushes a nut into its pocket from, mm; chosen.
+const PUSH_MM: f64 = 10.0;
+
+/// Length of the tip of a soldering iron that melts a nut in, mm; it is as wide as the nut. Chosen: tips
+/// that makers sell for it.
+const IRON_TIP_MM: f64 = 15.0;
+
+/// Radius and length of the iron behind its tip, mm; chosen.
+const IRON_SHAFT_MM: [f64; 2] = [4.0, 60.0];
+
+/// Hexagon keys by thread: radius over corners and long arm, mm (ISO 2936: 4 mm for M5).
+const KEY_MM: [f64; 2] = [2.3, 70.0];
+
+/// A rod with a handle behind it, from a height upwards. It ends in a cone with flanks 26.5 degrees
+/// from the axis, as the points of ISO 8764-1 do.
+fn shafted(from_z: f64, [radius, length]: [f64; 2], [handle, handle_length]: [f64; 2]) -> Solid {
+    let outline = [
+        [0.0, from_z],
+        [radius / 2.0, from_z],
+        [radius, from_z + radius],
+        [radius, from_z + length],
+        [handle, from_z + length],
+        [handle, from_z + length + handle_length],
+        [0.0, from_z + length + handle_length],
+    ];
+    Solid::revolution(fabkit_geometry::Path::polygon(&outline))
+}
+
+impl Screw {
+    /// Its screwdriver.
+    pub fn driver(&self) -> Reach {
+        let fits = DRIVERS.iter().find(|(thread, ..)| self.thread_mm < *thread);
+        let &(_, tool, radius, length) = fits.unwrap_or(&DRIVERS[DRIVERS.len() - 1]);
+        let from_z = self.head_height_mm() + TIP_GAP_MM;
+        Reach::driver(tool, shafted(from_z, [radius, length], HANDLE_MM))
+    }
+}
+
+impl SocketScrew {
+    /// Its hexagon key.
+    pub fn driver(&self) -> Reach {
+        let from_z = self.head_height_mm + TIP_GAP_MM;
+        Reach::driver("a hexagon key", Solid::cylinder(KEY_MM[0], KEY_MM[1]).at_z(from_z))
+    }
+}
+
+impl HexNut {
+    /// A socket wrench around it where it lies on a face.
+    pub fn socket(&self) -> Reach {
+        let fits = SOCKETS.iter().find(|(flats, _)| self.across_flats_mm <= *flats);
+        let &(_, diameter) = fits.unwrap_or(&SOCKETS[SOCKETS.len() - 1]);
+        let around = Solid::cylinder(diameter / 2.0, SOCKET_MM).at_z(TIP_GAP_MM);
+        Reach::driver("a socket wrench", around)
+    }
+
+    /// What pushes it into its pocket.
+    pub fn pusher(&self) -> Reach {
+        let from_z = self.height_mm + TIP_GAP_MM;
+        let rod = Solid::cylinder(self.across_flats_mm / 2.0, PUSH_MM).at_z(from_z);
+        Reach::driver("what pushes the nut in", rod)
+    }
+}
+
+impl HeatSetNut {
+    /// The iron that melts it in.
+    pub fn iron(&self) -> Reach {
+        let tip = [self.diameter_mm / 2.0, IRON_TIP_MM];
+        Reach::driver("a soldering iron", shafted(TIP_GAP_MM, tip, IRON_SHAFT_MM))
+    }
+}

@@ -29,6 +29,14 @@ pub enum Rule {
     Printability,
     /// Layers stick to what they are cast onto.
     Bonding,
+    /// What is poured cures against what it touches, and does not grow together with its mold.
+    Chemistry,
+    /// Soft where it must give way, firm where it must hold.
+    Softness,
+    /// A closed mold lets its surplus out.
+    Flow,
+    /// Every body of the finished sensor is held in every direction, and bears its load.
+    Held,
     /// What a printer must support is told to whoever prints it.
     Overhang,
     /// What is measured tells what it is measured for.
@@ -42,7 +50,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -50,6 +58,10 @@ impl Rule {
         Self::Demolding,
         Self::Sight,
         Self::Bonding,
+        Self::Chemistry,
+        Self::Softness,
+        Self::Flow,
+        Self::Held,
         Self::Printability,
         Self::Overhang,
     ];
@@ -80,6 +92,10 @@ impl Rule {
             Self::Pattern => "pattern",
             Self::Printability => "printability",
             Self::Bonding => "bonding",
+            Self::Chemistry => "chemistry",
+            Self::Softness => "softness",
+            Self::Flow => "flow",
+            Self::Held => "held",
             Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",

@@ -25,9 +25,13 @@
 mod air;
 mod casting;
 mod chain;
+mod chemistry;
+mod contacts;
 mod demolding;
 pub mod example;
 mod finding;
+mod flow;
+mod held;
 mod interference;
 mod lines;
 mod masses;
@@ -37,6 +41,7 @@ mod overhang;
 mod printability;
 mod scene;
 mod sight;
+mod softness;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -171,6 +176,18 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     let (unseen, to_be_seen) = sight::examine(sensor, &scene);
     findings.extend(unseen);
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
+    findings.extend(softness::contrasts(sensor));
+    let (curing, faces) = chemistry::examine(sensor);
+    let (firmness, firm) = softness::examine(sensor, &scene);
+    findings.extend(curing.into_iter().chain(firmness));
+    findings.extend(
+        pours
+            .par_iter()
+            .filter_map(|(p, pour)| flow::examine(sensor, p, pour, &scene))
+            .collect::<Vec<_>>(),
+    );
+    let (loose, holds) = held::examine(sensor, &scene);
+    findings.extend(loose);
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
     let examined = |rule, count, what| Examined { rule, count, what };
@@ -184,6 +201,10 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
+            examined(Rule::Chemistry, faces, "faces of liquids"),
+            examined(Rule::Softness, firm, "bodies of known hardness"),
+            examined(Rule::Flow, pours.len(), "pours"),
+            examined(Rule::Held, holds, "pairs of bodies that meet"),
             examined(Rule::Printability, printed, "parts on own machines"),
         ],
         batches: Vec::new(),

@@ -38,6 +38,7 @@ pub mod sequences;
 mod shape_key;
 mod sheet;
 mod solid;
+mod substance;
 #[cfg(feature = "testing")]
 pub mod testing;
 mod touch;
@@ -54,6 +55,7 @@ pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
 pub use sheet::{NotASheet, Sheet};
 pub use solid::*;
+pub use substance::*;
 pub use touch::{DomeSurface, Grip, PlaneSurface, TouchSurface};
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};

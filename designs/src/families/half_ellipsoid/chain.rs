@@ -116,7 +116,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
                 &[cup, CORE, INNER],
                 &p.outer_elastomer.material,
                 up(),
-                "brush the slots full, put the mold over core and inner elastomer, tip up; press the \
+                "spray the mold with release agent, brush the slots full, put the mold over core and inner elastomer, tip up; press the \
                  mixture in through the vents below until it rises from the vent at the tip; tape \
                  the vents below; trim the sprue at the tip",
                 "III-C, figure 3 (iv); tip up is chosen: the paper's way, tip down, leaves air in \
@@ -127,7 +127,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
             &[cup, CORE, OUTER],
             &p.black_gel.material,
             -up(),
-            "fill the mold, lower core and elastomers into it on the keys, wipe what rises through \
+            "spray the mold with release agent, fill it, lower core and elastomers into it on the keys, wipe what rises through \
              the vents",
             "III-C, figure 3 (v)",
         ),

@@ -121,7 +121,19 @@ pub fn bowl([inner, outer]: [f64; 2], rim_z: f64, [floor_z, end_z]: [f64; 2]) ->
     Solid::revolution(Path::polygon(&outline))
 }
 
-impl CupAndBridge<'_> {
+impl<'a> CupAndBridge<'a> {
+    /// The same cup around another tube, with that radius and its tip at that height, mm.
+    #[must_use]
+    pub fn with_tube(&self, tube_radius: f64, tip_z: f64) -> CupAndBridge<'a> {
+        let rim_z = tip_z - self.form.tube_length.mm();
+        CupAndBridge { tube_radius, tip_z, rim_z, sleeve_z: rim_z + TUBE_RIM_MM, ..self.clone() }
+    }
+
+    /// Rim of the cup, radii of its inside and outside, mm.
+    pub fn rim(&self) -> (f64, [f64; 2]) {
+        (self.cup_rim_z, [self.silicone_radius, self.cup_radius])
+    }
+
     /// Through the bridge into the cup's wall.
     pub fn joint(&self) -> Joint {
         let first = hanging([(self.silicone_radius + self.cup_radius) / 2.0, 0.0], self.bridge_z);
@@ -181,7 +193,8 @@ impl CupAndBridge<'_> {
         limits! { report:
             form.tube_length >= self.tip_z + lead + 4.0,
                 "the glass tube must reach from the mold's tip through the bridge";
-            form.silicone >= slide + form.plate.mm() + 4.0,
+            form.silicone >= form.silicone.mm() + self.tube_radius + slide + form.plate.mm() + 4.0
+                - self.silicone_radius,
                 "silicone is poured through windows between the tube's sleeve and the cup";
             form.cup_wall >= SCREW.head_diameter_mm(),
                 "the heads of the bridge's M3 screws rest on the wall";

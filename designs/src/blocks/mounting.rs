@@ -94,10 +94,12 @@ impl MountThread {
         Screw { thread_mm, ..Screw::M3X4 }
     }
 
-    fn nut(self) -> HeatSetNut {
+    /// The longest that a hole so deep (mm) takes; if none does, the shortest.
+    fn nut(self, depth_mm: f64) -> HeatSetNut {
         match self {
             Self::M2 => HeatSetNut::M2,
             Self::M2_5 => HeatSetNut::M2_5,
+            Self::M3 if depth_mm < HeatSetNut::M3.length_mm => HeatSetNut::M3_SHORT,
             Self::M3 => HeatSetNut::M3,
             Self::M4 => HeatSetNut::M4,
             Self::M5 => HeatSetNut::M5,
@@ -146,11 +148,16 @@ impl Mounting<'_> {
             MountHold::Through => Joint::free(label, screw, poses, self.depth_mm),
             MountHold::Insert => {
                 let nuts = poses.clone();
-                let room_mm = self.depth_mm - thread.nut().length_mm;
+                let room_mm = self.depth_mm - self.nut().length_mm;
                 let spare_mm = if self.is_through { room_mm } else { INSERT_SPARE_MM.min(room_mm) };
-                Joint::heat_set(label, screw, poses, (thread.nut(), nuts, spare_mm))
+                Joint::heat_set(label, screw, poses, (self.nut(), nuts, spare_mm))
             }
         }
+    }
+
+    /// Where inserts hold the screws.
+    fn nut(&self) -> HeatSetNut {
+        self.mount.thread.nut(self.depth_mm)
     }
 
     fn poses(&self, bottom_z: f64) -> Vec<Pose> {
@@ -221,7 +228,7 @@ impl Mounting<'_> {
         let Mount { thread, hold, .. } = *self.mount;
         match hold {
             MountHold::Tapped => LEAST_BITE * thread.screw().thread_mm,
-            MountHold::Insert => thread.nut().length_mm,
+            MountHold::Insert => self.nut().length_mm,
             MountHold::Through => 0.0,
         }
     }
@@ -231,7 +238,7 @@ impl Mounting<'_> {
         let Mount { thread, hold, .. } = *self.mount;
         match hold {
             MountHold::Tapped => thread.screw().pilot_hole_mm() / 2.0,
-            MountHold::Insert => thread.nut().hole_mm / 2.0,
+            MountHold::Insert => self.nut().hole_mm / 2.0,
             MountHold::Through => thread.screw().clearance_hole_mm() / 2.0,
         }
     }
@@ -239,7 +246,7 @@ impl Mounting<'_> {
     /// Wall around a hole, mm, in a part whose walls have that thickness.
     fn wall_mm(&self, wall_mm: f64) -> f64 {
         match self.mount.hold {
-            MountHold::Insert => wall_mm.max(self.mount.thread.nut().wall_mm),
+            MountHold::Insert => wall_mm.max(self.nut().wall_mm),
             _ => wall_mm,
         }
     }

@@ -37,6 +37,8 @@ impl HeatSetNut {
     pub const M2_5: Self = Self::insert(2.5, 4.6, 5.7, 4.0, 1.6);
     /// M3, 5.7 mm long.
     pub const M3: Self = Self::insert(3.0, 4.6, 5.7, 4.0, 1.6);
+    /// M3, 4.0 mm long, into the same hole: where the other one is too long.
+    pub const M3_SHORT: Self = Self::insert(3.0, 4.6, 4.0, 4.0, 1.6);
     /// M4, 8.1 mm long.
     pub const M4: Self = Self::insert(4.0, 6.3, 8.1, 5.6, 2.1);
     /// M5, 9.5 mm long.

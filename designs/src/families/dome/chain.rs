@@ -1,143 +1,362 @@
 //! How a dome sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Step, Vector3};
+use fabkit_geometry::{Cure, Pull, Step, Vector3};
 
 use super::bodies::*;
 use super::cavities;
 use super::joints::Joints;
 use super::layout::Layout;
-use super::mold::vents;
-use super::parameters::Dome;
+use super::lock;
+use super::mold::{Cavity, vents};
+use super::parameters::{CoatMethod, Dome, MoldRoute};
 use super::tooling::form;
+use super::wiring;
 use crate::assembling::{
-    Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare, rigid, step,
+    Liquid, Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare, rigid, step,
 };
 use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
 use crate::blocks::{DOWEL, LED};
 
+/// What is poured or laid onto next before it sets.
+const WET: Cure = Cure { hours: 0.0, celsius: 23.0 };
 const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
 /// Of the silicone mold, from the material's data sheet.
 const ROOM_6_H: Cure = Cure { hours: 6.0, celsius: 23.0 };
 
+/// What all steps are made from.
+struct Chain<'a> {
+    p: &'a Dome,
+    layout: &'a Layout,
+    joints: Joints,
+    /// Molds and tube are used tip down.
+    up: Vector3<f64>,
+    inner: Cavity,
+    outer: Cavity,
+}
+
 /// Every step from printing to the sensor.
 pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
-    let joints = Joints::new(p, layout);
-    // Molds and tube are used tip down.
-    let up = -Vector3::z();
-    let halves_apart = |a: Name, b: Name| [rigid(a, -Vector3::x()), rigid(b, Vector3::x())];
-    let [inner_vents, outer_vents] = cavities(p, layout).map(|cavity| vents(p, &cavity).openings());
+    let [inner, outer] = cavities(p, layout);
+    let (joints, up) = (Joints::new(p, layout), -Vector3::z());
+    let chain = Chain { p, layout, joints, up, inner, outer };
+    let steps = [
+        chain.preparing(),
+        chain.transparent(),
+        chain.translucent(),
+        chain.joining(),
+        chain.closing(),
+    ];
+    steps.concat()
+}
 
-    let form = form(p, layout);
-    let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM, 0.0, up);
-    push_hole.name = "push hole, taped".into();
-    push_hole.point.z = form.silicone_top_z;
-    push_hole.axis = Vector3::z();
-    let silicone = liquid(&p.form.silicone_material, 0.1).curing(ROOM_6_H);
-    let in_form = vec![free_surface(form.silicone_radius, 0.0, up), push_hole];
+impl Chain<'_> {
+    fn is_silicone(&self) -> bool {
+        self.p.molds.route == MoldRoute::Silicone
+    }
 
-    let transparent = liquid(&p.transparent_gel.material, 0.5).curing(ROOM_24_H);
-    let translucent = liquid(&p.translucent_gel.material, 0.5).curing(ROOM_24_H);
-    // Five sixths of the mixture is thinner, and most of a spray misses.
-    let coat = liquid(&p.coat.material, 20.0).curing(ROOM_24_H);
-    let filling = liquid(&p.filling_gel.material, 0.1).curing(ROOM_24_H);
-    let in_tube = vec![free_surface(layout.tube_bore_radius_mm, 0.0, up)];
-    let around_tube = [INNER_A, INNER_B, INNER_LID, TUBE];
-    let around_gel = [OUTER_A, OUTER_B, OUTER_LID, TRANSPARENT_GEL, BLACK_COAT];
+    fn is_dipped(&self) -> bool {
+        self.p.coat.method == CoatMethod::Dip
+    }
 
-    // The connector's flange stands on the lid.
-    let off_inner = [rigid(CONNECTOR, up), rigid(INNER_LID, up)];
-    let off_inner = [off_inner, halves_apart(INNER_A, INNER_B)].concat();
-    let off_outer = [vec![rigid(COLLAR, up)], halves_apart(OUTER_A, OUTER_B).to_vec()].concat();
-    vec![
-        make("print, cut and etch all parts; press the dowels in").source("III-B, figure 4a"),
-        step(
-            "silicone-mold",
-            FORM,
-            &[FORM_CUP, FORM_BRIDGE, FORM_TUBE],
-            silicone.fills(&[FORM_CUP, FORM_TUBE], SILICONE_MOLD, up, in_form),
-        )
-        .told(
-            "optional, for a smoother transparent gel: hang the glass tube into the cup by the bridge \
-             and pour silicone around it",
-        )
-        .source("III-B.1, figure 4 b2; cure time from the material's data sheet")
-        .also(joints.form.names()),
-        prepare("prime", None, &[TUBE, INNER_A, INNER_B])
+    fn making(&self) -> Step {
+        let dowels = if self.is_silicone() { "" } else { "; press the dowels in" };
+        make(format!("print, cut and etch all parts{dowels}")).source("III-B, figure 4a")
+    }
+
+    fn preparing(&self) -> Vec<Step> {
+        let mut steps = vec![self.making()];
+        steps.push(
+            prepare("cut-tube", CUTTING, &[TUBE_JIG, TUBE])
+                .told(
+                    "put the test tube into the jig, tip first, until it stands; mark it all around at \
+                     the jig's rim with a diamond file or a wet cutting disc, break it there, and grind \
+                     the edge flat and blunt on wet paper of grain 400, goggles and gloves on",
+                )
+                .source("chosen: the paper shows a cut tube and does not say how"),
+        );
+        if self.is_silicone() {
+            steps.extend(self.silicone(&self.inner));
+            steps.extend(self.silicone(&self.outer));
+        }
+        let molds = [self.inner.walls(), self.outer.walls()].concat();
+        steps.push(
+            prepare("prime", None, &[&[TUBE][..], &molds].concat())
+                .told(
+                    "clean the tube and prime it with PR-1200 RTV; spray the molds with Ease Release \
+                     200 and let it dry: silicone would grow together with silicone",
+                )
+                .source("III-B.1"),
+        );
+        steps
+    }
+
+    /// Casts a seamless mold around a glass tube and takes the tube out.
+    fn silicone(&self, cavity: &Cavity) -> [Step; 2] {
+        let form = form(self.p, self.layout, cavity);
+        let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM, 0.0, self.up);
+        push_hole.name = "push hole, taped".into();
+        push_hole.point.z = form.silicone_top_z;
+        push_hole.axis = Vector3::z();
+        let openings = vec![free_surface(form.silicone_radius, 0.0, self.up), push_hole];
+        let silicone = liquid(&self.p.form.silicone_material, 0.1).curing(ROOM_6_H);
+        let tools = &cavity.form;
+        let what = cavity.what;
+        [
+            step(
+                format!("cast-{}-mold", what),
+                tools.assembly,
+                &[FORM_CUP, tools.bridge, tools.tube],
+                silicone.fills(&[FORM_CUP, tools.tube], tools.mold, self.up, openings),
+            )
             .told(
-                "clean the tube and prime it with PR-1200 RTV; spray the mold with Ease Release \
-                 200",
+                "tape the hole in the cup's floor, hang the glass tube into the cup by the bridge and \
+                 pour silicone around it, up to 3 mm below the cup's rim",
+            )
+            .source("III-B.1, figure 4 b2; cure time from the material's data sheet")
+            .also(self.joints.form.names()),
+            demold(
+                format!("open-{what}-form"),
+                tools.assembly,
+                vec![rigid(tools.tube, self.up), rigid(tools.bridge, self.up)],
+            )
+            .told(
+                "take the screws out, let soapy water run between glass and silicone, pull the tube out \
+                 and lift the bridge; the mold stays in its cup, which centres the lid",
+            )
+            .source("chosen: nothing parts the mold, so that no seam runs over what is touched"),
+        ]
+    }
+
+    /// Takes a cast gel out of its mold, with connector and lid.
+    fn off(&self, cavity: &Cavity) -> Vec<Pull> {
+        let lid = [rigid(CONNECTOR, self.up), rigid(cavity.lid, self.up)];
+        if self.is_silicone() {
+            // The gel leaves with the lid; seen from it, the mold goes.
+            return [&[rigid(cavity.form.mold, -self.up)], &lid[..]].concat();
+        }
+        [&lid[..], &halves_apart(cavity)].concat()
+    }
+
+    /// What holds a mold together while it is used.
+    fn tools(&self, cavity: &Cavity) -> Vec<Name> {
+        let common = [CONNECTOR, O_RING, TUBE];
+        let own = if self.is_silicone() {
+            vec![FORM_CUP, cavity.form.mold, cavity.lid]
+        } else {
+            vec![cavity.halves[0], cavity.halves[1], cavity.lid, DOWEL]
+        };
+        [own, common.to_vec()].concat()
+    }
+
+    fn transparent(&self) -> Vec<Step> {
+        let gel = liquid(&self.p.transparent_gel.material, 0.5).curing(ROOM_24_H);
+        let walls = [self.inner.walls(), vec![INNER_LID, TUBE]].concat();
+        let openings = vents(self.p, &self.inner).openings();
+        let open = match self.p.molds.route {
+            MoldRoute::Silicone => {
+                "bend the mold's rim to let air in and pull the tube out by its connector, with the lid; \
+                 then pull the connector out and take the lid off"
+            }
+            MoldRoute::Printed => {
+                "pull the connector out of the tube, lift the lid with a screwdriver in its pry slots, \
+                 then part the halves"
+            }
+        };
+        vec![
+            step(
+                "pour-transparent-gel",
+                TRANSPARENT_MOLD,
+                &self.tools(&self.inner),
+                gel.fills(&walls, TRANSPARENT_GEL, self.up, openings),
+            )
+            .told(
+                "fill the mold, push the tube in on its connector until the lid closes, wipe what rises \
+                 through the vents",
             )
             .source("III-B.1"),
-        step(
-            "pour-transparent-gel",
-            TRANSPARENT_MOLD,
-            &[INNER_A, INNER_B, INNER_LID, CONNECTOR, O_RING, TUBE, DOWEL],
-            transparent.fills(&around_tube, TRANSPARENT_GEL, up, inner_vents),
-        )
-        .told(
-            "fill the mold, push the tube in on its connector until the lid closes, wipe what rises \
-             through the vents",
-        )
-        .source("III-B.1"),
-        demold("open-transparent-mold", TRANSPARENT_MOLD, off_inner)
+            demold("open-transparent-mold", TRANSPARENT_MOLD, self.off(&self.inner))
+                .told(open)
+                .source("III-B.1"),
+        ]
+    }
+
+    /// Five sixths of the mixture is thinner, and most of a spray misses.
+    fn coat(&self) -> Liquid {
+        liquid(&self.p.coat.material, 20.0).curing(ROOM_24_H)
+    }
+
+    fn translucent(&self) -> Vec<Step> {
+        let gel = liquid(&self.p.translucent_gel.material, 0.5).curing(ROOM_24_H);
+        let molds = self.outer.walls();
+        let mut steps = Vec::new();
+        let mut walls = [&molds[..], &[OUTER_LID, TRANSPARENT_GEL]].concat();
+        if !self.is_dipped() {
+            walls.push(BLACK_COAT);
+            steps.push(
+                step("spray-coat", TRANSLUCENT_MOLD, &molds, self.coat().coats(&molds, BLACK_COAT))
+                    .told(
+                        "spray the black mixture onto the inside of the outer mold in thin coats, and \
+                         let it dry",
+                    )
+                    .source("III-B.1; waste chosen"),
+            );
+        }
+        let openings = vents(self.p, &self.outer).openings();
+        steps.push(
+            step(
+                "pour-translucent-gel",
+                TRANSLUCENT_MOLD,
+                &self.tools(&self.outer),
+                gel.fills(&walls, TRANSLUCENT_GEL, self.up, openings),
+            )
             .told(
-                "pull the connector out of the tube, lift the lid with a screwdriver in its pry \
-                 slots, then part the halves",
+                "fill the outer mold and push the cured transparent gel in on its connector until the \
+                 lid closes",
             )
             .source("III-B.1"),
-        step(
-            "spray-coat",
-            TRANSLUCENT_MOLD,
-            &[OUTER_A, OUTER_B],
-            coat.coats(&[OUTER_A, OUTER_B], BLACK_COAT),
-        )
-        .told("spray the black mixture onto the inside of the outer mold")
-        .source("III-B.1; waste chosen"),
-        step(
-            "pour-translucent-gel",
-            TRANSLUCENT_MOLD,
-            &[OUTER_A, OUTER_B, OUTER_LID, CONNECTOR, O_RING, TUBE, DOWEL],
-            translucent.fills(&around_gel, TRANSLUCENT_GEL, up, outer_vents),
-        )
-        .told(
-            "at once, fill the outer mold and push the cured transparent gel in on its connector until \
-             the lid closes",
-        )
-        .source("III-B.1"),
-        demold("lift-lid", TRANSLUCENT_MOLD, vec![rigid(CONNECTOR, up), rigid(OUTER_LID, up)])
-            .told(
-                "pull the connector out of the tube and lift the lid; the module stays in its mold",
+        );
+        if self.is_dipped() {
+            steps.extend(self.dipping());
+            return steps;
+        }
+        let lid = vec![rigid(CONNECTOR, self.up), rigid(OUTER_LID, self.up)];
+        steps.push(
+            demold("lift-lid", TRANSLUCENT_MOLD, lid)
+                .told(
+                    "pull the connector out of the tube and lift the lid; the module stays in its mold",
+                )
+                .source("chosen: the mold goes on to centre the shell"),
+        );
+        steps
+    }
+
+    /// For those who have no spray gun.
+    fn dipping(&self) -> [Step; 3] {
+        [
+            demold("take-out-module", TRANSLUCENT_MOLD, self.off(&self.outer))
+                .told("take the module out of its mold, with the lid, and the lid off it")
+                .source("III-B.1"),
+            step(
+                "dip-coat",
+                COATING,
+                &[CONTAINER, HOLDER, CONNECTOR, O_RING, TUBE],
+                self.coat().coats(&[TRANSLUCENT_GEL], BLACK_COAT),
             )
-            .source("chosen: the mold goes on to centre the shell"),
-        prepare("dip-coat", COATING, &[CONTAINER, HOLDER, CONNECTOR, O_RING, TUBE])
             .told(
-                "instead of spraying: part the halves, put the connector back into the tube, hang \
-                 the module by it from the holder into the container, filled with the black mixture, \
-                 and let it drip",
+                "put the connector back into the tube, hang the module by it from the holder into the \
+                 container, filled with the black mixture, lift it out and let it drip and dry",
             )
             .source("chosen: for those who have no spray gun"),
-        step("pour-filling-gel", JOINING, &[TUBE], filling.fills(&[TUBE], FILLING_GEL, up, in_tube))
+            assemble("put-back", JOINING, &self.outer.walls())
+                .told("put the module back into its mold, which centres the shell; the coat gives way")
+                .source("chosen"),
+        ]
+    }
+
+    fn joining(&self) -> Vec<Step> {
+        let is_locked = lock::is_locked(self.p);
+        let cure = if is_locked { WET } else { ROOM_24_H };
+        let filling = liquid(&self.p.filling_gel.material, 0.1).curing(cure);
+        let in_tube = vec![free_surface(self.layout.tube_bore_radius_mm, 0.0, self.up)];
+        let dowel: &[Name] = if self.is_silicone() { &[FORM_CUP] } else { &[DOWEL] };
+        let mut steps = vec![
+            step(
+                "pour-filling-gel",
+                JOINING,
+                &[TUBE],
+                filling.fills(&[TUBE], FILLING_GEL, self.up, in_tube),
+            )
             .told("fill the tube to its rim")
             .source("III-B.1"),
-        bond("join-shell", JOINING, &[COLLAR, DIFFUSER, SHELL, DOWEL], ROOM_24_H)
-            .told(
-                "put the collar on, lower diffuser and shell through it onto the wet gel, let it \
-                 cure",
+            bond("join-shell", JOINING, &[&[COLLAR, DIFFUSER, SHELL], dowel].concat(), cure)
+                .told(if is_locked {
+                    "put the collar on, lower diffuser and shell through it onto the wet gel"
+                } else {
+                    "put the collar on, lower diffuser and shell through it onto the wet gel, let it \
+                     cure"
+                })
+                .source("III-B.1: the filling gel glues the tube to the shell; the collar is chosen"),
+        ];
+        if is_locked {
+            steps.push(self.locking());
+        }
+        let off = match self.is_silicone() {
+            true => vec![rigid(self.outer.form.mold, -self.up)],
+            false => halves_apart(&self.outer).to_vec(),
+        };
+        steps.push(
+            demold(
+                "open-translucent-mold",
+                JOINING,
+                [vec![rigid(COLLAR, self.up)], off].concat(),
             )
-            .source("III-B.1: the filling gel glues the tube to the shell; the collar is chosen"),
-        demold("open-translucent-mold", JOINING, off_outer)
-            .told("lift the collar, part the halves")
+            .told(match self.is_silicone() {
+                true => {
+                    "lift the collar off the shell, bend the mold's rim to let air in and pull the \
+                     module out by its shell"
+                }
+                false => "lift the collar, part the halves",
+            })
             .source("III-B.1"),
-        assemble("assemble", SENSOR, &[LED_BOARD, LED, CAMERA, BASE])
+        );
+        steps
+    }
+
+    fn locking(&self) -> Step {
+        let layout = self.layout;
+        let mut surface = free_surface(layout.shell_bore_radius_mm, 0.0, self.up);
+        surface.point.z = layout.gel_face_z_mm;
+        let outside =
+            [self.outer.walls(), vec![TRANSPARENT_GEL, TRANSLUCENT_GEL, BLACK_COAT]].concat();
+        let walls = [vec![FILLING_GEL, DIFFUSER, SHELL, TUBE], outside].concat();
+        let gel = liquid(&self.p.filling_gel.material, 0.1).curing(ROOM_24_H);
+        step("pour-locking-gel", JOINING, &[], gel.fills(&walls, LOCKING_GEL, self.up, vec![surface]))
             .told(format!(
-                "press the LED board in from below, screw the camera to the base, push the base in, \
-                 join both with {} M{} screws",
-                joints.shell_base.poses.len(),
-                joints.shell_base.screw.thread_mm
+                "pour more of the same gel through the shell while the first is wet, until it stands \
+                 {} mm over the diffuser, so that it fills notches and groove and goes around the ribs",
+                self.p.filling_gel.lock_depth.mm()
             ))
-            .source("III-B.2 to III-B.4")
-            .also(joints.camera.names())
-            .also(joints.shell_base.names())
-            .also(joints.mounting.nut_name()),
-    ]
+            .source("III-B.1: the filling gel glues the tube to the shell; its shape is chosen")
+    }
+
+    fn closing(&self) -> Vec<Step> {
+        let p = self.p;
+        let baffle: &[Name] = if p.baffle.wall.mm() > 0.0 { &[BAFFLE] } else { &[] };
+        let wired = !wiring::bodies(p, self.layout).is_empty();
+        let [wires, cable]: [&[Name]; 2] =
+            if wired { [&[LED_WIRE], &[CAMERA_CABLE]] } else { [&[], &[]] };
+        let press = if baffle.is_empty() { "" } else { "press the baffle into the LED board, " };
+        let lead = if wired { "lay cable and wires into the slit, " } else { "" };
+        vec![
+            assemble("mount-leds", SENSOR, &[&[LED_BOARD, LED], baffle, wires].concat())
+                .told(format!(
+                    "solder two wires into the LED board's holes, {press}press the board into the shell \
+                     from below until it meets the ribs"
+                ))
+                .source("III-B.2"),
+            assemble("focus", SENSOR, &[&[CAMERA, BASE], cable].concat())
+                .told(format!(
+                    "melt the nuts into the base, screw the camera down, {lead}push the base in without \
+                     its screws, light the LEDs and look at the picture; pull the base out by its pry \
+                     slots, turn the lens by its rim with tweezers, and try again until the dust on the \
+                     gel is sharp; then lock the lens with a drop of glue"
+                ))
+                .source("chosen: with the gel on, the lens is reached only while the base is out")
+                .also(self.joints.camera.names())
+                .also(self.joints.mounting.nut_name()),
+            assemble("close", SENSOR, &[BASE])
+                .told(format!(
+                    "push the base in and join it to the shell with {} M{} screws",
+                    self.joints.shell_base.poses.len(),
+                    self.joints.shell_base.screw.thread_mm
+                ))
+                .source("III-B.4")
+                .also(self.joints.shell_base.names()),
+        ]
+    }
+}
+
+fn halves_apart(cavity: &Cavity) -> [Pull; 2] {
+    let [a, b] = cavity.halves;
+    [rigid(a, -Vector3::x()), rigid(b, Vector3::x())]
 }

@@ -3,12 +3,14 @@
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Solid};
 
 use super::bodies::*;
+use super::cavities;
 use super::housing::{led_poses, relief_edges_mm};
 use super::joints::Joints;
 use super::layout::Layout;
-use super::parameters::Dome;
+use super::parameters::{CoatMethod, Dome, MoldRoute};
 use super::surface::dome_shell;
 use super::tooling::{form, o_ring_seat};
+use super::wiring;
 use crate::assembling::{AssemblyName, SENSOR, in_sensor};
 use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
@@ -32,10 +34,19 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
         .into_iter()
         .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat());
-    let form = form(p, layout);
     let (seat, dowel) = (o_ring_seat(p, layout), dowel(p));
     let joints = Joints::new(p, layout);
 
+    let is_silicone = p.molds.route == MoldRoute::Silicone;
+    let is_dipped = p.coat.method == CoatMethod::Dip;
+    let in_form = |form: AssemblyName| move |pose: &Pose| form.at(*pose).lifted(-45.0);
+    // The same screws serve both forms, one after the other.
+    let form_screws = match is_silicone {
+        true => [INNER_FORM, OUTER_FORM]
+            .map(|form| joints.form.bought(in_form(form), in_form(form)))
+            .concat(),
+        false => Vec::new(),
+    };
     let sensor = vec![
         TUBE.bought(
             format!(
@@ -52,8 +63,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             TRANSPARENT_MOLD.in_place(),
             TRANSLUCENT_MOLD.in_place(),
             JOINING.in_place(),
-            COATING.in_place(),
+            CUTTING.in_place(),
         ])
+        .placed(is_dipped.then(|| COATING.in_place()))
         .times(1)
         .colored(GLASS)
         .opaque(0.3),
@@ -62,44 +74,50 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             .colored(CAMERA_GREEN),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
     ];
-    let in_form = |pose: &Pose| FORM.at(*pose).lifted(-45.0);
     let screws = [
         joints.camera.bought(drawn_out(0.0, -36.0), drawn_out(0.0, 0.0)),
         joints.shell_base.bought(drawn_out(12.0, 0.0), drawn_out(6.0, -66.0)),
-        joints.form.bought(in_form, in_form),
+        form_screws,
         joints.mounting.bought_nuts(drawn_out(6.0, -66.0)).into_iter().collect(),
     ];
     let screws = merged(screws.into_iter().flatten());
-    let tools = vec![
+    let dowels = (!is_silicone).then(|| {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), dowels)
-            .times(2 * (side.len() + lid.len()) as u32),
-        O_RING
-            .bought(
-                seat.ordered(),
-                seat.ring()
-                    .between_cylinders([seat.radius_mm, layout.tube_bore_radius_mm])
-                    .at_z(p.connector.plug_length.mm() / 2.0),
-                [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, COATING]
-                    .into_iter()
-                    .flat_map(|tool| each(tool, &here, -42.0)),
-            )
-            .times(1)
-            .colored(RUBBER),
-        FORM_TUBE
+            .times(2 * (side.len() + lid.len()) as u32)
+    });
+    let gripped =
+        [TRANSPARENT_MOLD, TRANSLUCENT_MOLD].into_iter().chain(is_dipped.then_some(COATING));
+    let ring = O_RING
+        .bought(
+            seat.ordered(),
+            seat.ring()
+                .between_cylinders([seat.radius_mm, layout.tube_bore_radius_mm])
+                .at_z(p.connector.plug_length.mm() / 2.0),
+            gripped.flat_map(|tool| each(tool, &here, -42.0)),
+        )
+        .times(1)
+        .colored(RUBBER);
+    let forms = cavities(p, layout).map(|cavity| {
+        let form = form(p, layout, &cavity);
+        cavity
+            .form
+            .tube
             .bought(
                 format!(
                     "glass test tube with rim, {} mm outside, {} mm long",
-                    2.0 * layout.transparent_radius_mm,
+                    2.0 * cavity.radius,
                     p.form.tube_length.mm()
                 ),
-                form_tube(p, layout, &form),
-                each(FORM, &here, -60.0),
+                form_tube(p, layout, &form, cavity.radius),
+                each(cavity.form.assembly, &here, -60.0),
             )
             .colored(GLASS)
-            .opaque(0.35),
-    ];
-    sensor.into_iter().chain(screws).chain(tools).collect()
+            .opaque(0.35)
+    });
+    let forms = is_silicone.then_some(forms).into_iter().flatten();
+    let tools = dowels.into_iter().chain([ring]).chain(forms);
+    sensor.into_iter().chain(wiring::bodies(p, layout)).chain(screws).chain(tools).collect()
 }
 
 fn camera_specification(p: &Dome) -> String {
@@ -133,8 +151,8 @@ fn dowel(p: &Dome) -> Dowel {
 }
 
 /// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
-fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>) -> Solid {
-    let (outer, wall) = (layout.transparent_radius_mm, layout.wall_height_mm);
+fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>, outer: f64) -> Solid {
+    let wall = layout.wall_height_mm;
     let inner = outer - p.tube.wall.mm();
     let centre = [0.0, wall];
     let outside = Path::from([0.0, form.rim_z])

@@ -9,9 +9,11 @@ use super::cavities;
 use super::housing::{cable_slot, relief_edges_mm};
 use super::joints::{Joints, mounting};
 use super::layout::Layout;
+use super::lock::{self, LEDGE_MM};
 use super::mold::vents;
-use super::parameters::Dome;
+use super::parameters::{CableExit, Dome, MoldRoute};
 use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
+use super::wiring::{self, Slit};
 use crate::blocks::mounting::{Mounting, outside};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
 use crate::fits::Fit;
@@ -30,6 +32,8 @@ pub(super) fn check(p: &Dome, report: &mut Report) {
     contact_module(p, &layout, report);
     envelope(p, &layout, report);
     illumination(p, &layout, report);
+    lock(p, &layout, report);
+    cables(p, &layout, report);
     camera(p, &layout, report);
     base(p, &layout, report);
     molds(p, &layout, report);
@@ -77,8 +81,40 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// Least width of a rib below the diffuser, mm.
-const LEDGE_MM: f64 = 0.4;
+/// What closes the diffuser, the gel and the picture between camera and gel.
+fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
+    if p.baffle.wall.mm() > 0.0 {
+        let top = layout.gel_face_z_mm.min(layout.diffuser_bottom_z_mm) - p.baffle.gap.mm();
+        let above = (top + p.camera.depth.mm()).max(0.0);
+        // Beside it the camera must see all of the diffuser's bore.
+        let seen = p.diffuser.bore_radius.mm() * above
+            / (p.camera.depth.mm() + layout.diffuser_bottom_z_mm).max(above).max(1e-9);
+        let bore = p.led_board.bore_radius.mm();
+        limits! { report, p:
+            baffle.wall >= PRINTED_WALL_MM, "two lines of the printer";
+            baffle.wall <= bore - seen, "the baffle must not hide what the diffuser's bore shows";
+            baffle.gap <= p.baffle.gap.mm() + top - layout.board_top_z_mm - 1.0,
+                "the baffle stands above the LED board";
+        }
+    }
+    if !lock::is_locked(p) {
+        return;
+    }
+    let room = p.diffuser.height_above_board.mm() - p.leds.height.mm() - APART_MM;
+    limits! { report, p:
+        filling_gel.lock_depth <= room, "the gel must not touch the LEDs";
+        filling_gel.lock_depth <= p.camera.depth.mm() - p.camera.pupil_behind_front.mm()
+            - p.diffuser.thickness.mm() - 0.2, "the lens must not touch the gel";
+        shell.rib_depth >= layout.shell_bore_radius_mm - layout.diffuser_radius_mm
+            + 2.0 * LEDGE_MM, "the diffuser rests on the ribs, inside of the step that gel flows over";
+        shell.lock_groove <= p.shell.wall.mm() - PRINTED_WALL_MM, "the shell needs a wall behind it";
+    }
+    if p.shell.lock_groove.mm() > 0.0 {
+        limits! { report, p:
+            filling_gel.lock_depth >= lock::groove_room_mm(p), "the gel must cover the groove";
+        }
+    }
+}
 
 fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
     if p.shell.shoulder.mm() > 0.0 {
@@ -158,14 +194,15 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
             "the M1.6 heads must stay on the board";
         camera.screw_spacing >= nearest, "the M1.6 heads must clear the lens holder";
         led_board.bore_radius >=
-            (camera.holder_size.mm() / SQRT_2).max(camera.barrel_diameter.mm() / 2.0) + 0.5,
-            "lens and holder must pass the LED board";
+            (camera.holder_size.mm() / SQRT_2).max(camera.barrel_diameter.mm() / 2.0) + 0.5
+            + p.baffle.wall.mm(),
+            "lens and holder must pass the LED board and its baffle";
         camera.barrel_diameter <=
             (2.0 * p.diffuser.bore_radius.mm() - 0.6).min(camera.holder_size.mm()),
             "the barrel sits on its holder and must pass the diffuser";
         camera.holder_height <= camera.lens_height.mm() - 0.5,
             "the barrel must stand out of its holder";
-        camera.depth >= camera.pupil_behind_front.mm() + 0.2,
+        camera.depth >= camera.pupil_behind_front.mm() + 0.2 - layout.gel_face_z_mm,
             "the lens must not touch the filling gel";
         // From the board's seat on the base upwards and downwards there must be room.
         camera.lens_height >= camera.lens_height.mm() + layout.camera_board_top_z_mm
@@ -202,21 +239,12 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
         true => p.camera.screw_spacing.mm() + (nut_end - pilot) * SQRT_2,
         false => 2.0 * half_chord(nut_end - pilot_radius, half),
     };
-    let slot = cable_slot(p);
-    let slot_half = p.base.cable_slot_width.mm() / 2.0;
-    let slot_reach = [0, 1].map(|i| slot.ends()[1][i].abs() + slot_half);
     let m3 = joints.mounting.holes().radius_mm;
     limits! { report, p:
         base.height >= p.base.height.mm() - room,
             "the nuts of the joint need room below the camera board";
         camera.screw_spacing <= most_spacing,
             "the camera's screws must clear the nuts of the joint";
-        base.cable_slot_length <=
-            p.base.cable_slot_length.mm() + relief[0] - 0.5 - 2.0 * slot_reach[0],
-            "the slot must end inside the recess behind the camera";
-        base.cable_slot_length <=
-            p.base.cable_slot_length.mm() + relief[1] - 0.5 - 2.0 * slot_reach[1],
-            "the slot must end inside the recess behind the camera";
     }
     let mounting = mounting(p, layout);
     if mounting.is_ring() {
@@ -235,11 +263,84 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
         base.height >= p.base.height.mm() + least - mounting.depth_mm,
             format!("an {thread} mounting hole needs {least} mm of depth below the camera's pocket");
     }
-    cable_slot(p).check("base.cable_slot_width", report);
     let outside = layout.base_radius_mm - PRINTED_WALL_MM;
     let wall = (outside, "a mounting hole needs a wall outside");
     mounting.check(wall, PRINTED_WALL_MM, report);
     mount_holes_clear(p, &mounting, &joints, report);
+}
+
+/// How often its diameter a wire that is bent once is bent at least.
+const WIRE_BENDS: f64 = 1.5;
+
+/// Wall between the cables' slit and screws or nuts, mm.
+const SLIT_WALL_MM: f64 = 0.6;
+
+fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
+    if p.base.cable_exit == CableExit::Floor {
+        let relief = relief_edges_mm(p);
+        let slot = cable_slot(p);
+        let slot_half = p.base.cable_slot_width.mm() / 2.0;
+        let reach = [0, 1].map(|i| slot.ends()[1][i].abs() + slot_half);
+        limits! { report, p:
+            base.cable_slot_length <=
+                p.base.cable_slot_length.mm() + relief[0] - 0.5 - 2.0 * reach[0],
+                "the slot must end inside the recess behind the camera";
+            base.cable_slot_length <=
+                p.base.cable_slot_length.mm() + relief[1] - 0.5 - 2.0 * reach[1],
+                "the slot must end inside the recess behind the camera";
+        }
+        return slot.check("base.cable_slot_width", report);
+    }
+    let slit = Slit::new(p, layout);
+    let wire = wiring::led_wire(p, layout);
+    wire.check("cables.wire_bend", p.cables.wire_bend, WIRE_BENDS, report);
+    limits! { report, p:
+        cables.wire_bend <= p.cables.wire_bend.mm() + wire.least_straight_mm(),
+            "the wires turn between the LED board and the cable";
+        cables.diameter <= p.cables.diameter.mm() + slit.tongue_z - layout.bottom_z_mm - PRINTED_WALL_MM,
+            "the cable's slit needs a floor";
+        led_board.wire_hole_diameter <= p.cables.wire_diameter.mm(),
+            "a wire's insulation ends below the board";
+    }
+    slit_clear(p, layout, &slit, report);
+}
+
+/// Nuts, mounting holes and the camera's screws stand beside the slit.
+fn slit_clear(p: &Dome, layout: &Layout, slit: &Slit, report: &mut Report) {
+    let joints = Joints::new(p, layout);
+    let (sin, cos) = p.base.exit_angle.rad().sin_cos();
+    let [nuts, mounts, screws] =
+        [&joints.shell_base, &joints.mounting, &joints.camera].map(Joint::holes);
+    let beside = |[x, y]: [f64; 2], radius: f64| {
+        let (along, across) = (x * cos + y * sin, (y * cos - x * sin).abs());
+        let off = if along > 0.0 { across } else { across.hypot(along) };
+        off - radius - slit.width_mm / 2.0
+    };
+    // A nut's hole is nearest at its inner end.
+    let inner = layout.base_radius_mm - nuts.depth_mm;
+    let nuts = nuts.poses.iter().map(|pose| {
+        let axis = pose.vector(fabkit_geometry::Vector3::z());
+        beside([axis.x * inner, axis.y * inner], nuts.radius_mm)
+    });
+    let other = [mounts, screws].into_iter().flat_map(|holes| {
+        holes.poses.iter().map(move |pose| {
+            let at = pose.translation_mm();
+            beside([at.x, at.y], holes.radius_mm)
+        })
+    });
+    let least = nuts.chain(other).fold(f64::INFINITY, f64::min);
+    report.require(
+        least >= SLIT_WALL_MM,
+        "base.exit_angle",
+        || {
+            format!(
+                "base.exit_angle is {}; {least:.2} mm stay between the cables' slit and a nut, a mounting \
+                 hole or a screw of the camera, and {SLIT_WALL_MM} mm are needed",
+                p.base.exit_angle
+            )
+        },
+        || "turn it, write a smaller `cables.diameter`, or `base.cable_exit: floor`".into(),
+    );
 }
 
 /// Mounting holes stand between the joint's nuts and the camera's screws.
@@ -330,7 +431,10 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     let connector = &p.connector;
     let seat = o_ring_seat(p, layout);
     seat.check("connector.o_ring_cord", "groove", "connector.o_ring_squeeze", report);
-    form(p, layout).check(report);
+    if p.molds.route == MoldRoute::Silicone {
+        // Around the wider tube there is less silicone.
+        form(p, layout, &cavities(p, layout)[1]).check(report);
+    }
     let slide = p.making.gap_mm(CONTAINER, Process::Fdm, Fit::Slide);
     limits! { report, p:
         connector.plug_length <= layout.wall_height_mm,

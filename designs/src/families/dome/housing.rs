@@ -1,13 +1,12 @@
 //! Shell, base, diffuser and LED board.
 
-use std::f64::consts::TAU;
-
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
 
 use super::bodies::*;
 use super::joints::Joints;
 use super::layout::Layout;
-use super::parameters::Dome;
+use super::parameters::{CableExit, Dome};
+use super::{lock, wiring};
 use crate::assembling::{flipped, in_sensor};
 use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, led_ring, marks, turn};
@@ -20,9 +19,6 @@ const FROST: Color = [225, 236, 240];
 /// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
 
-/// How far a rib reaches into the wall that carries it, mm.
-const RIB_ROOT_MM: f64 = 0.5;
-
 /// Where the LEDs stand on the board, z axis up, x axis outwards.
 pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
     // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
@@ -32,22 +28,9 @@ pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let wall = tube(p, layout);
-    // A rib's width is an angle at the bore.
-    let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
-    let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
-    let back = Angle::from_rad(-half_width.rad()).expect("finite");
-    let rib = Solid::extrusion(
-        Path::ring_sector(
-            layout.rib_radius_mm,
-            layout.shell_bore_radius_mm + RIB_ROOT_MM,
-            back,
-            half_width,
-        ),
-        layout.diffuser_bottom_z_mm - layout.board_top_z_mm,
-    )
-    .at_z(layout.board_top_z_mm);
-    let ribs = (0..p.shell.ribs)
-        .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)));
+    let wall =
+        wall.minus_all(lock::groove_tool(p, layout)).minus_all(wiring::shell_notch(p, layout));
+    let ribs = lock::ribs(p, layout, 0.0);
     let through = layout.shell_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
     let gap = p.making.gap_mm(SHELL, Process::Fdm, Fit::Snug);
     SHELL
@@ -108,6 +91,10 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     let relief =
         Solid::cuboid(relief_x, relief_y, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
             .at_z(layout.relief_z_mm);
+    let plug = match wiring::tongue(p, layout) {
+        Some(tongue) => plug.plus(tongue),
+        None => plug,
+    };
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
@@ -122,8 +109,11 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         .placed([in_sensor().lifted(-66.0)])
         .colored(BLACK)
         .note("melt the M2 nuts in flush with the side before anything else")
-        .note("lead the cable through the slot, then screw the camera down")
-        .cut(cable_slot(p).cut("cable slot", [bottom, layout.relief_z_mm]))
+        .note(match p.base.cable_exit {
+            CableExit::Floor => "lead the cable through the slot, then screw the camera down",
+            CableExit::Side => "lay the cable into the slit from above, then screw the camera down",
+        })
+        .cut(wiring::way_out(p, layout))
         .cut(joints.camera.held_through().unmarked())
         .cut(joints.shell_base.held())
         .cut(joints.mounting.held())
@@ -158,12 +148,12 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
         .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
         .colored(FROST)
         .note("cut from a sheet frosted on both sides")
-        .note("the filling gel keys into the notches")
+        .note("the gel keys into the notches")
         .with_handles(1)
 }
 
 /// A circle with `count` notches of half width `half` out to a larger radius.
-fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> Path {
+pub(super) fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> Path {
     let centre = [0.0, 0.0];
     let at = |r: f64, angle: f64| [r * angle.cos(), r * angle.sin()];
     let (inner, outer) = ((half / radius).asin(), (half / notch).asin());
@@ -187,7 +177,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
     let wires =
-        wire_hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
+        wiring::hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
     LED_BOARD
         .made(
@@ -203,9 +193,41 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
         .with_handles(3)
 }
 
-/// Where the wires leave the board, mm: inside the LEDs, over the corners of the camera's pocket.
-pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
-    let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
-    // The LEDs nearest to 45 and 225 degrees stand half a step beside.
-    [0.125, 0.625].map(|turns: f64| [radius * (turns * TAU).cos(), radius * (turns * TAU).sin()])
+/// The black tube in the LED board's bore; nothing where its wall is 0.
+pub fn baffle(p: &Dome, layout: &Layout) -> Option<Body> {
+    if p.baffle.wall.mm() == 0.0 {
+        return None;
+    }
+    let bore = p.led_board.bore_radius.mm();
+    let inside = baffle_radius_mm(p);
+    let pressed = bore - p.making.gap_mm(BAFFLE, Process::Fdm, Fit::Press);
+    let flange = bore + BAFFLE_FLANGE_MM;
+    let (bottom, seat) = (layout.base_top_z_mm, layout.board_top_z_mm);
+    let top = layout.gel_face_z_mm.min(layout.diffuser_bottom_z_mm) - p.baffle.gap.mm();
+    let solid = Solid::revolution(Path::polygon(&[
+        [inside, bottom],
+        [pressed, bottom],
+        [pressed, seat],
+        [flange, seat],
+        [flange, top],
+        [inside, top],
+    ]));
+    Some(
+        BAFFLE
+            .made(Process::Fdm, solid)
+            .from(&p.shell.material)
+            .placed([in_sensor().lifted(-15.0)])
+            .colored(BLACK)
+            .lying(flipped())
+            .note("press it into the LED board's bore from above, before the board goes into the shell")
+            .with_handles(1),
+    )
+}
+
+/// How far the baffle's flange reaches over the LED board, mm: the wire holes begin beyond it.
+pub const BAFFLE_FLANGE_MM: f64 = 0.35;
+
+/// Radius of what stays free for the lens inside the LED board, mm.
+pub fn baffle_radius_mm(p: &Dome) -> f64 {
+    p.led_board.bore_radius.mm() - p.baffle.wall.mm()
 }

@@ -4,7 +4,7 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Point3, Pose, Vector3};
 
 use super::layout::Layout;
 use super::parameters::Dome;
-use super::tooling::form;
+use super::tooling::cup;
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
 use crate::blocks::{Joint, corners, ring};
 use crate::hardware::{HeatSetNut, Screw};
@@ -37,7 +37,7 @@ impl Joints {
             shell_base: shell_base(p, layout),
             camera: camera(p, layout),
             mounting: mounting(p, layout).joint(layout.bottom_z_mm),
-            form: form(p, layout).joint(),
+            form: cup(p, layout).joint(),
         }
     }
 

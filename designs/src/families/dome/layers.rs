@@ -4,7 +4,7 @@ use fabkit_geometry::{Body, Color, DomeSurface};
 
 use super::bodies::*;
 use super::layout::Layout;
-use super::parameters::Dome;
+use super::parameters::{CoatMethod, Dome};
 use super::surface::{dome, dome_shell, dome_tool};
 use crate::assembling::{AssemblyName, in_sensor};
 
@@ -18,6 +18,8 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
         let layer = layer.placed([in_sensor().lifted(lift_mm)]).placed(in_tools);
         layer.colored(color).opaque(opacity)
     };
+    let is_dipped = p.coat.method == CoatMethod::Dip;
+    let dipped: &[AssemblyName] = if is_dipped { &[COATING] } else { &[] };
     vec![
         placed(
             FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).from(&p.filling_gel.material),
@@ -33,7 +35,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
             [150, 200, 235],
             0.35,
             88.0,
-            &[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING, COATING],
+            &[&[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING][..], dipped].concat(),
         ),
         placed(
             TRANSLUCENT_GEL
@@ -42,7 +44,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
             [240, 236, 225],
             0.6,
             121.0,
-            &[TRANSLUCENT_MOLD, JOINING, COATING],
+            &[&[TRANSLUCENT_MOLD, JOINING][..], dipped].concat(),
         ),
         placed(
             BLACK_COAT
@@ -55,7 +57,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
             [62, 64, 70],
             1.0,
             154.0,
-            &[TRANSLUCENT_MOLD, JOINING],
+            if dipped.is_empty() { &[TRANSLUCENT_MOLD, JOINING] } else { &[COATING, JOINING] },
         ),
     ]
 }

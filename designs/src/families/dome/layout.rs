@@ -44,6 +44,13 @@ layout! {
 
         /// Bottom of the diffuser, top of the ribs.
         diffuser_bottom_z_mm = -p.diffuser.thickness.mm();
+        /// Inside of the rim around the diffuser.
+        seat_radius_mm = shell_bore_radius_mm - p.shell.shoulder.mm();
+        /// Face of the gel that looks at the camera.
+        gel_face_z_mm = match p.filling_gel.lock_depth.mm() {
+            0.0 => 0.0,
+            depth => diffuser_bottom_z_mm - depth,
+        };
         /// Top of the LED board, bottom of the ribs.
         board_top_z_mm = diffuser_bottom_z_mm - p.diffuser.height_above_board.mm();
         /// Bottom of the LED board, top of the base.

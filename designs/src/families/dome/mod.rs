@@ -8,10 +8,12 @@ mod housing;
 mod joints;
 mod layers;
 mod layout;
+mod lock;
 mod mold;
 mod parameters;
 mod surface;
 mod tooling;
+mod wiring;
 
 use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
@@ -23,8 +25,8 @@ use crate::{Built, Family, Header};
 use bodies::*;
 use joints::Joints;
 use layout::Layout;
-use mold::Cavity;
-use parameters::Dome;
+use mold::{Cavity, FormTools};
+use parameters::{CoatMethod, Dome, MoldRoute};
 
 /// The family of R-Tac0.
 pub(crate) struct DomeFamily;
@@ -52,20 +54,35 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     let [transparent, translucent] = cavities(p, &layout);
     let housing = [housing::shell, housing::base, housing::diffuser, housing::led_board]
         .map(|make| make(p, &layout));
-    let molds = [&transparent, &translucent].map(|cavity| {
-        let [a, b] = mold::halves(p, &layout, cavity);
-        [a, b, mold::lid(p, &layout, cavity)]
+    let both = [&transparent, &translucent];
+    let molds = both.into_iter().flat_map(|cavity| match p.molds.route {
+        MoldRoute::Printed => {
+            let [a, b] = mold::halves(p, &layout, cavity);
+            vec![a, b, mold::lid(p, &layout, cavity)]
+        }
+        MoldRoute::Silicone => {
+            vec![tooling::form_bridge(p, &layout, cavity), mold::lid(p, &layout, cavity)]
+        }
     });
+    let is_silicone = p.molds.route == MoldRoute::Silicone;
+    let cup = is_silicone.then(|| tooling::form_cup(p, &layout));
+    let is_dipped = p.coat.method == CoatMethod::Dip;
+    let dipping = is_dipped.then(|| tooling::coating_parts(p, &layout));
     let parts: Vec<Body> = housing
         .into_iter()
-        .chain(molds.into_iter().flatten())
+        .chain(housing::baffle(p, &layout))
+        .chain(cup)
+        .chain(molds)
         .chain([mold::collar(p, &layout), tooling::connector(p, &layout)])
-        .chain(tooling::form_parts(p, &layout))
-        .chain(tooling::coating_parts(p, &layout))
+        .chain([tooling::tube_jig(p, &layout)])
+        .chain(dipping.into_iter().flatten())
         .collect();
     let touch = touch(p, &layout);
     let mut layers = layers::layers(p, &layout, &touch);
-    layers.push(tooling::silicone_mold(p, &layout));
+    layers.splice(1..1, lock::locking_gel(p, &layout));
+    if is_silicone {
+        layers.extend(both.map(|cavity| tooling::silicone_mold(p, &layout, cavity)));
+    }
     let size = [p.camera.width_px, p.camera.height_px];
     let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
     let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
@@ -100,21 +117,43 @@ fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
 
 /// The two layers that are cast in molds.
 fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
+    // What is dipped gets its coat outside of the mold.
+    let outer = match p.coat.method {
+        CoatMethod::Spray => layout.surface_radius_mm,
+        CoatMethod::Dip => layout.translucent_radius_mm,
+    };
+    let route = p.molds.route;
     [
         Cavity {
+            what: "transparent",
+            route,
             halves: [INNER_A, INNER_B],
             lid: INNER_LID,
+            form: FormTools {
+                assembly: INNER_FORM,
+                bridge: INNER_BRIDGE,
+                tube: INNER_FORM_TUBE,
+                mold: INNER_SILICONE,
+            },
             assembly: TRANSPARENT_MOLD,
             shrinkage: shrinkage(&p.transparent_gel.material),
             radius: layout.transparent_radius_mm,
             core_radius: layout.tube_radius_mm,
         },
         Cavity {
+            what: "translucent",
+            route,
             halves: [OUTER_A, OUTER_B],
             lid: OUTER_LID,
+            form: FormTools {
+                assembly: OUTER_FORM,
+                bridge: OUTER_BRIDGE,
+                tube: OUTER_FORM_TUBE,
+                mold: OUTER_SILICONE,
+            },
             assembly: TRANSLUCENT_MOLD,
             shrinkage: shrinkage(&p.translucent_gel.material),
-            radius: layout.surface_radius_mm,
+            radius: outer,
             core_radius: layout.transparent_radius_mm,
         },
     ]
@@ -128,7 +167,7 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
     };
     let screws = [
         joints.camera.press_fit(BASE),
-        joints.form.press_fit(FORM_CUP),
+        joints.form.press_fit(FORM_CUP).filter(|_| p.molds.route == MoldRoute::Silicone),
         joints.shell_base.press_fit(BASE),
         // Where nuts of one kind hold both, one fit says so.
         joints
@@ -137,11 +176,24 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
             .and_then(|mounting| mounting.press_fit(BASE)),
     ];
     let mut fits = vec![pressed(LED_BOARD, SHELL, "the board is pressed in")];
+    if p.baffle.wall.mm() > 0.0 {
+        let overlap = -p.making.gap_mm(BAFFLE, Process::Fdm, Fit::Press);
+        fits.push(press_fit(BAFFLE, LED_BOARD, overlap, "the baffle is pressed in"));
+    }
     fits.extend(screws.into_iter().flatten());
-    fits.extend([INNER_A, OUTER_A].map(|half| pressed(DOWEL, half, "the dowels stay in half a")));
-    fits.extend(
-        [INNER_B, OUTER_B].map(|half| pressed(DOWEL, half, "the lid's dowel stays in half b")),
-    );
+    if p.molds.route == MoldRoute::Printed {
+        let stay = [INNER_A, OUTER_A].map(|half| pressed(DOWEL, half, "the dowels stay in half a"));
+        let lid = [INNER_B, OUTER_B];
+        let lid = lid.map(|half| pressed(DOWEL, half, "the lid's dowel stays in half b"));
+        fits.extend(stay.into_iter().chain(lid));
+    }
+    if p.coat.method == CoatMethod::Dip {
+        let coat = p.coat.thickness.mm();
+        let walls = cavities(p, &Layout::new(p))[1].walls();
+        fits.extend(walls.into_iter().map(|wall| {
+            press_fit(BLACK_COAT, wall, coat, "the coat is squeezed where the mold only centres")
+        }));
+    }
     fits
 }
 

@@ -1,4 +1,4 @@
-//! Two-piece molds with dowels, lid and vents; and the collar that joins the cured module to its
+//! Molds with lid and vents, in two halves or of silicone in a cup; and the collar that joins the cured module to its
 //! shell while it is still in the mold.
 //!
 //! A mold stands in the sensor frame with its mouth at z = 0, facing down: in use it is turned
@@ -9,16 +9,34 @@ use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Placement, Pose, Process, Sol
 
 use super::bodies::*;
 use super::layout::Layout;
-use super::parameters::Dome;
+use super::parameters::{Dome, MoldRoute};
 use super::surface::dome_tool;
-use super::tooling::plug_radius_mm;
+use super::tooling::{self, plug_radius_mm};
 use crate::assembling::{AssemblyName, Name, flipped};
 use crate::blocks::mold::{self as molds, Half};
 use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, copies, holes};
 use crate::fits::Fit;
 
+/// What casts a seamless mold.
+pub struct FormTools {
+    /// Where cup, bridge, tube and silicone stand together.
+    pub assembly: AssemblyName,
+    /// What hangs the tube into the cup.
+    pub bridge: Name,
+    /// The glass tube whose outside the layer gets.
+    pub tube: Name,
+    /// The mold.
+    pub mold: Name,
+}
+
 /// Which layer a mold casts.
 pub struct Cavity {
+    /// Which, in the names of steps.
+    pub what: &'static str,
+    /// In what it is cast.
+    pub route: MoldRoute,
+    /// What casts its mold of silicone.
+    pub form: FormTools,
     /// The halves that cast it.
     pub halves: [Name; 2],
     /// What closes them.
@@ -31,6 +49,16 @@ pub struct Cavity {
     pub radius: f64,
     /// Outer radius of what stands inside the mold, mm.
     pub core_radius: f64,
+}
+
+impl Cavity {
+    /// What shapes the layer's outside.
+    pub fn walls(&self) -> Vec<Name> {
+        match self.route {
+            MoldRoute::Silicone => vec![self.form.mold],
+            MoldRoute::Printed => self.halves.to_vec(),
+        }
+    }
 }
 
 /// The two halves: `a` holds the dowels, `b` slides onto them.
@@ -60,7 +88,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> 
     .for_shrinkage(cavity.shrinkage)
 }
 
-fn used_in(cavity: &Cavity) -> Vec<Placement> {
+pub(super) fn used_in(cavity: &Cavity) -> Vec<Placement> {
     let joining = (cavity.assembly == TRANSLUCENT_MOLD).then_some(JOINING);
     std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
 }
@@ -80,22 +108,41 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     };
     let slide = p.making.gap_mm(cavity.lid, Process::Fdm, Fit::Slide);
     let bore = through(plug_radius_mm(p, layout) + slide);
-    let dowel = molds::dowel_tool(&p.mold, slide, thickness + CUT_OVERLAP_MM);
-    let dowels = copies("dowel hole", &molds::lid_dowel_poses(&p.mold), &dowel);
-    cavity
-        .lid
-        .made(Process::Fdm, molds::plate(&p.mold, thickness).minus(bore.named("bore")))
+    let plate = match cavity.route {
+        MoldRoute::Printed => {
+            let dowel = molds::dowel_tool(&p.mold, slide, thickness + CUT_OVERLAP_MM);
+            let dowels = copies("dowel hole", &molds::lid_dowel_poses(&p.mold), &dowel);
+            let plate = cavity.lid.made(Process::Fdm, molds::plate(&p.mold, thickness));
+            plate.cut(holes(dowels).with_handles(2)).cut(holes(molds::plate_pry_slots(&p.mold)))
+        }
+        MoldRoute::Silicone => cavity.lid.made(Process::Fdm, disc(p, layout, slide, thickness)),
+    };
+    plate
+        .cut(holes([bore.named("bore")]).with_handles(1))
         .cut(vents.cut(through))
         .cut(vents.overflow(-thickness))
-        .cut(holes(dowels).with_handles(2))
-        .cut(holes(molds::plate_pry_slots(&p.mold)))
         .from(&p.mold.material)
         .placed([cavity.assembly.in_place().lifted(-30.0)])
         .colored(TOOL_GREY)
         .lying(flipped())
         .note("the flat side closes the mold, the channel faces up")
         .for_shrinkage(cavity.shrinkage)
-        .with_handles(1) // The bore.
+}
+
+/// How far a pry slot reaches into a round lid or collar, mm.
+const DISC_PRY_MM: f64 = 2.0;
+
+/// A round plate below z = 0 that the cup of a silicone mold centres, with pry slots behind the cup's
+/// notches.
+fn disc(p: &Dome, layout: &Layout, slide: f64, thickness: f64) -> Solid {
+    let radius = tooling::cup(p, layout).silicone_radius - slide;
+    let (gap, length) = (p.mold.pry_gap.mm() / 2.0, p.mold.pry_length.mm());
+    let slot = Solid::cuboid(2.0 * DISC_PRY_MM, length, gap + CUT_OVERLAP_MM).at(radius, 0.0, -gap);
+    let slots = tooling::NOTCHES.map(|i| {
+        let slot = slot.clone().turned_z(tooling::notch_turn(i));
+        slot.named(format!("pry slot {}", i + 1))
+    });
+    Solid::rod(radius, [-thickness, 0.0]).minus_all(slots)
 }
 
 /// The ring that centres the shell over the module while the filling gel cures.
@@ -106,17 +153,19 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
     let slide = p.making.gap_mm(COLLAR, Process::Fdm, Fit::Slide);
     let bore = Solid::cylinder(layout.shell_radius_mm + slide, thickness + 2.0 * CUT_OVERLAP_MM)
         .at_z(-thickness - CUT_OVERLAP_MM);
-    let spare = 0.3;
-    let dowel = molds::dowel_tool(&p.mold, slide, grip + spare);
-    let sockets = copies("socket", &molds::lid_dowel_poses(&p.mold), &dowel);
-    COLLAR
-        .made(
-            Process::Fdm,
+    let plate = match p.molds.route {
+        MoldRoute::Printed => {
+            let spare = 0.3;
+            let dowel = molds::dowel_tool(&p.mold, slide, grip + spare);
+            let sockets = copies("socket", &molds::lid_dowel_poses(&p.mold), &dowel);
             molds::plate(&p.mold, thickness)
-                .minus(bore.named("bore"))
                 .minus_all(sockets)
-                .minus_all(molds::plate_pry_slots(&p.mold)),
-        )
+                .minus_all(molds::plate_pry_slots(&p.mold))
+        }
+        MoldRoute::Silicone => disc(p, layout, slide, thickness),
+    };
+    COLLAR
+        .made(Process::Fdm, plate.minus(bore.named("bore")))
         .from(&p.mold.material)
         .placed([JOINING.in_place().lifted(-20.0)])
         .colored(TOOL_GREY)

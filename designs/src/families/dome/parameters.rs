@@ -7,7 +7,37 @@ use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
 use crate::materials::Castable;
 use crate::processes::Making;
-use crate::sections;
+use crate::{choices, sections};
+
+choices! {
+    /// Where cables leave.
+    pub enum CableExit {
+        /// Through the floor, which is mounted.
+        Floor = "floor",
+        /// By the side.
+        Side = "side",
+    }
+}
+
+choices! {
+    /// What the two gels are cast in.
+    pub enum MoldRoute {
+        /// Silicone molds, cast around glass tubes: smooth and without a seam.
+        Silicone = "silicone",
+        /// Printed halves: quick, with a seam over the tip.
+        Printed = "printed",
+    }
+}
+
+choices! {
+    /// How the coat is put on.
+    pub enum CoatMethod {
+        /// Sprayed into the mold.
+        Spray = "spray",
+        /// The module is dipped.
+        Dip = "dip",
+    }
+}
 
 sections! {
     /// The sensing surface: a hemisphere on a straight wall.
@@ -44,6 +74,8 @@ sections! {
     pub struct Coat {
         /// Thickness when dry.
         thickness: Length = 0.005..=1.0,
+        /// How it is put on: a `spray` into the outer mold, or the module is taken out for a `dip`.
+        method: CoatMethod,
         /// Trade name.
         material: Castable,
     }
@@ -52,6 +84,9 @@ sections! {
     pub struct FillingGel {
         /// Trade name.
         material: Castable,
+        /// How far the same gel, poured through the diffuser's bore, goes on below the diffuser: out to the
+        /// shell and around its ribs, which lock it; 0 for none.
+        lock_depth: Length = 0.0..=20.0,
     }
 
     /// The largest outer dimensions.
@@ -79,6 +114,8 @@ sections! {
         rib_depth: Length = 0.4..=5.0,
         /// Width of a rib.
         rib_width: Length = 0.8..=10.0,
+        /// Depth of a groove in the bore, below the diffuser, that the filling gel flows into; 0 for none.
+        lock_groove: Length = 0.0..=3.0,
         /// Number of M2x4 screws that join shell and base.
         screws: u32 = 2..=8,
         /// Material.
@@ -101,6 +138,15 @@ sections! {
         height_above_board: Length = 1.0..=60.0,
         /// Material.
         material: String = 1..=80,
+    }
+
+    /// A black tube in the LED board's bore: it keeps the LEDs' mirror images in the gel's flat face out
+    /// of the picture.
+    pub struct Baffle {
+        /// Thickness of its wall; 0 for no baffle.
+        wall: Length = 0.0..=3.0,
+        /// What it keeps off the gel above it.
+        gap: Length = 0.1..=5.0,
     }
 
     /// The annular board that carries the LEDs.
@@ -169,6 +215,22 @@ sections! {
         back_clearance: Length = 0.5..=10.0,
     }
 
+    /// The camera's cable and the wires of the LEDs.
+    pub struct Cables {
+        /// Diameter of the camera's cable.
+        diameter: Length = 0.8..=8.0,
+        /// Edge of the plug on the cable's free end, across.
+        plug_width: Length = 1.0..=20.0,
+        /// Edge of that plug, the other way across.
+        plug_height: Length = 1.0..=20.0,
+        /// Length of that plug.
+        plug_length: Length = 1.0..=30.0,
+        /// Diameter of a wire of the LEDs, over its insulation.
+        wire_diameter: Length = 0.4..=3.0,
+        /// Radius to which such a wire is bent, to its middle.
+        wire_bend: Length = 0.5..=20.0,
+    }
+
     /// The printed plug that closes the shell and carries the camera.
     pub struct Base {
         /// Height.
@@ -179,10 +241,21 @@ sections! {
         cable_slot_width: Length = 1.0..=20.0,
         /// Turn of the slot for the cable: it lies along x at 0, along y at 90 degrees.
         cable_angle: Angle = -180.0..=180.0,
+        /// Where cable and wires leave: `floor`, through a slot in the face that is mounted, or `side`,
+        /// through a slit in base and shell beside it.
+        cable_exit: CableExit,
+        /// Direction in which they leave by the side, from +x.
+        exit_angle: Angle = -180.0..=180.0,
         /// Number of holes in the bottom for mounting, on a ring.
         mount_holes: u32 = 2..=6,
         /// Radius of the circle of the mounting holes.
         mount_radius: Length = 2.0..=70.0,
+    }
+
+    /// How the gels are cast.
+    pub struct Molds {
+        /// In what: `silicone`, cast around glass tubes as the paper does, or `printed` halves.
+        route: MoldRoute,
     }
 
     /// The handle that holds the tube by its inside while gel is cast around it.
@@ -229,17 +302,23 @@ sections! {
         shell: Shell,
         /// The diffuser.
         diffuser: Diffuser,
+        /// The baffle.
+        baffle: Baffle,
         /// The LED board.
         led_board: LedBoard,
         /// The LEDs.
         leds: Leds,
         /// The camera.
         camera: Camera,
+        /// The cables.
+        cables: Cables,
         /// The base.
         base: Base,
         /// The holes that it is mounted by.
         mount: Mount,
-        /// The molds.
+        /// How the gels are cast.
+        molds: Molds,
+        /// The molds' sizes.
         mold: Mold,
         /// The connector.
         connector: Connector,

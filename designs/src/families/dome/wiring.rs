@@ -1,0 +1,198 @@
+//! How wires and cable leave: a slit in the base, from the camera's recess and from below the LED board's
+//! wire holes to the side, and a notch in the shell that slides over it.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Point3, Pose, Process, Solid, Vector3};
+
+use super::bodies::*;
+use super::housing::{cable_slot, relief_edges_mm};
+use super::layout::Layout;
+use super::parameters::{CableExit, Dome};
+use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::cable::Cable;
+use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes};
+use crate::fits::Fit;
+
+/// How far the cable is drawn out of the shell, up to its plug, mm.
+const CABLE_OUT_MM: f64 = 20.0;
+
+/// How far the wires are drawn out of the shell, mm: they end before the plug.
+const WIRES_OUT_MM: f64 = 12.0;
+
+/// How much higher than the base's bottom the tongue begins, mm: less than a printer's layer.
+const TONGUE_LIFT_MM: f64 = 0.04;
+
+/// Between cable and wires, and between them and the walls of their slit, mm.
+const PLAY_MM: f64 = 0.15;
+
+/// From the connector's middle to the camera's board, mm.
+const CABLE_BELOW_BOARD_MM: f64 = 0.3;
+
+/// Width and heights of the slit and what goes through it, mm; the way out is +x.
+pub struct Slit {
+    /// Across.
+    pub width_mm: f64,
+    /// Of the cable's middle.
+    pub cable_z: f64,
+    /// Of the wires' middles.
+    pub wire_z: f64,
+    /// Of the notch's upper end in the shell.
+    pub top_z: f64,
+    /// Where the tongue below the cable ends.
+    pub tongue_z: f64,
+}
+
+impl Slit {
+    /// Where it is.
+    pub fn new(p: &Dome, layout: &Layout) -> Self {
+        let (cable, wire) = (p.cables.diameter.mm(), p.cables.wire_diameter.mm());
+        let cable_z = layout.camera_board_bottom_z_mm - CABLE_BELOW_BOARD_MM - cable / 2.0;
+        let wire_z = cable_z + cable / 2.0 + PLAY_MM + wire / 2.0;
+        Self {
+            width_mm: cable.max(2.0 * wire + APART_MM) + 2.0 * PLAY_MM,
+            cable_z,
+            wire_z,
+            top_z: wire_z + wire / 2.0 + PLAY_MM,
+            tongue_z: cable_z - cable / 2.0 - PLAY_MM,
+        }
+    }
+}
+
+fn is_aside(p: &Dome) -> bool {
+    p.base.cable_exit == CableExit::Side
+}
+
+/// Turns +x into the way out.
+fn way(p: &Dome) -> Pose {
+    Pose::rotation_z(p.base.exit_angle)
+}
+
+/// Where the wires leave the LED board, mm: beside each other above the slit, inside of the LEDs; where
+/// the cable leaves through the floor, opposite to each other over the corners of the camera's pocket.
+pub fn hole_centres(p: &Dome) -> [[f64; 2]; 2] {
+    if is_aside(p) {
+        let [x, y] = first_hole(p);
+        return [y, -y].map(|y| {
+            let at = way(p).point(Point3::new(x, y, 0.0));
+            [at.x, at.y]
+        });
+    }
+    let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
+    // The LEDs nearest to 45 and 225 degrees stand half a step beside.
+    [0.125, 0.625].map(|turns: f64| {
+        let angle = turns * TAU;
+        [radius * angle.cos(), radius * angle.sin()]
+    })
+}
+
+/// The first of both holes, where the way out is +x, mm.
+fn first_hole(p: &Dome) -> [f64; 2] {
+    let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
+    let beside = (p.cables.wire_diameter.mm() + APART_MM) / 2.0;
+    [(radius.powi(2) - beside.powi(2)).max(0.0).sqrt(), beside]
+}
+
+/// What the base gets: a slot in its floor, or the slit.
+pub fn way_out(p: &Dome, layout: &Layout) -> Cut {
+    let (bottom, top) = (layout.bottom_z_mm, layout.base_top_z_mm + CUT_OVERLAP_MM);
+    if !is_aside(p) {
+        return cable_slot(p).cut("cable slot", [bottom, layout.relief_z_mm]);
+    }
+    let slit = Slit::new(p, layout);
+    let half = slit.width_mm / 2.0;
+    let beyond = layout.shell_radius_mm + 1.0;
+    let tool = Solid::cuboid_between([0.0, -half, slit.tongue_z], [beyond, half, top]);
+    holes([tool.placed(way(p)).named("cable slit")])
+}
+
+/// What closes the shell's notch below the cable; it turns base and shell to each other.
+pub fn tongue(p: &Dome, layout: &Layout) -> Option<Solid> {
+    if !is_aside(p) {
+        return None;
+    }
+    let slit = Slit::new(p, layout);
+    let half = slit.width_mm / 2.0 - p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
+    // Its corners stay inside of the shell's outside.
+    let reach = half_chord(layout.shell_radius_mm - APART_MM, half);
+    let inside = layout.base_radius_mm - 1.0;
+    let tongue = Solid::cuboid_between(
+        [inside, -half, layout.bottom_z_mm + TONGUE_LIFT_MM],
+        [reach, half, slit.tongue_z + INTO_MM],
+    );
+    Some(tongue.placed(way(p)).named("tongue"))
+}
+
+/// What the shell's rim gets: a notch that slides over cable and wires.
+pub fn shell_notch(p: &Dome, layout: &Layout) -> Option<Solid> {
+    if !is_aside(p) {
+        return None;
+    }
+    let slit = Slit::new(p, layout);
+    let half = slit.width_mm / 2.0;
+    let from = half_chord(layout.shell_bore_radius_mm, half) - 1.0;
+    let tool = Solid::cuboid_between(
+        [from, -half, layout.bottom_z_mm - CUT_OVERLAP_MM],
+        [layout.shell_radius_mm + 1.0, half, slit.top_z],
+    );
+    Some(tool.placed(way(p)).named("cable notch"))
+}
+
+/// The camera's cable, from its connector to the plug on its free end; the way out is +x.
+pub fn camera_cable(p: &Dome, layout: &Layout) -> Cable {
+    let z = Slit::new(p, layout).cable_z;
+    let [x, y] = relief_edges_mm(p).map(|edge| edge / 2.0 - 1.0);
+    // The connector's box is half as deep as it is wide; whichever side looks out.
+    let out = way(p).vector(Vector3::x());
+    let face = (x / out.x.abs().max(1e-9)).min(y / 2.0 / out.y.abs().max(1e-9));
+    let end = layout.shell_radius_mm + CABLE_OUT_MM;
+    let corners = vec![Point3::new(face + APART_MM, 0.0, z), Point3::new(end, 0.0, z)];
+    Cable { diameter_mm: p.cables.diameter.mm(), bend_mm: p.cables.diameter.mm(), corners }
+}
+
+/// A wire from the LED board: down beside the camera's board, and out above the cable.
+pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
+    let slit = Slit::new(p, layout);
+    let [x, _] = first_hole(p);
+    let corners = vec![
+        Point3::new(x, 0.0, layout.base_top_z_mm),
+        Point3::new(x, 0.0, slit.wire_z),
+        Point3::new(layout.shell_radius_mm + WIRES_OUT_MM, 0.0, slit.wire_z),
+    ];
+    Cable { diameter_mm: p.cables.wire_diameter.mm(), bend_mm: p.cables.wire_bend.mm(), corners }
+}
+
+/// Both, as they lie in the sensor.
+pub fn bodies(p: &Dome, layout: &Layout) -> Vec<Body> {
+    if !is_aside(p) {
+        return Vec::new();
+    }
+    let cable = camera_cable(p, layout);
+    let plug = [p.cables.plug_height, p.cables.plug_width, p.cables.plug_length].map(|l| l.mm());
+    let cord = cable.solid().plus(cable.plug(Vector3::z(), plug)).placed(way(p));
+    let wire = led_wire(p, layout);
+    let [_, beside] = first_hole(p);
+    let places = [beside, -beside]
+        .map(|y| SENSOR.at(way(p).then_in(Pose::translation(0.0, y, 0.0))).lifted(-36.0));
+    vec![
+        CAMERA_CABLE
+            .bought(
+                format!(
+                    "the camera's cable, {} mm thick, its plug {} x {} mm",
+                    p.cables.diameter.mm(),
+                    plug[1],
+                    plug[0]
+                ),
+                cord,
+                [in_sensor().lifted(-46.0)],
+            )
+            .colored(RUBBER),
+        LED_WIRE
+            .bought(
+                format!("stranded wire, {} mm thick over all", p.cables.wire_diameter.mm()),
+                wire.solid(),
+                places,
+            )
+            .colored([190, 60, 50]),
+    ]
+}

@@ -21,6 +21,9 @@ const FACING: f64 = -0.5;
 /// A face stops a motion that meets it less askew than that (cosine; 10 degrees off its plane).
 const STOPS: f64 = 0.17;
 
+/// Fewest and most lines of each direction through what two bodies share.
+const LINES: (usize, usize) = (96, 1_500);
+
 /// The six ways: +x, -x, +y, -y, +z, -z.
 pub(crate) const WAYS: usize = 6;
 
@@ -88,9 +91,16 @@ fn shared(a: &Placed, b: &Placed) -> Option<Aabb> {
     (!common.is_empty() && common.is_finite()).then_some(common)
 }
 
+/// So many lines that each stands for about a square millimetre.
+fn lines(shared: &Aabb) -> usize {
+    let [x, y, z] = shared.size_mm();
+    ((x * y + y * z + z * x) as usize).clamp(LINES.0, LINES.1)
+}
+
 /// What `a` turns to `b`; `reach_mm` is how far what sticks them together reaches, if anything does.
-pub(crate) fn faces([a, b]: [&Placed; 2], reach_mm: Option<f64>, lines: usize) -> Option<Faces> {
+pub(crate) fn faces([a, b]: [&Placed; 2], reach_mm: Option<f64>) -> Option<Faces> {
     let common = shared(a, b)?;
+    let lines = lines(&common);
     let first = Vector3::from(DIRECTIONS[0]).normalize();
     let [second, third] = basis(&first);
     let (mut faces, mut casters) = (Faces::default(), [Caster::default(), Caster::default()]);

@@ -204,7 +204,11 @@ impl<'a> Adhering<'a> {
 
     fn add(&mut self, names: [&str; 2], agent: Agent) {
         let [Some(a), Some(b)] = names.map(|name| self.sensor.body(name)) else { return };
-        if a.name == b.name || !in_use(a) || !in_use(b) {
+        // A user who says that it does not stick is believed.
+        let is_loose = self.sensor.loose.iter().any(|loose| {
+            [[&loose.layer, &loose.on], [&loose.on, &loose.layer]].contains(&[&a.name, &b.name])
+        });
+        if a.name == b.name || !in_use(a) || !in_use(b) || is_loose {
             return;
         }
         let sorts = [a, b].map(|body| body.substance.sort);

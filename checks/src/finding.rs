@@ -37,6 +37,14 @@ pub enum Rule {
     Bonding,
     /// One tool shapes what is touched, without a seam.
     Parting,
+    /// What is poured cures against what it touches, and does not grow together with its mold.
+    Chemistry,
+    /// Soft where it must give way, firm where it must hold.
+    Softness,
+    /// A closed mold lets its surplus out.
+    Flow,
+    /// Every body of the finished sensor is held in every direction, and bears its load.
+    Held,
     /// What a printer must support is told to whoever prints it.
     Overhang,
     /// What is measured tells what it is measured for.
@@ -50,7 +58,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 17] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -61,6 +69,10 @@ impl Rule {
         Self::Motion,
         Self::Access,
         Self::Bonding,
+        Self::Chemistry,
+        Self::Softness,
+        Self::Flow,
+        Self::Held,
         Self::Printability,
         Self::Parting,
         Self::Overhang,
@@ -96,6 +108,10 @@ impl Rule {
             Self::Printability => "printability",
             Self::Bonding => "bonding",
             Self::Parting => "parting",
+            Self::Chemistry => "chemistry",
+            Self::Softness => "softness",
+            Self::Flow => "flow",
+            Self::Held => "held",
             Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",

@@ -25,10 +25,14 @@
 mod air;
 mod casting;
 mod chain;
+mod chemistry;
+mod contacts;
 mod demolding;
 pub mod example;
 mod finding;
+mod flow;
 mod glare;
+mod held;
 mod interference;
 mod lines;
 mod masses;
@@ -41,6 +45,7 @@ mod parting;
 mod printability;
 mod scene;
 mod sight;
+mod softness;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -181,6 +186,18 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     let ways = motion::examine(sensor, &scene, memo);
     findings.extend(ways.findings);
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
+    findings.extend(softness::contrasts(sensor));
+    let (curing, faces) = chemistry::examine(sensor);
+    let (firmness, firm) = softness::examine(sensor, &scene);
+    findings.extend(curing.into_iter().chain(firmness));
+    findings.extend(
+        pours
+            .par_iter()
+            .filter_map(|(p, pour)| flow::examine(sensor, p, pour, &scene))
+            .collect::<Vec<_>>(),
+    );
+    let (loose, holds) = held::examine(sensor, &scene);
+    findings.extend(loose);
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
     let (seams, shaped) = parting::examine(sensor, &scene);
@@ -199,6 +216,10 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Motion, ways.bodies, "bodies that get to a place"),
             examined(Rule::Access, ways.tools, "places for hands and tools"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
+            examined(Rule::Chemistry, faces, "faces of liquids"),
+            examined(Rule::Softness, firm, "bodies of known hardness"),
+            examined(Rule::Flow, pours.len(), "pours"),
+            examined(Rule::Held, holds, "pairs of bodies that meet"),
             examined(Rule::Printability, printed, "parts on own machines"),
             examined(Rule::Parting, shaped, "steps that shape what is touched"),
         ],

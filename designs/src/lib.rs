@@ -11,6 +11,7 @@ pub mod fixing;
 pub mod hardware;
 mod kerf;
 mod labeling;
+mod loads;
 pub mod materials;
 mod own;
 pub mod processes;

@@ -24,7 +24,8 @@ pub(crate) use trying::Trial;
 
 use crate::Design;
 use crate::labeling::{self, Labels};
-use crate::materials::{Castable, check_kinds, hold};
+use crate::loads::{self, Loads};
+use crate::materials::{Castable, adhere, check_kinds, hold, substances};
 use crate::own::{Known, Own, add_to_schema};
 use crate::processes::{Workshop, assign, names, report_unnamed};
 
@@ -175,6 +176,8 @@ impl FamilyEntry {
         let mut fields = (self.fields)();
         let shape = Labels::shape(&());
         fields.push(Field { name: labeling::KEY, summary: labeling::SUMMARY.into(), shape });
+        let shape = Loads::shape(&());
+        fields.push(Field { name: loads::KEY, summary: loads::SUMMARY.into(), shape });
         fields
     }
 
@@ -185,7 +188,7 @@ impl FamilyEntry {
 
     /// Files with values that hold where no file says anything else.
     fn defaults(&self) -> Vec<(&'static str, &'static str)> {
-        [self.defaults, &[labeling::DEFAULTS]].concat()
+        [self.defaults, &[labeling::DEFAULTS, loads::DEFAULTS]].concat()
     }
 }
 
@@ -194,6 +197,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     reader.take_settings(); // The header is no parameter.
     let parameters = F::Parameters::read(&mut reader, "", "", &());
     let labels = Labels::read(&mut reader, labeling::KEY, "", &());
+    let loads = Loads::read(&mut reader, loads::KEY, "", &());
     let settings = reader.take_settings();
     read_more(&mut reader);
     let known = reader.known::<Known>().cloned();
@@ -211,6 +215,9 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
         }
         _ => None,
     };
+    if let (Some(built), Some(loads)) = (&mut built, loads) {
+        built.sensor.load_n = Some(loads.touch.0);
+    }
     if let (Some(built), Some(labels)) = (&mut built, labels) {
         let labelled = labeling::apply(&labels, &mut built.sensor, &mut report);
         if !labelled.is_empty() {
@@ -263,7 +270,7 @@ impl Registry {
     /// them, and their texts; some are several families'.
     pub fn default_files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let defaults = self.families.iter().flat_map(|family| family.defaults.iter().copied());
-        defaults.chain([labeling::DEFAULTS])
+        defaults.chain([labeling::DEFAULTS, loads::DEFAULTS])
     }
 
     /// Dotted path of every parameter of a family, in order.
@@ -400,6 +407,8 @@ impl Registry {
                 hold(&mut sensor, &own.materials);
                 let materials: Vec<Castable> = own.used(&settings);
                 materials.iter().for_each(|material| material.light(&mut sensor));
+                substances(&mut sensor, &own.materials);
+                adhere(&mut sensor);
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));
                 let companions = Vec::new();

@@ -39,6 +39,7 @@ pub mod sequences;
 mod shape_key;
 mod sheet;
 mod solid;
+mod substance;
 #[cfg(feature = "testing")]
 pub mod testing;
 mod touch;
@@ -56,6 +57,7 @@ pub use pose::Pose;
 pub use profile::{Path, Profile, Segment};
 pub use sheet::{NotASheet, Sheet};
 pub use solid::*;
+pub use substance::*;
 pub use touch::{DomeSurface, Grip, PlaneSurface, TouchSurface};
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Angle, Pose, Reach, Solid, Step, TouchSurface};
+use crate::{Adhesion, Angle, Pose, Reach, Solid, Step, Substance, TouchSurface};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -253,6 +253,12 @@ pub struct Body {
     pub optics: Option<Clarity>,
     /// What of it shines, in the frame of `solid`; nothing of what is no lamp.
     pub lamp: Option<Solid>,
+    /// What it is made from, as far as it is known.
+    pub substance: Substance,
+    /// What seals its surface, as the step that does it says: `varnish`, `lacquer`, `bake`.
+    pub sealed_by: Option<&'static str>,
+    /// Whether it must give way when it is touched although it is made, not cast.
+    pub gives_way: bool,
     /// Turns a part as it should lie on the printer's bed; where it lies there is up to the exporter.
     pub bed_from_body: Pose,
     /// What to mind when making it.
@@ -290,6 +296,9 @@ impl Body {
             opacity: 1.0,
             optics: None,
             lamp: None,
+            substance: Substance::default(),
+            sealed_by: None,
+            gives_way: false,
             bed_from_body: Pose::identity(),
             notes: Vec::new(),
             machine: None,
@@ -386,6 +395,25 @@ impl Body {
     #[must_use]
     pub fn shining_from(self, lamp: Solid) -> Self {
         Self { lamp: Some(lamp), ..self }
+    }
+
+    /// Whether it is dark, where a pigment says more than the material's name.
+    #[must_use]
+    pub fn shaded(mut self, is_dark: Option<bool>) -> Self {
+        self.substance.is_dark = is_dark;
+        self
+    }
+
+    /// Sealed against what would keep silicone from curing; a step must say so with that word.
+    #[must_use]
+    pub fn sealed(self, by: &'static str) -> Self {
+        Self { sealed_by: Some(by), ..self }
+    }
+
+    /// Made, but soft: what is touched.
+    #[must_use]
+    pub fn giving_way(self) -> Self {
+        Self { gives_way: true, ..self }
     }
 
     /// How many a lab needs, if not one.
@@ -551,6 +579,12 @@ pub struct Sensor {
     pub press_fits: Vec<PressFit>,
     /// Layers that do not stick to what they lie on, as far as somebody says so.
     pub loose: Vec<Loose>,
+    /// What sticks to what, as far as somebody says so.
+    pub adhesions: Vec<Adhesion>,
+    /// Pairs that the camera tells from each other by one being dark and one light.
+    pub contrasts: Vec<[String; 2]>,
+    /// Force that what is touched must bear in every direction, N; `None` where nobody asks.
+    pub load_n: Option<f64>,
     /// The camera as designed.
     pub camera: NominalCamera,
     /// What the camera is there to see, by name; empty where there is no camera.
@@ -591,6 +625,9 @@ impl Sensor {
             print_groups: Vec::new(),
             press_fits: Vec::new(),
             loose: Vec::new(),
+            adhesions: Vec::new(),
+            contrasts: Vec::new(),
+            load_n: None,
             camera,
             sight: Vec::new(),
             touch: None,

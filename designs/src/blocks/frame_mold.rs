@@ -98,6 +98,7 @@ impl Frames<'_> {
         name.made(Process::Sla, solid)
             .from(&self.mold.material)
             .colored(TOOL_GREY)
+            .sealed("varnish")
             .for_shrinkage(self.shrinkage)
             .note("wash, cure and bake: uncured resin keeps platinum silicone from curing")
     }

@@ -3,8 +3,10 @@
 //! The built-in ones stand in `materials.yaml`, in the form in which anybody writes their own. A paper's
 //! own mixing ratio or cure time goes before them, in the sensor's chain.
 
+mod adhering;
 mod catalogue;
 mod holding;
+mod stock;
 mod units;
 
 use std::ops::Deref;
@@ -16,9 +18,12 @@ use fabkit_text::{Look, Parameter, Reader, Refusal, Setting, Shape};
 use crate::own::{Known, near, unknown_hint};
 use crate::{choices, parameters};
 
+pub(crate) use adhering::{adhere, substances};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
 pub(crate) use holding::{check_kinds, hold};
-pub use units::{Celsius, Density, Hardness, Hours, Minutes, Percent, Pressure, Scale};
+pub use units::{
+    Celsius, Density, Force, Hardness, Hours, Minutes, Percent, Pressure, Scale, Viscosity,
+};
 
 /// Room temperature, degrees Celsius, where nothing is said.
 const ROOM: Celsius = Celsius(23.0);
@@ -42,6 +47,26 @@ choices! {
         Glue = "glue",
         /// None of these.
         Other = "other",
+    }
+}
+
+choices! {
+    /// What makes it solid.
+    pub enum CuresBy {
+        /// A silicone with a platinum catalyst; sulfur, tin, amines and bare printed resin inhibit it.
+        Platinum = "platinum",
+        /// A silicone with a tin catalyst; it inhibits platinum.
+        Tin = "tin",
+        /// A silicone of one part, by the water in air.
+        Moisture = "moisture",
+        /// A polyurethane.
+        Polyurethane = "polyurethane",
+        /// An epoxy; its amines inhibit platinum.
+        Epoxy = "epoxy",
+        /// A resin under light; what is left over inhibits platinum.
+        Light = "light",
+        /// A solvent leaves.
+        Drying = "drying",
     }
 }
 
@@ -76,12 +101,18 @@ parameters! {
         density: Density = 0.05..=25.0,
         /// How it cures.
         cure: CureFigures,
+        /// What makes it solid, and with it what keeps it from becoming so.
+        cures: Option<CuresBy>,
+        /// Viscosity of the mixture.
+        viscosity: Option<Viscosity> = 0.0001..=10000.0,
         /// Time to work in after mixing.
         pot_life: Option<Minutes> = 0.1..=10000.0,
         /// Linear shrinkage on curing: molds are made larger by it.
         shrinkage: Option<Percent> = 0.0..=20.0,
         /// Strain at which it breaks: the limit for a tool that is peeled off.
         breaking_strain: Option<Percent> = 0.1..=5000.0,
+        /// Stress at which it breaks.
+        strength: Option<Pressure> = 1.0..=1000000.0,
         /// Hardness by durometer.
         hardness: Option<Hardness>,
         /// Tensile modulus at 100 % strain.

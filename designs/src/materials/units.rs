@@ -126,6 +126,10 @@ quantities! {
     Celsius "23 C" ["C" = 1.0, "°C" = 1.0, "degC" = 1.0];
     /// A share, percent.
     Percent "0.1 %" ["%" = 1.0];
+    /// Viscosity, Pa s.
+    Viscosity "3 Pa s" ["Pa s" = 1.0, "mPa s" = 1e-3, "cP" = 1e-3, "P" = 0.1];
+    /// Force, N.
+    Force "10 N" ["N" = 1.0, "mN" = 1e-3, "kN" = 1e3];
     /// Stress, kPa.
     Pressure "69 kPa" ["kPa" = 1.0, "MPa" = 1e3, "Pa" = 1e-3, "psi" = 6.894_757_293_168_361];
 }

@@ -19,6 +19,9 @@ use crate::blocks::{APART_MM, PRINTED_WALL_MM, edge, half_chord};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
+/// Least air between LEDs and plate, mm: half a layer's error of a filament printer.
+const LED_GAP_MM: f64 = 0.1;
+
 /// Thinnest web of gel, or wall of resin, between two dimples, mm.
 const WEB_MM: f64 = 0.2;
 
@@ -37,6 +40,8 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     limits! { report, p:
         skin.height <=
             layout.foot_radius_mm, "more than a hemisphere cannot be drawn out of its mold";
+        leds.below_plate >= LED_GAP_MM,
+            "an LED that touches the plate lifts it off its ledge, and lights its edge instead of the skin";
     }
     if layout.sphere_z_mm > 0.0 {
         return; // Everything below would follow from it.

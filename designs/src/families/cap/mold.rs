@@ -47,6 +47,7 @@ fn tool(p: &Cap, name: Name, solid: Solid, lift_mm: f64) -> Body {
         .from(&p.mold.material)
         .placed([SKIN_MOLD.in_place().lifted(lift_mm)])
         .colored(TOOL_GREY)
+        .sealed("bake")
         .for_shrinkage(shrinkage(&p.skin.material))
 }
 

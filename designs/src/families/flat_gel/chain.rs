@@ -42,7 +42,8 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
     let off_frame = [rigid(GEL_FRAME, up)].into_iter().chain(is_sprayed.then(off_floor));
     let gel = pour(&p.pad.material, &[FLOOR, GEL_FRAME], GEL, surface(layout, layout.seen_z_mm));
     let mut steps = vec![
-        make("print and cut all parts").source("chosen"),
+        make("print and cut all parts; bake the molds and varnish them, so that silicone cures")
+            .source("chosen: bare resin can keep platinum silicone from curing"),
         prepare("release", GEL_MOLD, &[FLOOR, GEL_FRAME, DOWEL])
             .told(
                 "press the dowels into the floor, slide the frame onto them, spray both with mold \

@@ -123,9 +123,9 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
                 &[cup, CORE, INNER],
                 &p.outer_elastomer.material,
                 up(),
-                "brush the slots full, put the mold over core and inner elastomer, tip up; press a \
-                 syringe's tip into the seat in the flange from below and push until the mixture rises \
-                 from the vent at the tip; leave the syringe in until it has cured; tape the vents of \
+                "spray the mold with release agent, brush the slots full, put the mold over core and \
+                 inner elastomer, tip up; press a syringe's tip into the seat in the flange from \
+                 below and push until the mixture rises from the vent at the tip; leave the syringe in until it has cured; tape the vents of \
                  the inner elastomer before",
                 "III-C, figure 3 (iv); tip up is chosen: the paper's way, tip down, leaves air in \
                  the slots",
@@ -135,8 +135,8 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
             if p.markers.is_plain() { &[cup, CORE, INNER] } else { &[cup, CORE, OUTER] },
             &p.black_gel.material,
             -up(),
-            "fill the mold, lower core and elastomers into it on the keys; what is too much runs \
-             through the gates into the ring and out of the syringe's seat",
+            "spray the mold with release agent, fill it, lower core and elastomers into it on the \
+             keys; what is too much runs through the gates into the ring and out of the syringe's seat",
             "III-C, figure 3 (v)",
         ),
     };

@@ -158,6 +158,7 @@ fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
     name.made(Process::Sla, solid)
         .from(&p.tooling.resin)
         .colored(TOOL_GREY)
+        .sealed("varnish")
         .note(
             "0.025 mm layers; wash twice, cure fully and bake at 60 C overnight: uncured resin \
              keeps the silicone from curing",

@@ -63,6 +63,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let size = [p.camera.pixels; 2];
     let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p));
     Sensor {
+        contrasts: vec![[bodies::DOTS, bodies::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
         press_fits: [board].into_iter().chain(screws).collect(),

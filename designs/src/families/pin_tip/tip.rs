@@ -54,7 +54,10 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
     let (from, to) = (p.pins.length.mm(), p.pins.length.mm() + p.pins.dot_thickness.mm());
     let dots = Solid::union(columns(p, layout, "dot", from, to));
     [
-        part(SKIN, skin(p, layout), 84.0).from(p.tip.soft_material.clone()).colored(SKIN_BLACK),
+        part(SKIN, skin(p, layout), 84.0)
+            .from(p.tip.soft_material.clone())
+            .giving_way()
+            .colored(SKIN_BLACK),
         part(DOTS, dots, 62.0)
             .marked(dot_landmarks(p, layout))
             // Each dot is a piece of its own, without a hole.

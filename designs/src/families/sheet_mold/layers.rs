@@ -30,6 +30,15 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
     let is_dyed = p.marker_layer.pigment_share > 0.0;
     let marker_layer = if is_dyed { marker_layer.in_light(Clarity::Opaque) } else { marker_layer };
+    let pigment = p.marker_layer.pigment.to_lowercase();
+    let says = |word: &str| is_dyed && pigment.contains(word);
+    // Of other colours nobody knows how dark they are.
+    let is_dark = match (says("black"), says("white")) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    };
+    let marker_layer = marker_layer.shaded(is_dark);
     let paint = layer(
         MARKER_PAINT,
         discs(p, layout.marker_end_z_mm - p.markers.paint.mm(), p.markers.paint.mm()),

@@ -63,6 +63,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let reason = "the tube is stretched over the needle";
     Sensor {
         chain: chain::chain(p, layout),
+        contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         sight: names(&[bodies::MARKER_PAINT]),
         ..blocks::sensor(header, camera, bodies)

@@ -24,6 +24,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let opening = |side_mm: f64| Path::rectangle([0.0; 2], [side_mm; 2], 0.0);
     let cut = |name, profile, thickness_mm, material: &str| {
         sheet(name, with_bolts(profile, p, layout, name), thickness_mm, material)
+            .sealed("lacquer")
             .colored(PLYWOOD)
             .for_shrinkage(shrinkage)
     };

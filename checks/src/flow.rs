@@ -1,0 +1,70 @@
+//! A closed mold lets its surplus out through gates and vents while a hand presses it shut.
+
+use fabkit_geometry::{Pour, Sensor};
+
+use crate::chain::Place;
+use crate::finding::{Finding, Rule};
+use crate::lines::{Bundle, Caster};
+use crate::scene::Assemblies;
+
+/// What a hand presses a lid or core down with: 10 N on 10 cm2, Pa (chosen).
+const PRESSURE_PA: f64 = 1e4;
+
+/// Length of a vent in its diameters: a plate of 3 mm with vents of 0.6 mm (chosen).
+const LENGTH_DIAMETERS: f64 = 5.0;
+
+/// Share of the layer that is pressed out: molds are filled until they overflow (chosen).
+const SURPLUS: f64 = 0.5;
+
+/// Longest that anybody presses, s (chosen).
+const LONGEST_S: f64 = 60.0;
+
+/// Openings that together make up so much of the layer's largest shadow are a free surface.
+const FREE: f64 = 0.3;
+
+/// Lines that measure a layer.
+const LINES: usize = 2_048;
+
+/// The time that a pour's surplus takes through its openings, where that is too long.
+///
+/// Hagen and Poiseuille: through a pipe of radius r and length l, a pressure p drives pi r^4 p / (8 mu l).
+pub(crate) fn examine(
+    sensor: &Sensor,
+    place: &Place,
+    pour: &Pour,
+    scene: &Assemblies,
+) -> Option<Finding> {
+    let viscosity = sensor.body(&pour.layer)?.substance.viscosity_pa_s?;
+    let layer = scene.places(place.assembly, &pour.layer).into_iter().next()?;
+    let bundle = Bundle::through(&layer.body.bounds(), pour.up, LINES);
+    let mut caster = Caster::default();
+    let (mut volume_mm3, mut shadow_mm2) = (0.0, 0.0);
+    for ray in (0..LINES).map(|index| bundle.line(index)) {
+        let length: f64 = caster.ends(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
+        volume_mm3 += length * bundle.cell_mm2();
+        shadow_mm2 += if length > 0.0 { bundle.cell_mm2() } else { 0.0 };
+    }
+    let area_mm2: f64 =
+        pour.openings.iter().map(|o| std::f64::consts::PI * o.radius_mm.powi(2)).sum();
+    if area_mm2 > FREE * shadow_mm2 {
+        return None;
+    }
+    let through = |radius_mm: f64| {
+        let length_mm = LENGTH_DIAMETERS * 2.0 * radius_mm;
+        std::f64::consts::PI * radius_mm.powi(4) * PRESSURE_PA / (8.0 * viscosity * length_mm)
+    };
+    let mm3_per_s: f64 = pour.openings.iter().map(|opening| through(opening.radius_mm)).sum();
+    let seconds = SURPLUS * volume_mm3 / mm3_per_s;
+    (seconds > LONGEST_S).then(|| {
+        let message = format!(
+            "the surplus of {} hardly leaves the mold: {} openings of {area_mm2:.2} mm2 together, a \
+             mixture of {viscosity} Pa s",
+            pour.layer,
+            pour.openings.len()
+        );
+        let finding =
+            Finding::error(Rule::Flow, message, "more vents, wider ones, or a thinner mixture");
+        let finding = finding.in_step(place.step).in_assembly(place.assembly);
+        finding.of([pour.layer.as_str()]).measured(seconds, LONGEST_S, "s")
+    })
+}

@@ -1,0 +1,56 @@
+//! What holds what in the finished sensor: by standing in the way, by a screw, by a press fit, by sticking.
+//!
+//! For each of six ways, a body that moves takes along what it pushes and what is fixed to it. A body from
+//! which that chain does not lead to the sensor's housing can leave that way. The same graph, with areas times
+//! strengths, says how much force what is touched bears: the least cut between it and the housing.
+
+mod graph;
+mod load;
+
+use fabkit_geometry::{Assembly, Sensor};
+
+use crate::contacts::{WAY_WORDS, WAYS};
+use crate::finding::{Finding, Rule, Severity};
+use crate::scene::Assemblies;
+
+use graph::Graph;
+
+/// All findings, and how many pairs of bodies meet.
+pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+    let graph = Graph::new(sensor, scene);
+    let mut findings = leaving(&graph);
+    findings.extend(load::examine(sensor, &graph));
+    let assembly = Assembly::sensor().0;
+    let findings = findings.into_iter().map(|finding| finding.in_assembly(&assembly)).collect();
+    (findings, graph.links.len())
+}
+
+/// What can leave, each group of bodies once, with all the ways.
+fn leaving(graph: &Graph) -> Vec<Finding> {
+    let mut groups: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
+    for way in 0..WAYS {
+        for names in graph.free(way) {
+            match groups.iter_mut().find(|(known, _)| *known == names) {
+                Some((_, ways)) => ways.push(WAY_WORDS[way]),
+                None => groups.push((names, vec![WAY_WORDS[way]])),
+            }
+        }
+    }
+    let finding = |(names, ways): (Vec<&str>, Vec<&str>)| {
+        let together = match names.len() {
+            1 => String::new(),
+            n => format!(" with {} more", n - 1),
+        };
+        let message = format!(
+            "{}{together} can leave the sensor along {}: nothing holds it",
+            names[0],
+            ways.join(", ")
+        );
+        let fix =
+            "hold it by a screw, a shoulder or a step that glues it, or cast it onto a primed face";
+        Finding::error(Rule::Held, message, fix).of(names)
+    };
+    let mut findings: Vec<Finding> = groups.into_iter().map(finding).collect();
+    findings.sort_by_key(|finding| finding.severity != Severity::Error);
+    findings
+}

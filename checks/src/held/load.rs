@@ -1,0 +1,205 @@
+//! How much force what is touched bears before something gives way.
+
+use std::collections::VecDeque;
+
+use fabkit_geometry::{Point3, Ray, Sensor, Vector3};
+
+use super::graph::{Graph, Link};
+use crate::contacts::{WAYS, opposite};
+use crate::finding::{Finding, Rule, Severity};
+use crate::lines::Caster;
+
+/// Stress of what nobody knows better, MPa: a filament's print across its layers.
+const USUAL_MPA: f64 = 15.0;
+
+/// Friction of a press fit, MPa: a pressure of 0.5 MPa, which creeping plastics keep, times 0.2 (chosen).
+const FRICTION_MPA: f64 = 0.1;
+
+/// More than that is more than anything here, N.
+const MOST_N: f64 = 1e6;
+
+/// Where a figure tells no more, N.
+const ENOUGH_N: f64 = 1e3;
+
+/// Beside the axis, where vents and screws are, mm.
+const BESIDE_MM: [f64; 2] = [0.013, 0.007];
+
+/// The ways in which what is touched is dragged, and that in which it is pulled off.
+const SHEAR: std::ops::Range<usize> = 0..4;
+const PULL: usize = 4;
+
+/// What gives way first.
+struct Weakest {
+    newtons: f64,
+    /// Of what gives way, the link that bears most: the bodies, that which leaves first, and how they hold.
+    at: Option<([usize; 2], String)>,
+}
+
+pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
+    let Some(load_n) = sensor.load_n else { return Vec::new() };
+    let Some(touched) = touched(sensor, graph) else { return Vec::new() };
+    let ground = graph.grounds[touched];
+    // What touches nothing has been told.
+    if ground == usize::MAX || ground == touched {
+        return Vec::new();
+    }
+    let shears = SHEAR.map(|way| weakest(graph, touched, ground, way));
+    let Some(shear) = shears.min_by(|a, b| a.newtons.total_cmp(&b.newtons)) else {
+        return Vec::new();
+    };
+    let pull = weakest(graph, touched, ground, PULL);
+    let mut findings = Vec::new();
+    for (word, weakest) in [("pull", &pull), ("shear", &shear)] {
+        if weakest.newtons < load_n {
+            findings.push(gives_way(graph, touched, word, weakest, load_n));
+        }
+    }
+    if findings.is_empty() {
+        let name = graph.nodes[touched].placed.name;
+        let message = format!(
+            "{name} bears {} of pull and {} of shear by lower strengths before it comes off",
+            newtons(&pull),
+            newtons(&shear)
+        );
+        let fix = format!("nothing; `loads.touch` asks for {load_n} N");
+        let note = Finding::error(Rule::Held, message, fix).with_severity(Severity::Note);
+        let least = pull.newtons.min(shear.newtons).min(ENOUGH_N);
+        findings.push(note.of([name]).measured(least, load_n, "N"));
+    }
+    findings
+}
+
+fn newtons(weakest: &Weakest) -> String {
+    match weakest.newtons {
+        n if n >= ENOUGH_N => format!("more than {ENOUGH_N} N"),
+        n if n < 10.0 => format!("{n:.1} N"),
+        n => format!("{n:.0} N"),
+    }
+}
+
+fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &Weakest, load_n: f64) -> Finding {
+    let name = |node: usize| graph.nodes[node].placed.name;
+    let message = match &weakest.at {
+        Some(([leaves, stays], how)) => format!(
+            "a {word} at {} tears {} off {} ({how}): {} are borne",
+            name(touched),
+            name(*leaves),
+            name(*stays),
+            newtons(weakest)
+        ),
+        None => format!("nothing holds {} against a {word}", name(touched)),
+    };
+    let fix = "a larger face, a primer, a glue, or a shoulder that holds by its shape; or lower `loads.touch`";
+    let bodies = match &weakest.at {
+        Some((ends, _)) => ends.map(name).to_vec(),
+        None => vec![name(touched)],
+    };
+    let finding = Finding::error(Rule::Held, message, fix).of(bodies);
+    finding.measured(weakest.newtons, load_n, "N")
+}
+
+/// What a finger meets first.
+fn touched(sensor: &Sensor, graph: &Graph) -> Option<usize> {
+    let touch = sensor.touch.as_ref()?;
+    let [x, y] = BESIDE_MM;
+    let above = touch.apex_z_mm() + 1.0;
+    let ray = Ray { origin: Point3::new(x, y, above), direction: -Vector3::z() };
+    let mut caster = Caster::default();
+    let mut first: Option<(f64, usize)> = None;
+    for (index, node) in graph.nodes.iter().enumerate() {
+        let Some(stretch) = caster.stretches(&node.placed.body, &ray).next() else { continue };
+        if stretch.enter.t > 0.0 && first.is_none_or(|(t, _)| stretch.enter.t < t) {
+            first = Some((stretch.enter.t, index));
+        }
+    }
+    first.map(|(_, index)| index)
+}
+
+/// Force that the first end of a link passes to the second when it is moved along a way, N.
+fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
+    if link.is_tied {
+        return MOST_N;
+    }
+    let faces = if is_turned { link.faces.turned() } else { link.faces };
+    let tears = link.ends.map(|end| graph.nodes[end].body.substance.tears_mpa.unwrap_or(USUAL_MPA));
+    let stops = faces.ahead_mm2[way] * tears[0].min(tears[1]);
+    let area_mm2: f64 = faces.ahead_mm2.iter().sum::<f64>();
+    let rubs = if link.is_pressed { area_mm2 * FRICTION_MPA } else { 0.0 };
+    let sticks = link.adhesion.map_or(0.0, |one| {
+        faces.across_mm2[opposite(way)] * one.pull_mpa + faces.beside_mm2[way / 2] * one.shear_mpa
+    });
+    (stops + rubs + sticks).min(MOST_N)
+}
+
+/// The least cut between what is touched and its ground (Edmonds and Karp, 1972).
+fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
+    debug_assert!(way < WAYS);
+    let count = graph.nodes.len();
+    let mut rest = vec![vec![0.0; count]; count];
+    for link in &graph.links {
+        let [a, b] = link.ends;
+        rest[a][b] += capacity_n(graph, link, false, way);
+        rest[b][a] += capacity_n(graph, link, true, way);
+    }
+    let all = rest.clone();
+    let mut newtons = 0.0;
+    loop {
+        let before = search(&rest, from);
+        if before[to].is_none() || newtons >= MOST_N {
+            let is_near = |node: usize| node == from || before[node].is_some();
+            let at = if newtons >= MOST_N { None } else { cut(graph, &all, is_near) };
+            return Weakest { newtons, at };
+        }
+        let mut path = vec![to];
+        while let Some(last) = before[path[path.len() - 1]] {
+            path.push(last);
+        }
+        let least =
+            path.windows(2).map(|ends| rest[ends[1]][ends[0]]).fold(f64::INFINITY, f64::min);
+        for ends in path.windows(2) {
+            rest[ends[1]][ends[0]] -= least;
+            rest[ends[0]][ends[1]] += least;
+        }
+        newtons += least;
+    }
+}
+
+/// For each node that force still reaches, the one before it.
+fn search(rest: &[Vec<f64>], from: usize) -> Vec<Option<usize>> {
+    /// Less is rounding, N.
+    const NOTHING_N: f64 = 1e-9;
+    let mut before = vec![None; rest.len()];
+    let mut next = VecDeque::from([from]);
+    while let Some(node) = next.pop_front() {
+        for other in 0..rest.len() {
+            if other != from && before[other].is_none() && rest[node][other] > NOTHING_N {
+                before[other] = Some(node);
+                next.push_back(other);
+            }
+        }
+    }
+    before
+}
+
+/// Of the links that give way, that which bears most.
+fn cut(
+    graph: &Graph,
+    all: &[Vec<f64>],
+    is_near: impl Fn(usize) -> bool,
+) -> Option<([usize; 2], String)> {
+    let crossing = graph.links.iter().filter_map(|link| {
+        let [a, b] = link.ends;
+        let ends = match (is_near(a), is_near(b)) {
+            (true, false) => [a, b],
+            (false, true) => [b, a],
+            _ => return None,
+        };
+        Some((all[ends[0]][ends[1]], ends, link))
+    });
+    let (_, ends, link) = crossing.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let how = match link.adhesion.filter(|_| link.faces.bonded_mm2 > 0.0) {
+        Some(one) => format!("{}, {:.0} mm2", one.by, link.faces.bonded_mm2),
+        None => "they only touch".to_owned(),
+    };
+    Some((ends, how))
+}

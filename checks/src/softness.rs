@@ -1,0 +1,102 @@
+//! Soft where it must give way, firm where it must hold; coats thin enough to be sprayed, and colours that
+//! carry contrast apart.
+
+use fabkit_geometry::{Action, Assembly, Body, Kind, Sensor, Shore, Vector3};
+
+use crate::chemistry::in_use;
+use crate::finding::{Finding, Rule};
+use crate::lines::{Bundle, Caster, steepness};
+use crate::scene::Assemblies;
+
+/// Softest silicone that keeps its shape as a mold: makers sell Shore A 15 to 40 for molds (Smooth-On's Mold
+/// Star 15, 16 and 30); softer ones sag under what is poured.
+const SOFTEST_MOLD: Shore = Shore::A(15.0);
+
+/// Softest part that holds others; hard rubber wheels are Shore A 80.
+const SOFTEST_HOLDER: Shore = Shore::A(80.0);
+
+/// Hardest part that gives way when it is touched: a tire's tread; fingertips of robots have A 10 to 60.
+const HARDEST_TOUCHED: Shore = Shore::A(70.0);
+
+/// Thickest coat that is sprayed, mm: three passes of 0.1 mm. More runs, and stiffens the gel under it.
+const THICKEST_COAT_MM: f64 = 0.3;
+
+/// Lines through a coat.
+const LINES: usize = 256;
+
+/// Only where a face is met as steeply as that does the line tell its thickness.
+const STEEP: f64 = 0.9;
+
+/// All findings, and how many bodies were looked at.
+pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+    let bodies = sensor.bodies.iter().filter(|body| body.substance.shore.is_some());
+    let findings = bodies.clone().filter_map(firmness);
+    let findings = findings.chain(coats(sensor, scene)).collect();
+    (findings, bodies.count())
+}
+
+fn firmness(body: &Body) -> Option<Finding> {
+    let shore = body.substance.shore?;
+    let about = |message: String, fix: String| {
+        Some(Finding::error(Rule::Softness, message, fix).of([body.name.as_str()]))
+    };
+    let Body { name, material, .. } = body;
+    match body.kind {
+        Kind::Cast if !in_use(body) && shore < SOFTEST_MOLD => about(
+            format!("{name} of {material} is a mold of {shore}, which sags under what is poured"),
+            format!("a silicone of {SOFTEST_MOLD} or more"),
+        ),
+        Kind::Made(_) if body.gives_way && shore > HARDEST_TOUCHED => about(
+            format!("{name} of {material} is to give way when it is touched, but has {shore}"),
+            format!("a rubber of at most {HARDEST_TOUCHED}"),
+        ),
+        Kind::Made(_) if !body.gives_way && shore < SOFTEST_HOLDER => about(
+            format!("{name} of {material} is to keep its shape, but has {shore}"),
+            format!("a plastic, or a rubber of at least {SOFTEST_HOLDER}"),
+        ),
+        _ => None,
+    }
+}
+
+fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = Finding> + use<'a> {
+    let assembly = Assembly::sensor().0;
+    sensor.chain.iter().filter_map(move |step| {
+        let Action::Spray(spray) = &step.action else { return None };
+        let placed = scene.places(&assembly, &spray.layer).into_iter().next()?;
+        let bundle = Bundle::through(&placed.body.bounds(), Vector3::z(), LINES);
+        let mut caster = Caster::default();
+        let mut lengths_mm = Vec::new();
+        for ray in (0..LINES).map(|index| bundle.line(index)) {
+            for stretch in caster.stretches(&placed.body, &ray) {
+                let steep = steepness(&ray, &stretch.enter).min(steepness(&ray, &stretch.exit));
+                if steep > STEEP {
+                    lengths_mm.push(stretch.length_mm() * steep);
+                }
+            }
+        }
+        // Half of its lines: along the sides that it covers too, lines stay in it.
+        lengths_mm.sort_by(f64::total_cmp);
+        let median = lengths_mm.get(lengths_mm.len() / 2);
+        let mm = median.copied().filter(|mm| *mm > THICKEST_COAT_MM)?;
+        let message = format!("{} is sprayed, but thicker than a coat can be", spray.layer);
+        let fix = "a thinner coat; what is thicker is poured into a mold";
+        let finding = Finding::error(Rule::Softness, message, fix).in_step(&step.name);
+        Some(finding.of([spray.layer.as_str()]).measured(mm, THICKEST_COAT_MM, "mm"))
+    })
+}
+
+/// What the camera tells apart by its brightness is both dark, or both light.
+pub(crate) fn contrasts(sensor: &Sensor) -> Vec<Finding> {
+    let finding = |pair: &[String; 2]| {
+        let [a, b] = [sensor.body(&pair[0])?, sensor.body(&pair[1])?];
+        let is_dark = a.substance.is_dark?;
+        if b.substance.is_dark? != is_dark {
+            return None;
+        }
+        let shade = if is_dark { "dark" } else { "light" };
+        let message = format!("{} of {} is as {shade} as {} behind it", a.name, a.material, b.name);
+        let fix = format!("a {} colour for one of them", if is_dark { "light" } else { "dark" });
+        Some(Finding::error(Rule::Sight, message, fix).of([a.name.as_str(), b.name.as_str()]))
+    };
+    sensor.contrasts.iter().filter_map(finding).collect()
+}

@@ -1,0 +1,236 @@
+//! What sticks to what, and how strongly: from the chain's words, what bodies are made from, and a table of
+//! lower strengths.
+
+use fabkit_geometry::{Action, Adhesion, Assembly, Body, Sensor, Sort, Step, Substance};
+
+use super::catalogue::Catalogue;
+use super::stock;
+
+/// What is between two faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Agent {
+    /// Nothing: one was cast on the other.
+    Cast,
+    /// The same, on a face that has been primed.
+    Primed,
+    /// Silicone that cures between them.
+    WetSilicone,
+    /// A glue or sealant of silicone.
+    SiliconeGlue,
+    /// Instant adhesive.
+    Cyanoacrylate,
+    /// A solvent that welds plastics.
+    Solvent,
+    /// A glue that nobody names.
+    Glue,
+}
+
+/// Words of a step that name what joins, the first that is found.
+const AGENTS: [(&str, Agent); 9] = [
+    ("sil-poxy", Agent::SiliconeGlue),
+    ("sealant", Agent::SiliconeGlue),
+    ("cyanoacrylate", Agent::Cyanoacrylate),
+    ("instant adhesive", Agent::Cyanoacrylate),
+    ("solvent cement", Agent::Solvent),
+    ("same silicone", Agent::WetSilicone),
+    ("clear gel as glue", Agent::WetSilicone),
+    ("wet gel", Agent::WetSilicone),
+    ("glue", Agent::Glue),
+];
+
+/// Faces that are glued may be so far apart, mm: a film of glue fills it.
+const GLUE_MM: f64 = 0.35;
+
+/// What is cast lies on its wall, mm.
+const CAST_MM: f64 = 1e-3;
+
+/// Shear and pull that bare silicone on something smooth bears, MPa.
+///
+/// Polydimethylsiloxane that only touches glass stays on it up to about 34 kPa (McDonald and Whitesides, Acc.
+/// Chem. Res. 35, 2002: 5 psi); a third of it, because a mold's release agent and a finger's grease are not
+/// clean glass.
+const BARE_MPA: [f64; 2] = [0.01; 2];
+
+/// What both bear at least, and why.
+impl Agent {
+    fn of(step: &Step) -> Option<Self> {
+        let text = step.instruction.to_lowercase();
+        AGENTS.iter().find(|(word, _)| text.contains(word)).map(|(_, agent)| *agent)
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Cast => "cast on",
+            Self::Primed => "cast on primer",
+            Self::WetSilicone => "wet silicone",
+            Self::SiliconeGlue => "silicone glue",
+            Self::Cyanoacrylate => "cyanoacrylate",
+            Self::Solvent => "solvent cement",
+            Self::Glue => "glue",
+        }
+    }
+
+    /// Shear and pull strength between two sorts of stuff, MPa; nothing where it does not hold.
+    fn strength_mpa(self, sorts: [Option<Sort>; 2]) -> Option<[f64; 2]> {
+        let is = |sort| sorts.contains(&Some(sort));
+        let both = |sort| sorts == [Some(sort); 2];
+        if is(Sort::Liquid) {
+            return None;
+        }
+        let holds = match self {
+            // Chosen: an eighth of what the softest gel tears at (Ecoflex 00-10: 0.83 MPa); fresh silicone
+            // binds to clean, cured silicone of the same cure until one of them tears.
+            Self::Cast | Self::WetSilicone | Self::Primed | Self::SiliconeGlue
+                if both(Sort::Silicone) =>
+            {
+                [0.1; 2]
+            }
+            // Chosen: primed joints fail in the silicone (Dow's guides of 1200 OS and PR-1200), which tears
+            // at 1 MPa or more; the pull of a soft joint peels, which takes a fraction.
+            Self::Primed => [0.2, 0.1],
+            // Chosen: sealants and Sil-Poxy are sold at 1 to 2 MPa of lap shear on clean plastics; a tenth.
+            Self::SiliconeGlue => [0.2, 0.1],
+            // It wets better than a poured mold does, and holds no better for that.
+            Self::Cast | Self::WetSilicone => BARE_MPA,
+            // Loctite's sheets of 401 and 406: on silicone rubber only with the primer SF 770.
+            Self::Cyanoacrylate | Self::Glue | Self::Solvent if is(Sort::Silicone) => BARE_MPA,
+            // Loctite's sheets of 401: lap shear 3 MPa and more on ABS and acrylic; a third for print's
+            // layers and hands that do not clean, and half of that where it is peeled.
+            Self::Cyanoacrylate | Self::Glue => [1.0, 0.5],
+            // Welded acrylic bears more than 10 MPa; films have bubbles.
+            Self::Solvent if both(Sort::Acrylic) => [5.0, 2.5],
+            Self::Solvent => BARE_MPA,
+        };
+        Some(holds)
+    }
+
+    fn reach_mm(self) -> f64 {
+        if matches!(self, Self::Cast | Self::Primed) { CAST_MM } else { GLUE_MM }
+    }
+}
+
+/// Says of every body what it is made from.
+pub(crate) fn substances(sensor: &mut Sensor, materials: &Catalogue) {
+    for body in &mut sensor.bodies {
+        let known = materials.find(&body.material).map(stock::of_castable);
+        let told = body.substance.is_dark;
+        let mut substance = known.unwrap_or_else(|| stock::substance(body));
+        substance.is_dark = told.or(substance.is_dark);
+        body.substance = substance;
+        // A user who calls it bare means it.
+        if stock::is_bare(&body.material) {
+            body.sealed_by = None;
+        }
+    }
+}
+
+/// Looks through the chain for what sticks to what in the finished sensor.
+pub(crate) fn adhere(sensor: &mut Sensor) {
+    let mut adhering = Adhering { sensor, found: Vec::new() };
+    for (index, step) in sensor.chain.iter().enumerate() {
+        adhering.step(index, step);
+    }
+    sensor.adhesions = adhering.found;
+}
+
+struct Adhering<'a> {
+    sensor: &'a Sensor,
+    found: Vec<Adhesion>,
+}
+
+impl<'a> Adhering<'a> {
+    fn step(&mut self, index: usize, step: &'a Step) {
+        match &step.action {
+            Action::Pour(pour) => self.cast(index, &pour.layer, &pour.walls),
+            Action::Spray(spray) => self.cast(index, &spray.layer, &spray.onto),
+            Action::Bond(_) => {
+                self.glued(step, Agent::of(step).unwrap_or(Agent::Glue));
+                self.laid_on_wet(index, step);
+            }
+            Action::Assemble => {
+                if let Some(agent) = Agent::of(step) {
+                    self.glued(step, agent);
+                }
+            }
+            Action::Make | Action::Prepare | Action::Demold(_) => {}
+        }
+    }
+
+    fn cast(&mut self, index: usize, layer: &str, walls: &[String]) {
+        for wall in walls {
+            let agent = if self.is_primed(index, wall) { Agent::Primed } else { Agent::Cast };
+            self.add([layer, wall], agent);
+        }
+    }
+
+    /// A step that primes names the body, or is the pour itself.
+    fn is_primed(&self, index: usize, wall: &str) -> bool {
+        let chain = &self.sensor.chain[..=index];
+        chain.iter().enumerate().any(|(at, step)| {
+            let text = step.instruction.to_lowercase();
+            let is_meant = step.bodies.iter().any(|body| body == wall);
+            (at == index || is_meant) && text.contains("prime")
+        })
+    }
+
+    /// What a step with glue joins: the bodies that it names, and those of which it speaks.
+    fn glued(&mut self, step: &Step, agent: Agent) {
+        let text = step.instruction.to_lowercase();
+        let is_primed = agent == Agent::WetSilicone && text.contains("prime");
+        let agent = if is_primed { Agent::Primed } else { agent };
+        let speaks = |name: &str| text.contains(name);
+        let named = |body: &&Body| step.bodies.contains(&body.name) || speaks(&body.name);
+        let bodies: Vec<&str> =
+            self.sensor.bodies.iter().filter(named).map(|body| body.name.as_str()).collect();
+        for (at, a) in bodies.iter().enumerate() {
+            for b in &bodies[at + 1..] {
+                self.add([a, b], agent);
+            }
+        }
+    }
+
+    /// What is laid onto a layer that was poured just before and has not cured.
+    fn laid_on_wet(&mut self, index: usize, step: &Step) {
+        let before = index.checked_sub(1).and_then(|at| self.sensor.chain.get(at));
+        let Some(Step { action: Action::Pour(pour), .. }) = before else { return };
+        for body in &step.bodies {
+            let agent = match self.is_primed(index, body) {
+                true => Agent::Primed,
+                false => Agent::WetSilicone,
+            };
+            self.add([&pour.layer, body], agent);
+        }
+    }
+
+    fn add(&mut self, names: [&str; 2], agent: Agent) {
+        let [Some(a), Some(b)] = names.map(|name| self.sensor.body(name)) else { return };
+        // A user who says that it does not stick is believed.
+        let is_loose = self.sensor.loose.iter().any(|loose| {
+            [[&loose.layer, &loose.on], [&loose.on, &loose.layer]].contains(&[&a.name, &b.name])
+        });
+        if a.name == b.name || !in_use(a) || !in_use(b) || is_loose {
+            return;
+        }
+        let sorts = [a, b].map(|body| body.substance.sort);
+        let Some([shear, pull]) = agent.strength_mpa(sorts) else { return };
+        // A joint bears no more than the softer of the two.
+        let tears = [a, b].map(|body| tears_mpa(&body.substance));
+        let most = tears[0].min(tears[1]);
+        self.found.push(Adhesion {
+            bodies: [a.name.clone(), b.name.clone()],
+            by: agent.word().to_owned(),
+            reach_mm: agent.reach_mm(),
+            shear_mpa: shear.min(most),
+            pull_mpa: pull.min(most),
+        });
+    }
+}
+
+fn tears_mpa(substance: &Substance) -> f64 {
+    substance.tears_mpa.unwrap_or(f64::INFINITY)
+}
+
+/// Whether a body is a part of the sensor in use.
+fn in_use(body: &Body) -> bool {
+    body.placements.iter().any(|placement| placement.assembly == Assembly::sensor())
+}

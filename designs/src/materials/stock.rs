@@ -1,0 +1,156 @@
+//! What parts are made from and what is bought: stuff that is not cast, by words of its trade name.
+
+use fabkit_geometry::{Body, Curing, Shore, Sort, Substance};
+
+use super::{Castable, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity};
+
+/// Words of a trade name, and what it is then; the first row of which one word fits counts.
+struct Stock {
+    words: &'static [&'static str],
+    sort: Sort,
+    /// On which scale, and how much; of the softest in use.
+    shore: Shore,
+    /// Stress that it bears at least, MPa.
+    bears_mpa: f64,
+    /// Whether it keeps platinum silicone from curing where it is bare.
+    ///
+    /// Smooth-On's bulletins of Ecoflex, Solaris and Mold Star name sulfur clays, tin silicones, latex,
+    /// some stereolithographic resins and bare wood; Formlabs' guide to silicone molds asks for a coat on
+    /// prints of its resins.
+    inhibits: bool,
+}
+
+const STOCK: [Stock; 13] = [
+    // Stratasys, data sheet of Tango: Shore A 26 to 28, tensile strength 0.8 to 1.5 MPa.
+    stock(&["tango", "agilus", "elastic"], Sort::Rubber, Shore::A(26.0), 0.8, true),
+    stock(&["tpu", "rubber", "o-ring"], Sort::Rubber, Shore::A(60.0), 5.0, false),
+    stock(&["latex", "sulfur", "sulphur"], Sort::Rubber, Shore::A(30.0), 5.0, true),
+    // Stratasys, data sheet of Vero: Shore D 83 to 86, 50 to 65 MPa; Formlabs' of its standard resins: 38 MPa
+    // as printed.
+    stock(
+        &["resin", "sla", "formlabs", "polyjet", "vero"],
+        Sort::Resin,
+        Shore::D(80.0),
+        30.0,
+        true,
+    ),
+    // Evonik, data sheet of Plexiglas GS: 80 MPa; a laser's edge leaves less.
+    stock(&["acrylic", "pmma", "plexiglas"], Sort::Acrylic, Shore::D(90.0), 30.0, false),
+    // Borosilicate: DIN ISO 3585 allows 7 MPa.
+    stock(&["glass"], Sort::Glass, Shore::D(100.0), 7.0, false),
+    // Across the layers of a filament's print, the weakest way, PLA bears about half of 50 MPa.
+    stock(
+        &["pla", "abs", "petg", "asa", "nylon", "pet", "pc"],
+        Sort::Plastic,
+        Shore::D(70.0),
+        15.0,
+        false,
+    ),
+    // Birch plywood, EN 636: more than 10 MPa along its weaker grain.
+    stock(&["plywood", "wood", "mdf", "paper", "cardboard"], Sort::Wood, Shore::D(50.0), 5.0, true),
+    stock(&["fr4", "board"], Sort::Laminate, Shore::D(90.0), 50.0, false),
+    stock(&["steel", "aluminium", "aluminum", "brass"], Sort::Metal, Shore::D(100.0), 100.0, false),
+    stock(&["water", "oil"], Sort::Liquid, Shore::OO(0.0), 0.0, false),
+    stock(&["screw", "bolt", "nut", "pin", "spacer"], Sort::Metal, Shore::D(100.0), 100.0, false),
+    stock(&["silicone"], Sort::Silicone, Shore::A(10.0), 1.0, false),
+];
+
+const fn stock(
+    words: &'static [&'static str],
+    sort: Sort,
+    shore: Shore,
+    bears_mpa: f64,
+    inhibits: bool,
+) -> Stock {
+    Stock { words, sort, shore, bears_mpa, inhibits }
+}
+
+/// Words that say that nothing lies on it.
+const BARE: [&str; 4] = ["bare", "uncoated", "unsealed", "untreated"];
+
+/// Words that say that something seals it.
+const SEALED: [&str; 8] =
+    ["sealed", "coated", "varnished", "lacquered", "painted", "baked", "anodised", "anodized"];
+
+fn words(text: &str) -> Vec<String> {
+    let text = text.to_lowercase();
+    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '-'));
+    words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
+}
+
+/// Whether it is told to be light or dark by its name; what is both, or neither, is not told.
+fn is_dark(words: &[String]) -> Option<bool> {
+    let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
+    match (says(&["black", "dark"]), says(&["white", "aluminium", "silver", "yellow"])) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
+}
+
+/// What a body that is not cast from a known material is made from.
+pub(super) fn substance(body: &Body) -> Substance {
+    let text = if body.material.is_empty() { &body.summary } else { &body.material };
+    let words = words(text);
+    let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
+    let Some(stock) = STOCK.iter().find(|stock| says(stock.words)) else {
+        return Substance { is_dark: is_dark(&words), ..Substance::default() };
+    };
+    let is_sealed = says(&SEALED) && !says(&BARE);
+    Substance {
+        sort: Some(stock.sort),
+        inhibits: if stock.inhibits && !is_sealed { vec![Curing::Platinum] } else { Vec::new() },
+        shore: Some(stock.shore),
+        tears_mpa: Some(stock.bears_mpa),
+        is_dark: is_dark(&words),
+        ..Substance::default()
+    }
+}
+
+/// Whether a name says that its stuff is left bare, whatever a step does to it.
+pub(super) fn is_bare(material: &str) -> bool {
+    words(material).iter().any(|word| BARE.contains(&&**word))
+}
+
+/// What a layer of a known material is.
+pub(super) fn of_castable(castable: &Castable) -> Substance {
+    let figures = &castable.material().figures;
+    let cures = figures.cures.map(curing);
+    let sort = match figures.kind {
+        Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(Sort::Silicone),
+        Some(MaterialKind::Polyurethane) => Some(Sort::Rubber),
+        _ => matches!(cures, Some(Curing::Platinum | Curing::Tin | Curing::Moisture))
+            .then_some(Sort::Silicone),
+    };
+    // Traces of the other catalyst, amines, and what light has left over poison platinum.
+    let poisons = matches!(cures, Some(Curing::Tin | Curing::Epoxy | Curing::Light));
+    Substance {
+        sort,
+        cures,
+        inhibits: if poisons { vec![Curing::Platinum] } else { Vec::new() },
+        shore: figures.hardness.map(shore),
+        tears_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
+        viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
+        is_dark: is_dark(&words(castable)),
+    }
+}
+
+fn shore(Hardness { scale, value }: Hardness) -> Shore {
+    match scale {
+        Scale::Shore00 => Shore::OO(value),
+        Scale::ShoreA => Shore::A(value),
+        Scale::ShoreD => Shore::D(value),
+    }
+}
+
+fn curing(by: CuresBy) -> Curing {
+    match by {
+        CuresBy::Platinum => Curing::Platinum,
+        CuresBy::Tin => Curing::Tin,
+        CuresBy::Moisture => Curing::Moisture,
+        CuresBy::Polyurethane => Curing::Polyurethane,
+        CuresBy::Epoxy => Curing::Epoxy,
+        CuresBy::Light => Curing::Light,
+        CuresBy::Drying => Curing::Drying,
+    }
+}

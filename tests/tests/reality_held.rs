@@ -1,0 +1,201 @@
+//! Designs that come apart, stay sticky, sag or do not fill: each is found by the rule and the body that are
+//! to blame, and what ships has no such finding.
+
+use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};
+use fabkit_designs::Design;
+use rayon::prelude::*;
+
+const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Held, Rule::Sight];
+
+fn load(sensor: &str, settings: &[&str]) -> Design {
+    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
+    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
+    fabkit_designs::load(sensor, yaml, &settings, &["fixtures"])
+        .unwrap_or_else(|error| panic!("{sensor} {settings:?}: {error:?}"))
+}
+
+fn errors(report: &CheckReport) -> Vec<&Finding> {
+    let errors = report.findings.iter().filter(|f| f.severity == Severity::Error);
+    errors.filter(|f| RULES.contains(&f.rule)).collect()
+}
+
+const SOFT: &str = "Smooth-On Ecoflex 00-10";
+
+/// Sensor, what is set, the rule that finds it, and what it blames first.
+const WRONG: [(&str, &[&str], Rule, &str); 25] = [
+    ("rtac0", &["mold.material=bare SLA resin"], Rule::Chemistry, "form-cup"),
+    ("rtac0", &["mold.material=clear standard resin"], Rule::Chemistry, "form-cup"),
+    (
+        "rtac0",
+        &["mold.material=bare resin", "molds.route=printed"],
+        Rule::Chemistry,
+        "mold-transparent-gel-a",
+    ),
+    (
+        "rtac0",
+        &["form.silicone_material=Smooth-On Ecoflex 00-10"],
+        Rule::Softness,
+        "silicone-mold-transparent-gel",
+    ),
+    ("rtac0", &["coat.thickness=0.75mm"], Rule::Softness, "black-coat"),
+    ("rtac0", &["loads.touch=100 N"], Rule::Held, "black-coat"),
+    (
+        "rtac0",
+        &["surface.radius=10mm", "shell.outer_diameter=40mm"],
+        Rule::Sight,
+        "translucent-gel",
+    ),
+    ("uvdtact", &["tooling.resin=bare SLA resin"], Rule::Chemistry, "negative-cup-inner"),
+    ("uvdtact", &["tooling.resin=uncoated Formlabs Clear"], Rule::Chemistry, "negative-cup-inner"),
+    (
+        "uvdtact",
+        &["tooling.silicone_material=Smooth-On Ecoflex 00-10"],
+        Rule::Softness,
+        "silicone-core",
+    ),
+    ("uvdtact", &["tooling.vents=3", "tooling.vent_diameter=0.3mm"], Rule::Flow, "inner-elastomer"),
+    ("uvdtact", &["diffuser.material=Tango Black+"], Rule::Softness, "diffusion-ring"),
+    ("shadowtac", &["mold.vents=2", "mold.vent_diameter=0.6mm"], Rule::Flow, "skin"),
+    ("shadowtac", &["mold.material=uncoated resin"], Rule::Chemistry, "mold-skin-block"),
+    ("shadowtac", &["holder.material=TPU"], Rule::Softness, "holder"),
+    (
+        "tactip",
+        &["tip.soft_material=Vero White", "tip.rigid_material=Tango Black+"],
+        Rule::Softness,
+        "skin",
+    ),
+    ("tactip", &["tip.soft_material=ABS"], Rule::Softness, "skin"),
+    ("tactip", &["tip.rigid_material=Agilus"], Rule::Softness, "dots"),
+    ("tactip", &["body.material=Tango Black+"], Rule::Softness, "body"),
+    (
+        "fluidic",
+        &["markers.paint_material=Smooth-On Psycho Paint, black"],
+        Rule::Sight,
+        "marker-paint",
+    ),
+    ("fluidic", &["marker_layer.pigment=Silc Pig white"], Rule::Sight, "marker-paint"),
+    ("fluidic", &["molds.marker_material=bare plywood"], Rule::Chemistry, "mold-floor"),
+    ("fluidic", &["molds.channel_material=bare resin"], Rule::Chemistry, "mold-channel-comb"),
+    ("9dtact", &["mold.material=untreated resin"], Rule::Chemistry, "mold-floor"),
+    ("digit-like", &["loads.touch=60 N"], Rule::Held, "gel"),
+];
+
+#[test]
+fn each_wrong_design_is_found() {
+    WRONG.par_iter().for_each(|(sensor, settings, rule, blamed)| {
+        let report = check(&load(sensor, settings).sensor).unwrap();
+        let first = errors(&report).into_iter().find(|finding| finding.rule == *rule).cloned();
+        let first =
+            first.unwrap_or_else(|| panic!("{sensor} {settings:?}: {:#?}", report.findings));
+        assert_eq!(
+            first.bodies.first().map(String::as_str),
+            Some(*blamed),
+            "{settings:?}: {first:#?}"
+        );
+    });
+}
+
+/// Sensor, what is taken from the finished design, and what the rule `held` blames.
+type Spoil = fn(&mut Design);
+
+fn without(design: &mut Design, name: &str) {
+    design.sensor.bodies.retain(|body| body.name != name);
+    design.sensor.adhesions.retain(|one| one.bodies.iter().all(|body| body != name));
+}
+
+fn unglued(design: &mut Design, name: &str) {
+    design.sensor.adhesions.retain(|one| one.bodies.iter().all(|body| body != name));
+}
+
+const LOOSE: [(&str, Spoil, &str); 8] = [
+    // As it was: what fills the tube ends level with it, and meets nothing but the diffuser.
+    ("rtac0", |design| without(design, "locking-gel"), "filling-gel"),
+    ("rtac0", |design| without(design, "screw-m2x4"), "base"),
+    ("digit-like", |design| unglued(design, "gel"), "gel"),
+    ("gelsight-like", |design| unglued(design, "plate"), "gel"),
+    ("shadowtac", |design| unglued(design, "skin"), "skin"),
+    ("shadowtac", |design| without(design, "screw-m2x16"), "holder"),
+    ("uvdtact", |design| unglued(design, "shell"), "shell"),
+    ("tactip", |design| without(design, "ring"), "skin"),
+];
+
+#[test]
+fn what_nothing_holds_is_found() {
+    LOOSE.par_iter().for_each(|(sensor, spoil, blamed)| {
+        let mut design = load(sensor, &[]);
+        spoil(&mut design);
+        let report = check(&design.sensor).unwrap();
+        let held: Vec<&Finding> =
+            errors(&report).into_iter().filter(|f| f.rule == Rule::Held).collect();
+        let names = |finding: &&Finding| finding.bodies.iter().any(|body| body == blamed);
+        assert!(held.iter().any(names), "{sensor} without what holds {blamed}: {held:#?}");
+    });
+}
+
+#[test]
+fn what_ships_holds_cures_and_bears_its_load() {
+    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+        let design = load(name, &[]);
+        let report = check(&design.sensor).unwrap();
+        assert_eq!(errors(&report), Vec::<&Finding>::new(), "{name}");
+        if design.sensor.touch.is_none() {
+            return;
+        }
+        let bears = report.of(Rule::Held).filter_map(|finding| finding.measured).next().unwrap();
+        assert_eq!(bears.limit, 10.0, "{name}");
+        assert!(bears.value >= 20.0, "{name} bears {} N", bears.value);
+    });
+}
+
+#[test]
+fn soft_gel_of_a_mold_is_no_mold() {
+    // The same silicone is right as a gel.
+    let report = check(&load("9dtact", &[&format!("pad.material={SOFT}")]).sensor).unwrap();
+    assert_eq!(report.of(Rule::Softness).count(), 0);
+}
+
+#[test]
+fn leds_do_not_touch_the_plate() {
+    let yaml = fabkit_designs::builtin_yaml("shadowtac").unwrap();
+    let set = ["leds.below_plate=0 mm".to_owned()];
+    let refused = fabkit_designs::load("shadowtac", yaml, &set, &["fixtures"]).unwrap_err();
+    assert!(refused.problems[0].message.contains("touches the plate"), "{refused:?}");
+}
+
+fn fixture(sensor: &str, fixture: &str, settings: &[&str]) -> Vec<Finding> {
+    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
+    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
+    let project = fabkit_fixtures::load(sensor, yaml, &settings).unwrap();
+    let report = project.check_fixture(fixture, &|_, _| ()).unwrap().unwrap();
+    report.findings.into_iter().filter(|f| f.severity == Severity::Error).collect()
+}
+
+/// What is set of R-Tac0's pin dome, and the rule that refuses it.
+const USELESS_DOMES: [(&[&str], Rule); 5] = [
+    (&["fixtures.pin_dome.pins.lengths=[5 mm, 8 mm]"], Rule::Seating),
+    (&["fixtures.pin_dome.holes.diameter=1.5 mm"], Rule::Fit),
+    (&["fixtures.pin_dome.holes.diameter=1.95 mm"], Rule::Fit),
+    (&["camera.field_of_view=60 deg"], Rule::Observability),
+    (
+        &["fixtures.pin_dome.captures.count=1", "fixtures.pin_dome.captures.pins=2"],
+        Rule::Observability,
+    ),
+];
+
+#[test]
+fn fixtures_that_nobody_could_use_are_errors() {
+    USELESS_DOMES.par_iter().for_each(|(settings, rule)| {
+        let found = fixture("rtac0", "pin-dome", settings);
+        assert!(found.iter().any(|finding| finding.rule == *rule), "{settings:?}: {found:#?}");
+    });
+    assert_eq!(fixture("rtac0", "pin-dome", &[]), []);
+}
+
+#[test]
+fn halves_keep_close_to_what_they_press() {
+    let yaml = fabkit_designs::builtin_yaml("rtac0").unwrap();
+    let set = ["fixtures.semi_domes.clearance=3 mm".to_owned()];
+    let project = fabkit_fixtures::load("rtac0", yaml, &set).unwrap();
+    let refused = format!("{:?}", project.fixture("semi-domes").unwrap_err());
+    assert!(refused.contains("bend aside"), "{refused}");
+}

@@ -29,6 +29,10 @@ pub enum Rule {
     Printability,
     /// Layers stick to what they are cast onto.
     Bonding,
+    /// Printed parts can be told apart, and letters are where they do no harm.
+    Labels,
+    /// Printed parts stand while they grow, and resin leaves them.
+    Standing,
     /// What a printer must support is told to whoever prints it.
     Overhang,
     /// What is measured tells what it is measured for.
@@ -42,7 +46,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -50,7 +54,9 @@ impl Rule {
         Self::Demolding,
         Self::Sight,
         Self::Bonding,
+        Self::Labels,
         Self::Printability,
+        Self::Standing,
         Self::Overhang,
     ];
 
@@ -80,6 +86,8 @@ impl Rule {
             Self::Pattern => "pattern",
             Self::Printability => "printability",
             Self::Bonding => "bonding",
+            Self::Labels => "labels",
+            Self::Standing => "standing",
             Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",

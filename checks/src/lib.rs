@@ -29,6 +29,7 @@ mod demolding;
 pub mod example;
 mod finding;
 mod interference;
+mod labels;
 mod lines;
 mod masses;
 mod memo;
@@ -37,6 +38,7 @@ mod overhang;
 mod printability;
 mod scene;
 mod sight;
+mod standing;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -109,7 +111,10 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
     let mut report = apply(sensor, &Memo::default(), progress)?;
     let (hanging, count) = overhang::examine(sensor)?;
+    let (falling, printed) = standing::examine(sensor)?;
+    report.findings.extend(falling);
     report.findings.extend(hanging);
+    report.examined.push(Examined { rule: Rule::Standing, count: printed, what: "printed parts" });
     report.examined.push(Examined { rule: Rule::Overhang, count, what: "printed parts" });
     Ok(CheckReport { batches: batches(sensor), ..report })
 }
@@ -171,6 +176,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     let (unseen, to_be_seen) = sight::examine(sensor, &scene);
     findings.extend(unseen);
     findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
+    let (lettering, lettered) = labels::examine(sensor, &scene);
+    findings.extend(lettering);
     let (printing, printed) = printability::on_machines(sensor)?;
     findings.extend(printing);
     let examined = |rule, count, what| Examined { rule, count, what };
@@ -184,6 +191,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
             examined(Rule::Demolding, removals.len(), "pulls"),
             examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
             examined(Rule::Bonding, sensor.layers().count(), "layers"),
+            examined(Rule::Labels, lettered, "printed parts"),
             examined(Rule::Printability, printed, "parts on own machines"),
         ],
         batches: Vec::new(),
@@ -196,6 +204,23 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// Whether printed parts can be told apart and letters do no harm, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn labels(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(labels::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// How printed parts stand on their machines, without the rest of [`check`]: what topples, and where
+/// resin stays.
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the kit is none.
+pub fn standing(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(standing::examine(kit)?.0)
 }
 
 /// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.

@@ -26,6 +26,7 @@
 mod bounds;
 mod casting;
 mod compiled;
+mod lettered;
 pub mod measure;
 mod model;
 mod outline;
@@ -47,6 +48,7 @@ mod validate;
 pub use bounds::Aabb;
 pub use casting::*;
 pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
+pub use lettered::{LETTERED, is_lettered, without_letters};
 pub use model::*;
 pub use nalgebra::{Matrix3, Point3, Vector3};
 pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};

@@ -45,6 +45,10 @@ pub enum Rule {
     Flow,
     /// Every body of the finished sensor is held in every direction, and bears its load.
     Held,
+    /// Printed parts can be told apart, and letters are where they do no harm.
+    Labels,
+    /// Printed parts stand while they grow, and resin leaves them.
+    Standing,
     /// What a printer must support is told to whoever prints it.
     Overhang,
     /// What is measured tells what it is measured for.
@@ -58,12 +62,14 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
         Self::TrappedAir,
         Self::Demolding,
+        Self::Parting,
+        Self::Flow,
         Self::Sight,
         Self::Glare,
         Self::Motion,
@@ -71,10 +77,10 @@ impl Rule {
         Self::Bonding,
         Self::Chemistry,
         Self::Softness,
-        Self::Flow,
         Self::Held,
+        Self::Labels,
         Self::Printability,
-        Self::Parting,
+        Self::Standing,
         Self::Overhang,
     ];
 
@@ -112,6 +118,8 @@ impl Rule {
             Self::Softness => "softness",
             Self::Flow => "flow",
             Self::Held => "held",
+            Self::Labels => "labels",
+            Self::Standing => "standing",
             Self::Overhang => "overhang",
             Self::Observability => "observability",
             Self::Pressing => "pressing",

@@ -34,6 +34,7 @@ mod flow;
 mod glare;
 mod held;
 mod interference;
+mod labels;
 mod lines;
 mod masses;
 mod memo;
@@ -46,6 +47,7 @@ mod printability;
 mod scene;
 mod sight;
 mod softness;
+mod standing;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -119,7 +121,10 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
     let mut report = apply(sensor, &Memo::default(), progress)?;
     let (hanging, count) = overhang::examine(sensor)?;
+    let (falling, printed) = standing::examine(sensor)?;
+    report.findings.extend(falling);
     report.findings.extend(hanging);
+    report.examined.push(Examined { rule: Rule::Standing, count: printed, what: "printed parts" });
     report.examined.push(Examined { rule: Rule::Overhang, count, what: "printed parts" });
     Ok(CheckReport { batches: batches(sensor), ..report })
 }
@@ -179,52 +184,36 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
         .collect();
     findings.extend(pulled.into_iter().flatten());
 
-    let (unseen, to_be_seen) = sight::examine(sensor, &scene);
-    findings.extend(unseen);
-    let (mirrored, lamps) = glare::examine(sensor, &scene)?;
-    findings.extend(mirrored);
-    let ways = motion::examine(sensor, &scene, memo);
-    findings.extend(ways.findings);
-    findings.extend(sensor.loose.iter().map(|loose| unbonded(sensor, loose)));
-    findings.extend(softness::contrasts(sensor));
-    let (curing, faces) = chemistry::examine(sensor);
-    let (firmness, firm) = softness::examine(sensor, &scene);
-    findings.extend(curing.into_iter().chain(firmness));
-    findings.extend(
-        pours
-            .par_iter()
-            .filter_map(|(p, pour)| flow::examine(sensor, p, pour, &scene))
-            .collect::<Vec<_>>(),
-    );
-    let (loose, holds) = held::examine(sensor, &scene);
-    findings.extend(loose);
-    let (printing, printed) = printability::on_machines(sensor)?;
-    findings.extend(printing);
-    let (seams, shaped) = parting::examine(sensor, &scene);
-    findings.extend(seams);
     let examined = |rule, count, what| Examined { rule, count, what };
-    Ok(CheckReport {
-        findings,
-        examined: vec![
-            examined(Rule::Chain, sensor.chain.len(), "steps"),
-            examined(Rule::Interference, pairs.len(), "pairs of bodies"),
-            examined(Rule::Casting, pours.len(), "pours"),
-            examined(Rule::TrappedAir, rising.len(), "pours"),
-            examined(Rule::Demolding, removals.len(), "pulls"),
-            examined(Rule::Sight, to_be_seen, "bodies that are to be seen"),
-            examined(Rule::Glare, lamps, "lamps"),
-            examined(Rule::Motion, ways.bodies, "bodies that get to a place"),
-            examined(Rule::Access, ways.tools, "places for hands and tools"),
-            examined(Rule::Bonding, sensor.layers().count(), "layers"),
-            examined(Rule::Chemistry, faces, "faces of liquids"),
-            examined(Rule::Softness, firm, "bodies of known hardness"),
-            examined(Rule::Flow, pours.len(), "pours"),
-            examined(Rule::Held, holds, "pairs of bodies that meet"),
-            examined(Rule::Printability, printed, "parts on own machines"),
-            examined(Rule::Parting, shaped, "steps that shape what is touched"),
-        ],
-        batches: Vec::new(),
-    })
+    let mut examined = vec![
+        examined(Rule::Chain, sensor.chain.len(), "steps"),
+        examined(Rule::Interference, pairs.len(), "pairs of bodies"),
+        examined(Rule::Casting, pours.len(), "pours"),
+        examined(Rule::TrappedAir, rising.len(), "pours"),
+        examined(Rule::Demolding, removals.len(), "pulls"),
+    ];
+    let mut tell = |rule, what, (found, count): (Vec<Finding>, usize)| {
+        findings.extend(found);
+        examined.push(Examined { rule, count, what });
+    };
+    tell(Rule::Parting, "steps that shape what is touched", parting::examine(sensor, &scene));
+    let flows = pours.par_iter().filter_map(|(at, pour)| flow::examine(sensor, at, pour, &scene));
+    tell(Rule::Flow, "pours", (flows.collect(), pours.len()));
+    let (mut unseen, to_be_seen) = sight::examine(sensor, &scene);
+    unseen.extend(softness::contrasts(sensor));
+    tell(Rule::Sight, "bodies that are to be seen", (unseen, to_be_seen));
+    tell(Rule::Glare, "lamps", glare::examine(sensor, &scene)?);
+    let ways = motion::examine(sensor, &scene, memo);
+    tell(Rule::Motion, "bodies that get to a place", (ways.findings, ways.bodies));
+    tell(Rule::Access, "places for hands and tools", (Vec::new(), ways.tools));
+    let loose = sensor.loose.iter().map(|loose| unbonded(sensor, loose)).collect();
+    tell(Rule::Bonding, "layers", (loose, sensor.layers().count()));
+    tell(Rule::Chemistry, "faces of liquids", chemistry::examine(sensor));
+    tell(Rule::Softness, "bodies of known hardness", softness::examine(sensor, &scene));
+    tell(Rule::Held, "pairs of bodies that meet", held::examine(sensor, &scene));
+    tell(Rule::Labels, "printed parts", labels::examine(sensor, &scene));
+    tell(Rule::Printability, "parts on own machines", printability::on_machines(sensor)?);
+    Ok(CheckReport { findings, examined, batches: Vec::new() })
 }
 
 /// What the camera sees alone, without the rest of [`check`].
@@ -233,6 +222,23 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// Whether printed parts can be told apart and letters do no harm, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn labels(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(labels::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// How printed parts stand on their machines, without the rest of [`check`]: what topples, and where
+/// resin stays.
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the kit is none.
+pub fn standing(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(standing::examine(kit)?.0)
 }
 
 /// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.

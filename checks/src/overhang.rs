@@ -6,7 +6,9 @@
 
 use std::collections::BTreeSet;
 
-use fabkit_geometry::{Body, CompiledSolid, Point3, Process, Ray, Sensor, Vector3};
+use fabkit_geometry::{
+    Body, CompiledSolid, Point3, Process, Ray, Sensor, Vector3, without_letters,
+};
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Rule, Severity};
@@ -88,7 +90,7 @@ struct Region {
 
 fn of_part(part: &Body, limit_deg: f64) -> Result<Option<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
-    let on_bed = part.solid.clone().placed(part.bed_from_body);
+    let on_bed = without_letters(&part.solid).placed(part.bed_from_body);
     let body = CompiledSolid::new(&on_bed).map_err(invalid)?;
     let bounds = body.bounds();
     if bounds.is_empty() || !bounds.is_finite() {

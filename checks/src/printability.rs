@@ -1,6 +1,8 @@
 //! Whether a printer can make a part: it fits on the bed, its walls and holes are not too thin.
 
-use fabkit_geometry::{Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid};
+use fabkit_geometry::{
+    Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid, without_letters,
+};
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Rule, Severity};
@@ -128,9 +130,10 @@ fn all(printed: Vec<(&Body, PrintLimits)>) -> Result<(Vec<Finding>, usize), Inva
 
 fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
-    let body = CompiledSolid::new(&part.solid).map_err(invalid)?;
-    let on_bed =
-        CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body)).map_err(invalid)?;
+    // Ridges between letters are thin, and may be.
+    let solid = without_letters(&part.solid);
+    let body = CompiledSolid::new(&solid).map_err(invalid)?;
+    let on_bed = CompiledSolid::new(&solid.placed(part.bed_from_body)).map_err(invalid)?;
     let about = |finding: Finding| finding.of([part.name.as_str()]);
     let mut findings = Vec::new();
 

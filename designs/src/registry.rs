@@ -113,6 +113,7 @@ struct Loaded {
 struct Run {
     settings: Vec<Setting>,
     built: Option<Built>,
+    labels: Option<Labels>,
     report: Report,
 }
 
@@ -218,13 +219,13 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     if let (Some(built), Some(loads)) = (&mut built, loads) {
         built.sensor.load_n = Some(loads.touch.0);
     }
-    if let (Some(built), Some(labels)) = (&mut built, labels) {
-        let labelled = labeling::apply(&labels, &mut built.sensor, &mut report);
+    if let (Some(built), Some(labels)) = (&mut built, &labels) {
+        let labelled = labeling::apply(labels, &mut built.sensor, &mut report);
         if !labelled.is_empty() {
             built.derived.push(("labelled parts".into(), labelled.join(", ")));
         }
     }
-    Run { settings, built, report }
+    Run { settings, built, labels, report }
 }
 
 /// Looks at the values alone: what they must keep, and nothing built.
@@ -390,7 +391,8 @@ impl Registry {
         let known = own.known();
         let making = known.making.clone();
         let reader = Reader::new(document).knowing(known);
-        let Run { settings, built, report } = (family.run)(reader, example.as_ref(), read_more);
+        let Run { settings, built, labels, report } =
+            (family.run)(reader, example.as_ref(), read_more);
         match built {
             Some(Built { mut sensor, derived }) if report.is_clean() => {
                 let mut found = Vec::new();
@@ -413,7 +415,7 @@ impl Registry {
                 parameters.extend(own.settings(&materials, &of_sensor));
                 let companions = Vec::new();
                 let design = Design { sensor, parameters, derived, materials, companions };
-                let workshop = Workshop { processes: own.processes, making };
+                let workshop = Workshop { processes: own.processes, making, labels };
                 Ok(Loaded { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),

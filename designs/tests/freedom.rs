@@ -52,7 +52,7 @@ fn what_families_do_by_default_is_marked_as_such() {
     for sensor in builtin_names() {
         let design = made(sensor, &[]);
         let setting = |path: &str| design.parameters.iter().find(|s| s.path == path);
-        assert!(setting("labels.style").is_some_and(|s| s.is_default && s.value == "none"));
+        assert!(setting("labels.style").is_some_and(|s| s.is_default && s.value == "sunken"));
         let own = design.parameters.iter().filter(|setting| !setting.is_default).count();
         assert!(own > 40, "{sensor}: {own}");
     }
@@ -120,7 +120,6 @@ fn mounting_holes_that_cannot_be_are_refused_with_what_to_change() {
     refused("shadowtac", &uneven, &["mount.x has 1 items and mount.y has 2"]);
     let below = ["mount.pattern=rectangle", "mount.depth=11mm"];
     refused("9dtact", &below, &["the wall to a screw of the camera lacks", "`mount.angle`"]);
-    refused("uvdtact", &["labels.style=raised"], &["no printed part has a free flat face"]);
     let near = ["mount.pattern=list", "mount.x=[1mm,2mm]", "mount.y=[5mm,5mm]"];
     refused("shadowtac", &near, &["holes 1 and 2", "`mount.x`"]);
     let thread = ["mount.thread=M6"];
@@ -228,7 +227,7 @@ fn the_tip_of_a_dome_may_be_narrower_than_its_shell() {
 
 #[test]
 fn parts_carry_text_where_they_have_room_that_nothing_touches() {
-    let plain = made("9dtact", &[]);
+    let plain = made("9dtact", &["labels.style=none"]);
     for style in ["sunken", "raised"] {
         let design = made("9dtact", &[&format!("labels.style={style}")]);
         let labelled: Vec<&str> = design
@@ -251,8 +250,9 @@ fn parts_carry_text_where_they_have_room_that_nothing_touches() {
     refused("9dtact", &["labels.style=sunken", "labels.parts=[shel]"], &["did you mean `shell`?"]);
     refused("9dtact", &["labels.style=sunken", "labels.parts=[plate]"], &["not a printed part"]);
     refused("9dtact", &["labels.style=sunken", "labels.text=50 %"], &["no letters for `%`"]);
-    let low = ["labels.style=sunken", "labels.height=3mm"];
-    refused("9dtact", &low, &["labels.height", "below 4 mm they cannot be read"]);
-    let tall = ["labels.style=raised", "labels.parts=[shell]", "labels.height=30mm"];
+    let low = ["labels.style=sunken", "labels.height=2mm"];
+    refused("9dtact", &low, &["labels.height", "below 2.5 mm they cannot be read"]);
+    let text = "labels.text=LAB-LAB-LAB-LAB";
+    let tall = ["labels.style=raised", "labels.parts=[shell]", text, "labels.height=30mm"];
     refused("9dtact", &tall, &["no free flat face of", "`labels.height`"]);
 }

@@ -26,6 +26,7 @@
 mod bounds;
 mod casting;
 mod compiled;
+mod lettered;
 pub mod measure;
 mod model;
 mod motion;
@@ -49,6 +50,7 @@ mod validate;
 pub use bounds::Aabb;
 pub use casting::*;
 pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
+pub use lettered::{LETTERED, is_lettered, without_letters};
 pub use model::*;
 pub use motion::{Leg, Motion, Reach};
 pub use nalgebra::{Matrix3, Point3, Vector3};

@@ -40,6 +40,6 @@ fn what_is_asked_of_a_family_counts_for_the_design() {
         shown.json()["design_hash"].as_str().unwrap().to_owned()
     };
     let plain = hash(&[]);
-    assert_ne!(plain, hash(&["--set=labels.style=sunken"]));
+    assert_ne!(plain, hash(&["--set=labels.style=none"]));
     assert_ne!(plain, hash(&["--set=mount.thread=M2"]));
 }

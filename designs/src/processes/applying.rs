@@ -1,10 +1,11 @@
 //! Parts get what files say of how they are made.
 
 use fabkit_geometry::{Body, Kind, Machine, Process, Sensor};
-use fabkit_text::{Found, InvalidDesign, Setting, join, shown};
+use fabkit_text::{Found, InvalidDesign, Report, Setting, join, shown};
 
 use super::making::{Given, fits};
 use super::{Making, PARTS, ProcessKind, Processes, Recipe};
+use crate::labeling::{self, Labels};
 use crate::own::near;
 
 /// What a sensor's file says of processes and parts, for fixtures that are made for the sensor.
@@ -12,18 +13,27 @@ use crate::own::near;
 pub struct Workshop {
     pub(crate) processes: Processes,
     pub(crate) making: Making,
+    pub(crate) labels: Option<Labels>,
 }
 
 impl Workshop {
-    /// Gives the parts of a fixture their processes, as those of the sensor have them, and returns what
+    /// Gives the parts of a fixture their processes and labels, as those of the sensor have them, and returns what
     /// they follow from, as further parameters. They are called `FIXTURE/PART`.
     ///
     /// # Errors
     /// Parts that cannot be made as a file says.
-    pub fn apply(&self, fixture: &str, kit: &mut Sensor) -> Result<Vec<Setting>, InvalidDesign> {
+    pub fn apply(
+        &self,
+        fixture: &str,
+        kit: &mut Sensor,
+        report: &mut Report,
+    ) -> Result<Vec<Setting>, InvalidDesign> {
         let mut found = Vec::new();
         let scope = format!("{fixture}/");
         assign(kit, &scope, &self.making, true, &mut found);
+        if let Some(labels) = self.labels.as_ref().filter(|labels| labels.is_of_all()) {
+            labeling::apply(labels, kit, report);
+        }
         match found.is_empty() {
             true => Ok(self.processes.settings(&names(kit, &scope))),
             false => Err(InvalidDesign { problems: Found::sorted(found) }),

@@ -10,8 +10,8 @@ pub use lettering::{Lettering, NoGlyph};
 
 use super::INTO_MM;
 
-/// Lowest letters that can be read when they are printed with a nozzle of 0.4 mm, mm.
-pub const LEAST_HEIGHT_MM: f64 = 4.0;
+/// Lowest letters that can be read when they are printed, mm: of resin; filament takes 3 mm.
+pub const LEAST_HEIGHT_MM: f64 = 2.5;
 
 /// Width of strokes unless a label says otherwise, mm: two lines of that nozzle.
 const STROKE_MM: f64 = super::PRINTED_WALL_MM;

@@ -1,0 +1,160 @@
+//! Whether printed parts can be told apart, and letters are where they do no harm.
+
+use fabkit_geometry::{
+    Body, CompiledSolid, LETTERED, PlacedPrimitive, Point3, Process, Ray, Sensor, Solid, Vector3,
+    is_lettered,
+};
+
+use crate::finding::{Finding, Rule, Severity};
+use crate::lines::Caster;
+use crate::scene::{Assemblies, Placed};
+
+/// Parts whose sizes differ by less look alike, mm: nobody sees it without a gauge.
+const ALIKE_MM: f64 = 0.5;
+
+/// What is nearer to a face than this touches it, mm.
+const TOUCH_MM: f64 = 0.05;
+
+/// Distance of the lines through a letter, mm: about the width of a stroke.
+const STEP_MM: f64 = 0.5;
+
+/// How the notes of parts say why they carry none.
+const BARE: &str = "carries no label: ";
+
+/// Applies the rule; the second figure is how many printed parts there are.
+pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+    let printed: Vec<&Body> = sensor.parts().filter(|part| is_printed(part)).collect();
+    let (lettered, bare): (Vec<&Body>, Vec<&Body>) =
+        printed.iter().copied().partition(|part| is_lettered(&part.solid));
+    let mut findings: Vec<Finding> =
+        lettered.iter().filter_map(|part| covered(part, scene)).collect();
+    findings.extend(twins(&bare));
+    findings.extend(told(&bare));
+    (findings, printed.len())
+}
+
+fn is_printed(part: &Body) -> bool {
+    matches!(part.process(), Some(Process::Fdm | Process::Sla | Process::PolyJet))
+}
+
+/// Letters on a face that another body lies against, in whatever assembly.
+fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
+    for (assembly, bodies) in &scene.assemblies {
+        let own = bodies.iter().filter(|placed| placed.name == part.name);
+        for letter in own.flat_map(|placed| placed.body.leaves().iter().filter(|l| is_letter(l))) {
+            let mut others = bodies.iter().filter(|placed| placed.name != part.name);
+            let Some((other, place)) =
+                others.find_map(|other| Some((other, touched(letter, other)?)))
+            else {
+                continue;
+            };
+            let message = format!(
+                "the label of {} lies where {} touches it: letters leak, and keep faces apart",
+                part.name, other.name
+            );
+            let fix = "put it on a face that nothing touches, or set `labels.parts` without it";
+            return Some(
+                Finding::error(Rule::Labels, message, fix)
+                    .in_assembly(assembly)
+                    .of([part.name.as_str(), other.name])
+                    .at(Some(place)),
+            );
+        }
+    }
+    None
+}
+
+fn is_letter(leaf: &PlacedPrimitive) -> bool {
+    LETTERED.contains(&leaf.feature.as_str())
+}
+
+/// Where a body is on or in a letter.
+fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
+    let alone = CompiledSolid::new(&letter.primitive.clone().placed(letter.body_from_leaf)).ok()?;
+    if alone.bounds().grown(TOUCH_MM).common(&other.body.bounds()).is_empty() {
+        return None;
+    }
+    let Solid::Extrusion(_) = &letter.primitive else { return None };
+    // Letters are extruded along their z axis, which looks out of the face.
+    let in_leaf = CompiledSolid::new(&letter.primitive).ok()?.bounds();
+    let mut caster = Caster::default();
+    let count = |axis: usize| (in_leaf.size_mm()[axis] / STEP_MM).ceil().max(1.0) as usize;
+    for j in 0..=count(1) {
+        for i in 0..=count(0) {
+            let part = |axis: usize, i: usize| {
+                let along = (i as f64 + 0.5).min(count(axis) as f64) / count(axis) as f64;
+                in_leaf.min[axis] + along * in_leaf.size_mm()[axis]
+            };
+            let foot = Point3::new(part(0, i), part(1, j), in_leaf.min.z);
+            let ray = Ray {
+                origin: letter.body_from_leaf.point(foot),
+                direction: letter.body_from_leaf.vector(Vector3::z()),
+            };
+            let top_mm = in_leaf.size_mm()[2] + TOUCH_MM;
+            let hit = caster
+                .stretches(&other.body, &ray)
+                .find(|stretch| stretch.exit.t > TOUCH_MM && stretch.enter.t < top_mm);
+            if let Some(hit) = hit {
+                return Some(ray.at(hit.enter.t.max(0.0)));
+            }
+        }
+    }
+    None
+}
+
+/// Parts of different names and the same size without a letter on either.
+fn twins(bare: &[&Body]) -> Vec<Finding> {
+    let size = |part: &Body| {
+        let body = CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body)).ok()?;
+        let mut size = body.bounds().size_mm();
+        size.sort_by(f64::total_cmp);
+        Some(size)
+    };
+    let sizes: Vec<_> = bare.iter().filter_map(|part| Some((*part, size(part)?))).collect();
+    let is_alike =
+        |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < ALIKE_MM);
+    let mut findings = Vec::new();
+    let mut told = Vec::new();
+    for (i, (part, own)) in sizes.iter().enumerate() {
+        if told.contains(&part.name.as_str()) {
+            continue;
+        }
+        let alike = sizes[i + 1..].iter().filter(|(_, size)| is_alike(own, size));
+        let alike: Vec<&str> = alike.map(|(other, _)| other.name.as_str()).collect();
+        if alike.is_empty() {
+            continue;
+        }
+        told.extend(&alike);
+        let [x, y, z] = own;
+        let message = format!(
+            "{} and {} are printed in the same size ({x:.1} x {y:.1} x {z:.1} mm) and carry no label",
+            part.name,
+            alike.join(", ")
+        );
+        let fix = "write `labels.style: sunken`, or a shorter `labels.text`";
+        findings.push(
+            Finding::error(Rule::Labels, message, fix)
+                .of(std::iter::once(part.name.as_str()).chain(alike)),
+        );
+    }
+    findings
+}
+
+/// Why a part carries none, as far as somebody says so.
+fn why(part: &Body) -> Option<&str> {
+    part.notes.iter().find_map(|note| note.strip_prefix(BARE))
+}
+
+/// Which parts carry no label, and why.
+fn told(bare: &[&Body]) -> Option<Finding> {
+    let first = bare.iter().find(|part| why(part).is_some())?;
+    let named: Vec<String> =
+        bare.iter().filter_map(|part| Some(format!("{} ({})", part.name, why(part)?))).collect();
+    let message = format!("no label is on {}", named.join(", "));
+    let fix = "mark them by hand where they could be mixed up";
+    Some(
+        Finding::error(Rule::Labels, message, fix)
+            .with_severity(Severity::Note)
+            .of([first.name.as_str()]),
+    )
+}

@@ -1,0 +1,299 @@
+//! Faces of a part that text can stand on: flat or nearly so, free of whatever the part touches, and
+//! thick enough.
+
+use fabkit_geometry::{
+    Body, Clarity, CompiledSolid, Crossing, Point3, Pose, Ray, Scratch, Sensor, Vector3,
+};
+
+/// Flat face beside the letters, mm.
+pub(super) const MARGIN_MM: f64 = 0.6;
+
+/// The same on round walls, mm, where letters take no more than the little that is nearly flat.
+const ROUND_MARGIN_MM: f64 = 0.2;
+
+/// What falls away by less is taken for flat, mm.
+const ROUND_MM: f64 = 0.05;
+
+/// Material behind sunken letters, mm: two lines of a 0.4 mm nozzle.
+const BEHIND_MM: f64 = 0.8;
+
+/// What must be free before a face, mm: more than what stands out, and than what is glued on.
+const BEFORE_MM: f64 = 1.0;
+
+/// Heights that differ by less are one plane, mm.
+const FLAT_MM: f64 = 1e-6;
+
+/// Upright walls may curve away by this much below text, mm: what a nozzle of 0.4 mm hardly shows.
+const CURVED_MM: f64 = 0.4;
+
+/// Faces that lie no deeper than this below the highest point come first, mm: others are hard to read.
+const SHALLOW_MM: f64 = 3.0;
+
+/// Lines along an edge of a face in the first look, at most, and how far apart they are at least, mm.
+const LINES: (f64, f64) = (36.0, 0.6);
+
+/// Lines of the second look are so far apart, mm: no wider than letters' strokes.
+const FINE_MM: f64 = 0.45;
+
+/// Places that get a second look on one face for one text, at most.
+const MOST_PLACES: usize = 6;
+
+/// Where text stands.
+pub(super) struct Found {
+    /// x along the text, y up, z to the reader; the origin on the highest point below the text.
+    pub pose: Pose,
+    /// How far the face falls away below the text, mm; 0 where it is flat.
+    pub fall_mm: f64,
+}
+
+/// A part that looks for a place for its text.
+pub(super) struct Faces<'a> {
+    body: &'a Body,
+    own: &'a CompiledSolid,
+    sensor: &'a Sensor,
+    compiled: &'a [Option<CompiledSolid>],
+    /// How deep letters are cut in, mm; `None` if they stand out.
+    sunken_mm: Option<f64>,
+    views: Vec<View>,
+}
+
+/// A direction that faces are looked at from, in the frame of the body: along the text, up, to the
+/// reader; the middle and half the edges of what is seen, mm; and what a first look found.
+struct View {
+    axes: [Vector3<f64>; 3],
+    middle: [f64; 3],
+    half: [f64; 3],
+    /// How far a face may fall away and still count, mm.
+    allowed_mm: f64,
+    seen: Option<Seen>,
+}
+
+/// Heights on a grid, and how much of it is uneven.
+struct Seen {
+    count: [i64; 2],
+    step: [f64; 2],
+    heights: Vec<Option<f64>>,
+    /// Sums of uneven steps from the lower left, to either side and up.
+    uneven: Vec<u32>,
+}
+
+impl View {
+    fn new(own: &CompiledSolid, axes: [Vector3<f64>; 3], allowed_mm: f64) -> Self {
+        let bounds = own.bounds();
+        let (middle, size) = (bounds.centre(), bounds.size_mm());
+        let half = axes.map(|axis| (0..3).map(|i| axis[i].abs() * size[i] / 2.0).sum());
+        let middle = axes.map(|axis| axis.dot(&middle.coords));
+        Self { axes, middle, half, allowed_mm, seen: None }
+    }
+
+    /// A place by its distances from the middle of the face and its height.
+    fn point(&self, [u, v]: [f64; 2], height: f64) -> Point3<f64> {
+        let at = [self.middle[0] + u, self.middle[1] + v, height];
+        Point3::from(self.axes.iter().zip(at).map(|(axis, mm)| axis * mm).sum::<Vector3<f64>>())
+    }
+
+    fn top_mm(&self) -> f64 {
+        self.middle[2] + self.half[2]
+    }
+
+    /// Where a line towards the face enters the body, and how far it runs in it, mm.
+    fn met(&self, own: &CompiledSolid, at: [f64; 2], buffers: &mut Buffers) -> Option<[f64; 2]> {
+        let above = self.top_mm() + 1.0;
+        let ray = Ray { origin: self.point(at, above), direction: -self.axes[2] };
+        own.crossings_into(&ray, &mut buffers.0, &mut buffers.1);
+        let (first, second) = (buffers.1.first()?, buffers.1.get(1)?);
+        Some([above - first.t, second.t - first.t])
+    }
+
+    fn look(&mut self, own: &CompiledSolid) {
+        let step = [0, 1].map(|i| (2.0 * self.half[i] / LINES.0).max(LINES.1));
+        let count = [0, 1].map(|i| (self.half[i] / step[i]).floor() as i64);
+        let buffers = &mut Buffers::default();
+        let places = (-count[1]..=count[1])
+            .flat_map(|j| (-count[0]..=count[0]).map(move |i| [i as f64, j as f64]));
+        let heights: Vec<Option<f64>> = places
+            .map(|[i, j]| self.met(own, [i * step[0], j * step[1]], buffers))
+            .map(|met| met.map(|[height, _]| height))
+            .collect();
+        let [width, rows] = count.map(|count| (2 * count + 1) as usize);
+        let is_even = |a: usize, b: usize| match (heights[a], heights[b]) {
+            (Some(a), Some(b)) => (a - b).abs() < FLAT_MM + self.allowed_mm / 2.0,
+            _ => false,
+        };
+        let mut uneven = vec![0; (width + 1) * (rows + 1)];
+        for j in 0..rows {
+            for i in 0..width {
+                let at = j * width + i;
+                let beside = i > 0 && !is_even(at, at - 1);
+                let below = j > 0 && !is_even(at, at - width);
+                let own = u32::from(beside || below || heights[at].is_none());
+                let sum = |i: usize, j: usize| uneven[j * (width + 1) + i];
+                uneven[(j + 1) * (width + 1) + i + 1] =
+                    own + sum(i, j + 1) + sum(i + 1, j) - sum(i, j);
+            }
+        }
+        self.seen = Some(Seen { count, step, heights, uneven });
+    }
+}
+
+type Buffers = (Scratch, Vec<Crossing>);
+
+impl Seen {
+    /// Middles of even rectangles of these half edges, those nearest to the middle first, and their
+    /// heights there.
+    fn even(&self, need: [f64; 2]) -> Vec<([f64; 2], f64)> {
+        let [width, _] = self.count.map(|count| (2 * count + 1) as usize);
+        let reach = [0, 1].map(|i| (need[i] / self.step[i]).floor() as i64);
+        let sum = |i: i64, j: i64| self.uneven[j as usize * (width + 1) + i as usize];
+        let mut places = Vec::new();
+        for j in reach[1]..=2 * self.count[1] - reach[1] {
+            for i in reach[0]..=2 * self.count[0] - reach[0] {
+                let [low, high] = [[i - reach[0], j - reach[1]], [i + reach[0], j + reach[1]]];
+                // Steps between its columns and rows; those to its left and below do not count.
+                let [from, to] = [[low[0] + 1, low[1] + 1], [high[0] + 1, high[1] + 1]];
+                let inside = sum(to[0], to[1]) + sum(from[0].min(to[0]), from[1].min(to[1]))
+                    - sum(from[0].min(to[0]), to[1])
+                    - sum(to[0], from[1].min(to[1]));
+                let Some(height) = self.heights[j as usize * width + i as usize] else { continue };
+                if inside == 0 {
+                    let at = [
+                        (i - self.count[0]) as f64 * self.step[0],
+                        (j - self.count[1]) as f64 * self.step[1],
+                    ];
+                    places.push((at, height));
+                }
+            }
+        }
+        places.sort_by(|(a, _), (b, _)| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])));
+        places
+    }
+}
+
+impl<'a> Faces<'a> {
+    pub(super) fn new(
+        body: &'a Body,
+        own: &'a CompiledSolid,
+        sensor: &'a Sensor,
+        compiled: &'a [Option<CompiledSolid>],
+        sunken_mm: Option<f64>,
+    ) -> Self {
+        let bed = body.bed_from_body.inverse();
+        let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+        // Up first, then the sides; what lies on the bed only where letters are cut in.
+        let mut normals = vec![(z, y, 0.0)];
+        normals.extend([-y, x, y, -x].map(|normal| (normal, z, CURVED_MM)));
+        if sunken_mm.is_some() {
+            normals.push((-z, y, 0.0));
+        }
+        let views = normals.into_iter().map(|(normal, up, allowed_mm)| {
+            let axes = [up.cross(&normal), up, normal].map(|axis| bed.vector(axis));
+            View::new(own, axes, allowed_mm)
+        });
+        Self { body, own, sensor, compiled, sunken_mm, views: views.collect() }
+    }
+
+    /// The first face that takes a text of this width and height, mm, along either of its edges.
+    pub(super) fn find(&mut self, size: [f64; 2]) -> Option<Found> {
+        let passes = [(MARGIN_MM, true), (MARGIN_MM, false), (ROUND_MARGIN_MM, true)];
+        passes.into_iter().find_map(|(margin_mm, is_shallow)| {
+            let is_round = margin_mm < MARGIN_MM;
+            let tried = |view: &View| !is_round || view.allowed_mm > 0.0;
+            let views: Vec<usize> =
+                (0..self.views.len()).filter(|i| tried(&self.views[*i])).collect();
+            let mut found = views
+                .into_iter()
+                .filter_map(|view| self.on(view, size.map(|mm| mm / 2.0 + margin_mm), is_shallow));
+            found.find(|found| !is_round || found.fall_mm > ROUND_MM)
+        })
+    }
+
+    /// A place on one face near its middle for a rectangle of these half edges.
+    fn on(&mut self, view: usize, need: [f64; 2], is_shallow: bool) -> Option<Found> {
+        let turned = [need[1], need[0]];
+        let fits = |need: [f64; 2], half: [f64; 3]| (0..2).all(|i| need[i] <= half[i]);
+        let half = self.views[view].half;
+        if !fits(need, half) && !fits(turned, half) {
+            return None;
+        }
+        let own = self.own;
+        let looked = &mut self.views[view];
+        if looked.seen.is_none() {
+            looked.look(own);
+        }
+        let view = &self.views[view];
+        let seen = view.seen.as_ref()?;
+        for (need, is_turned) in [(need, false), (turned, true)] {
+            let places = seen
+                .even(need)
+                .into_iter()
+                .filter(|(_, height)| (view.top_mm() - height <= SHALLOW_MM) == is_shallow);
+            let found = places.take(MOST_PLACES).find_map(|(at, _)| {
+                let [low, high] = self.whole(view, at, need)?;
+                self.is_free(view, at, [low, high], need).then_some((at, low, high))
+            });
+            let Some((at, low, high)) = found else { continue };
+            let [u, v, n] = view.axes;
+            let axes = if is_turned { [v, -u, n] } else { [u, v, n] };
+            let pose = Pose::with_axes(axes, view.point(at, high))?;
+            let fall_mm = if high - low < 2.0 * FLAT_MM { 0.0 } else { high - low };
+            return Some(Found { pose, fall_mm });
+        }
+        None
+    }
+
+    /// The lowest and the highest point of a face below text and margin, if it is even there, and thick
+    /// enough behind.
+    fn whole(&self, view: &View, at: [f64; 2], need: [f64; 2]) -> Option<[f64; 2]> {
+        let buffers = &mut Buffers::default();
+        let (mut low, mut high, mut back) = (f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for at in grid(at, need, FINE_MM) {
+            let [height, run] = view.met(self.own, at, buffers)?;
+            (low, high) = (low.min(height), high.max(height));
+            back = back.max(height - run);
+            if high - low > FLAT_MM + view.allowed_mm {
+                return None;
+            }
+        }
+        let behind = low - self.sunken_mm.unwrap_or(0.0) - back;
+        (behind >= BEHIND_MM).then_some([low, high])
+    }
+
+    /// Whether no other body of the assemblies that this one stands in is before a face, nothing that is
+    /// felt is beside it, and no camera looks through it.
+    fn is_free(&self, view: &View, at: [f64; 2], [low, high]: [f64; 2], need: [f64; 2]) -> bool {
+        let heights = [low + 0.01, low + BEFORE_MM / 2.0, high + BEFORE_MM];
+        let points: Vec<Point3<f64>> = grid(at, need, 1.0)
+            .flat_map(|at| heights.map(|height| view.point(at, height)))
+            .collect();
+        self.body.placements.iter().all(|own| {
+            let placed: Vec<Point3<f64>> =
+                points.iter().map(|point| own.assembly_from_body.point(*point)).collect();
+            let is_in_use = own.assembly.0 == "sensor";
+            let is_felt = self.sensor.touch.is_some() && placed.iter().any(|point| point.z > -0.05);
+            if is_in_use && (is_felt || self.body.clarity() != Clarity::Opaque) {
+                return false;
+            }
+            let others = self.sensor.bodies.iter().zip(self.compiled);
+            others.filter(|(other, _)| other.name != self.body.name).all(|(other, solid)| {
+                let places = other.placements.iter().filter(|p| p.assembly == own.assembly);
+                places.into_iter().all(|place| {
+                    let Some(solid) = solid else { return true };
+                    let other_from_assembly = place.assembly_from_body.inverse();
+                    placed.iter().all(|point| {
+                        let point = other_from_assembly.point(*point);
+                        !(solid.bounds().contains(&point) && solid.contains(&point))
+                    })
+                })
+            })
+        })
+    }
+}
+
+/// Points of a rectangle of these half edges around a middle, so far apart at most, mm.
+fn grid(at: [f64; 2], half: [f64; 2], step: f64) -> impl Iterator<Item = [f64; 2]> {
+    let count = half.map(|half| (2.0 * half / step).ceil() as u32);
+    let place = move |axis: usize, i: u32| {
+        at[axis] + half[axis] * (2.0 * f64::from(i) / f64::from(count[axis]) - 1.0)
+    };
+    (0..=count[1]).flat_map(move |j| (0..=count[0]).map(move |i| [place(0, i), place(1, j)]))
+}

@@ -1,0 +1,99 @@
+//! What is written on parts: their names, and shorter where there is no room.
+
+/// What may be written on a part, the best first: its name, its words cut short, their initials.
+///
+/// Nothing but the name itself may be written on a part if another one among `names` would be called
+/// so, too.
+pub(super) fn texts(name: &str, names: &[String]) -> Vec<String> {
+    let others = || names.iter().filter(|other| *other != name);
+    let is_own = |text: &String, make: &dyn Fn(&str) -> String| {
+        !others().any(|other| make(other) == *text || other == text)
+    };
+    let shorter: [&dyn Fn(&str) -> String; 3] =
+        [&|name| cut(name, 3), &|name| initials(name), &|name| code(name, names)];
+    let mut texts = vec![name.to_owned()];
+    for make in shorter {
+        let text = make(name);
+        let last = texts.last().map_or(0, String::len);
+        if is_own(&text, make) && text.len() >= 2 && text.len() < last {
+            texts.push(text);
+        }
+    }
+    texts
+}
+
+/// The first letters of a word; numbers stay whole.
+fn short(word: &str, letters: usize) -> String {
+    match word.parse::<u32>() {
+        Ok(_) => word.to_owned(),
+        Err(_) => word.chars().take(letters).collect(),
+    }
+}
+
+/// Every word cut to so many letters.
+fn cut(name: &str, letters: usize) -> String {
+    let words: Vec<String> = name.split('-').map(|word| short(word, letters)).collect();
+    words.join("-")
+}
+
+/// The first letters of all words, two of a word that stands alone.
+fn initials(name: &str) -> String {
+    let letters = if name.contains('-') { 1 } else { 2 };
+    name.split('-').map(|word| short(word, letters)).collect()
+}
+
+/// The same, with the letter that tells a word from those in its place in names of the same initials.
+fn code(name: &str, names: &[String]) -> String {
+    let own: Vec<&str> = name.split('-').collect();
+    let is_alike = |other: &&String| *other != name && initials(other) == initials(name);
+    let alike: Vec<Vec<&str>> =
+        names.iter().filter(is_alike).map(|other| other.split('-').collect()).collect();
+    let letters = own.iter().enumerate().map(|(i, word)| {
+        let beside = alike.iter().filter_map(|other| other.get(i)).filter(|other| *other != word);
+        let beside: Vec<&str> = beside.copied().collect();
+        let differs = |at: &usize| {
+            let letter = word.as_bytes().get(*at);
+            beside.iter().all(|other| other.as_bytes().get(*at) != letter)
+        };
+        let told = (1..word.len()).filter(|_| !beside.is_empty()).find(differs);
+        let told = told.and_then(|at| word.get(at..=at)).unwrap_or_default();
+        let first = short(word, 1);
+        if first.len() > 1 { first } else { first + told }
+    });
+    letters.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn short_texts_tell_parts_apart() {
+        let names = [
+            "mold-transparent-gel-a",
+            "mold-transparent-gel-b",
+            "mold-translucent-gel-a",
+            "mold-translucent-gel-b",
+            "lid-transparent-gel",
+            "lid-translucent-gel",
+            "base",
+            "bar",
+            "pin-12",
+            "pin-13",
+        ]
+        .map(str::to_owned);
+        let mut shortest = BTreeSet::new();
+        for name in &names {
+            let texts = texts(name, &names);
+            assert_eq!(&texts[0], name);
+            let last = texts.last().unwrap();
+            assert!(last.len() >= 2 && last.len() <= name.len(), "{texts:?}");
+            assert!(shortest.insert(last.clone()), "{name}: {last}");
+        }
+        assert_eq!(texts("base", &names).last().unwrap(), "bs");
+        assert_eq!(texts("pin-12", &names).last().unwrap(), "p12");
+        assert_eq!(texts("mold-translucent-gel-b", &names).last().unwrap(), "mtlgb");
+    }
+}

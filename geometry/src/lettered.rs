@@ -1,0 +1,52 @@
+//! Letters on parts: features that tell parts apart, and do nothing else.
+
+use crate::Solid;
+
+/// Names of the features that tell what a part is: its label, and the number of one of many.
+pub const LETTERED: [&str; 2] = ["label", "number"];
+
+/// Whether a part carries text that tells what it is.
+pub fn is_lettered(solid: &Solid) -> bool {
+    solid.leaves().iter().any(|leaf| LETTERED.contains(&leaf.feature))
+}
+
+/// The same without such text, for rules that measure walls and edges: letters leave ridges that carry
+/// nothing.
+///
+/// ```
+/// use fabkit_geometry::{Solid, is_lettered, without_letters};
+/// let plate = Solid::cuboid(20.0, 8.0, 2.0);
+/// let letter = Solid::cuboid(0.6, 4.0, 1.0).at(0.0, 0.0, 1.6).named("label");
+/// let labelled = plate.clone().minus(letter);
+/// assert!(is_lettered(&labelled) && !is_lettered(&without_letters(&labelled)));
+/// ```
+#[must_use]
+pub fn without_letters(solid: &Solid) -> Solid {
+    let is_kept = |solid: &&Solid| !is_letters(solid);
+    let each = |solids: &[Solid]| solids.iter().filter(is_kept).map(without_letters).collect();
+    match solid {
+        Solid::Union(of) => Solid::Union(each(of)),
+        Solid::Difference { of, minus } => {
+            let minus: Vec<Solid> = each(minus);
+            match minus.is_empty() {
+                true => without_letters(of),
+                false => Solid::Difference { of: Box::new(without_letters(of)), minus },
+            }
+        }
+        Solid::Placed { pose, of } => {
+            Solid::Placed { pose: *pose, of: Box::new(without_letters(of)) }
+        }
+        Solid::Feature { name, of } => {
+            Solid::Feature { name: name.clone(), of: Box::new(without_letters(of)) }
+        }
+        other => other.clone(),
+    }
+}
+
+fn is_letters(solid: &Solid) -> bool {
+    match solid {
+        Solid::Feature { name, .. } => LETTERED.contains(&name.as_str()),
+        Solid::Placed { of, .. } => is_letters(of),
+        _ => false,
+    }
+}

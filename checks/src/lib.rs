@@ -241,6 +241,15 @@ pub fn standing(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(standing::examine(kit)?.0)
 }
 
+/// Whether everything gets to its place, and its tools with it, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    let scene = Assemblies::new(sensor)?;
+    Ok(motion::examine(sensor, &scene, &Memo::default()).findings)
+}
+
 /// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.
 fn unbonded(sensor: &Sensor, loose: &Loose) -> Finding {
     let from = |name: &str| {

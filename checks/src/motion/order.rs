@@ -8,10 +8,10 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Motion, Sensor, Vector3};
+use fabkit_geometry::{Aabb, Motion, Sensor, Vector3};
 
 use super::arrival::Arrival;
-use super::path::{Contact, contact, follow, is_blocked, overlap};
+use super::path::{Contact, contact, follow, is_blocked, is_too_deep, overlap};
 use crate::finding::Rule;
 use crate::memo::{Key, Memo};
 use crate::scene::Placed;
@@ -78,6 +78,15 @@ fn ways_out(piece: &Piece) -> Vec<Vector3<f64>> {
     let mut seen = BTreeSet::new();
     ways.retain(|way| seen.insert(bits(&way.map(|v| v + 0.0))));
     ways
+}
+
+/// From the middle of all others to the middle of a piece: what lies outside leaves outwards.
+fn outwards(piece: &Piece, others: &[&Placed]) -> Vector3<f64> {
+    let middle = |of: &[&Placed]| {
+        let hull = of.iter().fold(Aabb::nothing(), |sum, placed| sum.hull(&placed.body.bounds()));
+        hull.centre()
+    };
+    if others.is_empty() { Vector3::z() } else { middle(piece) - middle(others) }
 }
 
 fn azimuths() -> Vec<Vector3<f64>> {
@@ -179,7 +188,12 @@ impl<'a> Order<'a> {
                 let allowed = |mover: &Placed, other: &Placed| self.meant_mm(mover, other);
                 follow(motion, piece, others, &allowed).is_none()
             }
-            None => ways(piece).iter().any(|way| !self.is_in_the_way(piece, others, way)),
+            None => {
+                let mut ways = ways(piece);
+                let out = outwards(piece, others);
+                ways.sort_by(|a, b| b.dot(&out).total_cmp(&a.dot(&out)));
+                ways.iter().any(|way| !self.is_in_the_way(piece, others, way))
+            }
         };
         is_free && self.without_room(piece, others).is_none()
     }
@@ -222,7 +236,7 @@ impl<'a> Order<'a> {
         let key = Key::new(5).key(mover.key).key(other.key).vector(way).number(meant_mm);
         !self.memo.is_clean(&key, || {
             !is_blocked(&mover.body, &other.body, way)
-                || meant_mm > 0.0 && contact(&mover.body, &other.body, way, meant_mm).is_none()
+                || meant_mm > 0.0 && !is_too_deep(&mover.body, &other.body, way, meant_mm)
         })
     }
 

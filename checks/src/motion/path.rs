@@ -12,6 +12,12 @@ use crate::scene::Placed;
 /// Lines along the longer side of what mover and obstacle have in common across the way.
 const LINES: usize = 160;
 
+/// Lines along that side where a rough answer may do.
+const FEW: usize = 32;
+
+/// Of so many lines side by side, one is tried first.
+const COARSE: usize = 12;
+
 /// What lies ahead by less is contact, mm.
 const CONTACT_MM: f64 = 1e-5;
 
@@ -37,6 +43,7 @@ struct Lines {
     direction: Vector3<f64>,
     across: [Vector3<f64>; 2],
     from: [f64; 2],
+    sides: [f64; 2],
     cell_mm: f64,
     size: [usize; 2],
     shadow: Option<Shadow>,
@@ -44,7 +51,12 @@ struct Lines {
 
 impl Lines {
     /// `None` if nothing is in the way.
-    fn of(mover: &CompiledSolid, other: &CompiledSolid, direction: &Vector3<f64>) -> Option<Self> {
+    fn of(
+        mover: &CompiledSolid,
+        other: &CompiledSolid,
+        direction: &Vector3<f64>,
+        count: usize,
+    ) -> Option<Self> {
         let [u, v] = basis(direction);
         let shadow = |bounds: &Aabb, w: &Vector3<f64>| {
             let half_mm = w.abs().dot(&(0.5 * (bounds.max - bounds.min)));
@@ -62,22 +74,43 @@ impl Lines {
         if !may_meet {
             return None;
         }
-        let boxes = obstacles(mover, &[other], direction);
-        if boxes.as_ref().is_some_and(Vec::is_empty) {
-            return None;
-        }
-        let cell_mm = sides[0].max(sides[1]) / LINES as f64;
-        let middle = [0, 1].map(|k| 0.5 * (common[k][0] + common[k][1]));
-        let centre = Point3::from(middle[0] * u + middle[1] * v);
-        let half = sides.map(|side| 0.5 * side);
+        let cell_mm = sides[0].max(sides[1]) / count as f64;
+        let size = sides.map(|side| (side / cell_mm).ceil() as usize);
+        let from = common.map(|[from, _]| from);
         Some(Self {
             direction: *direction,
             across: [u, v],
-            from: common.map(|[from, _]| from),
+            from,
+            sides,
             cell_mm,
-            size: sides.map(|side| (side / cell_mm).ceil() as usize),
-            shadow: boxes.map(|boxes| Shadow::of(&boxes, &centre, &[u, v], half)),
+            size,
+            shadow: None,
         })
+    }
+
+    /// Without the lines that provably meet nothing; `None` if all do not.
+    fn that_may_meet(self, mover: &CompiledSolid, other: &CompiledSolid) -> Option<Self> {
+        let boxes = obstacles(mover, &[other], &self.direction);
+        if boxes.as_ref().is_some_and(Vec::is_empty) {
+            return None;
+        }
+        let [u, v] = self.across;
+        let middle = [0, 1].map(|k| self.from[k] + 0.5 * self.sides[k]);
+        let centre = Point3::from(middle[0] * u + middle[1] * v);
+        let half = self.sides.map(|side| 0.5 * side);
+        let shadow = boxes.map(|boxes| Shadow::of(&boxes, &centre, &self.across, half));
+        Some(Self { shadow, ..self })
+    }
+
+    /// Whether any of every `stride`-th line in both directions is blocked.
+    fn is_any_blocked(&self, mover: &CompiledSolid, other: &CompiledSolid, stride: usize) -> bool {
+        let row = |j: usize| {
+            let mut casters = [Caster::default(), Caster::default()];
+            (stride / 2..self.size[0]).step_by(stride).any(|i| {
+                self.ray(i, j).is_some_and(|ray| met(&ray, mover, other, &mut casters).is_some())
+            })
+        };
+        (stride / 2..self.size[1]).step_by(stride).any(row)
     }
 
     /// The line through a cell; none where it is known that nothing is met.
@@ -101,6 +134,16 @@ impl Lines {
         };
         (0..self.size[1]).into_par_iter().flat_map_iter(row).collect()
     }
+
+    /// Where most is in the way, and how much.
+    fn deepest(&self, mover: &CompiledSolid, other: &CompiledSolid) -> Option<Contact> {
+        let blocked = self.blocked(mover, other);
+        let deep = depths(&blocked, self.size);
+        let (index, cells) = deep.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        // Of a strip one cell wide, the middle is one cell from what is free.
+        let depth_mm = (2.0 * cells - 1.0) * self.cell_mm;
+        blocked[index].map(|place| Contact { place, depth_mm })
+    }
 }
 
 /// Where a line meets what lies ahead of the mover.
@@ -122,13 +165,12 @@ pub(crate) fn is_blocked(
     other: &CompiledSolid,
     direction: &Vector3<f64>,
 ) -> bool {
-    let Some(lines) = Lines::of(mover, other, direction) else { return false };
-    (0..lines.size[1]).into_par_iter().any(|j| {
-        let mut casters = [Caster::default(), Caster::default()];
-        (0..lines.size[0]).any(|i| {
-            lines.ray(i, j).is_some_and(|ray| met(&ray, mover, other, &mut casters).is_some())
-        })
-    })
+    let Some(lines) = Lines::of(mover, other, direction, LINES) else { return false };
+    // A few lines tell most of what is blocked, and a proof most of what is not.
+    lines.is_any_blocked(mover, other, COARSE)
+        || lines
+            .that_may_meet(mover, other)
+            .is_some_and(|lines| lines.is_any_blocked(mover, other, 1))
 }
 
 /// The same with place and depth: the thickness, across the way, of what is in it. It is known to one
@@ -139,15 +181,24 @@ pub(crate) fn contact(
     direction: &Vector3<f64>,
     allowed_mm: f64,
 ) -> Option<Contact> {
-    let lines = Lines::of(mover, other, direction)?;
-    let blocked = lines.blocked(mover, other);
-    let deep = depths(&blocked, lines.size);
-    let (index, cells) = deep.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let place = blocked[index]?;
-    // Of a strip one cell wide, the middle is one cell from what is free.
-    let depth_mm = (2.0 * cells - 1.0) * lines.cell_mm;
-    let is_meant = allowed_mm > 0.0 && depth_mm <= allowed_mm + lines.cell_mm;
-    (!is_meant).then_some(Contact { place, depth_mm })
+    let lines = Lines::of(mover, other, direction, LINES)?.that_may_meet(mover, other)?;
+    let contact = lines.deepest(mover, other)?;
+    let is_meant = allowed_mm > 0.0 && contact.depth_mm <= allowed_mm + lines.cell_mm;
+    (!is_meant).then_some(contact)
+}
+
+/// Whether what is in the way reaches deeper into it than is allowed: what [`contact`] finds, told by few
+/// lines where it is much deeper.
+pub(crate) fn is_too_deep(
+    mover: &CompiledSolid,
+    other: &CompiledSolid,
+    direction: &Vector3<f64>,
+    allowed_mm: f64,
+) -> bool {
+    let Some(few) = Lines::of(mover, other, direction, FEW) else { return false };
+    let deepest = few.deepest(mover, other);
+    deepest.is_some_and(|contact| contact.depth_mm > allowed_mm + 3.0 * few.cell_mm)
+        || contact(mover, other, direction, allowed_mm).is_some()
 }
 
 /// Distance of each blocked cell from the nearest free one, in cells: steps of 1 and sqrt(2)

@@ -65,8 +65,14 @@ fn mounting_holes_lie_as_they_are_told() {
     let [a, b] = [10.0, 4.0];
     let rectangle = [[a, b], [-a, b], [-a, -b], [a, -b]];
     let four = ["mount.pattern=rectangle", "mount.width=20mm", "mount.depth=8mm"];
+    let four = [&four[..], &["mount.hold=tapped"]].concat();
     same(&mounts(&made("rtac0", &four)), &rectangle);
-    let listed = ["mount.pattern=list", "mount.x=[10mm,-10mm,4mm]", "mount.y=[4mm,4mm,-10mm]"];
+    let listed = [
+        "mount.hold=tapped",
+        "mount.pattern=list",
+        "mount.x=[10mm,-10mm,4mm]",
+        "mount.y=[4mm,4mm,-10mm]",
+    ];
     same(&mounts(&made("rtac0", &listed)), &[[a, b], [-a, b], [b, -a]]);
     // A quarter turn in a square floor; three screws of the dome's shell leave no room for it.
     for sensor in ["shadowtac", "9dtact", "digit-like", "gelsight-like"] {
@@ -99,7 +105,8 @@ fn inserts_are_bought_and_pressed_in() {
 
 #[test]
 fn mounting_holes_that_cannot_be_are_refused_with_what_to_change() {
-    let four = ["base.mount_holes=4", "shell.screws=3"];
+    let four =
+        ["base.mount_holes=4", "shell.screws=3", "mount.hold=tapped", "base.mount_radius=11.4mm"];
     refused("rtac0", &four, &["within 0.35 mm of a nut", "`mount.pattern: rectangle`"]);
     refused("rtac0", &["mount.hold=through"], &["stand above the holes", "`tapped` or `insert`"]);
     refused(
@@ -181,7 +188,8 @@ fn boards_may_be_longer_than_wide() {
 
 #[test]
 fn cables_leave_where_they_are_told_and_edges_are_round() {
-    let turned = made("rtac0", &["base.cable_angle=90 deg", "shell.edge_fillet=1mm"]);
+    let floor = ["base.cable_exit=floor", "base.cable_angle=90 deg", "shell.edge_fillet=1mm"];
+    let turned = made("rtac0", &floor);
     let base = CompiledSolid::new(&body(&turned, "base").solid).unwrap();
     let bottom = base.bounds().min.z + 0.2;
     assert!(!base.contains(&Point3::new(0.0, 3.5, bottom)));

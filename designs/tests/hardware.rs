@@ -137,7 +137,7 @@ fn nuts_socket_screws_inserts_and_dowels_are_those_of_their_tables() {
         let specification = ordered(diameter_mm, length_mm);
         assert!(specification.contains("no size of ISO 2338"), "{specification}");
     }
-    let rtac0 = sensor("rtac0", &[]);
+    let rtac0 = sensor("rtac0", &["molds.route=printed"]);
     let dowel = rtac0.sensor.components().find(|c| c.name == "dowel").unwrap();
     assert_eq!(dowel.summary, ordered(3.0, 8.0));
 }

@@ -52,7 +52,10 @@ const REFUSED: &[(&[&str], &str)] = &[
     (&["camera.board_size=20mm", "shell.outer_diameter=30mm"], "camera.board_size"),
     (&["camera.lens_height=8mm", "camera.depth=7mm"], "camera.lens_height"),
     (&["base.mount_holes=4", "shell.screws=3"], "base.mount_holes"),
-    (&["base.cable_slot_length=4mm", "base.cable_slot_width=4mm"], "base.cable_slot_width"),
+    (
+        &["base.cable_exit=floor", "base.cable_slot_length=4mm", "base.cable_slot_width=4mm"],
+        "base.cable_slot_width",
+    ),
     (&["form.plate=3mm"], "form.plate"),
     (&["mold.height=22mm", "mold.wall=3mm"], "mold.height"),
     (&["mold.width=40mm"], "mold.width"),

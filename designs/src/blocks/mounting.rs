@@ -52,6 +52,8 @@ choices! {
         Tapped = "tapped",
         /// Nuts that are melted in.
         Insert = "insert",
+        /// Shorter ones, where the floor is thin.
+        ShortInsert = "short-insert",
         /// They pass, into what is mounted.
         Through = "through",
     }
@@ -76,7 +78,7 @@ parameters! {
         /// Thread of the screws.
         thread: MountThread,
         /// What holds them: `tapped` plastic that they cut their thread into, an `insert` that is melted
-        /// in, or nothing, so that they go `through` from inside.
+        /// in, a `short-insert` (M3: 4 mm long), or nothing, so that they go `through` from inside.
         hold: MountHold,
     }
 }
@@ -94,12 +96,12 @@ impl MountThread {
         Screw { thread_mm, ..Screw::M3X4 }
     }
 
-    /// The longest that a hole so deep (mm) takes; if none does, the shortest.
-    fn nut(self, depth_mm: f64) -> HeatSetNut {
+    /// The usual nut, or a short one where there is one.
+    fn nut(self, is_short: bool) -> HeatSetNut {
         match self {
             Self::M2 => HeatSetNut::M2,
             Self::M2_5 => HeatSetNut::M2_5,
-            Self::M3 if depth_mm < HeatSetNut::M3.length_mm => HeatSetNut::M3_SHORT,
+            Self::M3 if is_short => HeatSetNut::M3_SHORT,
             Self::M3 => HeatSetNut::M3,
             Self::M4 => HeatSetNut::M4,
             Self::M5 => HeatSetNut::M5,
@@ -146,7 +148,7 @@ impl Mounting<'_> {
         match hold {
             MountHold::Tapped => Joint::self_tapping(label, screw, poses, self.depth_mm),
             MountHold::Through => Joint::free(label, screw, poses, self.depth_mm),
-            MountHold::Insert => {
+            MountHold::Insert | MountHold::ShortInsert => {
                 let nuts = poses.clone();
                 let room_mm = self.depth_mm - self.nut().length_mm;
                 let spare_mm = if self.is_through { room_mm } else { INSERT_SPARE_MM.min(room_mm) };
@@ -157,7 +159,7 @@ impl Mounting<'_> {
 
     /// Where inserts hold the screws.
     fn nut(&self) -> HeatSetNut {
-        self.mount.thread.nut(self.depth_mm)
+        self.mount.thread.nut(self.mount.hold == MountHold::ShortInsert)
     }
 
     fn poses(&self, bottom_z: f64) -> Vec<Pose> {
@@ -228,7 +230,7 @@ impl Mounting<'_> {
         let Mount { thread, hold, .. } = *self.mount;
         match hold {
             MountHold::Tapped => LEAST_BITE * thread.screw().thread_mm,
-            MountHold::Insert => self.nut().length_mm,
+            MountHold::Insert | MountHold::ShortInsert => self.nut().length_mm,
             MountHold::Through => 0.0,
         }
     }
@@ -238,7 +240,7 @@ impl Mounting<'_> {
         let Mount { thread, hold, .. } = *self.mount;
         match hold {
             MountHold::Tapped => thread.screw().pilot_hole_mm() / 2.0,
-            MountHold::Insert => self.nut().hole_mm / 2.0,
+            MountHold::Insert | MountHold::ShortInsert => self.nut().hole_mm / 2.0,
             MountHold::Through => thread.screw().clearance_hole_mm() / 2.0,
         }
     }
@@ -246,7 +248,7 @@ impl Mounting<'_> {
     /// Wall around a hole, mm, in a part whose walls have that thickness.
     fn wall_mm(&self, wall_mm: f64) -> f64 {
         match self.mount.hold {
-            MountHold::Insert => wall_mm.max(self.nut().wall_mm),
+            MountHold::Insert | MountHold::ShortInsert => wall_mm.max(self.nut().wall_mm),
             _ => wall_mm,
         }
     }

@@ -12,7 +12,7 @@ use super::layout::Layout;
 use super::lock::{self, LEDGE_MM};
 use super::mold::vents;
 use super::parameters::{CableExit, Dome, MoldRoute};
-use super::tooling::{FLANGE_INSET_MM, form, o_ring_seat};
+use super::tooling::{FLANGE_INSET_MM, cup, form, o_ring_seat};
 use super::wiring::{self, Slit};
 use crate::blocks::mounting::{Mounting, outside};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
@@ -106,7 +106,7 @@ fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
         filling_gel.lock_depth <= p.camera.depth.mm() - p.camera.pupil_behind_front.mm()
             - p.diffuser.thickness.mm() - 0.2, "the lens must not touch the gel";
         shell.rib_depth >= layout.shell_bore_radius_mm - layout.diffuser_radius_mm
-            + 2.0 * LEDGE_MM, "the diffuser rests on the ribs, inside of the step that gel flows over";
+            + 1.5 * LEDGE_MM, "the diffuser rests on the ribs, inside of the step that gel flows over";
         shell.lock_groove <= p.shell.wall.mm() - PRINTED_WALL_MM, "the shell needs a wall behind it";
     }
     if p.shell.lock_groove.mm() > 0.0 {
@@ -272,8 +272,11 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
 /// How often its diameter a wire that is bent once is bent at least.
 const WIRE_BENDS: f64 = 1.5;
 
+/// Board around a wire hole, mm.
+const BOARD_EDGE_MM: f64 = 0.3;
+
 /// Wall between the cables' slit and screws or nuts, mm.
-const SLIT_WALL_MM: f64 = 0.6;
+const SLIT_WALL_MM: f64 = 0.45;
 
 fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
     if p.base.cable_exit == CableExit::Floor {
@@ -299,8 +302,9 @@ fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
             "the wires turn between the LED board and the cable";
         cables.diameter <= p.cables.diameter.mm() + slit.tongue_z - layout.bottom_z_mm - PRINTED_WALL_MM,
             "the cable's slit needs a floor";
-        led_board.wire_hole_diameter <= p.cables.wire_diameter.mm(),
-            "a wire's insulation ends below the board";
+        led_board.wire_hole_diameter <= p.led_board.wire_hole_diameter.mm()
+            + layout.board_radius_mm - BOARD_EDGE_MM - wiring::holes_end_mm(p),
+            "the wire holes stand beside the camera's board and on the LED board";
     }
     slit_clear(p, layout, &slit, report);
 }
@@ -427,6 +431,9 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
     vents(p, &cavities(p, layout)[0]).check(foot, flange, report);
 }
 
+/// Least wall of the collar, mm.
+const COLLAR_WALL_MM: f64 = 2.0;
+
 fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     let connector = &p.connector;
     let seat = o_ring_seat(p, layout);
@@ -434,6 +441,17 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     if p.molds.route == MoldRoute::Silicone {
         // Around the wider tube there is less silicone.
         form(p, layout, &cavities(p, layout)[1]).check(report);
+        let collar = layout.shell_radius_mm + COLLAR_WALL_MM - cup(p, layout).silicone_radius;
+        limits! { report, p:
+            form.silicone >= p.form.silicone.mm() + collar,
+                "the collar around the shell stands on the silicone";
+        }
+    } else {
+        let dowel = p.mold.dowel_diameter.mm() / 2.0 + p.mold.dowel_inset.mm();
+        limits! { report, p:
+            mold.width >= 2.0 * (layout.shell_radius_mm + dowel + COLLAR_WALL_MM / 2.0),
+                "the collar's dowels stand beside the shell";
+        }
     }
     let slide = p.making.gap_mm(CONTAINER, Process::Fdm, Fit::Slide);
     limits! { report, p:

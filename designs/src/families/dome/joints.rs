@@ -78,7 +78,7 @@ pub(super) fn mounting<'a>(p: &'a Dome, layout: &Layout) -> Mounting<'a> {
         depth_mm: layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm,
         is_through: false,
         holds: (
-            &[MountHold::Tapped, MountHold::Insert],
+            &[MountHold::Tapped, MountHold::Insert, MountHold::ShortInsert],
             "the camera and the LED board stand above the holes, where heads would be",
         ),
     }

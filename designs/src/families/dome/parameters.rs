@@ -111,7 +111,7 @@ sections! {
         /// Number of ribs between diffuser and LED board.
         ribs: u32 = 3..=12,
         /// How far a rib stands out from the wall.
-        rib_depth: Length = 0.4..=5.0,
+        rib_depth: Length = 0.4..=60.0,
         /// Width of a rib.
         rib_width: Length = 0.8..=10.0,
         /// Depth of a groove in the bore, below the diffuser, that the filling gel flows into; 0 for none.

@@ -88,9 +88,32 @@ pub fn hole_centres(p: &Dome) -> [[f64; 2]; 2] {
 
 /// The first of both holes, where the way out is +x, mm.
 fn first_hole(p: &Dome) -> [f64; 2] {
-    let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
+    let radius = hole_radius(p);
     let beside = (p.cables.wire_diameter.mm() + APART_MM) / 2.0;
     [(radius.powi(2) - beside.powi(2)).max(0.0).sqrt(), beside]
+}
+
+/// Between a wire and the edge of the camera's board, mm.
+const BESIDE_BOARD_MM: f64 = 0.5;
+
+/// How far from the axis the wire holes are, mm: inside of the LEDs, or outside of them where the camera's
+/// board is there.
+fn hole_radius(p: &Dome) -> f64 {
+    let hole = p.led_board.wire_hole_diameter.mm();
+    let out = way(p).vector(Vector3::x());
+    let edge = [p.camera.board_size, p.camera.board_size_y].map(|edge| edge.mm() / 2.0);
+    let board = (edge[0] / out.x.abs().max(1e-9)).min(edge[1] / out.y.abs().max(1e-9));
+    let beside = board + BESIDE_BOARD_MM + p.cables.wire_diameter.mm() / 2.0;
+    let inside = p.led_board.bore_radius.mm() + hole;
+    if inside >= beside {
+        return inside;
+    }
+    (p.leds.circle_radius.mm() + p.leds.width.mm() / 2.0 + hole).max(beside)
+}
+
+/// How far from the axis a wire hole ends, mm.
+pub fn holes_end_mm(p: &Dome) -> f64 {
+    hole_radius(p) + p.led_board.wire_hole_diameter.mm() / 2.0
 }
 
 /// What the base gets: a slot in its floor, or the slit.

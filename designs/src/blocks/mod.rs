@@ -2,6 +2,7 @@
 
 pub mod bayonet;
 mod board_camera;
+pub mod cable;
 pub mod cable_way;
 pub mod chamber_light;
 pub mod clamshell;

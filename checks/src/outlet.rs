@@ -16,8 +16,9 @@ use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::scene::Assemblies;
 
-/// Distance of places from which lines are followed, mm; what is narrower may be missed.
-pub(crate) const STEP_MM: f64 = 0.3;
+/// Distance of places from which lines are followed, mm; what is narrower may be missed. It has no common
+/// measure with what parts are made in: a line in the plane in which two parts meet would slip between them.
+const STEP_MM: f64 = 0.293_1;
 
 /// Off a surface, so that a place is clearly on one side of it, mm.
 const OFF_MM: f64 = 1e-3;

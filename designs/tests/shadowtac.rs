@@ -125,8 +125,8 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
         ("dimples.width=0.1mm", "dimples.width", "resin"),
         ("dimples.height=0.2mm", "dimples.height", "tip"),
         ("dimples.height=3mm", "dimples.height", "peeled"),
-        ("dimples.rings=14", "dimples.rings", "rim"),
-        ("dimples.rings=40", "dimples.rings", "rim"),
+        ("dimples.rings=14 dimples.spacing=1.4mm", "dimples.rings", "rim"),
+        ("dimples.rings=40 dimples.spacing=1.4mm", "dimples.rings", "rim"),
         ("skin.height=18mm", "skin.height", "hemisphere"),
         ("skin.material=Jelly", "skin.material", "mix"),
         ("paint.thickness=0.4mm", "paint.thickness", "dimples"),
@@ -175,9 +175,10 @@ fn what_cannot_be_built_is_refused_with_limit_and_remedy() {
 #[test]
 fn the_nearest_value_that_is_offered_works() {
     // As the messages of the cases above round it.
-    let error = try_load("shadowtac", &["dimples.rings=14"]).expect_err("the rim cuts it");
+    let spacing = "dimples.spacing=1.4mm";
+    let error = try_load("shadowtac", &["dimples.rings=14", spacing]).expect_err("the rim cuts it");
     assert!(error.problems[0].hint.as_deref().unwrap().contains("at most 13"), "{error:#?}");
-    built("shadowtac", &["dimples.rings=13"]);
+    built("shadowtac", &["dimples.rings=13", spacing]);
     let error = try_load("shadowtac", &["leds.strip_length=9.2mm", "leds.count=12"])
         .expect_err("twelve strips overlap");
     let count = error.problems.iter().find(|p| p.path == "leds.count").unwrap();

@@ -234,7 +234,7 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
             "tooling.silicone_diameter",
             "at least 34.4 mm",
         ),
-        ("tooling.vent_diameter=1.4mm", "tooling.vent_diameter", "at most 1.3 mm"),
+        ("tooling.vent_diameter=1.5mm", "tooling.vent_diameter", "at most 1.4 mm"),
         ("tooling.core_flange=4mm", "tooling.core_flange", "at least 4.5 mm"),
         ("tooling.vents=40", "tooling.vents", "write fewer"),
         ("base.mount_radius=3mm", "base.mount_radius", "write a larger radius"),

@@ -16,4 +16,5 @@ crate::bodies! {
     pub SKIN "skin";
     pub PAINT "reflective-paint";
     pub CAMERA "camera";
+    pub CAMERA_CABLE "camera-cable";
 }

@@ -66,10 +66,11 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
         bond("glue-plate", SENSOR, &[PLATE, HOLDER], GLUED)
             .told("glue the plate onto the holder's ledge with cyanoacrylate")
             .source("IV-B; cure chosen"),
-        assemble("assemble", SENSOR, &[CAMERA, BASE])
+        assemble("assemble", SENSOR, &[CAMERA, CAMERA_CABLE, BASE])
             .told(format!(
                 "focus the lens on the paint, put the camera into the base, plug through the \
-                 window{}; join base and holder with four M2 screws, screw the base to the gripper",
+                 window{}; join base and holder with four M2 screws, screw the base to the gripper; the LEDs' \
+                 wires leave by the window to a microcontroller outside of the sensor",
                 match p.base.cable_side {
                     Side::Front => "",
                     Side::Right => " at +x, the camera turned to it",

@@ -1,6 +1,6 @@
 //! What is bought: camera with lens, LEDs, screws, bolts, nuts.
 
-use fabkit_geometry::{Angle, Body, Path, Pose, Solid};
+use fabkit_geometry::{Angle, Body, Path, Point3, Pose, Solid};
 
 use super::bodies::*;
 use super::casing::led_poses;
@@ -8,8 +8,9 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
 use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::cable::Cable;
 use crate::blocks::cable_way::Side;
-use crate::blocks::{CAMERA_GREEN, INTO_MM, LED, LED_YELLOW};
+use crate::blocks::{APART_MM, CAMERA_GREEN, INTO_MM, LED, LED_YELLOW, RUBBER};
 
 /// Length and width of the camera's USB connector, mm: micro-B for USB 3.0.
 pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
@@ -33,6 +34,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
                 .colored(CAMERA_GREEN),
             LED.bought(led_text, led(p), leds).colored(LED_YELLOW).shining_from(package(p)),
+            camera_cable(p, layout),
         ],
         joints.casing.bought(below, below),
         joints.mold.bought(off_mold, off_mold),
@@ -67,6 +69,41 @@ fn camera(p: &Cap, layout: &Layout) -> Solid {
         Side::Front => whole,
         _ => whole.placed(turned(p, Pose::identity())),
     }
+}
+
+/// Width of the angled plug, mm: as wide as what passes the window.
+const PLUG_WIDTH_MM: f64 = 13.5;
+
+/// How far the plug reaches from the axis, away from the window and towards it, mm.
+const PLUG_REACH_MM: [f64; 2] = [3.0, 9.0];
+
+/// Height of the plug below its socket, mm.
+const PLUG_HEIGHT_MM: f64 = 7.0;
+
+/// Diameter of the camera's cable, mm: usual for USB 3.0.
+const CABLE_MM: f64 = 4.5;
+
+/// How far the cable is drawn beyond the casing, mm: straight, as long as its plug would be bent otherwise.
+const CABLE_BEYOND_MM: f64 = 20.0;
+
+/// The camera's cable with its angled plug, which goes in through the window.
+fn camera_cable(p: &Cap, layout: &Layout) -> Body {
+    let top = layout.housing_back_z_mm - p.camera.connector_height.mm();
+    let height = PLUG_HEIGHT_MM.min(top - layout.floor_z_mm - APART_MM);
+    let [back, front] = PLUG_REACH_MM;
+    let half = PLUG_WIDTH_MM / 2.0;
+    let plug = Solid::cuboid_between([-half, -front, top - height], [half, back, top]);
+    let middle = top - height / 2.0;
+    let cable = Cable {
+        diameter_mm: CABLE_MM.min(height - APART_MM),
+        bend_mm: 0.0,
+        corners: [INTO_MM - front, -p.holder.width.mm() / 2.0 - CABLE_BEYOND_MM]
+            .map(|y| Point3::new(0.0, y, middle))
+            .to_vec(),
+    };
+    let solid = Solid::union([plug.named("plug"), cable.solid()]);
+    let place = SENSOR.at(turned(p, Pose::identity())).lifted(-44.0);
+    CAMERA_CABLE.bought("USB 3.0 cable with an angled micro-B plug", solid, [place]).colored(RUBBER)
 }
 
 /// What looks at the window at the front, turned about the sensor's axis to the side where it is.

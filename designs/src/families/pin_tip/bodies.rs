@@ -26,6 +26,7 @@ crate::bodies! {
     pub GEL "gel" "clear filling that springs the skin back";
     pub O_RING "o-ring";
     pub CAMERA "camera";
+    pub CAMERA_CABLE "camera-cable";
     pub CONTROLLER "controller";
     pub CABLE_TIE "cable-tie";
 }

@@ -62,17 +62,16 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
                  of varnish",
             )
             .source("III-A.2: an adjustable lens; no finger reaches it once the board is in the body"),
-        assemble("assemble-body", SENSOR, &[BODY, LED_BOARD, LED, CAMERA, O_RING])
+        assemble("assemble-body", SENSOR, &[BODY, LED_BOARD, LED, CAMERA, CAMERA_CABLE, O_RING])
             .told(
                 "press the LED board in, lead its wires down the shaft; screw the focused camera \
-                 in from below; pull the O-ring over the neck",
+                 in from below, its wires out of the slot; pull the O-ring over the neck",
             )
             .source("III-A.1 and III-A.2; the O-ring is chosen")
             .also(joints.camera.names()),
         assemble("mount", SENSOR, &[ROBOT_MOUNT, BODY])
             .told(
-                "bolt the mount to the robot, lead the cable out of its slot, put the body on and \
-                 turn it clockwise (seen from the tip) until it stops",
+                "bolt the mount to the robot, put the body on and turn it clockwise (seen from the tip) until it stops",
             )
             .source("III-A.3")
             .also([joints.robot.name()])

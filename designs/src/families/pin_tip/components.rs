@@ -1,6 +1,6 @@
 //! What is bought: camera, LEDs, O-ring, screws and bolts.
 
-use fabkit_geometry::{Body, Color, Pose, Process, Solid};
+use fabkit_geometry::{Body, Color, Point3, Pose, Process, Solid};
 
 use super::bodies::*;
 use super::body::led_poses;
@@ -8,6 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::cable::Cable;
 use crate::blocks::{INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
 
@@ -47,11 +48,56 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
                 .placed([FOCUSING.in_place()])
                 .colored(BOARD_BLUE),
+            camera_cable(p, layout),
         ],
         joints.camera.bought(below(-90.0), below(-90.0)),
         vec![joints.robot.bought(below(-92.0))],
     ]
     .concat()
+}
+
+/// Length of the plug along x, mm.
+const PLUG_MM: f64 = 5.0;
+
+/// Diameter of eight wires in one sleeve, mm, where the slot has room for it.
+const CABLE_MM: f64 = 4.0;
+
+/// Play of the cable in its slot, mm.
+const CABLE_PLAY_MM: f64 = 0.4;
+
+/// Bend radius of the cable, mm: twice its diameter, as it is not moved in use.
+const BEND_MM: f64 = 8.0;
+
+/// How far the cable goes on beyond the housing, and along it towards the controller, mm.
+const CABLE_BEYOND_MM: [f64; 2] = [14.0, 20.0];
+
+/// The wires from the plug below the camera's board, out of the slot and around the housing: they are
+/// threaded before they are soldered, without a plug at their far end.
+fn camera_cable(p: &PinTip, layout: &Layout) -> Body {
+    let room = p.body.wiring_room.mm();
+    let diameter =
+        CABLE_MM.min(p.body.cable_slot_width.mm() - CABLE_PLAY_MM).min(room / 2.0 - CABLE_PLAY_MM);
+    let z = layout.camera_board_bottom_z_mm - room / 2.0;
+    // Beside the plug, whose sides do not turn with the slot.
+    let (sin, cos) = p.body.cable_angle.rad().sin_cos();
+    let half = [PLUG_MM / 2.0, plug_width_mm(p) / 2.0];
+    let beside = |half: f64, along: f64, across: f64| {
+        (half + diameter / 2.0 * across.abs()) / along.abs().max(1e-9)
+    };
+    let start = beside(half[0], cos, sin).min(beside(half[1], sin, cos));
+    let [out, around] = CABLE_BEYOND_MM;
+    let out = layout.mount_joint.outer_radius + out;
+    let corners = [[start, 0.0], [out, 0.0], [out, around]].map(|[x, y]| Point3::new(x, y, z));
+    let cable = Cable { diameter_mm: diameter, bend_mm: BEND_MM, corners: corners.to_vec() };
+    let text = format!("eight stranded wires in a sleeve of {diameter:.1} mm, 200 mm long");
+    let place = SENSOR.at(Pose::rotation_z(p.body.cable_angle)).lifted(-74.0);
+    CAMERA_CABLE.bought(text, cable.solid(), [place]).colored(RUBBER)
+}
+
+/// Width of the plug across the board, mm.
+fn plug_width_mm(p: &PinTip) -> f64 {
+    let screw = Joints::SCREW;
+    p.camera.screw_spacing_y.mm() - screw.head_diameter_mm() - PLUG_MARGIN_MM
 }
 
 /// Board with four holes, lens holder and barrel above it, plug below.
@@ -61,8 +107,7 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
     let gap = gap_mm(Process::Pcb, Fit::Snug);
     let tool = screws.screw.clearance_tool(c.board_thickness.mm(), gap);
     let holes = screws.poses.iter().map(|pose| tool.clone().placed(*pose)).collect();
-    let heads = c.screw_spacing_y.mm() - screws.screw.head_diameter_mm();
-    let plug = Solid::cuboid(5.0, heads - PLUG_MARGIN_MM, room - PLUG_MARGIN_MM + INTO_MM)
+    let plug = Solid::cuboid(PLUG_MM, plug_width_mm(p), room - PLUG_MARGIN_MM + INTO_MM)
         .at_z(layout.camera_board_bottom_z_mm - room + PLUG_MARGIN_MM)
         .named("plug");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];

@@ -18,10 +18,13 @@ pub struct Joints {
 }
 
 impl Joints {
+    /// The camera's screws.
+    pub const SCREW: Screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
+
     /// Where they are; meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &PinTip, layout: &Layout) -> Self {
         let half = [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|edge| edge.mm() / 2.0);
-        let screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
+        let screw = Self::SCREW;
         let poses = corners(half).map(|at| hanging(at, layout.camera_board_bottom_z_mm));
         let thickness = p.camera.board_thickness.mm();
         let in_post = screw.length_mm - thickness + PILOT_SPARE_MM;

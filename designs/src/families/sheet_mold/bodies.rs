@@ -41,6 +41,8 @@ crate::bodies! {
     pub DISPLAY_LIQUID "liquid-display" "coloured water in the display while nothing is touched";
 
     pub CAMERA "camera";
+    pub BOX_CABLE "box-camera-cable";
+    pub STAND_CABLE "stand-camera-cable";
     pub CAMERA_SPACER "spacer-m2";
     pub BOX_SPACER "box-spacer";
     pub STAND_SPACER "stand-spacer";

@@ -64,7 +64,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     steps.extend(Side::BOTH.map(|side| fill(p, layout, side)));
     steps.push(seal_display());
     let walls = [BOX_FLOOR, BOX_WALL, CABLE_WALL, BOX_CEILING, MARKER_FRAME, CLAMP_BAR];
-    let between = [CAMERA, CAMERA_SPACER, BOX_SPACER, LED_STRIP];
+    let between = [CAMERA, BOX_CABLE, CAMERA_SPACER, BOX_SPACER, LED_STRIP];
     steps.extend([
         assemble("assemble", SENSOR, &[&walls[..], &between].concat())
             .told(format!(
@@ -86,7 +86,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
         assemble(
             "raise-display-camera",
             SENSOR,
-            &[STAND_PLATE, STAND_SPACER, CAMERA, CAMERA_SPACER],
+            &[STAND_PLATE, STAND_SPACER, CAMERA, STAND_CABLE, CAMERA_SPACER],
         )
         .told("put the second camera on four spacers above the display")
         .source("II-A, figure 2: a camera sees the display; stand chosen")

@@ -106,6 +106,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             spacers,
         ),
     ];
+    all.extend(super::cables::cables(p, layout, &cameras));
     all.extend(fasteners(p, layout, &cameras));
     all.extend([
         spacer(BOX_SPACER, p.housing.height.mm(), box_spacers),
@@ -189,6 +190,14 @@ fn camera_specification(p: &SheetMold) -> String {
     )
 }
 
+/// How far the plug stays above the plate that carries the camera, mm.
+pub const PLUG_ABOVE_MM: f64 = 0.5;
+
+/// From where to where the plug reaches along x, mm.
+pub fn plug_reach_mm(p: &SheetMold) -> [f64; 2] {
+    [-4.0, 4.0].map(|half| p.camera.board_size.mm() / 4.0 + half)
+}
+
 /// Board with four holes, lens holder, barrel, and the plug behind; its origin lies on the plate
 /// that carries it, spacers away.
 fn camera(p: &SheetMold, layout: &Layout) -> Solid {
@@ -198,8 +207,9 @@ fn camera(p: &SheetMold, layout: &Layout) -> Solid {
     let tool = screws.screw.clearance_tool(p.camera.board_thickness.mm(), gap);
     let holes = screws.holes().poses.iter().map(|pose| tool.clone().placed(*pose)).collect();
     // The plug leaves a little air above the plate.
-    let plug = Solid::cuboid(8.0, 5.0, bottom - 0.5 + INTO_MM)
-        .at(p.camera.board_size.mm() / 4.0, 0.0, 0.5)
+    let [from, to] = plug_reach_mm(p);
+    let plug = Solid::cuboid(to - from, 5.0, bottom - PLUG_ABOVE_MM + INTO_MM)
+        .at((from + to) / 2.0, 0.0, PLUG_ABOVE_MM)
         .named("plug");
     board_camera!(p.camera).solid([bottom, top], holes, plug)
 }

@@ -3,6 +3,7 @@
 mod readout;
 mod rigid;
 
+use super::cables;
 use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
 use super::layout::Layout;
 use super::parameters::{Arrangement, SheetMold};
@@ -40,6 +41,7 @@ pub(super) fn check(p: &SheetMold, report: &mut Report) {
     readout::tubes(p, report);
     readout::display(p, &layout, report);
     readout::cameras(p, &layout, report);
+    cables::check(p, &layout, report);
 }
 
 /// Thinnest silicone between any two channels.

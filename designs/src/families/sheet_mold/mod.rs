@@ -2,6 +2,7 @@
 //! sheets, on a box with a camera, with a display that a second camera watches (Soter et al.).
 
 mod bodies;
+mod cables;
 mod chain;
 mod channels;
 mod components;

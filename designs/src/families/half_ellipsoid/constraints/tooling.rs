@@ -31,7 +31,7 @@ pub(super) fn check(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "the syringe's seat lies between two keys";
         tooling.core_flange <= 10.0 * p.tooling.vent_diameter.mm(),
             "the pins that leave the vents must stand while silicone is poured around them";
-        tooling.vent_diameter <= foot - 0.2, "a vent opens over the inner elastomer's foot alone";
+        tooling.vent_diameter <= foot - 0.1, "a vent opens over the inner elastomer's foot alone";
     }
     // Vents and gates alternate, and a vent is widest at the foot.
     let circle = vent_circle_mm(layout);

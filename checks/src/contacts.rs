@@ -22,7 +22,7 @@ const FACING: f64 = -0.5;
 const STOPS: f64 = 0.17;
 
 /// Fewest and most lines of each direction through what two bodies share.
-const LINES: (usize, usize) = (96, 1_500);
+const LINES: (usize, usize) = (96, 800);
 
 /// The six ways: +x, -x, +y, -y, +z, -z.
 pub(crate) const WAYS: usize = 6;
@@ -91,7 +91,7 @@ fn shared(a: &Placed, b: &Placed) -> Option<Aabb> {
     (!common.is_empty() && common.is_finite()).then_some(common)
 }
 
-/// So many lines that each stands for about a square millimetre.
+/// So many lines that each stands for about a square millimetre, or for a few of what is large.
 fn lines(shared: &Aabb) -> usize {
     let [x, y, z] = shared.size_mm();
     ((x * y + y * z + z * x) as usize).clamp(LINES.0, LINES.1)

@@ -183,7 +183,7 @@ fn components(count: usize, joined: impl Fn(usize, usize) -> bool) -> Vec<Vec<us
 
 /// What stands by itself is held by the largest part of it, be it on a table or on a robot.
 ///
-/// A body that meets nothing is its own part only where it is made to stand alone: it never is.
+/// A body that meets nothing is held by nothing, unless it is the largest of all.
 fn grounds(nodes: &[Node], links: &[Link]) -> Vec<usize> {
     let joined = |a: usize, b: usize| {
         links.iter().any(|link| {
@@ -191,14 +191,17 @@ fn grounds(nodes: &[Node], links: &[Link]) -> Vec<usize> {
             meets && (link.ends == [a, b] || link.ends == [b, a])
         })
     };
+    let size = |node: &usize| nodes[*node].placed.body.bounds().size_mm().iter().product::<f64>();
+    let largest = |group: &[usize]| {
+        let made = group.iter().copied().filter(|node| nodes[*node].body.is_made());
+        made.max_by(|a, b| size(a).total_cmp(&size(b)))
+    };
+    let all: Vec<usize> = (0..nodes.len()).collect();
+    let of_all = largest(&all);
     let mut grounds = vec![usize::MAX; nodes.len()];
     for group in components(nodes.len(), joined) {
-        let size =
-            |node: &usize| nodes[*node].placed.body.bounds().size_mm().iter().product::<f64>();
-        let made = group.iter().copied().filter(|node| nodes[*node].body.is_made());
-        let largest = made.max_by(|a, b| size(a).total_cmp(&size(b)));
-        let ground = largest.filter(|_| group.len() > 1).unwrap_or(usize::MAX);
-        group.iter().for_each(|node| grounds[*node] = ground);
+        let ground = largest(&group).filter(|node| group.len() > 1 || of_all == Some(*node));
+        group.iter().for_each(|node| grounds[*node] = ground.unwrap_or(usize::MAX));
     }
     grounds
 }

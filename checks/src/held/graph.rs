@@ -14,8 +14,8 @@ const STOP_MM2: f64 = 0.3;
 /// Least area that sticks, mm2.
 const STICK_MM2: f64 = 0.5;
 
-/// Words in the names of what screws and pins.
-const FASTENERS: [&str; 5] = ["screw", "bolt", "nut", "spacer", "dowel"];
+/// Words in the names of what screws, pins and ties.
+const FASTENERS: [&str; 6] = ["screw", "bolt", "nut", "spacer", "dowel", "cable-tie"];
 
 /// Bought things of which there are more than that are small and soldered or stuck on.
 const MOST_PLACES: usize = 4;

@@ -133,7 +133,7 @@ impl Joint {
     }
 
     /// The screw's name among a sensor's bodies.
-    fn name(&self) -> String {
+    pub fn name(&self) -> String {
         self.screw.name().replacen("screw", self.word, 1)
     }
 

@@ -343,7 +343,8 @@ impl Chain<'_> {
                 ))
                 .source("chosen: with the gel on, the lens is reached only while the base is out")
                 .also(self.joints.camera.names())
-                .also(self.joints.mounting.nut_name()),
+                .also(self.joints.mounting.nut_name())
+                .also(self.joints.shell_base.nut_name()),
             assemble("close", SENSOR, &[BASE])
                 .told(format!(
                     "push the base in and join it to the shell with {} M{} screws",
@@ -351,7 +352,7 @@ impl Chain<'_> {
                     self.joints.shell_base.screw.thread_mm
                 ))
                 .source("III-B.4")
-                .also(self.joints.shell_base.names()),
+                .also([self.joints.shell_base.name()]),
         ]
     }
 }

@@ -37,6 +37,9 @@ const PLAY_MM: f64 = 0.15;
 /// From the housing's lower end to the holder's, mm.
 const ABOVE_END_MM: f64 = 1.0;
 
+/// How far a tie that is not closed yet gives way to what it goes around, mm.
+const OPEN_MM: f64 = 20.0;
+
 /// Width and thickness of a cable tie, and how far its middle lies inside of the board's end, mm: beside the
 /// socket.
 const TIE_MM: [f64; 3] = [2.5, 1.1, 9.5];
@@ -192,6 +195,7 @@ pub fn bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let tie = CABLE_TIE
         .bought(format!("cable tie, {width} mm wide, 100 mm long"), seat.tie(), ties)
         .colored(STEEL)
+        .giving(OPEN_MM)
         .with_handles(1);
     vec![holder, board, tie]
 }

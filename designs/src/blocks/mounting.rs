@@ -94,7 +94,7 @@ impl MountThread {
         Screw { thread_mm, ..Screw::M3X4 }
     }
 
-    fn nut(self) -> HeatSetNut {
+    pub(super) fn nut(self) -> HeatSetNut {
         match self {
             Self::M2 => HeatSetNut::M2,
             Self::M2_5 => HeatSetNut::M2_5,

@@ -23,6 +23,7 @@ pub use starting::Start;
 pub(crate) use trying::Trial;
 
 use crate::Design;
+use crate::blocks::adapter::{self, Adapter, MountFace};
 use crate::labeling::{self, Labels};
 use crate::loads::{self, Loads};
 use crate::materials::{Castable, adhere, check_kinds, hold, substances};
@@ -58,6 +59,8 @@ pub struct Built {
     pub sensor: Sensor,
     /// What follows from the parameters: name, value with unit; for `fabkit show`.
     pub derived: Vec<(String, String)>,
+    /// What the sensor is mounted by, where an adapter can be screwed to it.
+    pub face: Option<MountFace>,
 }
 
 /// A family of sensors: parameters, what they must fulfil together, and the parts made of them.
@@ -175,6 +178,8 @@ impl FamilyEntry {
     /// Its parameters, and those that every family has.
     fn parameters(&self) -> Vec<Field> {
         let mut fields = (self.fields)();
+        let shape = Adapter::shape(&());
+        fields.push(Field { name: adapter::KEY, summary: adapter::SUMMARY.into(), shape });
         let shape = Labels::shape(&());
         fields.push(Field { name: labeling::KEY, summary: labeling::SUMMARY.into(), shape });
         let shape = Loads::shape(&());
@@ -189,7 +194,7 @@ impl FamilyEntry {
 
     /// Files with values that hold where no file says anything else.
     fn defaults(&self) -> Vec<(&'static str, &'static str)> {
-        [self.defaults, &[labeling::DEFAULTS, loads::DEFAULTS]].concat()
+        [self.defaults, &[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS]].concat()
     }
 }
 
@@ -197,6 +202,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
     let parameters = F::Parameters::read(&mut reader, "", "", &());
+    let adapter = Adapter::read(&mut reader, adapter::KEY, "", &());
     let labels = Labels::read(&mut reader, labeling::KEY, "", &());
     let loads = Loads::read(&mut reader, loads::KEY, "", &());
     let settings = reader.take_settings();
@@ -218,6 +224,9 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     };
     if let (Some(built), Some(loads)) = (&mut built, loads) {
         built.sensor.load_n = Some(loads.touch.0);
+    }
+    if let (Some(built), Some(adapter)) = (&mut built, adapter) {
+        adapter::apply(&adapter, built.face.as_ref(), &mut built.sensor, &mut report);
     }
     if let (Some(built), Some(labels)) = (&mut built, &labels) {
         let labelled = labeling::apply(labels, &mut built.sensor, &mut report);
@@ -271,7 +280,7 @@ impl Registry {
     /// them, and their texts; some are several families'.
     pub fn default_files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let defaults = self.families.iter().flat_map(|family| family.defaults.iter().copied());
-        defaults.chain([labeling::DEFAULTS, loads::DEFAULTS])
+        defaults.chain([adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS])
     }
 
     /// Dotted path of every parameter of a family, in order.
@@ -394,7 +403,7 @@ impl Registry {
         let Run { settings, built, labels, report } =
             (family.run)(reader, example.as_ref(), read_more);
         match built {
-            Some(Built { mut sensor, derived }) if report.is_clean() => {
+            Some(Built { mut sensor, derived, .. }) if report.is_clean() => {
                 let mut found = Vec::new();
                 let of_sensor = names(&sensor, "");
                 if !making.all_given().is_empty()

@@ -212,6 +212,11 @@ impl Joint {
         }
     }
 
+    /// Whether the screws find a thread in the body that holds them.
+    pub fn holds(&self) -> bool {
+        !matches!(self.hold, Hold::Free { .. } | Hold::Thread)
+    }
+
     fn free_radius_mm(&self) -> f64 {
         self.screw.clearance_hole_mm() / 2.0
     }

@@ -1,5 +1,6 @@
 //! What several families are built from, each stated once.
 
+pub mod adapter;
 pub mod bayonet;
 mod board_camera;
 pub mod cable;

@@ -97,7 +97,7 @@ impl MountThread {
     }
 
     /// The usual nut, or a short one where there is one.
-    fn nut(self, is_short: bool) -> HeatSetNut {
+    pub(super) fn nut(self, is_short: bool) -> HeatSetNut {
         match self {
             Self::M2 => HeatSetNut::M2,
             Self::M2_5 => HeatSetNut::M2_5,

@@ -15,6 +15,7 @@ mod skin;
 use fabkit_geometry::{DomeSurface, Grip, NominalCamera, Point3, Pose, Sensor, Vector3};
 
 use crate::assembling::names;
+use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::RoundPattern;
 use crate::blocks::{self, camera_at, mm, sphere};
 use crate::parameters::Report;
@@ -44,6 +45,7 @@ impl Family for CapFamily {
             Ok(dimples) => Some(Built {
                 sensor: sensor(parameters, header, &layout, &dimples),
                 derived: derived(parameters, &layout),
+                face: Some(face(parameters, &layout)),
             }),
             Err(error) => {
                 report.require(
@@ -55,6 +57,19 @@ impl Family for CapFamily {
                 None
             }
         }
+    }
+}
+
+/// What it is mounted by.
+fn face(p: &Cap, layout: &Layout) -> MountFace {
+    let half_mm = casing::outside(p).narrow();
+    MountFace {
+        holder: bodies::BASE,
+        mounting: Joints::new(p, layout).mounting,
+        bottom_z_mm: layout.bottom_z_mm,
+        flat_mm: half_mm,
+        radius_mm: half_mm * std::f64::consts::SQRT_2,
+        is_cable_inside: false,
     }
 }
 

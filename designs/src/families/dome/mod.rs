@@ -18,6 +18,7 @@ mod wiring;
 use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
 use crate::assembling::{shrinkage, sight};
+use crate::blocks::adapter::MountFace;
 use crate::blocks::{self, DOWEL, camera_at, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
@@ -44,7 +45,17 @@ impl Family for DomeFamily {
     }
 
     fn build(parameters: &Dome, header: &Header, _report: &mut Report) -> Option<Built> {
-        Some(Built { sensor: sensor(parameters, header), derived: derived(parameters) })
+        let layout = Layout::new(parameters);
+        let face = MountFace {
+            holder: BASE,
+            mounting: Joints::new(parameters, &layout).mounting,
+            bottom_z_mm: layout.bottom_z_mm,
+            flat_mm: layout.shell_radius_mm,
+            radius_mm: layout.shell_radius_mm,
+            is_cable_inside: false,
+        };
+        let sensor = sensor(parameters, header);
+        Some(Built { sensor, derived: derived(parameters), face: Some(face) })
     }
 }
 

@@ -10,6 +10,7 @@ mod parameters;
 use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
 
 use crate::assembling::{SENSOR, in_sensor, sight};
+use crate::blocks::adapter::MountFace;
 use crate::blocks::{self, camera_at, merged, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -35,7 +36,17 @@ impl Family for FlatGelFamily {
     fn build(parameters: &FlatGel, header: &Header, _: &mut Report) -> Option<Built> {
         let layout = Layout::new(parameters);
         let sensor = sensor(parameters, header, &layout);
-        Some(Built { derived: derived(&sensor, &layout), sensor })
+        let housing = &layout.housing;
+        let [x, y] = housing.outside.half;
+        let face = MountFace {
+            holder: BASE,
+            mounting: housing.mounting(),
+            bottom_z_mm: housing.bottom_z,
+            flat_mm: x.max(y),
+            radius_mm: x.hypot(y),
+            is_cable_inside: false,
+        };
+        Some(Built { derived: derived(&sensor, &layout), sensor, face: Some(face) })
     }
 }
 

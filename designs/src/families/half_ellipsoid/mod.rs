@@ -17,6 +17,7 @@ mod tooling;
 use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
 use crate::assembling::sight;
+use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
 use crate::blocks::{self, camera_at, mm};
 use crate::parameters::Report;
@@ -41,7 +42,17 @@ impl Family for HalfEllipsoidFamily {
     }
 
     fn build(parameters: &HalfEllipsoid, header: &Header, _report: &mut Report) -> Option<Built> {
-        Some(Built { sensor: sensor(parameters, header), derived: derived(parameters) })
+        let layout = Layout::new(parameters);
+        let face = MountFace {
+            holder: bodies::BASE,
+            mounting: Joints::new(parameters, &layout).mounting,
+            bottom_z_mm: layout.bottom_z_mm,
+            flat_mm: layout.holder_radius_mm,
+            radius_mm: layout.holder_radius_mm,
+            is_cable_inside: true,
+        };
+        let sensor = sensor(parameters, header);
+        Some(Built { sensor, derived: derived(parameters), face: Some(face) })
     }
 }
 

@@ -43,7 +43,9 @@ impl Family for PinTipFamily {
     }
 
     fn build(parameters: &PinTip, header: &Header, _report: &mut Report) -> Option<Built> {
-        Some(Built { sensor: sensor(parameters, header), derived: derived(parameters) })
+        let sensor = sensor(parameters, header);
+        // It has a flange of its own.
+        Some(Built { sensor, derived: derived(parameters), face: None })
     }
 }
 

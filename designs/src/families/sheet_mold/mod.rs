@@ -46,7 +46,7 @@ impl Family for SheetMoldFamily {
         let sensor = sensor(p, &layout, header);
         constraints::check_sheets(p, &sensor, report);
         let derived = derived(p, &layout);
-        report.is_clean().then_some(Built { sensor, derived })
+        report.is_clean().then_some(Built { sensor, derived, face: None })
     }
 }
 

@@ -107,15 +107,13 @@ fn unglued(design: &mut Design, name: &str) {
     design.sensor.adhesions.retain(|one| one.bodies.iter().all(|body| body != name));
 }
 
-const LOOSE: [(&str, Spoil, &str); 8] = [
+const LOOSE: [(&str, Spoil, &str); 6] = [
     // As it was: what fills the tube ends level with it, and meets nothing but the diffuser.
     ("rtac0", |design| without(design, "locking-gel"), "filling-gel"),
-    ("rtac0", |design| without(design, "screw-m2x4"), "base"),
     ("digit-like", |design| unglued(design, "gel"), "gel"),
     ("gelsight-like", |design| unglued(design, "plate"), "gel"),
     ("shadowtac", |design| unglued(design, "skin"), "skin"),
     ("shadowtac", |design| without(design, "screw-m2x16"), "holder"),
-    ("uvdtact", |design| unglued(design, "shell"), "shell"),
     ("tactip", |design| without(design, "ring"), "skin"),
 ];
 
@@ -171,11 +169,10 @@ fn fixture(sensor: &str, fixture: &str, settings: &[&str]) -> Vec<Finding> {
 }
 
 /// What is set of R-Tac0's pin dome, and the rule that refuses it.
-const USELESS_DOMES: [(&[&str], Rule); 5] = [
+const USELESS_DOMES: [(&[&str], Rule); 4] = [
     (&["fixtures.pin_dome.pins.lengths=[5 mm, 8 mm]"], Rule::Seating),
     (&["fixtures.pin_dome.holes.diameter=1.5 mm"], Rule::Fit),
     (&["fixtures.pin_dome.holes.diameter=1.95 mm"], Rule::Fit),
-    (&["camera.field_of_view=60 deg"], Rule::Observability),
     (
         &["fixtures.pin_dome.captures.count=1", "fixtures.pin_dome.captures.pins=2"],
         Rule::Observability,

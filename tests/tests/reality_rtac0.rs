@@ -94,7 +94,7 @@ fn the_dome_is_glued_to_its_shell_and_locked_to_it_by_shape() {
         assert!(overlap > 3.0, "{by:?}: {overlap}");
     }
     // As it was: the gel ends above the diffuser.
-    let before = rtac0(&["filling_gel.lock_depth=0mm", "shell.lock_groove=0mm"]);
+    let before = rtac0(&["filling_gel.lock_depth=0mm", "shell.lock_groove=0mm", "baffle.wall=0mm"]);
     assert!(before.body("locking-gel").is_none());
     assert!(contact_mm2(&body(&before, "filling-gel"), &body(&before, "shell")) < 1.0);
 }
@@ -314,7 +314,7 @@ fn mirrored(sensor: &Sensor, face_z: f64) -> Vec<f64> {
 
 #[test]
 fn the_baffle_hides_the_mirror_images_of_all_leds() {
-    assert_eq!(mirrored(&rtac0(&[]), -5.0), []);
+    assert!(mirrored(&rtac0(&[]), -5.0).is_empty());
     // As it was: all eight, 33 degrees from the axis.
     let before = rtac0(&["baffle.wall=0mm", "filling_gel.lock_depth=0mm", "shell.lock_groove=0mm"]);
     let seen = mirrored(&before, 0.0);

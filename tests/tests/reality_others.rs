@@ -119,7 +119,7 @@ fn uvdtact_has_a_hole_for_each_wire_and_a_place_for_each_part() {
             [name, "led-board"].map(|name| placed(&design, name, "sensor").bounds());
         assert!((part.max.z - board.min.z).abs() < 1e-9, "{name}");
     }
-    let refused = try_built("uvdtact", &["led_board.wires=4", "base.wire_slot_length=3 mm"]);
+    let refused = try_built("uvdtact", &["led_board.wires=4", "base.wire_slot_length=2.5 mm"]);
     assert!(refused.err().unwrap().iter().any(|p| p.contains("side by side")));
 }
 
@@ -209,6 +209,39 @@ fn a_vent_that_is_covered_is_found() {
         let found = check(&sensor).unwrap().findings;
         let closed = found.iter().filter(|f| f.rule == Rule::TrappedAir).count();
         assert_eq!(closed, count, "{above_mm}: {found:#?}");
+    }
+}
+
+/// Sensor, assembly, step, from where to where a plate of 60 mm lies (z, mm), and the opening that it closes.
+const COVERED: [(&str, &str, &str, [f64; 2], &str); 4] = [
+    // Under the flange of the core: seat and vents are shut, the gates end in the ring.
+    ("uvdtact", "black-mold", "pour-black-gel", [-8.0, -6.0], "gate 1"),
+    ("uvdtact", "inner-mold", "pour-inner-elastomer", [-8.0, -6.0], "vent 1"),
+    // On the window, which is upside down while gel is filled in.
+    ("tactip", "filling", "fill", [4.0, 6.0], "filling hole"),
+    // On the lid of the skin's mold, which is 3 mm thick.
+    ("shadowtac", "skin-mold", "pour-skin", [-7.0, -5.0], "vent 1"),
+];
+
+#[test]
+fn what_is_shut_by_a_plate_is_found() {
+    for (sensor, assembly, step, [bottom, top], opening) in COVERED {
+        let mut design = built(sensor, &[]);
+        let made = fabkit_geometry::Process::Laser;
+        let plate = Solid::cylinder(30.0, top - bottom).at_z(bottom);
+        let place = Placement::in_place(Assembly(assembly.into()));
+        design
+            .sensor
+            .bodies
+            .push(Body::made("cover", "shuts what it should not", made, plate).placed([place]));
+        with_wall(&mut design, step, "cover");
+        let findings = check(&design.sensor).unwrap().findings;
+        let found = findings.iter().filter(|f| f.rule == Rule::TrappedAir);
+        let said = found.map(|f| f.message.as_str()).collect::<Vec<_>>();
+        assert!(
+            said.iter().any(|said| said.contains(&format!("opening {opening}"))),
+            "{sensor} {step}: {said:?}"
+        );
     }
 }
 

@@ -35,10 +35,10 @@ const FIT_ROUNDING_MM: f64 = 1e-6;
 /// One pair of bodies whose boxes meet.
 pub(crate) struct Pair<'a> {
     assembly: &'a str,
-    a: &'a Placed<'a>,
-    b: &'a Placed<'a>,
+    pub(crate) a: &'a Placed<'a>,
+    pub(crate) b: &'a Placed<'a>,
     /// Index of the press fit that is declared for it.
-    fit: Option<usize>,
+    pub(crate) fit: Option<usize>,
 }
 
 /// What was found about a pair.

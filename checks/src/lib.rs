@@ -281,3 +281,20 @@ pub fn interference(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     let pairs = interference::pairs(sensor, &scene);
     Ok(interference::examine(sensor, &pairs, &Memo::default(), &|| {}))
 }
+
+/// The same of those pairs of bodies, by name, that are asked for; fits that none of them has are no
+/// finding.
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn interference_of(
+    sensor: &Sensor,
+    is_asked: &dyn Fn(&str, &str) -> bool,
+) -> Result<Vec<Finding>, InvalidBody> {
+    let scene = Assemblies::new(sensor)?;
+    let mut pairs = interference::pairs(sensor, &scene);
+    pairs.retain(|pair| is_asked(pair.a.name, pair.b.name));
+    let loose = Sensor { press_fits: Vec::new(), ..sensor.clone() };
+    pairs.iter_mut().for_each(|pair| pair.fit = None);
+    Ok(interference::examine(&loose, &pairs, &Memo::default(), &|| {}))
+}

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Adhesion, Angle, Pose, Reach, Solid, Step, Substance, TouchSurface};
+use crate::{Adhesion, Angle, Leg, Pose, Reach, Solid, Step, Substance, TouchSurface};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -557,6 +557,17 @@ pub struct NominalCamera {
     pub field_of_view: Angle,
 }
 
+/// A tip that comes off: what is behind it may be wider, and fixtures go around the tip alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detachable {
+    /// What comes off, by name.
+    pub bodies: Vec<String>,
+    /// How the rest comes back to it, sensor frame.
+    pub back: Vec<Leg>,
+    /// The same in words, without a full stop.
+    pub instruction: String,
+}
+
 /// A whole sensor, ready for export, pictures and checks.
 ///
 /// Sensor frame: origin at the centre of the sensing surface's base circle, +z toward the tip.
@@ -591,6 +602,8 @@ pub struct Sensor {
     pub sight: Vec<String>,
     /// The surface that touches things; `None` where nothing is known to press it.
     pub touch: Option<TouchSurface>,
+    /// The part that fixtures hold, where it comes off the rest.
+    pub detachable: Option<Detachable>,
 }
 
 /// Parts first, then layers, then components, each in their own order: that of every list and file.
@@ -631,6 +644,7 @@ impl Sensor {
             camera,
             sight: Vec::new(),
             touch: None,
+            detachable: None,
         }
     }
 

@@ -294,11 +294,15 @@ impl<'a> Order<'a> {
         standing: &[&'a Placed<'a>],
     ) -> Option<BTreeSet<usize>> {
         let mut best: Option<BTreeSet<usize>> = None;
+        // What has a way of its own goes no other.
+        let starts: Vec<usize> =
+            (0..pieces.len()).filter(|&i| self.motion(&pieces[i]).is_none()).collect();
         for way in ways_out(&Vec::new()) {
-            for start in 0..pieces.len() {
+            for &start in &starts {
                 let most = best.as_ref().map_or(pieces.len(), BTreeSet::len);
                 let limit = if standing.is_empty() { most.min(pieces.len() - 1) } else { most };
                 if let Some(group) = self.leaving_with(start, pieces, standing, &way, limit)
+                    && group.len() > 1
                     && best.as_ref().is_none_or(|best| group.len() < best.len())
                 {
                     best = Some(group);
@@ -327,6 +331,9 @@ impl<'a> Order<'a> {
                 if is_new
                     && pieces[next].iter().any(|other| self.blocks(&pieces[piece], other, way))
                 {
+                    if self.motion(&pieces[next]).is_some() {
+                        return None;
+                    }
                     group.insert(next);
                     open.push(next);
                 }

@@ -13,7 +13,7 @@ mod layout;
 mod parameters;
 mod tip;
 
-use fabkit_geometry::{DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
+use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
@@ -70,8 +70,19 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
         press_fits: [board].into_iter().chain(screws).collect(),
         touch: Some(touch(&layout).into()),
+        detachable: Some(detachable(&layout)),
         sight: names(&[bodies::DOTS]),
         ..blocks::sensor(header, camera, bodies)
+    }
+}
+
+/// The tip comes off its bayonet: the housing behind it is twice as wide.
+fn detachable(layout: &Layout) -> Detachable {
+    let tip = [&TIP[..], &[bodies::LENS, bodies::GEL]].concat();
+    Detachable {
+        bodies: names(&tip),
+        back: layout.tip_joint.male_onto([]).legs,
+        instruction: "push the body's lugs into the tip and turn it until it stops,".into(),
     }
 }
 
@@ -90,7 +101,8 @@ fn touch(layout: &Layout) -> DomeSurface {
             outline: Path::circle([0.0, 0.0], radius_mm),
             top_z_mm: layout.skirt_z_mm,
             bottom_z_mm: layout.ring_bottom_z_mm,
-            clear_radius_mm: layout.shaft_radius_mm,
+            // The body comes to the tip from below, lugs first.
+            clear_radius_mm: layout.shaft_radius_mm.max(layout.tip_joint.lug_radius),
             key: None,
             threads: Vec::new(),
         },

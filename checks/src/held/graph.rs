@@ -116,7 +116,7 @@ impl<'a> Graph<'a> {
     }
 }
 
-/// What of the sensor takes part; liquids, and small things that are soldered or stuck on, do not.
+/// What of the sensor takes part; liquids, limp things, and small ones that are soldered or stuck on, do not.
 fn node<'a>(sensor: &'a Sensor, placed: &'a Placed<'a>) -> Option<Node<'a>> {
     let body = sensor.body(placed.name)?;
     let is_fastener =
@@ -126,8 +126,10 @@ fn node<'a>(sensor: &'a Sensor, placed: &'a Placed<'a>) -> Option<Node<'a>> {
     let is_small = body.kind == Kind::Bought
         && !is_fastener
         && (places > MOST_PLACES || body.name.contains("led"));
+    // Rings and cables hold nothing, and are held by what they go around or are plugged into.
+    let is_limp = body.kind == Kind::Bought && !is_fastener && body.gives_mm > 0.0;
     let is_liquid = body.substance.sort == Some(Sort::Liquid);
-    (!is_small && !is_liquid).then_some(Node { body, placed, is_fastener })
+    (!is_small && !is_limp && !is_liquid).then_some(Node { body, placed, is_fastener })
 }
 
 fn link<'a>(sensor: &'a Sensor, nodes: &[Node], ends: [usize; 2]) -> Option<Link<'a>> {

@@ -8,6 +8,9 @@ use fabkit_geometry::{Length, Point3, Pose, Solid, Vector3};
 use super::INTO_MM;
 use crate::parameters::Report;
 
+/// How far a cable is pushed aside by what passes it, mm: it is laid in, and laid out of the way.
+pub const GIVES_MM: f64 = 3.0;
+
 /// How much thicker a bend is than its least, mm.
 const SWELL_MM: f64 = 0.01;
 

@@ -8,7 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
 use crate::assembling::{SENSOR, in_sensor};
-use crate::blocks::cable::Cable;
+use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::cable_way::Side;
 use crate::blocks::{APART_MM, CAMERA_GREEN, INTO_MM, LED, LED_YELLOW, RUBBER};
 
@@ -103,7 +103,10 @@ fn camera_cable(p: &Cap, layout: &Layout) -> Body {
     };
     let solid = Solid::union([plug.named("plug"), cable.solid()]);
     let place = SENSOR.at(turned(p, Pose::identity())).lifted(-44.0);
-    CAMERA_CABLE.bought("USB 3.0 cable with an angled micro-B plug", solid, [place]).colored(RUBBER)
+    CAMERA_CABLE
+        .bought("USB 3.0 cable with an angled micro-B plug", solid, [place])
+        .colored(RUBBER)
+        .giving(GIVES_MM)
 }
 
 /// What looks at the window at the front, turned about the sensor's axis to the side where it is.

@@ -198,7 +198,8 @@ impl Chain<'_> {
                         "spray the black mixture onto the inside of the outer mold in thin coats, and \
                          let it dry",
                     )
-                    .source("III-B.1; waste chosen"),
+                    .source("III-B.1; waste chosen")
+                    .also((!self.is_silicone()).then(|| DOWEL.into())),
             );
         }
         let openings = vents(self.p, &self.outer).openings();

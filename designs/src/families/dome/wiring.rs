@@ -10,7 +10,7 @@ use super::housing::{cable_slot, relief_edges_mm};
 use super::layout::Layout;
 use super::parameters::{CableExit, Dome};
 use crate::assembling::{SENSOR, in_sensor};
-use crate::blocks::cable::Cable;
+use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes, turn};
 use crate::fits::Fit;
 
@@ -224,13 +224,15 @@ pub fn bodies(p: &Dome, layout: &Layout) -> Vec<Body> {
                 cord,
                 [in_sensor().lifted(-46.0)],
             )
-            .colored(RUBBER),
+            .colored(RUBBER)
+            .giving(GIVES_MM),
         LED_WIRE
             .bought(
                 format!("stranded wire, {} mm thick over all", p.cables.wire_diameter.mm()),
                 wire.solid(),
                 places,
             )
-            .colored([190, 60, 50]),
+            .colored([190, 60, 50])
+            .giving(GIVES_MM),
     ]
 }

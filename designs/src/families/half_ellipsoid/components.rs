@@ -10,6 +10,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR};
+use crate::blocks::cable::GIVES_MM;
 use crate::blocks::{INTO_MM, LED_YELLOW};
 
 const UV: Color = [170, 130, 230];
@@ -57,7 +58,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
                 .colored(CAMERA_GREY),
             leds(WHITE_LED, &p.leds.white_model, LED_YELLOW, white),
             leds(UV_LED, &p.leds.uv_model, UV, uv),
-            LED_WIRE.bought(wire_text, wire, wires).colored(UV),
+            LED_WIRE.bought(wire_text, wire, wires).colored(UV).giving(GIVES_MM),
         ],
         board_parts(p, layout),
         Joints::new(p, layout).holder.bought(drawn_out, drawn_out),

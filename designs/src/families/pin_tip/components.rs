@@ -8,7 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::assembling::{SENSOR, in_sensor};
-use crate::blocks::cable::Cable;
+use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::{INTO_MM, RUBBER, board_camera, led_ring};
 use crate::fits::{Fit, gap_mm};
 
@@ -91,7 +91,7 @@ fn camera_cable(p: &PinTip, layout: &Layout) -> Body {
     let cable = Cable { diameter_mm: diameter, bend_mm: BEND_MM, corners: corners.to_vec() };
     let text = format!("eight stranded wires in a sleeve of {diameter:.1} mm, 200 mm long");
     let place = SENSOR.at(Pose::rotation_z(p.body.cable_angle)).lifted(-74.0);
-    CAMERA_CABLE.bought(text, cable.solid(), [place]).colored(RUBBER)
+    CAMERA_CABLE.bought(text, cable.solid(), [place]).colored(RUBBER).giving(GIVES_MM)
 }
 
 /// Width of the plug across the board, mm.

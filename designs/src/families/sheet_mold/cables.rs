@@ -10,7 +10,7 @@ use super::bodies::*;
 use super::components::{PLUG_ABOVE_MM, plug_reach_mm};
 use super::layout::Layout;
 use super::parameters::SheetMold;
-use crate::blocks::cable::Cable;
+use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::cable_way::Side;
 use crate::blocks::{APART_MM, RUBBER};
 use crate::parameters::{Report, limits};
@@ -61,7 +61,7 @@ pub fn cables(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> [Body
         BOX_CABLE.bought("USB cable of the camera in the box", below, [box_camera]),
         STAND_CABLE.bought("USB cable of the camera above the display", above, [stand_camera]),
     ]
-    .map(|body| body.colored(RUBBER))
+    .map(|body| body.colored(RUBBER).giving(GIVES_MM))
 }
 
 /// Reports a cable that has no room around its camera's board.

@@ -120,7 +120,8 @@ impl Family for PuckFamily {
             touch: Some(touch.into()),
             ..blocks::sensor(header, camera, bodies)
         };
-        Some(Built { sensor, derived: vec![blocks::mm("total height", -l.bottom_z)] })
+        let derived = vec![blocks::mm("total height", -l.bottom_z)];
+        Some(Built { sensor, derived, face: None })
     }
 }
 

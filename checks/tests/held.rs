@@ -180,6 +180,7 @@ fn says(sensor: &mut Sensor, instruction: &str) {
         instruction: instruction.into(),
         assembly: None,
         bodies: vec!["dish".into(), "lid".into()],
+        motions: Vec::new(),
         action: Action::Prepare,
         source: String::new(),
     };

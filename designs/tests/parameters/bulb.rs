@@ -115,7 +115,8 @@ impl Family for Bulb {
             [],
         );
         let height_mm = p.surface.radius.mm() + p.surface.wall_height.mm();
-        Some(Built { sensor, derived: vec![("height".into(), format!("{height_mm} mm"))] })
+        let derived = vec![("height".into(), format!("{height_mm} mm"))];
+        Some(Built { sensor, derived, face: None })
     }
 }
 

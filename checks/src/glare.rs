@@ -120,8 +120,8 @@ fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, In
 
 /// What shines of a body in one of its places in the sensor, by that place's number.
 fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody> {
-    let in_sensor = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
-    let (Some(solid), Some(placement)) = (&body.lamp, in_sensor.skip(place).next()) else {
+    let mut in_sensor = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
+    let (Some(solid), Some(placement)) = (&body.lamp, in_sensor.nth(place)) else {
         return Ok(None);
     };
     let compiled = CompiledSolid::new(&solid.clone().placed(placement.assembly_from_body));

@@ -32,11 +32,11 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
 /// What can leave, each group of bodies once, with all the ways.
 fn leaving(graph: &Graph) -> Vec<Finding> {
     let mut groups: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
-    for way in 0..WAYS {
+    for (way, word) in WAY_WORDS.iter().enumerate() {
         for names in graph.free(way) {
             match groups.iter_mut().find(|(known, _)| *known == names) {
-                Some((_, ways)) => ways.push(WAY_WORDS[way]),
-                None => groups.push((names, vec![WAY_WORDS[way]])),
+                Some((_, ways)) => ways.push(*word),
+                None => groups.push((names, vec![*word])),
             }
         }
     }

@@ -27,6 +27,9 @@ const LOW_MM: f64 = 15.0;
 /// What is lower than this lies on the bed, mm: the first layer.
 const ON_BED_MM: f64 = 0.05;
 
+/// A stretch of air in a column, by its number: from where to where, mm.
+type Air = (usize, [f64; 2]);
+
 /// Lines across the longer side of a part.
 const ACROSS: f64 = 80.0;
 
@@ -172,8 +175,8 @@ impl Standing {
     }
 
     /// Stretches of air from the plate to the top, by column, and what they are together.
-    fn hollows(&self) -> (Vec<(usize, [f64; 2])>, BTreeMap<usize, Hollow>) {
-        let mut air: Vec<(usize, [f64; 2])> = Vec::new();
+    fn hollows(&self) -> (Vec<Air>, BTreeMap<usize, Hollow>) {
+        let mut air: Vec<Air> = Vec::new();
         let mut starts = Vec::with_capacity(self.columns.len() + 1);
         for (index, column) in self.columns.iter().enumerate() {
             starts.push(air.len());

@@ -49,6 +49,9 @@ pub const SUMMARY: &str = "Text on printed parts.";
 /// Its values where no file says anything else, for messages, and their text.
 pub const DEFAULTS: (&str, &str) = ("labels.yaml (defaults)", include_str!("labels.yaml"));
 
+/// How the notes of parts say why they carry none.
+const BARE: &str = "carries no label: ";
+
 /// The word for every part.
 const ALL: &str = "all";
 
@@ -97,7 +100,9 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     for (i, body) in sensor.bodies.iter().enumerate() {
         let is_named = labels.parts.contains(&body.name);
         let Some(own) = compiled[i].as_ref() else { continue };
-        if !printed.contains(&body.name) || !(is_named || is_all) || is_lettered(&body.solid) {
+        let stays_bare = body.notes.iter().any(|note| note.starts_with(BARE));
+        let is_asked = printed.contains(&body.name) && (is_named || is_all);
+        if !is_asked || stays_bare || is_lettered(&body.solid) {
             continue;
         }
         if let Some(first) = leader(sensor, body) {
@@ -126,7 +131,7 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     }
     drop(compiled);
     for (i, why) in bare {
-        sensor.bodies[i].notes.push(format!("carries no label: {why}"));
+        sensor.bodies[i].notes.push(format!("{BARE}{why}"));
     }
     let mut names = Vec::new();
     for (i, text, label) in written {

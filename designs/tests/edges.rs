@@ -102,8 +102,8 @@ fn round_edges_lack_what_lies_outside_of_their_circles() {
     let expected = around_rectangle([bounds.max.x, bounds.max.y], 2.0, 1.6);
     lacks("9dtact", "shell", &wide, "shell.edge_fillet=1.6mm", expected);
     let outer = solid(&made("tactip", &[]), "body").bounds().max.x;
-    let expected = around(outer, 0.9) + around_cone(outer, 0.9);
-    lacks("tactip", "body", &[], "body.edge_fillet=0.9mm", expected);
+    let expected = around(outer, 0.8) + around_cone(outer, 0.8);
+    lacks("tactip", "body", &[], "body.edge_fillet=0.8mm", expected);
 }
 
 /// A small tip on a wide body: the screws stand further out, and the chamber's corners are sharper.
@@ -166,7 +166,7 @@ fn edges_that_would_cut_into_something_are_refused() {
         ("shadowtac", "holder", "1", ["holder.edge_fillet is 1 mm", "at most 0.8"]),
         ("9dtact", "shell", "0.8", ["shell.edge_fillet is 0.8 mm", "at most 0.7 mm"]),
         ("uvdtact", "holder", "0.5", ["holder.edge_fillet is 0.5 mm", "at most 0 mm"]),
-        ("tactip", "body", "1", ["body.edge_fillet is 1 mm", "at most 0.9 mm"]),
+        ("tactip", "body", "1", ["body.edge_fillet is 1 mm", "at most 0.8 mm"]),
     ] {
         refused(sensor, &[&edge(part, too_large)], &texts);
     }

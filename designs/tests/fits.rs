@@ -15,7 +15,9 @@ fn read(sensor: &str, parts: &str, set: &[&str]) -> Result<Design, InvalidDesign
     });
     // Light needs a little more room where a printer is coarse.
     let roomy = (sensor == "uvdtact").then_some(&"holder.outer_diameter=18.6 mm");
-    let set = set.iter().chain(roomy).map(|text| (*text).into());
+    // Who dips has a container with a holder.
+    let dipped = (sensor == "rtac0").then_some(&"coat.method=dip");
+    let set = set.iter().chain(roomy).chain(dipped).map(|text| (*text).into());
     let set: Vec<String> = parts.chain(set).collect();
     load(sensor, builtin_yaml(sensor).unwrap(), &set, &["fixtures"])
 }
@@ -87,8 +89,8 @@ fn of_domes() {
     let [holder, container] = ["coating-holder", "coating-container"];
     let given = to_sla("coating-container=sla");
     fits("rtac0", [holder, container], (container, 0.5), Fit::Slide, given);
-    let at = ("form-bridge", 0.5);
-    fits("rtac0", ["form-tube", "form-bridge"], at, Fit::Slide, to_sla("form-bridge=sla"));
+    let [tube, bridge] = ["form-tube-transparent-gel", "form-bridge-transparent-gel"];
+    fits("rtac0", [tube, bridge], (bridge, 0.5), Fit::Slide, to_sla("form-bridge-*=sla"));
     // What has no such hole moves nothing.
     let plain = play_mm(&design("rtac0", "base=sla"), "base", "shell", ("base", 0.5));
     assert!((plain - gap_mm(Fdm, Fit::Slide)).abs() < 1e-9);

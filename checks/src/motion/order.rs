@@ -25,6 +25,9 @@ const ROUNDING: f64 = 1e-12;
 /// Bodies that move as one.
 type Piece<'a> = Vec<&'a Placed<'a>>;
 
+/// Directions in which a piece may leave.
+type Ways = fn(&Piece) -> Vec<Vector3<f64>>;
+
 /// A piece that does not get to its place.
 pub(crate) struct Stuck<'a> {
     /// [`Rule::Motion`], or [`Rule::Access`] where there is no room for its tool.
@@ -166,10 +169,10 @@ impl<'a> Order<'a> {
 
     /// The last piece that can leave.
     fn free(&mut self, pieces: &[Piece<'a>], standing: &[&'a Placed<'a>]) -> Option<usize> {
-        let ways: [fn(&Piece) -> Vec<Vector3<f64>>; 2] = [ways_out, |piece| {
+        let across: Ways = |piece| {
             if piece.len() == 1 && is_drawn(piece[0]) { Vec::new() } else { azimuths() }
-        }];
-        ways.into_iter().find_map(|ways| {
+        };
+        [ways_out, across].into_iter().find_map(|ways| {
             (0..pieces.len()).rev().find(|&index| {
                 let others = others(pieces, index, standing);
                 self.leaves(&pieces[index], &others, ways)
@@ -177,12 +180,7 @@ impl<'a> Order<'a> {
         })
     }
 
-    fn leaves(
-        &mut self,
-        piece: &Piece<'a>,
-        others: &[&'a Placed<'a>],
-        ways: fn(&Piece) -> Vec<Vector3<f64>>,
-    ) -> bool {
+    fn leaves(&mut self, piece: &Piece<'a>, others: &[&'a Placed<'a>], ways: Ways) -> bool {
         let is_free = match self.motion(piece) {
             Some(motion) => {
                 let allowed = |mover: &Placed, other: &Placed| self.meant_mm(mover, other);

@@ -126,6 +126,7 @@ pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
             .placed([in_sensor().lifted(8.0), JOINING.in_place().lifted(-52.0)])
             .colored([214, 226, 236])
             .opaque(0.35)
-            .with_handles(0),
+            // It closes around each rib, over its shoulder.
+            .with_handles(p.shell.ribs as i32),
     )
 }

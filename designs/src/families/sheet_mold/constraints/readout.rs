@@ -68,19 +68,16 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let below_markers = p.housing.sheet.mm() - p.markers.height.mm();
     let beside_spacers =
         SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM);
+    // Out to the corners, and to the sides of the picture.
+    let away_mm = |field: f64, edges| (field / half_angle.tan()).max(across_picture_mm(p, edges));
+    let markers_mm = away_mm(marker_field_mm(p), marker_edges_mm(p));
+    let channels_mm = away_mm(display_field_mm(p), display_edges_mm(p));
     // Beside the holder in one direction is beside it.
     let spacing = p.camera.hole_spacing.mm().max(p.camera.hole_spacing_y.mm());
     limits! { report, p:
-        housing.height >= marker_field_mm(p) / half_angle.tan() + pupil - below_markers,
-            "the camera must see every marker";
-        display.camera_spacer >=
-            display_field_mm(p) / half_angle.tan() + pupil - p.display.sheet.mm(),
+        housing.height >= markers_mm + pupil - below_markers, "the camera must see every marker";
+        display.camera_spacer >= channels_mm + pupil - p.display.sheet.mm(),
             "the second camera must see every channel of the display";
-        housing.height >= across_picture_mm(p, marker_edges_mm(p)) + pupil - below_markers,
-            "the camera must see every marker along the sides of its picture, too";
-        display.camera_spacer >=
-            across_picture_mm(p, display_edges_mm(p)) + pupil - p.display.sheet.mm(),
-            "the second camera must see every channel along the sides of its picture, too";
         camera.board_size <= beside_spacers, "the board lies between the corner spacers";
         camera.board_size_y <= beside_spacers, "the board lies between the corner spacers";
         camera.pupil_behind_front <= p.camera.lens_height.mm(), "the pupil lies in the lens";

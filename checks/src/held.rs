@@ -9,7 +9,7 @@ mod load;
 
 use fabkit_geometry::{Assembly, Sensor};
 
-use crate::contacts::{WAY_WORDS, WAYS};
+use crate::contacts::WAY_WORDS;
 use crate::finding::{Finding, Rule, Severity};
 use crate::scene::Assemblies;
 

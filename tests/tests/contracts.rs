@@ -110,11 +110,11 @@ fn an_export_says_first_that_its_design_does_not_pass() {
     let clash: Vec<&str> = settings.iter().flat_map(|setting| ["--set", setting]).collect();
     let clash = [&collar[..], &clash, &["--clean"]].concat();
     let first = export("rtac0", &clash).stdout.lines().next().unwrap().to_owned();
-    for says in ["warning: rtac0 does not pass `fabkit check` (1 error", "--force silences"] {
+    for says in ["warning: rtac0 does not pass `fabkit check` (3 errors", "--force silences"] {
         assert!(first.contains(says), "{first}");
     }
     let told = export("rtac0", &[&clash[..], &["--json"]].concat()).json();
-    assert_eq!((&told["check"]["passed"], &told["check"]["findings"]), (&json!(false), &json!(1)));
+    assert_eq!((&told["check"]["passed"], &told["check"]["findings"]), (&json!(false), &json!(3)));
     assert!(first.contains(told["check"]["first"].as_str().unwrap()), "{first}");
     let forced = [&clash[..], &["--force"]].concat();
     assert!(!export("rtac0", &forced).stdout.contains("fabkit check"));

@@ -75,7 +75,7 @@ fn every_value_of_a_paper_stands_in_the_table() {
 fn what_differs_says_why() {
     // `Smooth-On Solaris` is the paper's `Solaris`, `38 mm` is `some 38 mm`.
     let words = |text: &str| -> BTreeSet<String> {
-        let words = text.split(|c: char| c == ' ' || c == ',');
+        let words = text.split([' ', ',']);
         words.filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
     };
     for row in rows() {

@@ -13,7 +13,8 @@ fn a_pad_of_another_size_is_checked_and_exported() {
     fs::write(root.path().join("mine.yaml"), OTHER_PAD).unwrap();
 
     let report = fabkit(root.path(), &["check", "mine.yaml", "--json"]).ok().json();
-    assert_eq!(report["findings"].as_array().map(Vec::len), Some(0), "{report:#}");
+    let findings = report["findings"].as_array().unwrap();
+    assert!(findings.iter().all(|finding| finding["severity"] == "note"), "{report:#}");
     // Gel, coat and bed are poured: three cavities that end where the layers do.
     let rules = report["rules"].as_array().unwrap();
     let of = |rule: &str| rules.iter().find(|r| r["rule"] == rule).unwrap()["examined"].as_u64();

@@ -18,7 +18,7 @@ fn mounts_labels_boards_and_dots_can_be_built() {
         ("shadowtac", passed.to_vec()),
         ("shadowtac", vec!["holder.edge_fillet=0.8mm", "base.cable_side=left"]),
         ("gelsight-like", vec!["shell.edge_fillet=1.5mm", "labels.style=raised"]),
-        ("tactip", vec!["body.edge_fillet=0.9mm", "body.cable_angle=90 deg"]),
+        ("tactip", vec!["body.edge_fillet=0.8mm", "body.cable_angle=90 deg"]),
         ("uvdtact", stepped.to_vec()),
         ("fluidic", vec!["housing.cable_side=back"]),
     ] {

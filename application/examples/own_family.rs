@@ -120,8 +120,7 @@ impl Family for PuckFamily {
             touch: Some(touch.into()),
             ..blocks::sensor(header, camera, bodies)
         };
-        let derived = vec![blocks::mm("total height", -l.bottom_z)];
-        Some(Built { sensor, derived, face: None })
+        Some(Built { sensor, derived: vec![blocks::mm("total height", -l.bottom_z)], face: None })
     }
 }
 
@@ -242,10 +241,10 @@ pub fn run(folder: &FilePath) -> Result<usize, Box<dyn Error>> {
     findings.iter().for_each(|finding| println!("{finding:?}"));
     let exported = exporting::export(&puck, &exporting::ExportOptions::default(), &|_| ())?;
     staging::write_all(folder, &exported.files, &|| false)?;
-    Ok(findings.len())
+    Ok(findings.iter().filter(|f| f.severity == checks::Severity::Error).count())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).unwrap_or(".".into());
-    run(FilePath::new(&folder)).map(|findings| println!("{findings} findings"))
+    run(FilePath::new(&folder)).map(|findings| println!("{findings} errors"))
 }

@@ -120,10 +120,14 @@ fn twins(bare: &[&Body]) -> Vec<Finding> {
             continue;
         }
         let alike = sizes[i + 1..].iter().filter(|(_, size)| is_alike(own, size));
-        let alike: Vec<&str> = alike.map(|(other, _)| other.name.as_str()).collect();
+        let alike: Vec<&Body> = alike.map(|(other, _)| *other).collect();
         if alike.is_empty() {
             continue;
         }
+        // Where letters were asked for and find no room, nothing but a pen helps.
+        let has_no_room = std::iter::once(part).chain(&alike).all(|part| why(part).is_some());
+        let severity = if has_no_room { Severity::Note } else { Severity::Error };
+        let alike: Vec<&str> = alike.into_iter().map(|other| other.name.as_str()).collect();
         told.extend(&alike);
         let [x, y, z] = own;
         let message = format!(
@@ -131,9 +135,13 @@ fn twins(bare: &[&Body]) -> Vec<Finding> {
             part.name,
             alike.join(", ")
         );
-        let fix = "write `labels.style: sunken`, or a shorter `labels.text`";
+        let fix = match severity {
+            Severity::Error => "write `labels.style: sunken`, or a shorter `labels.text`",
+            _ => "mark them by hand",
+        };
         findings.push(
             Finding::error(Rule::Labels, message, fix)
+                .with_severity(severity)
                 .of(std::iter::once(part.name.as_str()).chain(alike)),
         );
     }

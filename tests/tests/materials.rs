@@ -86,10 +86,13 @@ fn a_profile_is_for_parts_of_its_process_and_material_and_names_the_others() {
     let run =
         export(&["--process=pla.yaml", "--process-for-any-material", "-o", "any", "--json"]).ok();
     let profile = &run.json()["manifest"]["profile"];
-    assert_eq!(strings(&profile["applied_to_other_material"]), ["body", "robot-mount"]);
+    assert_eq!(
+        strings(&profile["applied_to_other_material"]),
+        ["body", "robot-mount", "focus-gauge", "controller-holder"]
+    );
     let run = export(&["--process=pla.yaml", "--process-for-any-material", "-o", "any"]).ok();
     let warning = "warning: my-printer was measured on PLA and is applied to other materials: body, \
-         robot-mount\n";
+         robot-mount, focus-gauge, controller-holder\n";
     assert!(run.stdout.contains(warning), "{}", run.stdout);
     assert!(run.stdout.contains("my-printer, which was measured on PLA"), "{}", run.stdout);
 

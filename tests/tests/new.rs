@@ -164,5 +164,6 @@ fn examples_of_the_library_do_what_they_say() {
     let (least, most) = (more(13.5, 0.1, 6.0), more(13.6, 0.1, 7.0));
     assert!((least..most).contains(&(cm3(1) - cm3(0))), "{} {}", cm3(0), cm3(1));
     // No vent that prints opens over a gel of 0.7 mm alone, and the message says so.
-    assert!(volumes[2].as_ref().unwrap_err().problems[0].message.contains("vent"));
+    let problems = &volumes[2].as_ref().unwrap_err().problems;
+    assert!(problems.iter().any(|problem| problem.message.contains("vent")), "{problems:?}");
 }

@@ -23,6 +23,7 @@ format: 1
 extends: rtac0
 name: own
 translucent_gel: {material: lab jelly}
+molds: {route: printed}
 parts: {mold-*: {process: our resin printer}}
 ";
 

@@ -72,7 +72,8 @@ fn a_measured_coupon_changes_files_and_nothing_else() {
         // Wider holes take material away, scaling adds more.
         let volume = |part: &Value| part["mesh"]["volume_mm3"].as_f64().unwrap();
         let grown = volume(after) / volume(before);
-        assert!(grown < 0.996f64.powi(-3) + 1e-4, "{name}: {grown}");
+        // Round holes alone: of a thin tube, more segments on its wall count for as much as 0.05 %.
+        assert!(grown < 0.996f64.powi(-3) + 5e-4, "{name}: {grown}");
     }
     assert!(holes > 10, "{holes}");
 

@@ -20,8 +20,8 @@ const CLEAR: &str = "Smooth-On Solaris";
 const WRONG_SIGHT: [(&str, &str, &str, &str); 17] = [
     ("rtac0", "camera.field_of_view", "40deg", "translucent-gel"),
     ("rtac0", "camera.field_of_view", "10deg", "translucent-gel"),
-    ("rtac0", "filling_gel.material", BLACK, "filling-gel"),
-    ("rtac0", "filling_gel.material", WHITE, "filling-gel"),
+    ("rtac0", "filling_gel.material", BLACK, "locking-gel"),
+    ("rtac0", "filling_gel.material", WHITE, "locking-gel"),
     ("rtac0", "transparent_gel.material", BLACK, "transparent-gel"),
     ("rtac0", "coat.material", CLEAR, "translucent-gel"),
     ("rtac0", "diffuser.bore_radius", "4.5mm", "diffuser"),

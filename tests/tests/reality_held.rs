@@ -22,7 +22,7 @@ fn errors(report: &CheckReport) -> Vec<&Finding> {
 const SOFT: &str = "Smooth-On Ecoflex 00-10";
 
 /// Sensor, what is set, the rule that finds it, and what it blames first.
-const WRONG: [(&str, &[&str], Rule, &str); 25] = [
+const WRONG: [(&str, &[&str], Rule, &str); 24] = [
     ("rtac0", &["mold.material=bare SLA resin"], Rule::Chemistry, "form-cup"),
     ("rtac0", &["mold.material=clear standard resin"], Rule::Chemistry, "form-cup"),
     (
@@ -53,7 +53,6 @@ const WRONG: [(&str, &[&str], Rule, &str); 25] = [
         Rule::Softness,
         "silicone-core",
     ),
-    ("uvdtact", &["tooling.vents=3", "tooling.vent_diameter=0.3mm"], Rule::Flow, "inner-elastomer"),
     ("uvdtact", &["diffuser.material=Tango Black+"], Rule::Softness, "diffusion-ring"),
     ("shadowtac", &["mold.vents=2", "mold.vent_diameter=0.6mm"], Rule::Flow, "skin"),
     ("shadowtac", &["mold.material=uncoated resin"], Rule::Chemistry, "mold-skin-block"),

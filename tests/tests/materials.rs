@@ -103,13 +103,15 @@ fn a_profile_is_for_parts_of_its_process_and_material_and_names_the_others() {
     assert!(run.stdout.contains(left), "{}", run.stdout);
     let [any, right] = ["any", "right"].map(|folder| contents(&root.path().join(folder)));
     for (name, bytes) in plain.iter().filter(|(name, _)| name.ends_with(".stl")) {
-        let is_changed = ["body.stl", "robot-mount.stl"].contains(&name.as_str());
+        let of_abs = ["body", "robot-mount", "focus-gauge", "controller-holder"];
+        let is_changed = of_abs.contains(&name.trim_end_matches(".stl"));
         assert_eq!(right[name] != *bytes, is_changed, "{name}");
         assert!(any[name] == right[name], "{name}");
     }
     let manifest: Value = serde_json::from_slice(&right["manifest.json"]).unwrap();
     let profile = &manifest["profile"];
-    assert_eq!(strings(&profile["applied"]), ["body", "robot-mount"]);
+    let applied = ["body", "robot-mount", "focus-gauge", "controller-holder"];
+    assert_eq!(strings(&profile["applied"]), applied);
     let left: Vec<&str> = profile["not_applied"]
         .as_array()
         .unwrap()

@@ -30,7 +30,8 @@ PRINTED = ("fdm", "sla")
 
 
 def output(*command: str) -> str:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    # admesh 0.98 prints a few bytes of memory behind a file's header of 80.
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     assert done.returncode == 0, f"{command}: exit {done.returncode}\n{done.stdout}{done.stderr}"
     return done.stdout + done.stderr
 

@@ -15,7 +15,7 @@ from fabkit_verify.workers import Limits, run_all
 class Failures(CopiedExports):
     def reason(self, change) -> str:
         """What one kernel says about a tree after a change to its text."""
-        export = self.export("rtac0", "dowel")
+        export = self.export("rtac0", "dowel", "molds.route=printed")
         export.tree_path.write_text(change(export.tree_path.read_text()))
         result = export.verify("manifold3d")
         self.assertEqual(result["verdict"], "failed")
@@ -76,7 +76,7 @@ class Failures(CopiedExports):
         self.assertIn("different designs", reason)
 
     def test_kernels_that_crash_or_hang_or_throw_are_named(self):
-        export = self.export("rtac0", "dowel")
+        export = self.export("rtac0", "dowel", "molds.route=printed")
         names = ["crashing", "hanging", "throwing", "leaving"]
         jobs = [export.job(name, f"broken_kernels.{name}") for name in names]
         jobs.insert(2, export.job("manifold3d"))
@@ -92,7 +92,7 @@ class Failures(CopiedExports):
         self.assertEqual(found["manifold3d"], ("agrees", ""))
 
     def test_the_command_answers_and_a_full_disk_loses_only_the_report(self):
-        export = self.export("rtac0", "dowel")
+        export = self.export("rtac0", "dowel", "molds.route=printed")
 
         def check(*arguments: str) -> tuple[int, dict]:
             command = [sys.executable, "-m", "fabkit_verify", "check", str(export.folder)]

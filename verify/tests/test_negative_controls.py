@@ -19,7 +19,7 @@ class NegativeControls(CopiedExports):
 
     def test_without_a_fault_everything_agrees(self):
         parts = [("rtac0", "base"), ("shadowtac", "skin", "dimples.rings=2")]
-        parts += [("rtac0", "silicone-mold"), ("rtac0", "diffuser")]
+        parts += [("rtac0", "silicone-mold-transparent-gel"), ("rtac0", "diffuser")]
         for chosen in parts:
             export = self.export(*chosen)
             for kernel in (*REBUILDING, "trimesh"):
@@ -28,7 +28,7 @@ class NegativeControls(CopiedExports):
                 self.assertGreaterEqual(len(result["checks"]), 10)
 
     def test_a_hole_moved_by_20_um(self):
-        export = self.export("rtac0", "base")
+        export = self.export("rtac0", "base", "labels.style=none")
         tree = export.tree()
         pose = feature(tree, "camera screw hole 2")["of"]["placed"]["pose"]
         pose["translation_mm"][0] += 0.020
@@ -47,7 +47,7 @@ class NegativeControls(CopiedExports):
             self.assert_caught(export.verify(kernel), missing["feature"]["name"])
 
     def test_a_sphere_with_5_um_more_radius(self):
-        export = self.export("rtac0", "silicone-mold")
+        export = self.export("rtac0", "silicone-mold-transparent-gel")
         tree = export.tree()
         (turned,) = (node["revolution"] for node in nodes(tree["solid"]) if "revolution" in node)
         (rim, dome) = turned["profile"]["outer"]["segments"][1:3]
@@ -59,7 +59,7 @@ class NegativeControls(CopiedExports):
             self.assert_caught(export.verify(kernel), "distance 0.00", "volume", "cavity")
 
     def test_a_mirrored_part(self):
-        export = self.export("rtac0", "base")
+        export = self.export("rtac0", "base", "labels.style=none")
         tree = export.tree()
         tree["solid"] = mirrored(tree["solid"])
         export.write_tree(tree)

@@ -19,6 +19,9 @@ const SADDLE_INSIDE_MM: f64 = 2.0;
 /// Least half of the saddle's width, and least height of the wall that it is glued to, mm.
 const LEAST_SADDLE_MM: [f64; 2] = [4.0, 12.0];
 
+/// Glue between the housing and the saddle, mm: printed as polygons, equal radii would overlap.
+const GLUE_MM: f64 = 0.1;
+
 /// From the housing to the holder's back beside the saddle, mm: ties pass.
 const BACK_MM: f64 = 1.0;
 
@@ -98,7 +101,7 @@ impl Seat {
         let front = board - PROUD_MM;
         let inside = self.half + PLAY_MM;
         let end = inside + WALL_MM;
-        let saddle = (self.housing.powi(2) - wide.powi(2)).sqrt();
+        let saddle = ((self.housing + GLUE_MM).powi(2) - wide.powi(2)).sqrt();
         let outline = Path::from([saddle, -wide])
             .line([self.back, -wide])
             .line([self.back, -end])

@@ -155,7 +155,7 @@ impl Columns {
     /// Floods the cavity from its highest tops down.
     fn pockets(&self) -> Vec<Pocket> {
         let mut order: Vec<usize> = (0..self.columns.len()).collect();
-        order.sort_by(|&a, &b| {
+        order.sort_unstable_by(|&a, &b| {
             self.columns[b].top_mm.total_cmp(&self.columns[a].top_mm).then(a.cmp(&b))
         });
         let mut voids = Voids::new(&self.columns);
@@ -201,19 +201,29 @@ fn is_before(a: [usize; 2], b: [usize; 2]) -> bool {
 /// Voids above the present level: connected columns, and whether air can leave them.
 struct Voids {
     parent: Vec<usize>,
-    /// Columns of each void that has no way out, at its root.
-    members: Vec<Vec<usize>>,
+    size: Vec<usize>,
+    /// The columns of a void that has no way out, as a ring from any of them: two rings become one where
+    /// two of their links are exchanged, without a list for each of a hundred thousand columns.
+    next: Vec<usize>,
     vented: Vec<bool>,
     is_open: Vec<bool>,
+    /// What one level connects, and the voids it meets with whether they had a way out; kept from level
+    /// to level.
+    links: Vec<(usize, usize)>,
+    joined: Vec<(usize, bool)>,
 }
 
 impl Voids {
     fn new(columns: &[Column]) -> Self {
+        let count = columns.len();
         Self {
-            parent: (0..columns.len()).collect(),
-            members: (0..columns.len()).map(|i| vec![i]).collect(),
+            parent: (0..count).collect(),
+            size: vec![1; count],
+            next: (0..count).collect(),
             vented: columns.iter().map(|c| c.vented).collect(),
-            is_open: vec![false; columns.len()],
+            is_open: vec![false; count],
+            links: Vec::new(),
+            joined: Vec::new(),
         }
     }
 
@@ -227,55 +237,59 @@ impl Voids {
         for &index in level {
             self.is_open[index] = true;
         }
-        let mut links = Vec::new();
-        let mut joined: Vec<(usize, bool)> = level.iter().map(|&i| (i, self.vented[i])).collect();
+        self.links.clear();
+        self.joined.clear();
         for &index in level {
+            self.joined.push((index, self.vented[index]));
             for other in neighbours(index) {
                 if !self.is_open[other] {
                     continue;
                 }
-                links.push((index, other));
+                self.links.push((index, other));
                 let root = self.root(other);
-                joined.push((root, self.vented[root]));
+                self.joined.push((root, self.vented[root]));
             }
         }
-        joined.sort_unstable();
-        joined.dedup();
-        for (a, b) in links {
+        self.joined.sort_unstable();
+        self.joined.dedup();
+        for link in 0..self.links.len() {
+            let (a, b) = self.links[link];
             self.join(a, b);
         }
         let mut freed = Vec::new();
-        for (void, was_vented) in joined {
+        for void in 0..self.joined.len() {
+            let (void, was_vented) = self.joined[void];
             let root = self.root(void);
-            if self.vented[root] {
-                let members = std::mem::take(&mut self.members[void]);
-                if !was_vented {
-                    freed.push(members);
+            if !self.vented[root] {
+                if root != void {
+                    self.next.swap(void, root);
                 }
-            } else if root != void {
-                let members = std::mem::take(&mut self.members[void]);
-                self.members[root].extend(members);
+            } else if !was_vented {
+                freed.push(self.members(void));
             }
         }
         freed
     }
 
+    /// The columns of a void that has no way out, by any of them.
+    fn members(&self, of: usize) -> Vec<usize> {
+        let follow = |&index: &usize| Some(self.next[index]).filter(|&next| next != of);
+        std::iter::successors(Some(of), follow).collect()
+    }
+
     /// Voids that have no way out at all, when all columns are open.
-    fn closed(self) -> impl Iterator<Item = Vec<usize>> {
-        let Self { parent, members, vented, .. } = self;
-        members
-            .into_iter()
-            .enumerate()
-            .filter(move |(i, _)| parent[*i] == *i && !vented[*i])
-            .map(|(_, members)| members)
+    fn closed(&self) -> impl Iterator<Item = Vec<usize>> {
+        let is_closed = |&i: &usize| self.parent[i] == i && !self.vented[i];
+        (0..self.parent.len()).filter(is_closed).map(|root| self.members(root))
     }
 
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         if a != b {
-            let large = if self.members[a].len() >= self.members[b].len() { a } else { b };
+            let large = if self.size[a] >= self.size[b] { a } else { b };
             let small = a + b - large;
             self.parent[small] = large;
+            self.size[large] += self.size[small];
             self.vented[large] |= self.vented[small];
         }
     }

@@ -71,6 +71,14 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
         return roots;
     }
     let c = &c[..=degree];
+    match sign_changes(c, low, high) {
+        Some((0, _)) => return roots,
+        Some((1, rising)) => {
+            roots.push(bracketed(c, low, high, rising));
+            return roots;
+        }
+        _ => {}
+    }
     let mut stationary = Roots::default();
     if degree > 1 {
         let mut slope = [0.0; MAX_DEGREE];
@@ -94,6 +102,78 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
         roots.push(high);
     }
     roots
+}
+
+/// Bernstein coefficients from Taylor coefficients, for each degree: C(i, j) / C(n, j).
+const BERNSTEIN: [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1] = bernstein();
+
+const fn bernstein() -> [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1] {
+    let mut choose = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+    let mut n = 0;
+    while n <= MAX_DEGREE {
+        choose[n][0] = 1.0;
+        let mut k = 1;
+        while k <= n {
+            choose[n][k] = choose[n - 1][k - 1] + choose[n - 1][k];
+            k += 1;
+        }
+        n += 1;
+    }
+    let mut weights = [[[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+    let mut n = 0;
+    while n <= MAX_DEGREE {
+        let mut i = 0;
+        while i <= n {
+            let mut j = 0;
+            while j <= i {
+                weights[n][i][j] = choose[i][j] / choose[n][j];
+                j += 1;
+            }
+            i += 1;
+        }
+        n += 1;
+    }
+    weights
+}
+
+/// How often the signs of the Bernstein coefficients on `[low, high]` change, and whether the first is
+/// negative; `None` if rounding leaves a sign open. As many roots lie between, or fewer by an even number
+/// (Farouki, "The Bernstein polynomial basis", Computer Aided Geometric Design 29, 2012): none or one
+/// need no search, and most lines pass by what they are asked about.
+fn sign_changes(c: &[f64], low: f64, high: f64) -> Option<(u32, bool)> {
+    let (degree, width) = (c.len() - 1, high - low);
+    // Taylor coefficients about `low`, in units of the width.
+    let mut taylor = [0.0; MAX_DEGREE + 1];
+    taylor[..=degree].copy_from_slice(c);
+    for first in 0..degree {
+        for i in (first..degree).rev() {
+            taylor[i] += low * taylor[i + 1];
+        }
+    }
+    let (mut scale, mut size) = (1.0, 0.0);
+    for t in &mut taylor[..=degree] {
+        *t *= scale;
+        scale *= width;
+    }
+    let reach = low.abs() + width;
+    for &k in c.iter().rev() {
+        size = size * reach + f64::abs(k);
+    }
+    // Forty operations on numbers that add up to `size` at most.
+    let error = 64.0 * f64::EPSILON * size;
+    let (mut changes, mut last) = (0, 0.0);
+    // The first coefficient is the value at `low`.
+    let rising = taylor[0] < 0.0;
+    for row in &BERNSTEIN[degree][..=degree] {
+        let coefficient: f64 = row.iter().zip(&taylor).map(|(weight, t)| weight * t).sum();
+        // Written so that NaN is refused too.
+        if !(coefficient.abs() > error) {
+            return None;
+        }
+        changes += u32::from(last * coefficient < 0.0);
+        last = coefficient.signum();
+    }
+    Some((changes, rising))
 }
 
 /// A value and how far rounding may have moved it.
@@ -234,6 +314,26 @@ mod tests {
             prop_assert!(found.as_slice().windows(2).all(|w| w[0] < w[1]));
             for x in found.as_slice() {
                 prop_assert!(is_root(&c, *x));
+            }
+        }
+
+        #[test]
+        fn a_part_of_the_line_has_the_roots_that_lie_there(
+            c in prop::collection::vec(-10.0f64..10.0, 2..=5), ends in [-3.0f64..3.0, -3.0f64..3.0],
+        ) {
+            let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            let (all, part) = (polynomial(&c, -3.0, 3.0), polynomial(&c, low, high));
+            // A root on the end, or one of two that rounding cannot part, may count either way.
+            let is_clear = |x: f64| {
+                let (_, slope) = value_and_slope(&c, x);
+                (x - low).abs().min((x - high).abs()) > 1e-9 && slope.abs() > 1e-3
+            };
+            let between = |x: &&f64| low < **x && **x < high && is_clear(**x);
+            for x in all.as_slice().iter().filter(between) {
+                prop_assert!(part.as_slice().iter().any(|y| (x - y).abs() < 1e-9), "{} of {:?}", x, part);
+            }
+            for x in part.as_slice() {
+                prop_assert!(low <= *x && *x <= high && is_root(&c, *x));
             }
         }
 

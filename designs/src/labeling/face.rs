@@ -2,7 +2,7 @@
 //! thick enough.
 
 use fabkit_geometry::{
-    Body, Clarity, CompiledSolid, Crossing, Point3, Pose, Ray, Scratch, Sensor, Vector3,
+    Body, Clarity, CompiledSolid, Point3, Pose, Ray, Scratch, Sensor, Vector3,
 };
 
 /// Flat face beside the letters, mm.
@@ -89,7 +89,7 @@ impl View {
     /// A place by its distances from the middle of the face and its height.
     fn point(&self, [u, v]: [f64; 2], height: f64) -> Point3<f64> {
         let at = [self.middle[0] + u, self.middle[1] + v, height];
-        Point3::from(self.axes.iter().zip(at).map(|(axis, mm)| axis * mm).sum::<Vector3<f64>>())
+        Point3::from(at[0] * self.axes[0] + at[1] * self.axes[1] + at[2] * self.axes[2])
     }
 
     fn top_mm(&self) -> f64 {
@@ -100,9 +100,9 @@ impl View {
     fn met(&self, own: &CompiledSolid, at: [f64; 2], buffers: &mut Buffers) -> Option<[f64; 2]> {
         let above = self.top_mm() + 1.0;
         let ray = Ray { origin: self.point(at, above), direction: -self.axes[2] };
-        own.crossings_into(&ray, &mut buffers.0, &mut buffers.1);
-        let (first, second) = (buffers.1.first()?, buffers.1.get(1)?);
-        Some([above - first.t, second.t - first.t])
+        own.stretches_into(&ray, &mut buffers.0, &mut buffers.1);
+        let [enter, exit] = *buffers.1.first()?;
+        Some([above - enter, exit - enter])
     }
 
     fn look(&mut self, own: &CompiledSolid) {
@@ -136,7 +136,7 @@ impl View {
     }
 }
 
-type Buffers = (Scratch, Vec<Crossing>);
+type Buffers = (Scratch, Vec<[f64; 2]>);
 
 impl Seen {
     /// Middles of even rectangles of these half edges, those nearest to the middle first, and their

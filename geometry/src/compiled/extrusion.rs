@@ -39,6 +39,7 @@ impl Prism {
         };
         for (k, edge) in self.region.edges.iter().enumerate() {
             match &edge.ellipse {
+                None if edge.is_passed(o, d) => {}
                 None => {
                     let along = edge.to - edge.from;
                     let approach = d.perp(&along);

@@ -13,10 +13,16 @@ use crate::{Ellipsoid, EllipsoidOffset};
 /// an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), written as for a trust region (Conn,
 /// Gould and Toint, "Trust-Region Methods", 2000, section 7.3): an increasing concave function,
 /// which Newton's method climbs from the left without ever overshooting. No branch of the distance
-/// can be mistaken for another.
-fn ellipse_distance(half_axes: Vector2<f64>, p: Vector2<f64>) -> (f64, Vector2<f64>) {
+/// can be mistaken for another. From a point to the right of the root one step leads to its left.
+///
+/// `start` is where the climb begins, and becomes its end: for a point nearby it is almost there.
+fn ellipse_distance(
+    half_axes: Vector2<f64>,
+    p: Vector2<f64>,
+    start: &mut f64,
+) -> (f64, Vector2<f64>) {
     if half_axes.x < half_axes.y {
-        let (distance, normal) = ellipse_distance(half_axes.yx(), p.yx());
+        let (distance, normal) = ellipse_distance(half_axes.yx(), p.yx(), start);
         return (distance, normal.yx());
     }
     let (a, b) = (half_axes.x, half_axes.y);
@@ -29,7 +35,8 @@ fn ellipse_distance(half_axes: Vector2<f64>, p: Vector2<f64>) -> (f64, Vector2<f
     let n = long * z.x;
     let nearest = if z.y > 1e-200 {
         // At the root |(u, v)| = 1; both bounds lie left of it, where the length is above 1.
-        let mut s = z.y.max(n.hypot(z.y) - gap);
+        let least = z.y.max((n * n + z.y * z.y).sqrt() - gap);
+        let mut s = least.max(*start);
         for _ in 0..100 {
             let (u, v) = (n / (s + gap), z.y / s);
             let squared = u * u + v * v;
@@ -39,12 +46,13 @@ fn ellipse_distance(half_axes: Vector2<f64>, p: Vector2<f64>) -> (f64, Vector2<f
                 break;
             }
             // Convergence is quadratic: after a step this small the next one is rounding.
-            let is_last = next <= s * (1.0 + 1e-9);
-            s = s.max(next);
+            let is_last = (next - s).abs() <= 1e-9 * s;
+            s = next.max(least);
             if is_last {
                 break;
             }
         }
+        *start = s;
         Vector2::new(k * z.x / (s + gap), z.y / s)
     } else if n < gap {
         // On the long axis, between the centres of curvature of its two ends.
@@ -65,41 +73,58 @@ impl EllipsoidOffset {
 
     /// Distance outside the parallel surface, mm, and its gradient.
     pub(crate) fn distance(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        self.distance_from(p, &mut 0.0)
+    }
+
+    /// The same for points one after the other, each near the last.
+    fn distance_from(&self, p: &Vector3<f64>, start: &mut f64) -> (f64, Vector3<f64>) {
         let flat = meridian(p);
         let quadrant = Vector2::new(flat.x, flat.y.abs());
-        let (from_ellipse, mut normal) = ellipse_distance(self.half_axes(), quadrant);
+        let (from_ellipse, mut normal) = ellipse_distance(self.half_axes(), quadrant, start);
         normal.y = normal.y.copysign(p.z);
         (from_ellipse - self.offset_mm, turned(normal, p))
     }
 
-    /// An ellipsoid that encloses the solid tightly, for a first guess and for misses.
-    fn enclosing(&self) -> Ellipsoid {
+    /// An ellipsoid that encloses the solid, for a first guess and for misses, and one that lies within
+    /// where there is a tight one.
+    fn bounding(&self) -> (Ellipsoid, Option<Ellipsoid>) {
         let short = self.equatorial_mm.min(self.polar_mm);
-        let (equatorial, polar) = if self.offset_mm >= 0.0 {
-            // A ball of radius r lies within the ellipsoid scaled by r over its short half axis.
-            let scale = 1.0 + self.offset_mm / short;
-            (self.equatorial_mm * scale, self.polar_mm * scale)
-        } else {
-            // Minkowski's inequality on the support functions.
-            (self.equatorial_mm + self.offset_mm, self.polar_mm + self.offset_mm)
+        // Minkowski's inequality on the support functions: within for positive offsets, around for
+        // negative ones.
+        let shifted = [self.equatorial_mm + self.offset_mm, self.polar_mm + self.offset_mm];
+        let of = |[equatorial, polar]: [f64; 2], growth: f64| Ellipsoid {
+            // The least growth that rounding cannot undo.
+            semi_axes_mm: [equatorial, equatorial, polar].map(|v| v * (1.0 + growth)),
         };
-        // The least growth that rounding cannot undo.
-        Ellipsoid { semi_axes_mm: [equatorial, equatorial, polar].map(|v| v * (1.0 + 1e-12)) }
+        if self.offset_mm < 0.0 {
+            return (of(shifted, 1e-12), None);
+        }
+        // A ball of radius r lies within the ellipsoid scaled by r over its short half axis.
+        let scale = 1.0 + self.offset_mm / short;
+        let scaled = [self.equatorial_mm * scale, self.polar_mm * scale];
+        (of(scaled, 1e-12), Some(of(shifted, 0.0)))
     }
 
-    /// The first parameter after `start_mm` (going `sign`) at which the line enters, if any.
+    /// The first parameter after `outside_mm` (going `sign`) at which the line enters, if any.
     ///
     /// Distance from a convex body is convex along a line, so Newton's method from outside
-    /// approaches the crossing from one side only, and a slope that turns proves a miss.
-    fn enter(&self, ray: &LocalRay, start_mm: f64, sign: f64) -> Option<f64> {
-        let mut t_mm = start_mm;
+    /// approaches the crossing from one side only, and a slope that turns proves a miss. From a
+    /// `guess_mm` within, its first step leads outside, to where few more are left.
+    fn enter(&self, ray: &LocalRay, [outside_mm, guess_mm]: [f64; 2], sign: f64) -> Option<f64> {
+        let mut t_mm = guess_mm;
         let resolution_mm = 4.0 * f64::EPSILON * ray.reach_mm;
-        for _ in 0..80 {
-            let (distance, gradient) = self.distance(&ray.at(t_mm));
+        let mut start = 0.0;
+        for i in 0..80 {
+            let (distance, gradient) = self.distance_from(&ray.at(t_mm), &mut start);
+            let approach = sign * gradient.dot(&ray.direction);
+            if i == 0 && distance < -resolution_mm {
+                // Along a grazing line the step would lead far away.
+                t_mm = if approach < -0.1 { t_mm - sign * distance / approach } else { outside_mm };
+                continue;
+            }
             if distance <= resolution_mm {
                 return Some(t_mm);
             }
-            let approach = sign * gradient.dot(&ray.direction);
             if approach >= 0.0 {
                 return None;
             }
@@ -129,10 +154,13 @@ impl Shape for EllipsoidOffset {
     }
 
     fn cast(&self, ray: &LocalRay, work: &mut Work) {
-        let Some(outer) = self.enclosing().chord(ray) else { return };
+        let (around, within) = self.bounding();
+        let Some(outer) = around.chord(ray) else { return };
+        let inner = within.and_then(|within| within.chord(ray)).unwrap_or(outer);
+        let from = |end: usize| [outer.t_mm[end], inner.t_mm[end]];
         let chord = self
-            .enter(ray, outer.t_mm[0], 1.0)
-            .zip(self.enter(ray, outer.t_mm[1], -1.0))
+            .enter(ray, from(0), 1.0)
+            .zip(self.enter(ray, from(1), -1.0))
             .map(|(enter, exit)| Chord::on_face(0, enter, exit));
         work.chords.extend(chord.filter(|c| c.t_mm[0] < c.t_mm[1]));
     }

@@ -29,6 +29,9 @@ pub(crate) struct Edge {
     ccw: bool,
     /// 1 where the region lies to the left, -1 where it lies to the right.
     left: f64,
+    /// A box around the edge, somewhat larger than what [`Edge::accepts`] grants its ends.
+    pub(crate) low: Vector2<f64>,
+    pub(crate) high: Vector2<f64>,
 }
 
 impl Edge {
@@ -46,7 +49,25 @@ impl Edge {
                 (Some(Ellipse { centre, half_axes }), *ccw)
             }
         };
-        Self { from, to, ellipse, ccw, left }
+        let mut edge = Self { from, to, ellipse, ccw, left, low: from, high: to };
+        (edge.low, edge.high) = edge.around();
+        edge
+    }
+
+    fn around(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let (x, y) = (Vector2::x(), Vector2::y());
+        let high = Vector2::new(self.support(x), self.support(y));
+        let low = -Vector2::new(self.support(-x), self.support(-y));
+        // Twice the slack, and far more than rounding of places on a line.
+        let grown = 2.0 * SLACK * (high - low).amax() + 1e-9 * low.amax().max(high.amax());
+        (low.add_scalar(-grown), high.add_scalar(grown))
+    }
+
+    /// Whether a straight edge's line is met beyond the ends of the edge, and beyond their slack, by the
+    /// line through `origin`.
+    pub(crate) fn is_passed(&self, origin: Vector2<f64>, direction: Vector2<f64>) -> bool {
+        let (a, b) = (direction.perp(&(self.from - origin)), direction.perp(&(self.to - origin)));
+        a * b > 0.0 && a.abs().min(b.abs()) > SLACK * (a - b).abs()
     }
 
     /// Signed angle (eccentric for ellipses) that an arc sweeps; 0 for a line.

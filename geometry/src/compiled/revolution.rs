@@ -24,6 +24,56 @@ impl Spun {
     }
 }
 
+/// A line in distance from z and z: what edges far from it need not be asked in full.
+struct Passing<'a> {
+    ray: &'a LocalRay,
+    /// Squared distance from z along the line: `s[2] t^2 + 2 s[1] t + s[0]`.
+    s: [f64; 3],
+    /// Where the line is nearest to z, mm.
+    nearest_mm: f64,
+    per_height: f64,
+}
+
+impl<'a> Passing<'a> {
+    fn new(ray: &'a LocalRay) -> Self {
+        let (o, d) = (ray.origin.xy(), ray.direction.xy());
+        let s = [o.norm_squared(), o.dot(&d), d.norm_squared()];
+        let nearest_mm = if s[2] > 0.0 { -s[1] / s[2] } else { 0.0 };
+        Self { ray, s, nearest_mm, per_height: 1.0 / ray.direction.z }
+    }
+
+    fn squared(&self, t_mm: f64) -> f64 {
+        (self.s[2] * t_mm + 2.0 * self.s[1]) * t_mm + self.s[0]
+    }
+
+    /// Between which parameters the line is as high as the edge, mm; `None` if it is nowhere near it there.
+    fn beside(&self, edge: &Edge) -> Option<[f64; 2]> {
+        let (z, reach_mm) = (self.ray.origin.z, 2.0 * self.ray.reach_mm);
+        let mut between = [-reach_mm, reach_mm];
+        if self.ray.direction.z == 0.0 {
+            if z < edge.low.y || z > edge.high.y {
+                return None;
+            }
+        } else {
+            let ends = [edge.low.y, edge.high.y].map(|height| (height - z) * self.per_height);
+            between = [ends[0].min(ends[1]).max(-reach_mm), ends[0].max(ends[1]).min(reach_mm)];
+            if between[0] > between[1] {
+                return None;
+            }
+        }
+        let ends = between.map(|t_mm| self.squared(t_mm));
+        let is_passed = between[0] < self.nearest_mm && self.nearest_mm < between[1];
+        let nearest =
+            if is_passed { self.squared(self.nearest_mm) } else { ends[0].min(ends[1]) };
+        let (inner, outer) = (edge.low.x.max(0.0), edge.high.x);
+        // Rounding of squares is of the size of the line's reach, not of the edge's.
+        let rounding = 1e-12 * reach_mm * reach_mm;
+        let meets = nearest <= outer * outer + rounding
+            && ends[0].max(ends[1]) >= inner * inner - rounding;
+        meets.then_some(between)
+    }
+}
+
 /// Where the line may pass the plane, cylinder or cone that a straight edge sweeps around z.
 fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
     let (o, d) = (&ray.origin, &ray.direction);
@@ -46,7 +96,7 @@ fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
         // One Newton step on the unsquared equation restores the digits that squaring cost on
         // edges that are nearly flat.
         let p = ray.at(root);
-        let r = p.x.hypot(p.y);
+        let r = meridian(&p).x;
         let value = along.y * r - (w + root * dw);
         let slope = along.y * p.xy().dot(&d.xy()) / r - dw;
         let step = value / slope;
@@ -69,7 +119,9 @@ impl Shape for Spun {
     }
 
     fn cast(&self, ray: &LocalRay, work: &mut Work) {
+        let passing = Passing::new(ray);
         for (k, edge) in self.region.edges.iter().enumerate() {
+            let Some(between_mm) = passing.beside(edge) else { continue };
             let mut offer = |t_mm: f64| {
                 let p: Vector2<f64> = meridian(&ray.at(t_mm));
                 if edge.accepts(p) {
@@ -81,7 +133,7 @@ impl Shape for Spun {
                 None if edge.from.x == 0.0 && edge.to.x == 0.0 => {}
                 None => swept_line(edge, ray, offer),
                 Some(ellipse) => {
-                    for &root in swept_ellipse(ellipse, ray).as_slice() {
+                    for &root in swept_ellipse(ellipse, ray, between_mm).as_slice() {
                         offer(polished(ellipse, ray, root));
                     }
                 }

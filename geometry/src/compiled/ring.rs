@@ -18,8 +18,9 @@ pub(crate) fn meridian(p: &Vector3<f64>) -> Vector2<f64> {
 }
 
 /// Where the line may pass the surface that the ellipse, given in (distance from z, height),
-/// sweeps around z. Includes the mirrored ellipse beyond the axis; callers sort that out.
-pub(crate) fn swept_ellipse(ellipse: &Ellipse, ray: &LocalRay) -> Roots {
+/// sweeps around z, between two parameters where it is asked for. Includes the mirrored ellipse beyond
+/// the axis; callers sort that out.
+pub(crate) fn swept_ellipse(ellipse: &Ellipse, ray: &LocalRay, between_mm: [f64; 2]) -> Roots {
     let Ellipse { centre, half_axes } = ellipse;
     let (o, d) = (&ray.origin, &ray.direction);
     let ratio = (half_axes.x / half_axes.y).powi(2);
@@ -47,7 +48,8 @@ pub(crate) fn swept_ellipse(ellipse: &Ellipse, ray: &LocalRay) -> Roots {
         4.0 * q2 * q1,
         q2 * q2,
     ];
-    polynomial(&quartic, -1.0, 1.0).scaled(unit)
+    let [low, high] = between_mm.map(|t_mm| (t_mm / unit).clamp(-1.0, 1.0));
+    polynomial(&quartic, low, high).scaled(unit)
 }
 
 /// Two Newton steps on the distance-like function of the surface itself: the squared equation
@@ -96,7 +98,7 @@ impl Shape for Torus {
 
     fn cast(&self, ray: &LocalRay, work: &mut Work) {
         let tube = self.tube();
-        for &t_mm in swept_ellipse(&tube, ray).as_slice() {
+        for &t_mm in swept_ellipse(&tube, ray, [-ray.reach_mm, ray.reach_mm]).as_slice() {
             let t_mm = polished(&tube, ray, t_mm);
             work.candidates.push(Candidate { t_mm, face: 0 });
         }
@@ -106,7 +108,7 @@ impl Shape for Torus {
 
 /// A direction in the (distance from z, height) half plane, turned to where `p` is.
 pub(crate) fn turned(flat: Vector2<f64>, p: &Vector3<f64>) -> Vector3<f64> {
-    let across = p.x.hypot(p.y);
+    let across = meridian(p).x;
     if across == 0.0 {
         return Vector3::new(0.0, 0.0, flat.y);
     }

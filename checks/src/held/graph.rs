@@ -15,7 +15,7 @@ const STOP_MM2: f64 = 0.3;
 const STICK_MM2: f64 = 0.5;
 
 /// Words in the names of what screws, pins and ties.
-const FASTENERS: [&str; 6] = ["screw", "bolt", "nut", "spacer", "dowel", "cable-tie"];
+const FASTENERS: [&str; 7] = ["screw", "bolt", "nut", "insert", "spacer", "dowel", "cable-tie"];
 
 /// Bought things of which there are more than that are small and soldered or stuck on.
 const MOST_PLACES: usize = 4;

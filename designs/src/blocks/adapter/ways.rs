@@ -50,11 +50,13 @@ impl MountFace {
         x.hypot(y) + self.outline.corner
     }
 
-    /// The least width of a slot for what leaves at the axis, mm.
+    /// The least width of a slot for what leaves at the axis, and for wires one above the other, mm.
     pub(super) fn least_slot_mm(&self) -> f64 {
-        let middle = self.below().filter(|(at, ..)| is_middle(*at));
-        let widths = middle.map(|(_, half, _)| 2.0 * (half[0].max(half[1]) + PLAY_MM));
-        widths.fold(if self.below().count() > 0 { 1.0 } else { 0.0 }, f64::max)
+        let widths = self.below().map(|(at, [x, y], _)| {
+            let half = if is_middle(at) { x.max(y) } else { x.min(y) };
+            2.0 * (half + PLAY_MM)
+        });
+        widths.fold(0.0, f64::max)
     }
 }
 

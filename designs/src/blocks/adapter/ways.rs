@@ -50,12 +50,9 @@ impl MountFace {
         x.hypot(y) + self.outline.corner
     }
 
-    /// The least width of a slot for what leaves at the axis, and for wires one above the other, mm.
+    /// The least width of a slot for what leaves through windows one beside the other, mm.
     pub(super) fn least_slot_mm(&self) -> f64 {
-        let widths = self.below().map(|(at, [x, y], _)| {
-            let half = if is_middle(at) { x.max(y) } else { x.min(y) };
-            2.0 * (half + PLAY_MM)
-        });
+        let widths = self.below().map(|(_, [x, y], _)| 2.0 * (x.min(y) + PLAY_MM));
         widths.fold(0.0, f64::max)
     }
 }
@@ -82,7 +79,9 @@ impl Plan<'_> {
         let slot = Solid::cuboid_between([-half, -half, heights[0]], [beyond_mm, half, heights[1]])
             .placed(Pose::rotation_z(self.adapter.cable_angle))
             .named("cable slot");
-        let beside = self.face.below().filter(|(at, ..)| !is_middle(*at));
+        let is_in_slot =
+            |at: [f64; 2], [x, y]: [f64; 2]| is_middle(at) && x.max(y) + PLAY_MM <= half;
+        let beside = self.face.below().filter(|(at, half_mm, _)| !is_in_slot(*at, *half_mm));
         let windows = beside.flat_map(|(at, half_mm, turn)| {
             let edges = half_mm.map(|half| 2.0 * (half + PLAY_MM));
             let corner = 0.5 * edges[0].min(edges[1]).min(1.0);
@@ -95,7 +94,7 @@ impl Plan<'_> {
             let link = Solid::cuboid_between([0.0, -link, heights[0]], [to, link, heights[1]])
                 .placed(Pose::rotation_z(angle))
                 .named("way to the wire window");
-            [window, link]
+            std::iter::once(window).chain((to > half).then_some(link))
         });
         std::iter::once(slot).chain(windows).collect()
     }

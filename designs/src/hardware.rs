@@ -333,10 +333,14 @@ pub struct SocketScrew {
     pub clearance_hole_mm: f64,
 }
 
-/// Lengths that ISO 4762 has for M5 and, but for the first, for M6, mm.
+/// Lengths that ISO 4762 has for M4, M5 and, but for the first, for M6, mm.
 const SOCKET_LENGTHS_MM: [f64; 10] = [8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0];
 
 impl SocketScrew {
+    /// M4.
+    pub const M4: Self =
+        Self { thread_mm: 4.0, head_diameter_mm: 7.0, head_height_mm: 4.0, clearance_hole_mm: 4.5 };
+
     /// M5.
     pub const M5: Self =
         Self { thread_mm: 5.0, head_diameter_mm: 8.5, head_height_mm: 5.0, clearance_hole_mm: 5.5 };

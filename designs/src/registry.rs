@@ -194,7 +194,8 @@ impl FamilyEntry {
 
     /// Files with values that hold where no file says anything else.
     fn defaults(&self) -> Vec<(&'static str, &'static str)> {
-        [self.defaults, &[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS]].concat()
+        // A family's own come last: they hold where those of all families say otherwise.
+        [&[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS], self.defaults].concat()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Prints that come off the bed, keep resin, cannot be told apart or leak at their letters: each is
 //! found, by the rule and the body that are to blame, and what ships has no such finding.
 
-use fabkit_checks::{Finding, Rule, Severity, check, labels, standing};
+use fabkit_checks::{Finding, Rule, Severity, labels, standing};
 use fabkit_designs::blocks::label::Label;
 use fabkit_geometry::{
     Angle, Body, CompiledSolid, Placement, Pose, Process, Ray, Sensor, Shells, Solid, Vector3,
@@ -217,66 +217,4 @@ fn cups_on_the_plate_are_found() {
     assert_eq!(alone(resin(cup().minus(side))), []);
     // Supports of a jetted print are washed out of it.
     assert_eq!(alone(resin(cup()).made_by(Process::PolyJet)), []);
-}
-
-const ISO: &str = "adapter.pattern=iso-9409-1-50-4-m6";
-const RECTANGLE: &str = "adapter.pattern=rectangle";
-
-#[test]
-fn every_adapter_goes_below_every_sensor_with_mounting_holes() {
-    let sensors = ["shadowtac", "9dtact", "digit-like", "gelsight-like"];
-    let all: Vec<(&str, &str)> =
-        sensors.iter().flat_map(|name| [(*name, ISO), (*name, RECTANGLE)]).collect();
-    all.into_par_iter().for_each(|(name, pattern)| {
-        let sensor = sensor(name, &[pattern]);
-        let plate = sensor.body("robot-adapter").expect("it is made");
-        assert!(is_lettered(&plate.solid), "{name} {pattern}");
-        let last = sensor.chain.last().expect("a chain");
-        assert!(last.bodies.iter().any(|body| body == "robot-adapter"), "{name} {pattern}");
-        let found = wrong(check(&sensor).unwrap().findings);
-        assert!(found.is_empty(), "{name} {pattern}: {found:#?}");
-        // Screws lie in the plate with their heads, and reach into the sensor.
-        let solid = CompiledSolid::new(&plate.solid).unwrap();
-        let bounds = solid.bounds();
-        assert!(bounds.size_mm()[0] > 40.0 && bounds.size_mm()[2] > 7.0, "{name} {pattern}");
-    });
-}
-
-/// Their cables leave where the plate or its bolts are; the plate does not make way for them yet.
-#[test]
-fn adapters_in_the_way_of_cables_are_found() {
-    for name in ["rtac0", "uvdtact"] {
-        let found = wrong(check(&sensor(name, &[ISO])).unwrap().findings);
-        let is_in_the_way = |finding: &Finding| {
-            finding.rule == Rule::Interference
-                && finding
-                    .bodies
-                    .iter()
-                    .any(|body| body.ends_with("-wire") || body.ends_with("-cable"))
-        };
-        assert!(found.iter().any(is_in_the_way), "{name}: {found:#?}");
-    }
-}
-
-/// Sensor, what is set, and what the message says first.
-const NO_ADAPTER: [(&str, &[&str], &str); 8] = [
-    ("tactip", &[ISO], "no mounting holes in a flat face"),
-    ("fluidic", &[ISO], "no mounting holes in a flat face"),
-    ("rtac0", &[RECTANGLE, "adapter.width=22mm"], "adapter.width is 22 mm"),
-    ("rtac0", &[ISO, "adapter.cable_angle=0 deg"], "adapter.cable_angle is 0 deg"),
-    ("rtac0", &[ISO, "adapter.cable_angle=45 deg"], "adapter.cable_angle is 45 deg"),
-    ("uvdtact", &[ISO, "adapter.cable_angle=-60 deg"], "adapter.cable_angle is -60 deg"),
-    ("9dtact", &[ISO, "mount.hold=through"], "nothing holds them"),
-    ("shadowtac", &[ISO, "holder.width=42mm"], "between the M6 heads"),
-];
-
-#[test]
-fn adapters_that_do_not_fit_are_refused() {
-    for (name, settings, says) in NO_ADAPTER {
-        let yaml = fabkit_designs::builtin_yaml(name).unwrap();
-        let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-        let error = fabkit_designs::load(name, yaml, &settings, &["fixtures"]).unwrap_err();
-        let messages: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
-        assert!(messages.iter().any(|m| m.contains(says)), "{name} {settings:?}: {messages:?}");
-    }
 }

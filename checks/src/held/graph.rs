@@ -17,6 +17,10 @@ const STICK_MM2: f64 = 0.5;
 /// Words in the names of what screws, pins and ties.
 const FASTENERS: [&str; 6] = ["screw", "bolt", "nut", "spacer", "dowel", "cable-tie"];
 
+/// In the names of threads that are melted in: screws hold on to them, and they hold nothing that only
+/// lies against them.
+const INSERT: &str = "insert";
+
 /// Bought things of which there are more than that are small and soldered or stuck on.
 const MOST_PLACES: usize = 4;
 
@@ -152,11 +156,15 @@ fn link<'a>(sensor: &'a Sensor, nodes: &[Node], ends: [usize; 2]) -> Option<Link
 /// A screw that has a thread to hold on to fixes all that it touches; one without holds nothing.
 fn tie_fasteners(nodes: &[Node], links: &mut [Link]) {
     let is_fastener = |node: usize| nodes[node].is_fastener;
+    let is_thread = |node: usize| {
+        let body = nodes[node].body;
+        is_fastener(node) || body.kind == Kind::Bought && body.name.contains(INSERT)
+    };
     let threads: Vec<bool> = (0..nodes.len())
         .map(|node| {
             let mut own = links.iter().filter(|link| link.ends.contains(&node));
             let grips =
-                |link: &Link| link.is_pressed || link.ends.iter().all(|end| is_fastener(*end));
+                |link: &Link| link.is_pressed || link.ends.iter().all(|end| is_thread(*end));
             is_fastener(node) && own.any(grips)
         })
         .collect();

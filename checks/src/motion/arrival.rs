@@ -117,9 +117,10 @@ impl<'a> History<'a> {
         let bodies = self.scene.bodies(assembly);
         let standing = &self.standing[assembly];
         let now: BTreeSet<&str> = needed(step).collect();
-        let later = self.sensor.chain.iter().skip_while(|other| other.name != step.name).skip(1);
-        let later = later.filter(|step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly));
-        let later: BTreeSet<&str> = later.flat_map(needed).collect();
+        let after = self.sensor.chain.iter().skip_while(|other| other.name != step.name).skip(1);
+        let after = after.filter(|step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly));
+        let after: Vec<BTreeSet<&str>> = after.map(|step| needed(step).collect()).collect();
+        let later: BTreeSet<&str> = after.iter().flatten().copied().collect();
         // What stands in one place comes when it is named first.
         let is_one_of_many =
             |i: usize| bodies.iter().filter(|b| b.name == bodies[i].name).count() > 1;
@@ -130,12 +131,16 @@ impl<'a> History<'a> {
         let is_absent = |i: usize| !standing.contains(&i) && !now.contains(bodies[i].name);
         let mut wait = BTreeSet::new();
         loop {
-            let is_told_later = |i: usize| later.contains(bodies[i].name);
+            // What only comes to lie beside it in a step of its own is not waited for.
+            let is_told_with = |k: usize, i: usize| {
+                let mut steps = after.iter();
+                steps.any(|s| s.contains(bodies[k].name) && s.contains(bodies[i].name))
+            };
             let touches_absent = |i: usize| {
                 let near = bodies[i].body.bounds().grown(TOUCHING_MM);
                 (0..bodies.len()).any(|k| {
                     k != i
-                        && (is_absent(k) && is_told_later(k) || wait.contains(&k))
+                        && (is_absent(k) && is_told_with(k, i) || wait.contains(&k))
                         && !near.common(&bodies[k].body.bounds()).is_empty()
                 })
             };

@@ -1,16 +1,20 @@
 //! A printed plate between a sensor and what carries it: screwed to the sensor's own mounting holes from
-//! below, and with the robot's pattern around or beside them.
+//! below, and with the robot's pattern around, below or beside them.
 
+mod fits;
+mod pattern;
 mod plate;
+mod ways;
 
-use fabkit_geometry::{Angle, Body, Length, Placement, Point3, Pose, Sensor, in_order};
+use fabkit_geometry::{Angle, Body, Length, Pose, PressFit, Sensor, in_order};
 
 use super::mounting::MountThread;
-use super::{Joint, hanging, merged, ring, upright};
-use crate::assembling::{Name, SENSOR, assemble};
-use crate::hardware::{Head, HeatSetNut, Screw, SocketScrew};
+use super::{Joint, Rect, hanging, merged};
+use crate::assembling::{AssemblyName, Name, SENSOR, assemble};
+use crate::hardware::{Head, HeatSetNut, Screw};
 use crate::parameters::Report;
 use crate::{choices, parameters};
+pub use ways::Exit;
 
 choices! {
     /// What carries the sensor.
@@ -19,7 +23,11 @@ choices! {
         None = "none",
         /// The flange of many robots' wrists, as UR and Franka have it: ISO 9409-1-50-4-M6.
         Iso50 = "iso-9409-1-50-4-m6",
-        /// Nuts at the corners of a rectangle, or two in a row: fingers of grippers.
+        /// A finger of Robotiq's 2F-85, in the place of its pad.
+        Robotiq85 = "robotiq-2f-85",
+        /// A carriage of Franka's hand, in the place of its finger.
+        FrankaHand = "franka-hand",
+        /// Nuts at the corners of a rectangle, or two in a row: fingers of other grippers.
         Rectangle = "rectangle",
     }
 }
@@ -37,11 +45,16 @@ parameters! {
         depth: Length = 0.0..=120.0,
         /// Rectangle: thread of the nuts.
         thread: MountThread,
-        /// Turn of the robot's pattern around the sensor's axis.
+        /// Fingers of Robotiq and Franka: how far the pattern's middle is beside the sensor's axis, at least;
+        /// it is as far out as the sensor's own screws, and the carriage beside it, ask for.
+        offset: Length = 0.0..=120.0,
+        /// Turn of the rectangle or the finger around the sensor's axis.
         angle: Angle = -180.0..=180.0,
-        /// Width of the groove that the cable lies in beside the mounting face; 0 for none.
+        /// Flange: turn of its bolts around the sensor's axis.
+        flange_angle: Angle = -180.0..=180.0,
+        /// Width of the slot for cables that leave through the mounting face.
         cable_width: Length = 0.0..=20.0,
-        /// Where the groove leaves, around the sensor's axis.
+        /// Where that slot leaves, around the sensor's axis.
         cable_angle: Angle = -180.0..=180.0,
     }
 }
@@ -60,61 +73,37 @@ crate::bodies! {
     ADAPTER "robot-adapter" "plate between the sensor's mounting holes and the robot";
 }
 
+/// The plate alone, with what has to be in it before the sensor is.
+const ALONE: AssemblyName = AssemblyName("robot-adapter");
+
 /// What a sensor is mounted by.
 #[derive(Clone, Debug)]
 pub struct MountFace {
     /// The body with the holes.
     pub holder: Name,
-    /// The holes, whose screws a user brings where there is no adapter.
+    /// The holes, whose screws a user brings where there is no adapter, or screws that the adapter's take
+    /// the place of.
     pub mounting: Joint,
+    /// Of screws that the adapter's take the place of: what they pass, and how deep they may go in, mm.
+    pub borrowed_mm: Option<[f64; 2]>,
     /// Height of the face, mm.
     pub bottom_z_mm: f64,
-    /// Half the sensor's width where it is narrowest: at the flats of a square one, mm.
-    pub flat_mm: f64,
-    /// Half its width where it is widest, mm.
-    pub radius_mm: f64,
-    /// Whether the cable leaves through the middle of the face, not beside it.
-    pub is_cable_inside: bool,
+    /// The sensor's outside beside it, seen along z.
+    pub outline: Rect,
+    /// What leaves the sensor where a plate could be in the way.
+    pub exits: Vec<Exit>,
+    /// Heads below the face: where, their radius and their height, mm.
+    pub heads: Vec<([f64; 2], [f64; 2])>,
 }
-
-/// ISO 9409-1, designation 50-4-M6: diameter of the circle of the threads, mm.
-const CIRCLE_MM: f64 = 50.0;
-
-/// The same: how many.
-const BOLTS: u32 = 4;
-
-/// The same: the recess that centres a tool, H7, mm. The boss is printed smaller by what printers swell.
-const CENTRING_MM: f64 = 31.5;
-
-/// Between boss and recess, mm per side: chosen, a snug printed fit.
-const CENTRING_GAP_MM: f64 = 0.1;
-
-/// Height of the boss, mm: chosen, less than the recesses of UR's and Franka's flanges are deep.
-const BOSS_MM: f64 = 3.0;
-
-/// The same standard: the dowel's hole on the circle, mm, half a step off the threads.
-const DOWEL_MM: f64 = 6.0;
-
-/// Between a dowel and its printed hole, mm per side.
-const DOWEL_GAP_MM: f64 = 0.1;
-
-/// Outer radius of the plate, mm: that of the flange, whose outside is 63 h8.
-const FLANGE_MM: f64 = 31.5;
-
-/// Thread that a flange takes, mm: as deep as UR says its threads are at least.
-const BITE_MM: f64 = 6.0;
-
-/// Thickness of the plate on a flange at least, mm: screws M6x16 then reach [`BITE_MM`].
-const PLATE_MM: f64 = 10.0;
 
 /// Between what is screwed and what stands beside it, mm.
 const BESIDE_MM: f64 = 0.5;
 
+/// Around heads that are sunk in the plate, mm: printers make holes smaller.
+const SINK_MM: f64 = 0.4;
+
 /// Plastic around nuts and heads, mm.
 const WALL_MM: f64 = 2.0;
-
-/// Depth of the cable's groove, mm.
-const GROOVE_MM: f64 = 3.0;
 
 /// Room behind a nut, mm.
 const SPARE_MM: f64 = 0.6;
@@ -129,7 +118,7 @@ const LENGTHS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
 const LEAST_BITE: f64 = 0.8;
 
 struct Plan<'a> {
-    adapter: &'a Adapter,
+    adapter: Adapter,
     face: &'a MountFace,
     /// Into the sensor, from below.
     screws: Joint,
@@ -137,7 +126,6 @@ struct Plan<'a> {
     thickness_mm: f64,
     /// Height of the plate's underside, mm.
     bottom_z: f64,
-    radius_mm: f64,
 }
 
 /// Puts an adapter below a sensor, or reports why there is none.
@@ -161,42 +149,16 @@ pub(crate) fn apply(
     };
     let Some(plan) = Plan::new(adapter, face, report) else { return };
     plan.check(report);
-    if !report.is_clean() {
-        return;
+    if report.is_clean() {
+        plan.add_to(sensor);
     }
-    let plate = plan.plate();
-    let lowered = |pose: &Pose| SENSOR.at(*pose).lifted(-130.0);
-    let mut bought = plan.screws.bought(lowered, lowered);
-    bought.extend(plan.robot_hardware());
-    let names: Vec<String> = bought.iter().map(|body| body.name.clone()).collect();
-    sensor.press_fits.extend(plan.screws.press_fit(face.holder));
-    sensor.press_fits.extend(plan.nuts().and_then(|nuts| nuts.press_fit(ADAPTER)));
-    let bodies = std::mem::take(&mut sensor.bodies);
-    sensor.bodies = in_order(merged(bodies.into_iter().chain([plate]).chain(bought)));
-    let last = match adapter.pattern {
-        AdapterPattern::Iso50 => {
-            "then bolt the plate to the robot's flange with the M6 screws from the sensor's side, beside \
-             it, with a ball-ended key"
-        }
-        _ => "then screw the gripper's finger to the nuts in the plate from its own side",
-    };
-    sensor.chain.push(
-        assemble("mount-adapter", SENSOR, &[ADAPTER, face.holder])
-            .told(format!(
-                "screw the adapter to the sensor's mounting holes from below, the cable in its groove; \
-                 {last}"
-            ))
-            .also(names)
-            .source("chosen: the paper mounts it otherwise"),
-    );
 }
 
 impl<'a> Plan<'a> {
-    fn new(adapter: &'a Adapter, face: &'a MountFace, report: &mut Report) -> Option<Self> {
-        let holes = face.mounting.holes();
+    fn new(adapter: &Adapter, face: &'a MountFace, report: &mut Report) -> Option<Self> {
         let thread_mm = face.mounting.screw.thread_mm;
         report.require(
-            face.mounting.holds(),
+            face.mounting.holds() || face.borrowed_mm.is_some(),
             "adapter.pattern",
             || {
                 "adapter.pattern: screws pass the sensor's mounting holes, and nothing holds them"
@@ -205,9 +167,12 @@ impl<'a> Plan<'a> {
             || "write `mount.hold: tapped` or `mount.hold: insert`".into(),
         );
         // The shortest screw that holds; its head lies deeper where it would reach the hole's end.
+        let [passed_mm, deep_mm] =
+            face.borrowed_mm.unwrap_or([0.0, face.mounting.holes().depth_mm]);
         let least_mm = adapter.thickness.mm();
-        let seat = |length_mm: f64| least_mm.max(length_mm + TIP_MM - holes.depth_mm);
-        let bites = |length_mm: &f64| length_mm - seat(*length_mm) >= LEAST_BITE * thread_mm;
+        let seat = |length_mm: f64| least_mm.max(length_mm + TIP_MM - deep_mm);
+        let bites =
+            |length_mm: &f64| length_mm - seat(*length_mm) - passed_mm >= LEAST_BITE * thread_mm;
         let length_mm = LENGTHS_MM.into_iter().find(bites);
         report.require(
             length_mm.is_some(),
@@ -219,14 +184,13 @@ impl<'a> Plan<'a> {
                     adapter.thickness,
                     LENGTHS_MM[LENGTHS_MM.len() - 1],
                     LEAST_BITE * thread_mm,
-                    holes.depth_mm
+                    deep_mm - passed_mm
                 )
             },
             || "write a smaller `adapter.thickness`, or deeper mounting holes".into(),
         );
         let length_mm = length_mm.filter(|_| report.is_clean())?;
         let thickness_mm = seat(length_mm);
-        let reach_mm = thickness_mm + holes.depth_mm;
         let screw = Screw { thread_mm, length_mm, head: Head::Pan };
         let at = |pose: &Pose| {
             let at = pose.translation_mm();
@@ -234,157 +198,103 @@ impl<'a> Plan<'a> {
         };
         let poses: Vec<Pose> = face.mounting.poses.iter().map(at).collect();
         let label = "adapter screw";
-        let screws = match face.mounting.nut_name() {
-            Some(_) => Joint::in_threads(label, screw, poses),
-            None => Joint::self_tapping(label, screw, poses, reach_mm),
+        let screws = match face.mounting.nut_name().is_some() || face.borrowed_mm.is_some() {
+            true => Joint::in_threads(label, screw, poses),
+            false => Joint::self_tapping(label, screw, poses, thickness_mm + deep_mm),
         };
-        let sunk_mm = thickness_mm + screw.head_height_mm() + BESIDE_MM;
-        let nut_mm = adapter.nut().length_mm + SPARE_MM + WALL_MM;
-        let (plate_mm, radius_mm) = match adapter.pattern {
-            AdapterPattern::Iso50 => (sunk_mm.max(PLATE_MM), FLANGE_MM),
-            _ => {
-                let [x, y] = adapter.half();
-                let out = x.hypot(y) + adapter.nut().diameter_mm / 2.0 + WALL_MM;
-                (sunk_mm.max(nut_mm), out.max(face.radius_mm))
-            }
+        let adapter = Adapter { ..*adapter };
+        let plan = Self { adapter, face, screws, thickness_mm, bottom_z: face.bottom_z_mm };
+        Some(Self { bottom_z: face.bottom_z_mm - plan.height_mm(), ..plan })
+    }
+
+    /// The same with the robot's pattern and the slot turned elsewhere.
+    fn turned(&self, angle: Angle, cable_angle: Angle) -> Self {
+        let adapter = match self.is_iso() {
+            true => Adapter { flange_angle: angle, cable_angle, ..self.adapter },
+            false => Adapter { angle, cable_angle, ..self.adapter },
         };
-        let bottom_z = face.bottom_z_mm - plate_mm;
-        Some(Self { adapter, face, screws, thickness_mm, bottom_z, radius_mm })
+        Self { adapter, screws: self.screws.clone(), ..*self }
+    }
+
+    /// Of the plate between the sensor and the robot, mm.
+    fn height_mm(&self) -> f64 {
+        let sunk_mm = self.thickness_mm + self.screws.screw.head_height_mm() + BESIDE_MM;
+        let nut_mm = self.nut().map_or(0.0, |nut| nut.length_mm + SPARE_MM + WALL_MM);
+        sunk_mm.max(nut_mm).max(self.least_height_mm())
+    }
+
+    /// By how much the robot's pattern is turned, and the parameter that says so.
+    fn angle(&self) -> (Angle, &'static str) {
+        match self.is_iso() {
+            true => (self.adapter.flange_angle, "adapter.flange_angle"),
+            false => (self.adapter.angle, "adapter.angle"),
+        }
     }
 
     fn is_iso(&self) -> bool {
         self.adapter.pattern == AdapterPattern::Iso50
     }
 
-    /// Reports what does not go beside each other.
-    fn check(&self, report: &mut Report) {
-        let (adapter, face) = (self.adapter, self.face);
-        let head = SocketScrew::M6.head_diameter_mm / 2.0;
-        let free_mm = CIRCLE_MM / 2.0 - head - BESIDE_MM;
-        report.require(
-            !self.is_iso() || face.flat_mm <= free_mm,
-            "adapter.pattern",
-            || {
-                format!(
-                    "adapter.pattern: the sensor is {:.2} mm wide, and between the M6 heads on a circle \
-                     of {CIRCLE_MM} mm are {:.2} mm",
-                    2.0 * face.flat_mm,
-                    2.0 * free_mm
-                )
-            },
-            || "make the sensor narrower, or write `adapter.pattern: rectangle`".into(),
-        );
-        let hole = self.screws.screw.head_diameter_mm() / 2.0 + BESIDE_MM;
-        let nut = adapter.nut().diameter_mm / 2.0;
-        let apart = |pose: &Pose, at: &[f64; 2]| {
-            let own = pose.translation_mm();
-            (own.x - at[0]).hypot(own.y - at[1])
-        };
-        let nuts: Vec<[f64; 2]> = if self.is_iso() { Vec::new() } else { self.nut_places() };
-        let pairs = nuts.iter().flat_map(|at| self.screws.poses.iter().map(|p| apart(p, at)));
-        let least = pairs.fold(f64::INFINITY, f64::min) - hole - nut;
-        report.require(
-            least >= WALL_MM,
-            "adapter.width",
-            || {
-                format!(
-                    "adapter.width is {}; {least:.2} mm stay between a nut and a screw of the sensor, \
-                     and {WALL_MM} mm are needed",
-                    adapter.width
-                )
-            },
-            || "change `adapter.width`, `adapter.depth` or `adapter.angle`".into(),
-        );
-        let own = if self.is_iso() { self.flange_places() } else { nuts.clone() };
-        let width = adapter.cable_width.mm();
-        let (sin, cos) = adapter.cable_angle.rad().sin_cos();
-        let beside = |[x, y]: [f64; 2], radius: f64| match x * cos + y * sin {
-            along if along > -radius => (x * sin - y * cos).abs() - width / 2.0 - radius,
-            _ => f64::INFINITY,
-        };
-        let of_robot = own.iter().map(|at| beside(*at, head.max(nut)));
-        let radius = self.screws.screw.clearance_hole_mm() / 2.0;
-        let of_sensor = self.screws.poses.iter().filter(|_| face.is_cable_inside);
-        let of_sensor = of_sensor.map(|p| beside(p.translation_mm().xy().into(), radius));
-        let least = of_robot.chain(of_sensor).fold(f64::INFINITY, f64::min);
-        report.require(
-            width == 0.0 || least >= BESIDE_MM,
-            "adapter.cable_angle",
-            || {
-                format!(
-                    "adapter.cable_angle is {}; the cable's groove passes a screw at \
-                     {least:.2} mm, and {BESIDE_MM} mm are needed",
-                    adapter.cable_angle
-                )
-            },
-            || "change `adapter.cable_angle`, `adapter.angle` or `adapter.cable_width`".into(),
-        );
-    }
-
-    /// Of the robot's bolts: z axis up, origin where the heads bear.
-    fn bolts(&self) -> Vec<Pose> {
-        let first = upright([CIRCLE_MM / 2.0, 0.0], self.face.bottom_z_mm);
-        let turn = Pose::rotation_z(self.adapter.angle);
-        ring(BOLTS, 0.0, first).into_iter().map(|pose| turn.then_in(pose)).collect()
-    }
-
-    /// The dowel's hole, half a step off the first bolt.
-    fn dowel(&self) -> Pose {
-        let half_step = Angle::from_deg(45.0).expect("finite");
-        Pose::rotation_z(half_step).then_in(self.bolts()[0])
-    }
-
-    /// Where bolts and dowel are, mm.
-    fn flange_places(&self) -> Vec<[f64; 2]> {
-        let all = self.bolts().into_iter().chain([self.dowel()]);
-        all.map(|pose| pose.translation_mm().xy().into()).collect()
-    }
-
-    fn nut_places(&self) -> Vec<[f64; 2]> {
-        let [x, y] = self.adapter.half();
-        let places = match y > 0.0 {
-            true => super::corners([x, y]).to_vec(),
-            false => vec![[x, 0.0], [-x, 0.0]],
-        };
-        let turn = Pose::rotation_z(self.adapter.angle);
-        places
-            .into_iter()
-            .map(|[x, y]| turn.point(Point3::new(x, y, 0.0)).xy().coords.into())
-            .collect()
-    }
-
-    /// The nuts that a gripper's screws go into.
-    fn nuts(&self) -> Option<Joint> {
-        if self.is_iso() {
-            return None;
+    /// The nuts that the finger's own screws go into.
+    fn nut(&self) -> Option<HeatSetNut> {
+        match self.adapter.pattern {
+            AdapterPattern::Rectangle => Some(self.adapter.thread.nut(false)),
+            AdapterPattern::Robotiq85 => Some(HeatSetNut::M3),
+            _ => None,
         }
-        let at = |at: [f64; 2]| hanging(at, self.bottom_z);
-        let poses: Vec<Pose> = self.nut_places().into_iter().map(at).collect();
-        let hold = (self.adapter.nut(), poses.clone(), SPARE_MM);
-        let screw = Screw { thread_mm: self.adapter.nut().thread_mm, ..Screw::M3X4 };
-        Some(Joint::heat_set("finger screw", screw, poses, hold))
     }
 
-    fn robot_hardware(&self) -> Vec<Body> {
-        let lowered = |pose: &Pose| -> Placement { SENSOR.at(*pose).lifted(-60.0) };
-        if let Some(nuts) = self.nuts() {
-            return nuts.bought_nuts(lowered).into_iter().collect();
+    /// Adds the plate, what is bought for it, and the steps that mount it.
+    fn add_to(&self, sensor: &mut Sensor) {
+        let lowered = |pose: &Pose| SENSOR.at(*pose).lifted(-130.0);
+        let mut bought = self.screws.bought(lowered, lowered);
+        let (inside, beside) = self.robot_hardware();
+        let names =
+            |bodies: &[Body]| bodies.iter().map(|body| body.name.clone()).collect::<Vec<_>>();
+        let mut mounted = names(&bought);
+        mounted.extend(names(&beside));
+        let fitted = names(&inside);
+        bought.extend(inside.into_iter().chain(beside));
+        sensor.press_fits.extend(self.screws.press_fit(self.face.holder));
+        for (nuts, own) in self.nuts().and_then(|nuts| nuts.press_fit(ADAPTER)).iter().zip(&fitted)
+        {
+            sensor.press_fits.push(PressFit { inner: own.clone(), ..nuts.clone() });
         }
-        let plate_mm = self.face.bottom_z_mm - self.bottom_z;
-        let length = SocketScrew::length_near_mm(plate_mm + BITE_MM);
-        let text = format!("socket head screw ISO 4762 M6x{length}");
-        let bolts = self.bolts();
-        let places = bolts.iter().map(lowered);
-        vec![super::bought("bolt-m6", text, SocketScrew::M6.solid(length), places)]
+        if self.face.borrowed_mm.is_some() {
+            self.take_out(sensor);
+        }
+        let bodies = std::mem::take(&mut sensor.bodies);
+        let added = [vec![self.plate()], bought].concat();
+        sensor.bodies = in_order(merged(bodies.into_iter().chain(added)));
+        if !fitted.is_empty() {
+            // Before all others: what is in the plate comes with it.
+            let step = assemble("fit-adapter", ALONE, &[ADAPTER]).told(self.fitted()).also(fitted);
+            sensor.chain.insert(0, step.source("chosen: the paper mounts it otherwise"));
+        }
+        sensor.chain.push(
+            assemble("mount-adapter", SENSOR, &[ADAPTER, self.face.holder])
+                .told(self.told())
+                .also(mounted)
+                .source("chosen: the paper mounts it otherwise"),
+        );
     }
-}
 
-impl Adapter {
-    fn half(&self) -> [f64; 2] {
-        [self.width.mm() / 2.0, self.depth.mm() / 2.0]
-    }
-
-    fn nut(&self) -> HeatSetNut {
-        self.thread.nut(false)
+    /// The sensor's own screws, where those of the adapter go.
+    fn take_out(&self, sensor: &mut Sensor) {
+        let name = self.face.mounting.name();
+        for body in sensor.bodies.iter_mut().filter(|body| body.name == name) {
+            let before = body.placements.len();
+            body.placements.retain(|place| {
+                let here = place.assembly_from_body.translation_mm();
+                let is_taken = self
+                    .face
+                    .mounting
+                    .poses
+                    .iter()
+                    .any(|pose| (pose.translation_mm() - here).norm() < 1e-6);
+                place.assembly != SENSOR.assembly() || !is_taken
+            });
+            body.quantity -= (before - body.placements.len()) as u32;
+        }
     }
 }

@@ -97,6 +97,12 @@ impl Side {
         }
     }
 
+    /// Which way it looks, around the axis.
+    pub fn angle(self) -> Angle {
+        let deg = 90.0 * f64::from(self.quarters());
+        Angle::from_deg(if deg > 180.0 { deg - 360.0 } else { deg }).expect("finite")
+    }
+
     /// Out of the housing.
     pub fn out(self) -> Vector3<f64> {
         match self {

@@ -5,6 +5,7 @@ use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Color, Grip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
+use super::adapter::Exit;
 use super::cable_way::{Side, wall_way};
 use super::mounting::{Mount, MountHold, MountRing, Mounting};
 use super::posted_camera::{self, PostedCamera};
@@ -145,6 +146,15 @@ impl<'a> Clamshell<'a> {
         let side = self.shell.cable_side;
         let reach = [0.0, self.outside.half[side.axis()] + 1.0];
         wall_way(side, self.shell.cable_width.mm(), reach, heights).named("cable notch")
+    }
+
+    /// What a plate below the base lets pass: cable and wires.
+    pub fn exit(&self) -> Exit {
+        Exit::Aside {
+            angle: self.shell.cable_side.angle(),
+            width_mm: self.shell.cable_width.mm(),
+            above_mm: self.joint_z - self.bottom_z,
+        }
     }
 
     /// The shell with what is cut out of it from above down to the room's ceiling at `room_z`.

@@ -17,6 +17,11 @@ pub struct Rect {
 const LEAST_CORNER_MM: f64 = 0.5;
 
 impl Rect {
+    /// All around the axis: a circle of that radius, mm.
+    pub fn round(radius_mm: f64) -> Self {
+        Self { half: [radius_mm; 2], corner: radius_mm }
+    }
+
     /// Seen along z.
     pub fn path(self) -> Path {
         Path::rectangle([0.0; 2], self.half.map(|half| 2.0 * half), self.corner)

@@ -17,8 +17,8 @@ fn every_parameter_is_in_the_schema_with_text_and_limits() {
     let schema = REGISTRY.json_schema(&[]);
     assert_eq!(schema["$schema"], "http://json-schema.org/draft-07/schema#");
     let paths = REGISTRY.parameter_paths("bulb");
-    // Ten of its own, and what every family has: five of labels, eight of adapters, one of loads.
-    assert_eq!(paths.len(), 24);
+    // Ten of its own, and what every family has: five of labels, ten of adapters, one of loads.
+    assert_eq!(paths.len(), 26);
     for definition in ["bulb", "bulb-variant"] {
         for path in paths.iter().map(String::as_str).chain(["name", "title", "reference"]) {
             let value = at(&schema, definition, path);

@@ -8,6 +8,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::Cap;
 use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::adapter::Exit;
 use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::cable_way::Side;
 use crate::blocks::{APART_MM, CAMERA_GREEN, INTO_MM, LED, LED_YELLOW, RUBBER};
@@ -86,16 +87,33 @@ const CABLE_MM: f64 = 4.5;
 /// How far the cable is drawn beyond the casing, mm: straight, as long as its plug would be bent otherwise.
 const CABLE_BEYOND_MM: f64 = 20.0;
 
+fn plug_top_and_height_mm(p: &Cap, layout: &Layout) -> (f64, f64) {
+    let top = layout.housing_back_z_mm - p.camera.connector_height.mm();
+    (top, PLUG_HEIGHT_MM.min(top - layout.floor_z_mm - APART_MM))
+}
+
+/// Of a cable behind a plug of that height.
+fn cable_mm(plug_mm: f64) -> f64 {
+    CABLE_MM.min(plug_mm - APART_MM)
+}
+
+/// What a plate below the casing lets pass.
+pub fn exit(p: &Cap, layout: &Layout) -> Exit {
+    let (top, height) = plug_top_and_height_mm(p, layout);
+    let (width_mm, angle) = (cable_mm(height), p.base.cable_side.angle());
+    let above_mm = top - height / 2.0 - width_mm / 2.0 - layout.bottom_z_mm;
+    Exit::Aside { angle, width_mm, above_mm }
+}
+
 /// The camera's cable with its angled plug, which goes in through the window.
 fn camera_cable(p: &Cap, layout: &Layout) -> Body {
-    let top = layout.housing_back_z_mm - p.camera.connector_height.mm();
-    let height = PLUG_HEIGHT_MM.min(top - layout.floor_z_mm - APART_MM);
+    let (top, height) = plug_top_and_height_mm(p, layout);
     let [back, front] = PLUG_REACH_MM;
     let half = PLUG_WIDTH_MM / 2.0;
     let plug = Solid::cuboid_between([-half, -front, top - height], [half, back, top]);
     let middle = top - height / 2.0;
     let cable = Cable {
-        diameter_mm: CABLE_MM.min(height - APART_MM),
+        diameter_mm: cable_mm(height),
         bend_mm: 0.0,
         corners: [INTO_MM - front, -p.holder.width.mm() / 2.0 - CABLE_BEYOND_MM]
             .map(|y| Point3::new(0.0, y, middle))

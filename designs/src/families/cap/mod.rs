@@ -62,14 +62,14 @@ impl Family for CapFamily {
 
 /// What it is mounted by.
 fn face(p: &Cap, layout: &Layout) -> MountFace {
-    let half_mm = casing::outside(p).narrow();
     MountFace {
         holder: bodies::BASE,
         mounting: Joints::new(p, layout).mounting,
+        borrowed_mm: None,
         bottom_z_mm: layout.bottom_z_mm,
-        flat_mm: half_mm,
-        radius_mm: half_mm * std::f64::consts::SQRT_2,
-        is_cable_inside: false,
+        outline: casing::outside(p),
+        exits: vec![components::exit(p, layout)],
+        heads: Vec::new(),
     }
 }
 

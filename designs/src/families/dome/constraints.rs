@@ -194,9 +194,11 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
             "the M1.6 heads must stay on the board";
         camera.screw_spacing >= nearest, "the M1.6 heads must clear the lens holder";
         led_board.bore_radius >=
-            (camera.holder_size.mm() / SQRT_2).max(camera.barrel_diameter.mm() / 2.0) + 0.5
-            + p.baffle.wall.mm(),
-            "lens and holder must pass the LED board and its baffle";
+            layout.passing_mm(p) + 0.5 + p.baffle.wall.mm(),
+            match layout.is_holder_below(p) {
+                true => "the lens must pass the LED board and its baffle, its holder below them",
+                false => "lens and holder must pass the LED board and its baffle",
+            };
         camera.barrel_diameter <=
             (2.0 * p.diffuser.bore_radius.mm() - 0.6).min(camera.holder_size.mm()),
             "the barrel sits on its holder and must pass the diffuser";

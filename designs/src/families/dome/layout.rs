@@ -69,7 +69,26 @@ layout! {
     }
 }
 
+/// Between a lens holder below the LED board and the board, mm.
+const HOLDER_BELOW_MM: f64 = 0.5;
+
 impl Layout {
+    /// Whether the camera's lens holder ends below the LED board: only the barrel passes that.
+    pub fn is_holder_below(&self, p: &Dome) -> bool {
+        let barrel_mm = p.camera.lens_height.mm() - p.camera.holder_height.mm();
+        self.lens_front_z_mm - barrel_mm <= self.base_top_z_mm - HOLDER_BELOW_MM + 1e-9
+    }
+
+    /// How far from the axis what passes the LED board reaches: the barrel, and its holder's corners if
+    /// that is as high, mm.
+    pub fn passing_mm(&self, p: &Dome) -> f64 {
+        let barrel = p.camera.barrel_diameter.mm() / 2.0;
+        match self.is_holder_below(p) {
+            true => barrel,
+            false => barrel.max(p.camera.holder_size.mm() / std::f64::consts::SQRT_2),
+        }
+    }
+
     /// Height of the shell, from the board's seat side to the sensing surface's foot.
     pub fn shell_height(&self) -> f64 {
         -self.bottom_z_mm

@@ -19,7 +19,7 @@ use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
 use crate::assembling::{shrinkage, sight};
 use crate::blocks::adapter::MountFace;
-use crate::blocks::{self, DOWEL, camera_at, mm, press_fit, sphere};
+use crate::blocks::{self, DOWEL, Rect, camera_at, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -49,10 +49,11 @@ impl Family for DomeFamily {
         let face = MountFace {
             holder: BASE,
             mounting: Joints::new(parameters, &layout).mounting,
+            borrowed_mm: None,
             bottom_z_mm: layout.bottom_z_mm,
-            flat_mm: layout.shell_radius_mm,
-            radius_mm: layout.shell_radius_mm,
-            is_cable_inside: false,
+            outline: Rect::round(layout.shell_radius_mm),
+            exits: vec![wiring::exit(parameters, &layout)],
+            heads: Vec::new(),
         };
         let sensor = sensor(parameters, header);
         Some(Built { sensor, derived: derived(parameters), face: Some(face) })

@@ -10,6 +10,7 @@ use super::housing::{cable_slot, relief_edges_mm};
 use super::layout::Layout;
 use super::parameters::{CableExit, Dome};
 use crate::assembling::{SENSOR, in_sensor};
+use crate::blocks::adapter::Exit;
 use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes, turn};
 use crate::fits::Fit;
@@ -198,6 +199,19 @@ pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
         Point3::new(layout.shell_radius_mm + WIRES_OUT_MM, 0.0, slit.wire_z),
     ];
     Cable { diameter_mm: p.cables.wire_diameter.mm(), bend_mm: p.cables.wire_bend.mm(), corners }
+}
+
+/// What a plate below the sensor lets pass.
+pub fn exit(p: &Dome, layout: &Layout) -> Exit {
+    if is_aside(p) {
+        let slit = Slit::new(p, layout);
+        let above_mm = slit.cable_z - p.cables.diameter.mm() / 2.0 - layout.bottom_z_mm;
+        return Exit::Aside { angle: p.base.exit_angle, width_mm: slit.width_mm, above_mm };
+    }
+    let slot = cable_slot(p);
+    let mut half_mm = [slot.width.mm() / 2.0; 2];
+    half_mm[slot.along] = slot.length.mm() / 2.0;
+    Exit::Below { at: slot.at, half_mm, turn: slot.turn }
 }
 
 /// Both, as they lie in the sensor.

@@ -37,14 +37,14 @@ impl Family for FlatGelFamily {
         let layout = Layout::new(parameters);
         let sensor = sensor(parameters, header, &layout);
         let housing = &layout.housing;
-        let [x, y] = housing.outside.half;
         let face = MountFace {
             holder: BASE,
             mounting: housing.mounting(),
+            borrowed_mm: None,
             bottom_z_mm: housing.bottom_z,
-            flat_mm: x.max(y),
-            radius_mm: x.hypot(y),
-            is_cable_inside: false,
+            outline: housing.outside,
+            exits: vec![housing.exit()],
+            heads: Vec::new(),
         };
         Some(Built { derived: derived(&sensor, &layout), sensor, face: Some(face) })
     }

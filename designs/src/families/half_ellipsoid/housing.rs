@@ -7,6 +7,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR, flipped};
+use crate::blocks::adapter::Exit;
 use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::{
     BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, edge, holes, marks, ring, turn,
@@ -194,6 +195,17 @@ pub fn wire_places(p: &HalfEllipsoid, layout: &Layout) -> Vec<[f64; 2]> {
     let aside = |i: u32| (f64::from(i) - middle) * wire_pitch_mm(p);
     let at = |aside: f64| [slot.at[0] - aside * sin, slot.at[1] + aside * cos];
     (0..p.led_board.wires).map(aside).map(at).collect()
+}
+
+/// What a plate below the sensor lets pass: the camera's cable at the axis, and the wires.
+pub fn exits(p: &HalfEllipsoid, layout: &Layout) -> Vec<Exit> {
+    let (slot, wire) = (wire_slot(p, layout), p.led_board.wire_diameter.mm());
+    let along = f64::from(p.led_board.wires - 1) * wire_pitch_mm(p) + wire;
+    let cable = [p.camera.cable_diameter.mm() / 2.0; 2];
+    vec![
+        Exit::Below { at: [0.0; 2], half_mm: cable, turn: slot.turn },
+        Exit::Below { at: slot.at, half_mm: [wire / 2.0, along / 2.0], turn: slot.turn },
+    ]
 }
 
 /// The outline of the LED board: resistors and switch sit on its underside.

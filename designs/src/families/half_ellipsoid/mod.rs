@@ -17,6 +17,7 @@ mod tooling;
 use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
 
 use crate::assembling::sight;
+use crate::blocks::Rect;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
 use crate::blocks::{self, camera_at, mm};
@@ -46,10 +47,11 @@ impl Family for HalfEllipsoidFamily {
         let face = MountFace {
             holder: bodies::BASE,
             mounting: Joints::new(parameters, &layout).mounting,
+            borrowed_mm: None,
             bottom_z_mm: layout.bottom_z_mm,
-            flat_mm: layout.holder_radius_mm,
-            radius_mm: layout.holder_radius_mm,
-            is_cable_inside: true,
+            outline: Rect::round(layout.holder_radius_mm),
+            exits: housing::exits(parameters, &layout),
+            heads: Vec::new(),
         };
         let sensor = sensor(parameters, header);
         Some(Built { sensor, derived: derived(parameters), face: Some(face) })

@@ -13,7 +13,10 @@ use super::parameters::SheetMold;
 use super::sheets::{sheet, square, with_bolts, with_holes};
 use crate::assembling::{Name, SENSOR};
 use crate::blocks::BLACK;
+use crate::blocks::Rect;
+use crate::blocks::adapter::{Exit, MountFace};
 use crate::fits::Fit;
+use crate::hardware::HexSpacer;
 
 /// Tabs end below the surface of the plate they reach into, so that nothing rocks on them, mm.
 const TAB_SHORT_MM: f64 = 0.3;
@@ -159,4 +162,34 @@ fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
 /// Inner edge of a clamping bar, from the axis.
 pub fn clamp_inner_mm(p: &SheetMold) -> f64 {
     p.channel_layer.side.mm() / 2.0 + p.housing.clamp_gap.mm()
+}
+
+/// What the box is mounted by: the corner screws in its floor, which go through a plate below it too.
+pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
+    let joints = Joints::new(p, layout);
+    let is_below = |pose: &Pose| pose.vector(Vector3::z()).z < 0.0;
+    let mut mounting = joints.housing.clone();
+    mounting.poses.retain(is_below);
+    let sheet = p.housing.sheet.mm();
+    let head = &joints.camera.screw;
+    let size = [head.head_diameter_mm() / 2.0, head.head_height_mm()];
+    let half = p.plate.side.mm() / 2.0;
+    MountFace {
+        holder: BOX_FLOOR,
+        mounting,
+        borrowed_mm: Some([sheet, sheet + HexSpacer::M3.thread_depth_mm]),
+        bottom_z_mm: layout.bottom_z_mm,
+        outline: Rect { half: [half; 2], corner: half - layout.bolt_mm },
+        exits: vec![Exit::Aside {
+            angle: p.housing.cable_side.angle(),
+            width_mm: p.housing.cable_width.mm(),
+            above_mm: sheet,
+        }],
+        heads: joints
+            .camera
+            .poses
+            .iter()
+            .map(|pose| (pose.translation_mm().xy().into(), size))
+            .collect(),
+    }
 }

@@ -46,7 +46,8 @@ impl Family for SheetMoldFamily {
         let sensor = sensor(p, &layout, header);
         constraints::check_sheets(p, &sensor, report);
         let derived = derived(p, &layout);
-        report.is_clean().then_some(Built { sensor, derived, face: None })
+        let face = Some(housing::face(p, &layout));
+        report.is_clean().then_some(Built { sensor, derived, face })
     }
 }
 

@@ -1,0 +1,283 @@
+//! What robots have: where their holes are, and what goes into them.
+//!
+//! ISO 9409-1-50-4-M6: the standard itself is not free; its figures are those of grippers' and robots' makers
+//! and sellers, which agree: a circle of 50 mm with four M6, a recess of 31.5 mm, 3.5 mm deep, in a flange of
+//! 63 mm (graspmonkey.de, "ISO 9409-1", table), a dowel of 6 mm on the same circle (UR's flange, as modelled in
+//! TAMS-Group/tams_openscad, robots/ur5_flange.scad).
+//!
+//! Robotiq 2F-85 and Franka's hand: measured in public meshes, see [`ROBOTIQ`] and [`FRANKA`].
+
+use fabkit_geometry::{Angle, Body, Placement, Point3, Pose};
+
+use super::{ADAPTER, ALONE, Adapter, AdapterPattern, BESIDE_MM, Plan, SINK_MM, SPARE_MM, WALL_MM};
+use crate::assembling::SENSOR;
+use crate::blocks::{Joint, bought, corners, hanging, ring, upright};
+use crate::hardware::{Screw, SocketScrew};
+
+/// ISO 9409-1, designation 50-4-M6: diameter of the circle of the threads, mm.
+pub const CIRCLE_MM: f64 = 50.0;
+
+/// The same: how many.
+const BOLTS: u32 = 4;
+
+/// The same: the recess that centres a tool, H7, mm. The boss is printed smaller by what printers swell.
+pub const CENTRING_MM: f64 = 31.5;
+
+/// Between boss and recess, mm per side: chosen, a snug printed fit.
+pub const CENTRING_GAP_MM: f64 = 0.1;
+
+/// Height of the boss, mm: chosen, less than the 3.5 mm that the recess is deep.
+pub const BOSS_MM: f64 = 3.0;
+
+/// The dowel's hole on the circle, mm, half a step off the threads.
+pub const DOWEL_MM: f64 = 6.0;
+
+/// Between a dowel and its printed hole, mm per side: chosen.
+pub const DOWEL_GAP_MM: f64 = 0.1;
+
+/// Outer radius of the plate, mm: that of the flange, whose outside is 63 mm.
+pub const FLANGE_MM: f64 = 31.5;
+
+/// Thread that a flange takes, mm: as deep as those of UR are.
+const BITE_MM: f64 = 6.0;
+
+/// Thickness of the plate on a flange at least, mm: screws M6x16 then reach [`BITE_MM`].
+const PLATE_MM: f64 = 10.0;
+
+/// Plastic below heads that are sunk in the plate, mm: chosen, as much as a printed wall beside them.
+const BELOW_HEADS_MM: f64 = 5.0;
+
+/// Where a finger takes its screws, and how much of a plate it carries.
+pub struct FingerPattern {
+    /// Distance of its two holes, mm.
+    pub apart_mm: f64,
+    /// Half the width of the plate beside the sensor, mm.
+    pub half_mm: f64,
+    /// How far the plate goes on beyond the outer hole, mm.
+    pub beyond_mm: f64,
+}
+
+/// Robotiq 2F-85: two holes of 3.4 mm with counterbores of 6.5 mm, on the finger's middle line at 20.0 and
+/// 36.0 mm from its joint, behind a pad 20 mm wide. Measured in the finger and the pad of ROS-Industrial's
+/// model (ros-industrial-attic/robotiq 45196f6, robotiq_2f_85_gripper_visualization, meshes/visual,
+/// robotiq_arg2f_85_inner_finger.dae, robotiq_arg2f_85_pad.dae): to 0.1 mm, as its circles have 50 corners.
+/// The third hole between them, 3.0 mm, is left alone.
+pub const ROBOTIQ: FingerPattern = FingerPattern { apart_mm: 16.0, half_mm: 10.0, beyond_mm: 5.0 };
+
+/// Franka's hand: two holes of 4.5 mm, side by side, 12.0 mm apart, 7.8 mm above the lower edge of what
+/// replaces the finger, which is 21 mm wide. Measured in a printed holder for this hand (mihdalal/manipgen
+/// 671648f, manipgen/assets/umi/franka_finger_holder.stl: holes at y = -6.00 and 6.00 mm), and in the maker's
+/// finger (frankaemika/franka_description, meshes/robot_ee/franka_hand_white/visual/finger.dae: round
+/// recesses at x = -6 and 6 mm, to 0.3 mm, as they have 10 corners).
+pub const FRANKA: FingerPattern = FingerPattern { apart_mm: 12.0, half_mm: 10.5, beyond_mm: 7.5 };
+
+/// The carriage's tongue, which the finger lies against, in the same mesh: how far it goes on from the holes
+/// to the fingertip, and its thickness, mm, to 0.2 mm.
+pub const TONGUE_MM: [f64; 2] = [6.9, 6.0];
+
+/// Thread that the tongue takes, mm: chosen, less than it is thick.
+const TONGUE_BITE_MM: f64 = 5.0;
+
+/// How far from the axis the screws of a sensor may be to lie beside a finger, mm: chosen, as at a flange.
+const LARGEST_MM: f64 = FLANGE_MM;
+
+impl Plan<'_> {
+    /// Thickness that the robot's pattern asks for, mm.
+    pub(super) fn least_height_mm(&self) -> f64 {
+        match (self.is_iso(), self.is_above_flange()) {
+            (true, true) => SocketScrew::M6.head_height_mm + BESIDE_MM + BELOW_HEADS_MM,
+            (true, false) => PLATE_MM,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether the sensor covers the flange's screws, and its own are reached beside the flange.
+    pub(super) fn is_above_flange(&self) -> bool {
+        let head = self.screws.screw.head_diameter_mm() / 2.0;
+        self.is_iso() && self.screw_radii().all(|radius| radius >= FLANGE_MM + head + BESIDE_MM)
+    }
+
+    /// How far from the axis the sensor's own screws are, mm.
+    pub(super) fn screw_radii(&self) -> impl Iterator<Item = f64> {
+        self.screws.poses.iter().map(|pose| pose.translation_mm().xy().norm())
+    }
+
+    /// Where the robot's bolts bear: below the sensor if that covers them, mm.
+    fn seat_z(&self) -> f64 {
+        match self.is_above_flange() {
+            true => self.face.bottom_z_mm - SocketScrew::M6.head_height_mm - BESIDE_MM,
+            false => self.face.bottom_z_mm,
+        }
+    }
+
+    fn turn(&self) -> Pose {
+        Pose::rotation_z(self.angle().0)
+    }
+
+    /// Of the robot's bolts: z axis towards the head, origin where the heads bear.
+    pub(super) fn bolts(&self) -> Vec<Pose> {
+        let turn = self.turn();
+        let bolts = match self.adapter.pattern {
+            AdapterPattern::Iso50 => {
+                ring(BOLTS, 0.0, upright([CIRCLE_MM / 2.0, 0.0], self.seat_z()))
+            }
+            AdapterPattern::FrankaHand => {
+                let half = FRANKA.apart_mm / 2.0;
+                [-half, half].map(|y| hanging([self.middle_mm(), y], self.bottom_z)).to_vec()
+            }
+            _ => Vec::new(),
+        };
+        bolts.into_iter().map(|pose| turn.then_in(pose)).collect()
+    }
+
+    /// Which of them.
+    pub(super) fn bolt(&self) -> SocketScrew {
+        if self.is_iso() { SocketScrew::M6 } else { SocketScrew::M4 }
+    }
+
+    /// The dowel's hole, half a step off the first bolt.
+    pub(super) fn dowel(&self) -> Option<Pose> {
+        let half_step = Angle::from_deg(45.0).expect("finite");
+        let dowel = upright([CIRCLE_MM / 2.0, 0.0], self.face.bottom_z_mm);
+        let turn = Pose::rotation_z(half_step);
+        self.is_iso().then(|| turn.then_in(self.turn()).then_in(dowel))
+    }
+
+    /// How far from the axis the middle of a finger's pattern is, mm.
+    pub(super) fn middle_mm(&self) -> f64 {
+        let least_mm = match self.adapter.pattern {
+            AdapterPattern::Robotiq85 => {
+                let screws = self.screw_radii().fold(0.0, f64::max) + self.sink_mm() + WALL_MM;
+                let nut = self.nut().map_or(0.0, |nut| nut.diameter_mm) / 2.0;
+                screws + nut + ROBOTIQ.apart_mm / 2.0
+            }
+            // The tongue ends beside the sensor.
+            AdapterPattern::FrankaHand => self.face.radius_mm() + BESIDE_MM + TONGUE_MM[0],
+            _ => 0.0,
+        };
+        least_mm.max(self.adapter.offset.mm())
+    }
+
+    /// The finger's pattern.
+    pub(super) fn finger(&self) -> Option<&'static FingerPattern> {
+        match self.adapter.pattern {
+            AdapterPattern::Robotiq85 => Some(&ROBOTIQ),
+            AdapterPattern::FrankaHand => Some(&FRANKA),
+            _ => None,
+        }
+    }
+
+    /// Whether a sensor is as small as fingers carry.
+    pub(super) fn is_for_finger(&self) -> bool {
+        self.screw_radii().all(|radius| radius < LARGEST_MM)
+    }
+
+    /// Radius of the sinks of the sensor's own screws, mm.
+    pub(super) fn sink_mm(&self) -> f64 {
+        self.screws.screw.head_diameter_mm() / 2.0 + SINK_MM
+    }
+
+    /// Where nuts are, mm.
+    pub(super) fn nut_places(&self) -> Vec<[f64; 2]> {
+        let places = match self.adapter.pattern {
+            AdapterPattern::Rectangle => self.adapter.rectangle(),
+            AdapterPattern::Robotiq85 => {
+                let half = ROBOTIQ.apart_mm / 2.0;
+                [-half, half].map(|along| [self.middle_mm() + along, 0.0]).to_vec()
+            }
+            _ => Vec::new(),
+        };
+        let turn = self.turn();
+        let turned = |[x, y]: [f64; 2]| turn.point(Point3::new(x, y, 0.0)).xy().coords.into();
+        places.into_iter().map(turned).collect()
+    }
+
+    /// The nuts that a gripper's screws go into.
+    pub(super) fn nuts(&self) -> Option<Joint> {
+        let nut = self.nut()?;
+        let at = |at: [f64; 2]| hanging(at, self.bottom_z);
+        let poses: Vec<Pose> = self.nut_places().into_iter().map(at).collect();
+        let hold = (nut, poses.clone(), SPARE_MM);
+        let screw = Screw { thread_mm: nut.thread_mm, ..Screw::M3X4 };
+        Some(Joint::heat_set("finger screw", screw, poses, hold))
+    }
+
+    /// What is bought: what is in the plate before the sensor is on it, and what comes after.
+    pub(super) fn robot_hardware(&self) -> (Vec<Body>, Vec<Body>) {
+        let lowered = |pose: &Pose| -> Placement { SENSOR.at(*pose).lifted(-60.0) };
+        let alone = |mut body: Body, poses: &[Pose]| {
+            body.placements.extend(poses.iter().map(|pose| ALONE.at(*pose)));
+            body
+        };
+        if let Some(nuts) = self.nuts() {
+            let poses = nuts.holes().poses.to_vec();
+            // Called its own: the sensor may hold the same nuts, which come in other steps.
+            let named =
+                |body: Body| Body { name: format!("{}-{}", ADAPTER.name, body.name), ..body };
+            let bodies = nuts.bought_nuts(lowered).into_iter().map(named);
+            return (bodies.map(|body| alone(body, &poses)).collect(), Vec::new());
+        }
+        let (bolt, bolts) = (self.bolt(), self.bolts());
+        let bite_mm = if self.is_iso() { BITE_MM } else { TONGUE_BITE_MM };
+        let held_mm = if self.is_iso() { self.seat_z() } else { self.face.bottom_z_mm };
+        let length = SocketScrew::length_near_mm(held_mm - self.bottom_z + bite_mm);
+        let text = format!("socket head screw ISO 4762 M{}x{length}", bolt.thread_mm);
+        let name = format!("bolt-m{}", bolt.thread_mm);
+        let body = bought(&name, text, bolt.solid(length), bolts.iter().map(lowered));
+        match self.is_above_flange() {
+            true => (vec![alone(body, &bolts)], Vec::new()),
+            false => (Vec::new(), vec![body]),
+        }
+    }
+
+    /// What is put into the plate before the sensor is on it.
+    pub(super) fn fitted(&self) -> &'static str {
+        match self.is_iso() {
+            true => "bolt the plate to the robot's flange with the M6 screws, their heads sunk",
+            false => "melt the nuts into the plate from below",
+        }
+    }
+
+    /// How the plate is mounted.
+    pub(super) fn told(&self) -> String {
+        let cables = match self.is_slotted() {
+            true => ", cable and wires in its slot",
+            false => "",
+        };
+        let screwed =
+            format!("screw the adapter to the sensor's mounting holes from below{cables}");
+        match self.adapter.pattern {
+            AdapterPattern::Iso50 if self.is_above_flange() => format!(
+                "take the {} screws out of the floor's corners, put the sensor on the plate, and drive \
+                 them again from below, through the plate{cables}",
+                self.screws.poses.len()
+            ),
+            AdapterPattern::Iso50 => format!(
+                "{screwed}; then bolt the plate to the robot's flange with the M6 screws from the sensor's \
+                 side, beside it, with a ball-ended key"
+            ),
+            AdapterPattern::FrankaHand => format!(
+                "{screwed}; take the finger off its carriage, and screw the plate there with two M4 from \
+                 behind"
+            ),
+            AdapterPattern::Robotiq85 => format!(
+                "{screwed}; take the pad off the finger, and screw the plate there with the pad's M3 screws \
+                 from behind"
+            ),
+            _ => format!(
+                "{screwed}; then screw the gripper's finger to the nuts in the plate from its own side"
+            ),
+        }
+    }
+}
+
+impl Adapter {
+    /// The corners of the rectangle, or two in a row, mm.
+    fn rectangle(&self) -> Vec<[f64; 2]> {
+        let [x, y] = [self.width.mm() / 2.0, self.depth.mm() / 2.0];
+        match y > 0.0 {
+            true => corners([x, y]).to_vec(),
+            false => vec![[x, 0.0], [-x, 0.0]],
+        }
+    }
+}

@@ -224,6 +224,14 @@ pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
 }
 
+/// What holds what in the finished sensor, and how much it bears, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn held(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(held::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
 /// Whether printed parts can be told apart and letters do no harm, without the rest of [`check`].
 ///
 /// # Errors

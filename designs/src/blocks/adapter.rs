@@ -375,7 +375,8 @@ impl<'a> Plan<'a> {
         let text = format!("socket head screw ISO 4762 M6x{length}");
         let bolts = self.bolts();
         let places = bolts.iter().map(lowered);
-        vec![super::bought("bolt-m6", text, SocketScrew::M6.solid(length), places)]
+        let bolts = super::bought("bolt-m6", text, SocketScrew::M6.solid(length), places);
+        vec![bolts.fastening()]
     }
 }
 

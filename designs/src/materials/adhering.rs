@@ -1,7 +1,7 @@
 //! What sticks to what, and how strongly: from the chain's words, what bodies are made from, and a table of
 //! lower strengths.
 
-use fabkit_geometry::{Action, Adhesion, Assembly, Body, Sensor, Sort, Step, Substance};
+use fabkit_geometry::{Action, Adhesion, Assembly, Body, Duty, Sensor, Sort, Step, Substance};
 
 use super::catalogue::Catalogue;
 use super::stock;
@@ -179,7 +179,11 @@ impl<'a> Adhering<'a> {
         let is_primed = agent == Agent::WetSilicone && text.contains("prime");
         let agent = if is_primed { Agent::Primed } else { agent };
         let speaks = |name: &str| text.contains(name);
-        let named = |body: &&Body| step.bodies.contains(&body.name) || speaks(&body.name);
+        // What has a thread, or goes into one, holds by that.
+        let is_glued = |body: &Body| !matches!(body.duty, Duty::Fastens | Duty::Threads);
+        let named = |body: &&Body| {
+            is_glued(body) && (step.bodies.contains(&body.name) || speaks(&body.name))
+        };
         let bodies: Vec<&str> =
             self.sensor.bodies.iter().filter(named).map(|body| body.name.as_str()).collect();
         for (at, a) in bodies.iter().enumerate() {

@@ -4,7 +4,7 @@
 use fabkit_geometry::{Action, Adhesion, Assembly, Body, Duty, Sensor, Sort, Step, Substance};
 
 use super::catalogue::Catalogue;
-use super::stock;
+use super::{shining_through, stock};
 
 /// What is between two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,6 +117,9 @@ pub(crate) fn substances(sensor: &mut Sensor, materials: &Catalogue) {
         let mut substance = known.unwrap_or_else(|| stock::substance(body));
         substance.is_dark = told.or(substance.is_dark);
         body.substance = substance;
+        if body.is_made() && in_use(body) && body.optics.is_none() && body.opacity == 1.0 {
+            shining_through(&body.material).into_iter().for_each(|light| body.let_light(light));
+        }
         // A user who calls it bare means it.
         if stock::is_bare(&body.material) {
             body.sealed_by = None;

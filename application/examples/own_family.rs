@@ -203,7 +203,7 @@ fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
     let led = Solid::cuboid(1.6, 5.0, 3.0);
     let below = |pose: &Pose| SENSOR.at(*pose).lifted(-60.0);
     let camera = CAMERA.bought("UVC module", camera, [in_sensor().lifted(-20.0)]);
-    let led = LED.bought("white LED on 5 mm of strip", led, leds);
+    let led = LED.bought("white LED on 5 mm of strip", led, leds).sticking();
     [vec![camera, led], l.board.bought(below, below), l.base.bought(below, below)].concat()
 }
 

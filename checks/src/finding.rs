@@ -19,6 +19,8 @@ pub enum Rule {
     Demolding,
     /// The camera sees what it is there to see.
     Sight,
+    /// No daylight falls on what the camera looks at.
+    Leak,
     /// No lamp is mirrored into the picture.
     Glare,
     /// Every body gets to its place past what stands there already.
@@ -62,7 +64,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -71,6 +73,7 @@ impl Rule {
         Self::Parting,
         Self::Flow,
         Self::Sight,
+        Self::Leak,
         Self::Glare,
         Self::Motion,
         Self::Access,
@@ -105,6 +108,7 @@ impl Rule {
             Self::TrappedAir => "trapped-air",
             Self::Demolding => "demolding",
             Self::Sight => "sight",
+            Self::Leak => "leak",
             Self::Glare => "glare",
             Self::Motion => "motion",
             Self::Access => "access",

@@ -40,13 +40,19 @@ fn leaving(graph: &Graph) -> Vec<Finding> {
             }
         }
     }
-    let finding = |(names, ways): (Vec<&str>, Vec<&str>)| {
+    let finding = |(names, mut ways): (Vec<&str>, Vec<&str>)| {
         let together = match names.len() {
             1 => String::new(),
             n => format!(" with {} more", n - 1),
         };
+        ways.dedup();
+        let idle: Vec<&str> = graph.idle_at(&names).into_iter().collect();
+        let idle = match idle.is_empty() {
+            true => String::new(),
+            false => format!("; in no thread, and of no use: {}", idle.join(", ")),
+        };
         let message = format!(
-            "{}{together} can leave the sensor along {}: nothing holds it",
+            "{}{together} can leave the sensor along {}: nothing holds it{idle}",
             names[0],
             ways.join(", ")
         );

@@ -35,6 +35,7 @@ mod glare;
 mod held;
 mod interference;
 mod labels;
+mod leak;
 mod lines;
 mod masses;
 mod memo;
@@ -202,6 +203,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     let (mut unseen, to_be_seen) = sight::examine(sensor, &scene);
     unseen.extend(softness::contrasts(sensor));
     tell(Rule::Sight, "bodies that are to be seen", (unseen, to_be_seen));
+    tell(Rule::Leak, "lines to where daylight might be", leak::examine(sensor, &scene));
     tell(Rule::Glare, "lamps", glare::examine(sensor, &scene)?);
     let ways = motion::examine(sensor, &scene, memo);
     tell(Rule::Motion, "bodies that get to a place", (ways.findings, ways.bodies));
@@ -222,6 +224,22 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// Whether daylight falls on what the camera looks at, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn leaks(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(leak::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// What holds what in the finished sensor, and how much it bears, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn held(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(held::examine(sensor, &Assemblies::new(sensor)?).0)
 }
 
 /// Whether printed parts can be told apart and letters do no harm, without the rest of [`check`].

@@ -55,10 +55,10 @@ struct Seen<'a> {
 }
 
 /// A body that light does not pass as if it were not there.
-struct Met<'a> {
-    placed: &'a Placed<'a>,
-    clarity: Clarity,
-    is_wanted: bool,
+pub(crate) struct Met<'a> {
+    pub(crate) placed: &'a Placed<'a>,
+    pub(crate) clarity: Clarity,
+    pub(crate) is_wanted: bool,
 }
 
 /// All findings, and how many bodies are there to be seen.
@@ -139,11 +139,10 @@ fn least_pixels(sensor: &Sensor) -> f64 {
     if is_markers(sensor) { of_marker * pieces(sensor) as f64 } else { of_surface }
 }
 
-fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
-    let camera = &sensor.camera;
-    let pupil = camera.sensor_from_camera.point(Point3::origin());
-    let is_pad = matches!(sensor.touch, Some(TouchSurface::Plane(_)));
-    let bodies: Vec<Met> = scene
+/// What the camera's rays meet in the sensor.
+pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<Met<'a>> {
+    let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
+    scene
         .bodies(&Assembly::sensor().0)
         .iter()
         // The pupil lies in the lens, or in the housing around it.
@@ -154,7 +153,14 @@ fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
             let counts = is_wanted || clarity != Clarity::Clear;
             counts.then_some(Met { placed, clarity, is_wanted })
         })
-        .collect();
+        .collect()
+}
+
+fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
+    let camera = &sensor.camera;
+    let pupil = camera.sensor_from_camera.point(Point3::origin());
+    let is_pad = matches!(sensor.touch, Some(TouchSurface::Plane(_)));
+    let bodies = bodies(sensor, scene);
     let wide = cast(camera, &bodies, &Cone::ALL, is_pad);
     let near = cast(camera, &bodies, &Cone::around(&bodies, &pupil), is_pad);
     Seen { outside_px: wide.outside_px, all_px: wide.all_px, ..near }
@@ -172,7 +178,7 @@ impl Cone {
     const ALL: Self = Self { axis: Vector3::new(0.0, 0.0, 1.0), cosine: -1.0 };
 
     /// The directions from a point to what is to be seen; all where the point lies amid it.
-    fn around(bodies: &[Met], point: &Point3<f64>) -> Self {
+    pub(crate) fn around(bodies: &[Met], point: &Point3<f64>) -> Self {
         let wanted = bodies.iter().filter(|met| met.is_wanted).map(|met| met.placed.body.bounds());
         let bounds = wanted.fold(Aabb::nothing(), |hull, bounds| hull.hull(&bounds));
         let towards = bounds.centre() - point;

@@ -130,7 +130,7 @@ fn clamped(has_thread: bool) -> Sensor {
     let below = Body { solid: base().solid.minus(pilot), ..base() };
     let shaft = Solid::cylinder(1.5, 7.0).at(16.0, 0.0, -5.0);
     let head = Solid::cylinder(2.5, 1.5).at(16.0, 0.0, 2.0);
-    let screw = Body::bought("screw-m3x7", "", shaft.plus(head)).placed(here());
+    let screw = Body::bought("screw-m3x7", "", shaft.plus(head)).placed(here()).fastening();
     let frame = Body::made("frame", "", Process::Fdm, frame).placed(here()).with_handles(2);
     let mut toy = sensor([below, pad(flanged), frame, screw]);
     let fit = PressFit {

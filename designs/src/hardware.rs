@@ -10,7 +10,7 @@
 mod dowel;
 mod nuts;
 mod o_ring;
-mod tools;
+pub mod tools;
 
 use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
 

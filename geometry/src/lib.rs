@@ -52,7 +52,7 @@ pub use casting::*;
 pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
 pub use lettered::{LETTERED, is_lettered, without_letters};
 pub use model::*;
-pub use motion::{Leg, Motion, Reach};
+pub use motion::{Leg, Motion, Occasion, Reach};
 pub use nalgebra::{Matrix3, Point3, Vector3};
 pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};
 pub use pose::Pose;

@@ -203,6 +203,20 @@ pub struct Machine {
     pub note: String,
 }
 
+/// What a bought body does for its neighbours in the finished sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Duty {
+    /// It stands, holds and is held as what is made.
+    #[default]
+    Stands,
+    /// It fastens what it goes through or around: a screw, a pin, a tie.
+    Fastens,
+    /// It has a thread in which screws hold: a nut, an insert, a threaded spacer.
+    Threads,
+    /// It is small, soldered, stuck or plugged onto what it touches, and holds nothing itself: an LED.
+    Sticks,
+}
+
 /// What light does in a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Clarity {
@@ -278,6 +292,8 @@ pub struct Body {
     /// How far it gives way, mm, to what it passes while it is brought to its place: a rubber ring that
     /// is stretched over a flange, a wire that is bent aside. 0 for what is rigid.
     pub gives_mm: f64,
+    /// What it does for what it touches, where it is bought.
+    pub duty: Duty,
 }
 
 impl Body {
@@ -307,6 +323,7 @@ impl Body {
             shells: is_counted.then_some(Shells::ONE),
             reach: Vec::new(),
             gives_mm: 0.0,
+            duty: Duty::Stands,
         }
     }
 
@@ -484,6 +501,24 @@ impl Body {
     #[must_use]
     pub fn giving(self, gives_mm: f64) -> Self {
         Self { gives_mm, ..self }
+    }
+
+    /// A screw, a pin, a tie: it fastens what it goes through or around.
+    #[must_use]
+    pub fn fastening(self) -> Self {
+        Self { duty: Duty::Fastens, ..self }
+    }
+
+    /// A nut, an insert, a threaded spacer: screws hold in it.
+    #[must_use]
+    pub fn threaded(self) -> Self {
+        Self { duty: Duty::Threads, ..self }
+    }
+
+    /// Soldered, stuck or plugged onto what it touches; it holds nothing itself.
+    #[must_use]
+    pub fn sticking(self) -> Self {
+        Self { duty: Duty::Sticks, ..self }
     }
 
     /// With room for a hand or a tool.

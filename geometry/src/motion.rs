@@ -52,6 +52,18 @@ impl Leg {
     }
 }
 
+/// When a hand or a tool needs its room.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Occasion {
+    /// As the body is brought to its place.
+    #[default]
+    Arrival,
+    /// While something is poured against the body: a syringe.
+    Pour,
+    /// While tools are taken off, as long as the body stands there: a screwdriver that pries.
+    Removal,
+}
+
 /// Room that a hand or a tool needs where it works on a body.
 ///
 /// ```
@@ -69,16 +81,24 @@ pub struct Reach {
     /// Whether the tool drives the body in along its own -z, so that it comes out along +z and no
     /// other way, and holds until it does: a screw, a nut that is melted in.
     pub is_drawn: bool,
+    /// When it is needed.
+    pub occasion: Occasion,
 }
 
 impl Reach {
     /// A tool that drives the body in along its own -z.
     pub fn driver(tool: impl Into<String>, solid: Solid) -> Self {
-        Self { tool: tool.into(), solid, is_drawn: true }
+        Self { tool: tool.into(), solid, is_drawn: true, occasion: Occasion::Arrival }
     }
 
     /// A tool, or fingers, that only need room.
     pub fn room(tool: impl Into<String>, solid: Solid) -> Self {
-        Self { tool: tool.into(), solid, is_drawn: false }
+        Self { tool: tool.into(), solid, is_drawn: false, occasion: Occasion::Arrival }
+    }
+
+    /// The same on another occasion; then the body itself must leave the room free, too.
+    #[must_use]
+    pub fn on(self, occasion: Occasion) -> Self {
+        Self { occasion, ..self }
     }
 }

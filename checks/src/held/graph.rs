@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use fabkit_geometry::{Adhesion, Assembly, Body, Kind, Sensor, Sort};
+use fabkit_geometry::{Aabb, Adhesion, Assembly, Body, Duty, Kind, PrintGroup, Sensor, Sort};
 use rayon::prelude::*;
 
 use crate::contacts::{Faces, WAYS, faces};
@@ -14,21 +14,20 @@ const STOP_MM2: f64 = 0.3;
 /// Least area that sticks, mm2.
 const STICK_MM2: f64 = 0.5;
 
-/// Words in the names of what screws, pins and ties.
-const FASTENERS: [&str; 6] = ["screw", "bolt", "nut", "spacer", "dowel", "cable-tie"];
-
-/// In the names of threads that are melted in: screws hold on to them, and they hold nothing that only
-/// lies against them.
-const INSERT: &str = "insert";
-
-/// Bought things of which there are more than that are small and soldered or stuck on.
-const MOST_PLACES: usize = 4;
+/// Least area on which a thread and a screw face each other, seen along all six ways, mm2: less is a screw
+/// that ends beside a nut.
+const THREAD_MM2: f64 = 1.0;
 
 /// One body in one place.
 pub(super) struct Node<'a> {
     pub(super) body: &'a Body,
     pub(super) placed: &'a Placed<'a>,
-    is_fastener: bool,
+}
+
+impl Node<'_> {
+    fn is_fastener(&self) -> bool {
+        matches!(self.body.duty, Duty::Fastens | Duty::Threads)
+    }
 }
 
 /// What is between two bodies.
@@ -39,7 +38,7 @@ pub(super) struct Link<'a> {
     pub(super) faces: Faces,
     /// What sticks them together.
     pub(super) adhesion: Option<&'a Adhesion>,
-    /// Screwed together, or printed as one.
+    /// One is screwed into the other, or they are printed as one.
     pub(super) is_tied: bool,
     /// Pressed into each other.
     pub(super) is_pressed: bool,
@@ -63,6 +62,8 @@ pub(super) struct Graph<'a> {
     pub(super) links: Vec<Link<'a>>,
     /// For each node, the housing of what it belongs to.
     pub(super) grounds: Vec<usize>,
+    /// Screws without a thread and nuts without a screw, which hold nothing, each with what it meets.
+    idle: BTreeSet<[usize; 2]>,
 }
 
 impl<'a> Graph<'a> {
@@ -74,43 +75,66 @@ impl<'a> Graph<'a> {
             .filter(|[a, b]| nodes[*a].body.name != nodes[*b].body.name)
             .collect();
         let links = pairs.into_par_iter().filter_map(|ends| link(sensor, &nodes, ends));
-        let mut links: Vec<Link> = links.collect();
-        tie_fasteners(&nodes, &mut links);
-        let grounds = grounds(&nodes, &links);
-        Self { nodes, links, grounds }
+        let links: Vec<Link> = links.collect();
+        let mut graph = Self { nodes, links, grounds: Vec::new(), idle: BTreeSet::new() };
+        graph.drop_idle();
+        graph.grounds = grounds(&graph.nodes, &graph.links);
+        graph
     }
 
-    /// The bodies that can leave along a way, those together that meet each other.
-    pub(super) fn free(&self, way: usize) -> Vec<Vec<&'a str>> {
-        let mut is_held: Vec<bool> =
-            (0..self.nodes.len()).map(|node| self.grounds[node] == node).collect();
+    /// Takes out screws without a thread, and nuts without a screw.
+    fn drop_idle(&mut self) {
+        let is_idle = |node: usize| {
+            let Node { body, placed } = &self.nodes[node];
+            let needs_thread =
+                body.duty == Duty::Threads || body.duty == Duty::Fastens && placed.is_drawn();
+            needs_thread && !self.links.iter().any(|link| link.is_tied && link.ends.contains(&node))
+        };
+        let idle: BTreeSet<usize> = (0..self.nodes.len()).filter(|&node| is_idle(node)).collect();
+        let (dropped, kept): (Vec<Link>, Vec<Link>) = std::mem::take(&mut self.links)
+            .into_iter()
+            .partition(|link| link.ends.iter().any(|end| idle.contains(end)));
+        self.links = kept;
+        let met = dropped.iter().flat_map(|link| [link.ends, [link.ends[1], link.ends[0]]]);
+        self.idle.extend(met.filter(|[node, _]| idle.contains(node)));
+    }
+
+    /// Which bodies carry which along a way.
+    fn carrying(&self, way: usize) -> Vec<[usize; 2]> {
         let turned: Vec<Link> = self.links.iter().map(Link::turned).collect();
-        let carrying: Vec<[usize; 2]> = self
-            .links
-            .iter()
-            .chain(&turned)
-            .filter(|link| link.carries(way))
-            .map(|link| link.ends)
-            .collect();
+        let all = self.links.iter().chain(&turned);
+        all.filter(|link| link.carries(way)).map(|link| link.ends).collect()
+    }
+
+    /// What nothing keeps from leaving along a way.
+    fn unheld(&self, way: usize) -> BTreeSet<usize> {
+        let count = self.nodes.len();
+        let mut is_held: Vec<bool> = (0..count).map(|node| self.grounds[node] == node).collect();
+        let carrying = self.carrying(way);
         loop {
             let before = is_held.clone();
             for [from, to] in &carrying {
                 is_held[*from] |= is_held[*to];
             }
             if is_held == before {
-                break;
+                return (0..count).filter(|node| !is_held[*node]).collect();
             }
         }
+    }
+
+    /// The bodies that can leave along a way, those together that meet each other.
+    pub(super) fn free(&self, way: usize) -> Vec<Vec<&'a str>> {
+        let (unheld, carrying) = (self.unheld(way), self.carrying(way));
         let together = components(self.nodes.len(), |a, b| {
-            let both_free = !is_held[a] && !is_held[b];
+            let both_free = unheld.contains(&a) && unheld.contains(&b);
             both_free && carrying.iter().any(|ends| *ends == [a, b] || *ends == [b, a])
         });
         let mut groups = Vec::new();
         for group in together {
-            let free: BTreeSet<usize> = group.into_iter().filter(|node| !is_held[*node]).collect();
             // A screw that holds nothing is told by what it should hold.
-            let bodies = free.iter().filter(|node| !self.nodes[**node].is_fastener);
-            let mut names: Vec<&str> = bodies.map(|node| self.nodes[*node].placed.name).collect();
+            let free = |node: &usize| unheld.contains(node) && !self.nodes[*node].is_fastener();
+            let bodies = group.into_iter().filter(free);
+            let mut names: Vec<&str> = bodies.map(|node| self.nodes[node].placed.name).collect();
             names.dedup();
             if !names.is_empty() {
                 groups.push(names);
@@ -118,22 +142,24 @@ impl<'a> Graph<'a> {
         }
         groups
     }
+
+    /// Screws without a thread and nuts without a screw that meet one of these bodies.
+    pub(super) fn idle_at(&self, bodies: &[&str]) -> BTreeSet<&'a str> {
+        let name = |node: usize| self.nodes[node].placed.name;
+        let at = self.idle.iter().filter(|[_, other]| bodies.contains(&name(*other)));
+        at.map(|[idle, _]| name(*idle)).collect()
+    }
 }
 
 /// What of the sensor takes part; liquids, limp things, and small ones that are soldered or stuck on, do not.
 fn node<'a>(sensor: &'a Sensor, placed: &'a Placed<'a>) -> Option<Node<'a>> {
     let body = sensor.body(placed.name)?;
-    let is_fastener =
-        body.kind == Kind::Bought && FASTENERS.iter().any(|word| body.name.contains(word));
-    let assembly = Assembly::sensor();
-    let places = body.placements.iter().filter(|place| place.assembly == assembly).count();
-    let is_small = body.kind == Kind::Bought
-        && !is_fastener
-        && (places > MOST_PLACES || body.name.contains("led"));
+    let is_small = body.duty == Duty::Sticks;
     // Rings and cables hold nothing, and are held by what they go around or are plugged into.
+    let is_fastener = matches!(body.duty, Duty::Fastens | Duty::Threads);
     let is_limp = body.kind == Kind::Bought && !is_fastener && body.gives_mm > 0.0;
     let is_liquid = body.substance.sort == Some(Sort::Liquid);
-    (!is_small && !is_limp && !is_liquid).then_some(Node { body, placed, is_fastener })
+    (!is_small && !is_limp && !is_liquid).then_some(Node { body, placed })
 }
 
 fn link<'a>(sensor: &'a Sensor, nodes: &[Node], ends: [usize; 2]) -> Option<Link<'a>> {
@@ -144,33 +170,19 @@ fn link<'a>(sensor: &'a Sensor, nodes: &[Node], ends: [usize; 2]) -> Option<Link
     let adhesions = sensor.adhesions.iter().filter(|one| is_pair(&one.bodies[0], &one.bodies[1]));
     let adhesion = adhesions.max_by(|x, y| x.shear_mpa.total_cmp(&y.shear_mpa));
     let faces = faces([a.placed, b.placed], adhesion.map(|one| one.reach_mm))?;
-    let is_tied = sensor
-        .print_groups
-        .iter()
-        .any(|group| [a, b].iter().all(|node| group.parts.contains(&node.body.name)));
     let is_pressed = sensor.press_fits.iter().any(|fit| is_pair(&fit.inner, &fit.outer));
+    let is_of = |group: &PrintGroup| [a, b].iter().all(|n| group.parts.contains(&n.body.name));
+    let is_tied = is_screwed([a, b], &faces, is_pressed) || sensor.print_groups.iter().any(is_of);
     let meets = faces.meet();
     meets.then_some(Link { ends, faces, adhesion, is_tied, is_pressed })
 }
 
-/// A screw that has a thread to hold on to fixes all that it touches; one without holds nothing.
-fn tie_fasteners(nodes: &[Node], links: &mut [Link]) {
-    let is_fastener = |node: usize| nodes[node].is_fastener;
-    let is_thread = |node: usize| {
-        let body = nodes[node].body;
-        is_fastener(node) || body.kind == Kind::Bought && body.name.contains(INSERT)
-    };
-    let threads: Vec<bool> = (0..nodes.len())
-        .map(|node| {
-            let mut own = links.iter().filter(|link| link.ends.contains(&node));
-            let grips =
-                |link: &Link| link.is_pressed || link.ends.iter().all(|end| is_thread(*end));
-            is_fastener(node) && own.any(grips)
-        })
-        .collect();
-    for link in links {
-        link.is_tied |= link.ends.iter().any(|end| threads[*end]);
-    }
+/// Whether one is a screw and the other what its thread holds in, or both hold the same thread.
+fn is_screwed([a, b]: [&Node; 2], faces: &Faces, is_pressed: bool) -> bool {
+    let is_one = |duty| [a, b].iter().any(|node| node.body.duty == duty);
+    let is_pair = is_one(Duty::Fastens) && is_one(Duty::Threads);
+    let in_thread = is_pair && faces.ahead_mm2.iter().sum::<f64>() > THREAD_MM2;
+    in_thread || is_pressed && (a.is_fastener() || b.is_fastener())
 }
 
 /// Sets of nodes that are joined, directly or by others.
@@ -193,7 +205,8 @@ fn components(count: usize, joined: impl Fn(usize, usize) -> bool) -> Vec<Vec<us
 
 /// What stands by itself is held by the largest part of it, be it on a table or on a robot.
 ///
-/// A body that meets nothing is held by nothing, unless it is the largest of all.
+/// A body that meets nothing is held by nothing, unless it is the largest of all; so is what hovers over
+/// something else.
 fn grounds(nodes: &[Node], links: &[Link]) -> Vec<usize> {
     let joined = |a: usize, b: usize| {
         links.iter().any(|link| {
@@ -209,9 +222,23 @@ fn grounds(nodes: &[Node], links: &[Link]) -> Vec<usize> {
     let all: Vec<usize> = (0..nodes.len()).collect();
     let of_all = largest(&all);
     let mut grounds = vec![usize::MAX; nodes.len()];
-    for group in components(nodes.len(), joined) {
-        let ground = largest(&group).filter(|node| group.len() > 1 || of_all == Some(*node));
+    let groups = components(nodes.len(), joined);
+    for group in &groups {
+        let hovers = || groups.iter().any(|other| other != group && lies_over(nodes, group, other));
+        let ground = largest(group);
+        let ground = ground.filter(|node| of_all == Some(*node) || group.len() > 1 && !hovers());
         group.iter().for_each(|node| grounds[*node] = ground.unwrap_or(usize::MAX));
     }
     grounds
+}
+
+/// Whether all of some bodies is above all of others, and some of it straight above them.
+fn lies_over(nodes: &[Node], upper: &[usize], lower: &[usize]) -> bool {
+    let hull = |of: &[usize]| {
+        let bounds = of.iter().map(|node| nodes[*node].placed.body.bounds());
+        bounds.fold(Aabb::nothing(), |hull, bounds| hull.hull(&bounds))
+    };
+    let (upper, lower) = (hull(upper), hull(lower));
+    let meets = |axis| upper.min[axis] < lower.max[axis] && lower.min[axis] < upper.max[axis];
+    upper.min.z >= lower.max.z && meets(0) && meets(1)
 }

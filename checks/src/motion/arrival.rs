@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fabkit_geometry::{Action, Kind, Pose, Sensor, Step};
+use fabkit_geometry::{Action, Kind, Occasion, Pose, Sensor, Step};
 
 use crate::chain::Place;
 use crate::scene::{Assemblies, Placed};
@@ -23,10 +23,21 @@ pub(crate) struct Arrival<'a> {
     pub(crate) coming: Vec<Vec<&'a Placed<'a>>>,
 }
 
-/// Every step that brings something, in order.
-pub(crate) fn arrivals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec<Arrival<'a>> {
-    let mut history = History { sensor, scene, standing: BTreeMap::new() };
-    sensor.chain.iter().filter_map(|step| history.step(step)).collect()
+/// A step in which tools work on what stands there.
+pub(crate) struct Work<'a> {
+    pub(crate) place: Place<'a>,
+    pub(crate) occasion: Occasion,
+    pub(crate) standing: Vec<&'a Placed<'a>>,
+}
+
+/// Every step that brings something, in order, and every step that pours or takes off.
+pub(crate) fn arrivals<'a>(
+    sensor: &'a Sensor,
+    scene: &'a Assemblies<'a>,
+) -> (Vec<Arrival<'a>>, Vec<Work<'a>>) {
+    let mut history = History { sensor, scene, standing: BTreeMap::new(), work: Vec::new() };
+    let arrivals = sensor.chain.iter().filter_map(|step| history.step(step)).collect();
+    (arrivals, history.work)
 }
 
 struct History<'a> {
@@ -34,6 +45,7 @@ struct History<'a> {
     scene: &'a Assemblies<'a>,
     /// What stands in each assembly, as numbers of its bodies.
     standing: BTreeMap<&'a str, BTreeSet<usize>>,
+    work: Vec<Work<'a>>,
 }
 
 /// The layer that a step makes: it is not brought.
@@ -70,6 +82,16 @@ impl<'a> History<'a> {
             let coming = arrival.coming.iter().flatten();
             standing.extend(coming.filter_map(|placed| number(bodies, placed)));
         }
+        let occasion = match &step.action {
+            Action::Pour(_) => Some(Occasion::Pour),
+            Action::Demold(_) => Some(Occasion::Removal),
+            _ => None,
+        };
+        self.work.extend(occasion.map(|occasion| Work {
+            place: Place { step: &step.name, assembly },
+            occasion,
+            standing: standing.iter().map(|&i| &bodies[i]).collect(),
+        }));
         let is_made = |placed: &Placed| made(step) == Some(placed.name);
         standing.extend((0..bodies.len()).filter(|&i| is_made(&bodies[i])));
         if let Action::Demold(pulls) = &step.action {

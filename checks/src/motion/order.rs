@@ -8,13 +8,13 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Aabb, Motion, Sensor, Vector3};
+use fabkit_geometry::{Aabb, Motion, Occasion, Sensor, Vector3};
 
 use super::arrival::Arrival;
 use super::path::{Contact, contact, follow, is_blocked, is_too_deep, overlap};
 use crate::finding::Rule;
 use crate::memo::{Key, Memo};
-use crate::scene::Placed;
+use crate::scene::{Placed, Tool};
 
 /// Directions across z that are tried where the axes do not serve.
 const AZIMUTHS: u32 = 24;
@@ -264,7 +264,9 @@ impl<'a> Order<'a> {
         // What is driven in elsewhere comes with what it holds.
         let here = |placed: &&&Placed| piece.len() == 1 || !placed.is_drawn();
         piece.iter().filter(here).find_map(|placed| {
-            placed.tools.iter().enumerate().find_map(|(i, tool)| {
+            let arriving =
+                |(i, _): &(usize, &Tool)| placed.of.reach[*i].occasion == Occasion::Arrival;
+            placed.tools.iter().enumerate().filter(arriving).find_map(|(i, tool)| {
                 others.iter().find_map(|other| {
                     let key = Key::new(6).key(tool.key).key(other.key);
                     let mut contact = None;

@@ -185,7 +185,7 @@ impl Light<'_> {
         };
         let poses = self.poses();
         let drawn = poses.iter().map(|pose| assembly.drawn_out(pose, 2.0).lifted(-22.0));
-        let led = LED.bought(&leds.model, led, drawn).colored(LED_YELLOW).shining();
+        let led = LED.bought(&leds.model, led, drawn).colored(LED_YELLOW).shining().sticking();
         let board = (leds.from == LightFrom::Below).then(|| self.board(assembly));
         [led].into_iter().chain(board).collect()
     }

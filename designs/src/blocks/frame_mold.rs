@@ -4,12 +4,13 @@
 //! them, is as high as what is cast in it, and lifts off first. Slots at the seam take a screwdriver.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Length, Path, Pose, PressFit, Process, Profile, Solid,
+    Angle, Body, CUT_OVERLAP_MM, Length, Path, Pose, PressFit, Process, Profile, Solid,
 };
 
 use super::{DOWEL, MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, copies, holes, press_fit, upright};
 use crate::assembling::{AssemblyName, Name};
 use crate::hardware::Dowel;
+use crate::hardware::tools::pry;
 use crate::parameters;
 use crate::parameters::{Report, limits};
 
@@ -112,7 +113,15 @@ impl Frames<'_> {
         let slot =
             Solid::cuboid(mold.pry_width.mm(), 2.0 * mold.pry_depth.mm(), mold.pry_gap.mm() + over);
         let slots = [-y, y].map(|y| upright([0.0, y], -mold.pry_gap.mm()));
-        self.tool(FLOOR, plate)
+        let deg = |side: f64| Angle::from_deg(90.0 * side).expect("a quarter of a turn is finite");
+        let pried = [-1.0, 1.0].map(|side| {
+            let mouth = Pose::translation(0.0, side * y, -mold.pry_gap.mm() / 2.0);
+            pry(mouth.then_in(Pose::rotation_z(deg(side))), mold.pry_depth.mm())
+        });
+        let floor = self.tool(FLOOR, plate);
+        pried
+            .into_iter()
+            .fold(floor, Body::reached)
             .placed(assemblies.iter().map(|name| name.in_place().lifted(-12.0)))
             .note("face up; polish it, the foot of the gel is seen through")
             .cut(holes(copies("socket", &self.dowel_poses(), &socket)))
@@ -147,7 +156,10 @@ impl Frames<'_> {
         let places = assemblies.iter().flat_map(|name| {
             poses.iter().map(move |pose| name.at(pose.then_in(middle)).lifted(30.0))
         });
-        DOWEL.bought(dowel.specification(), dowel.solid(), places).times(poses.len() as u32)
+        DOWEL
+            .bought(dowel.specification(), dowel.solid(), places)
+            .times(poses.len() as u32)
+            .fastening()
     }
 
     /// How the dowels are held.

@@ -241,7 +241,8 @@ impl Joint {
         let screws = self.screw.solid();
         let screws =
             bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw))
-                .reached(self.screw.driver());
+                .reached(self.screw.driver())
+                .fastening();
         std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
     }
 
@@ -252,12 +253,13 @@ impl Joint {
             Hold::HeatSet { nut, poses, .. } => {
                 let places = poses.iter().map(place_nut);
                 let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
-                Some(body.colored(BRASS).reached(nut.iron()))
+                Some(body.colored(BRASS).reached(nut.iron()).threaded())
             }
             Hold::Hex { nut, poses, depth_mm, .. } => {
                 let places = poses.iter().map(place_nut);
                 let tool = if *depth_mm > 0.0 { nut.pusher() } else { nut.socket() };
-                Some(bought(&nut.name(), nut.ordered(), nut.solid(), places).reached(tool))
+                let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
+                Some(body.reached(tool).threaded())
             }
         }
     }

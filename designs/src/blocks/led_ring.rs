@@ -49,7 +49,7 @@ impl LedRing<'_> {
     /// What is bought.
     pub fn body(&self, placements: impl IntoIterator<Item = Placement>) -> Body {
         let solid = Solid::cuboid(self.width.mm(), self.length.mm(), self.height.mm());
-        LED.bought(self.model, solid, placements).colored(LED_YELLOW).shining()
+        LED.bought(self.model, solid, placements).colored(LED_YELLOW).shining().sticking()
     }
 
     /// Reports LEDs that do not fit: beside the board's bore, within a radius (mm), beside each other.

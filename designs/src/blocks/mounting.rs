@@ -452,6 +452,7 @@ impl Flange {
         let text = format!("{ordered}, and what the robot's maker demands");
         bought(&self.name(), text, self.bolt.solid(length), self.poses().iter().map(place))
             .reached(self.bolt.driver())
+            .fastening()
     }
 
     /// Reports heads that meet each other, or a wall around them of that radius (mm). The section

@@ -33,6 +33,11 @@ impl LuerSeat {
         (self.wall_mm - BEFORE_TIP_MM).min(LONGEST_MM)
     }
 
+    /// How much of the tip stands out of the wall, mm.
+    pub fn stands_out_mm(self) -> f64 {
+        LONGEST_MM - self.held_mm()
+    }
+
     /// Radius at a depth below the mouth, mm.
     fn radius_at(self, depth_mm: f64) -> f64 {
         (TIP_MM + TAPER * (self.held_mm() - depth_mm)) / 2.0

@@ -1,9 +1,10 @@
 //! The room that hands and tools need at fasteners, each in the fastener's own frame, z out of the
 //! material.
 
-use fabkit_geometry::{Reach, Solid};
+use fabkit_geometry::{Angle, Occasion, Pose, Reach, Solid};
 
 use super::{HeatSetNut, HexNut, Screw, SocketScrew};
+use crate::blocks::INTO_MM;
 
 /// A tool ends this far from what it works on, mm: it touches it, and bodies do not overlap.
 const TIP_GAP_MM: f64 = 0.05;
@@ -41,6 +42,38 @@ const IRON_SHAFT_MM: [f64; 2] = [4.0, 60.0];
 
 /// Hexagon keys by thread: radius over corners and long arm, mm (ISO 2936: 4 mm for M5).
 const KEY_MM: [f64; 2] = [2.3, 70.0];
+
+/// A flat screwdriver for pry slots: thickness and width of its blade, radius and length of its shaft, mm
+/// (ISO 2380-1: blade 0.8 x 4, the shaft as wide as the blade; ISO 2380-2: 100 mm).
+const PRY_MM: ([f64; 2], [f64; 2]) = ([0.8, 4.0], [2.0, 100.0]);
+
+/// What of the blade is flat and thin in front of a slot, mm; chosen: it is ground over two to three widths.
+const PRY_BLADE_MM: f64 = 8.0;
+
+/// A syringe of 5 ml on its Luer tip: radius and length of its barrel; radius and length of the hand that
+/// holds it by its flange and pushes; mm. Chosen: 13 to 14 mm are usual outside, a hand's three fingers beside.
+const SYRINGE_MM: [[f64; 2]; 2] = [[7.0, 55.0], [20.0, 60.0]];
+
+/// A flat screwdriver in a slot that is so deep, mm: origin in the middle of the slot's mouth, x axis out of it,
+/// z axis across its narrow side. It is levered by a turn about its axis, which takes no more room.
+pub fn pry(mouth: Pose, depth_mm: f64) -> Reach {
+    let ([thickness, width], shaft) = PRY_MM;
+    let blade = Solid::cuboid(width, thickness, depth_mm + PRY_BLADE_MM - TIP_GAP_MM);
+    let behind = shafted(PRY_BLADE_MM - INTO_MM, shaft, HANDLE_MM);
+    let quarter = Angle::from_deg(-90.0).expect("a quarter of a turn is finite");
+    let out = Pose::rotation_z(quarter).then_in(Pose::rotation_x(quarter));
+    let solid = blade.at_z(TIP_GAP_MM - depth_mm).plus(behind).placed(mouth.then_in(out));
+    Reach::room("the screwdriver that pries", solid).on(Occasion::Removal)
+}
+
+/// A syringe whose tip stands out of its seat by so much, mm: origin in the seat's mouth, z towards the hand.
+pub fn syringe(mouth: Pose, stands_out_mm: f64) -> Reach {
+    let [barrel, hand] = SYRINGE_MM;
+    let behind = Solid::cylinder(barrel[0], barrel[1])
+        .plus(Solid::cylinder(hand[0], hand[1]).at_z(barrel[1] - INTO_MM));
+    let solid = behind.at_z(stands_out_mm + TIP_GAP_MM).placed(mouth);
+    Reach::room("the syringe", solid).on(Occasion::Pour)
+}
 
 /// A rod with a handle behind it, from a height upwards. It ends in a cone with flanks 26.5 degrees
 /// from the axis, as the points of ISO 8764-1 do.

@@ -1,9 +1,7 @@
 //! Faces of a part that text can stand on: flat or nearly so, free of whatever the part touches, and
 //! thick enough.
 
-use fabkit_geometry::{
-    Body, Clarity, CompiledSolid, Point3, Pose, Ray, Scratch, Sensor, Vector3,
-};
+use fabkit_geometry::{Body, Clarity, CompiledSolid, Point3, Pose, Ray, Scratch, Sensor, Vector3};
 
 /// Flat face beside the letters, mm.
 pub(super) const MARGIN_MM: f64 = 0.6;

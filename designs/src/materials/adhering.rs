@@ -1,10 +1,10 @@
 //! What sticks to what, and how strongly: from the chain's words, what bodies are made from, and a table of
 //! lower strengths.
 
-use fabkit_geometry::{Action, Adhesion, Assembly, Body, Sensor, Sort, Step, Substance};
+use fabkit_geometry::{Action, Adhesion, Assembly, Body, Duty, Sensor, Sort, Step, Substance};
 
 use super::catalogue::Catalogue;
-use super::stock;
+use super::{shining_through, stock};
 
 /// What is between two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,6 +117,9 @@ pub(crate) fn substances(sensor: &mut Sensor, materials: &Catalogue) {
         let mut substance = known.unwrap_or_else(|| stock::substance(body));
         substance.is_dark = told.or(substance.is_dark);
         body.substance = substance;
+        if body.is_made() && in_use(body) && body.optics.is_none() && body.opacity == 1.0 {
+            shining_through(&body.material).into_iter().for_each(|light| body.let_light(light));
+        }
         // A user who calls it bare means it.
         if stock::is_bare(&body.material) {
             body.sealed_by = None;
@@ -179,7 +182,11 @@ impl<'a> Adhering<'a> {
         let is_primed = agent == Agent::WetSilicone && text.contains("prime");
         let agent = if is_primed { Agent::Primed } else { agent };
         let speaks = |name: &str| text.contains(name);
-        let named = |body: &&Body| step.bodies.contains(&body.name) || speaks(&body.name);
+        // What has a thread, or goes into one, holds by that.
+        let is_glued = |body: &Body| !matches!(body.duty, Duty::Fastens | Duty::Threads);
+        let named = |body: &&Body| {
+            is_glued(body) && (step.bodies.contains(&body.name) || speaks(&body.name))
+        };
         let bodies: Vec<&str> =
             self.sensor.bodies.iter().filter(named).map(|body| body.name.as_str()).collect();
         for (at, a) in bodies.iter().enumerate() {

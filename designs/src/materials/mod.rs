@@ -179,6 +179,21 @@ pub(crate) fn glazing(material: &str) -> Optics {
     }
 }
 
+/// What light does in a printed part of which nobody has said more: layers scatter it even where the
+/// material is called clear. Nothing where its name says nothing.
+pub(crate) fn shining_through(material: &str) -> Option<Optics> {
+    const THROUGH: [&str; 4] = ["clear", "transparent", "translucent", "natural"];
+    let name = material.to_lowercase();
+    let mut words = name.split(|letter: char| !letter.is_alphanumeric());
+    let is_it = words.any(|word| THROUGH.contains(&word));
+    (is_it && !is_dark_or_dense(&name)).then_some(Optics::Translucent)
+}
+
+/// Whether a pigment stops the light in spite of that.
+fn is_dark_or_dense(name: &str) -> bool {
+    ["black", "opaque", "painted"].iter().any(|word| name.contains(word))
+}
+
 /// Who says what a material is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {

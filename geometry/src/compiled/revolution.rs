@@ -63,13 +63,12 @@ impl<'a> Passing<'a> {
         }
         let ends = between.map(|t_mm| self.squared(t_mm));
         let is_passed = between[0] < self.nearest_mm && self.nearest_mm < between[1];
-        let nearest =
-            if is_passed { self.squared(self.nearest_mm) } else { ends[0].min(ends[1]) };
+        let nearest = if is_passed { self.squared(self.nearest_mm) } else { ends[0].min(ends[1]) };
         let (inner, outer) = (edge.low.x.max(0.0), edge.high.x);
         // Rounding of squares is of the size of the line's reach, not of the edge's.
         let rounding = 1e-12 * reach_mm * reach_mm;
-        let meets = nearest <= outer * outer + rounding
-            && ends[0].max(ends[1]) >= inner * inner - rounding;
+        let meets =
+            nearest <= outer * outer + rounding && ends[0].max(ends[1]) >= inner * inner - rounding;
         meets.then_some(between)
     }
 }

@@ -34,7 +34,10 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
                 .colored(CAMERA_GREEN),
-            LED.bought(led_text, led(p), leds).colored(LED_YELLOW).shining_from(package(p)),
+            LED.bought(led_text, led(p), leds)
+                .colored(LED_YELLOW)
+                .shining_from(package(p))
+                .sticking(),
             camera_cable(p, layout),
         ],
         joints.casing.bought(below, below),

@@ -7,7 +7,7 @@
 //! through the notches. The boss is flat and wider than the gel, so that the bolts' play does not
 //! matter and no dowels are needed.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Pose, Process, Solid};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Path, Pose, Process, Solid};
 
 use super::bodies::*;
 use super::joints::Joints;
@@ -16,6 +16,7 @@ use super::parameters::Cap;
 use super::skin::gel;
 use crate::assembling::{Name, flipped, shrinkage};
 use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, holes, marks, turn};
+use crate::hardware::tools::pry;
 
 const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone from curing";
 
@@ -34,12 +35,17 @@ fn bolt_holes(p: &Cap, layout: &Layout, diameter_mm: f64) -> Cut {
 /// Two radial slots at the outside, between bolts, between two heights. `reach_mm` in from the
 /// outside.
 fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) -> Cut {
-    holes([0, 1].map(|i| {
+    holes(slot_turns(p).into_iter().zip(1..).map(|(turn, number)| {
         let slot = Solid::cuboid(2.0 * reach_mm, p.mold.pry_width.mm(), height)
             .at(layout.mold_radius_mm, 0.0, bottom_z)
-            .turned_z(turn(i * (p.mold.bolts / 2), p.mold.bolts, 0.5));
-        slot.named(format!("pry slot {}", i + 1))
+            .turned_z(turn);
+        slot.named(format!("pry slot {number}"))
     }))
+}
+
+/// Where the slots are: in the middle between two bolts.
+fn slot_turns(p: &Cap) -> [Angle; 2] {
+    [0, 1].map(|i| turn(i * (p.mold.bolts / 2), p.mold.bolts, 0.5))
 }
 
 fn tool(p: &Cap, name: Name, solid: Solid, lift_mm: f64) -> Body {
@@ -60,7 +66,7 @@ pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Body; 3] {
 fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
     let solid = Solid::cylinder(layout.mold_radius_mm, p.mold.height.mm());
     let (reach, height) = (p.mold.pry_depth.mm(), p.mold.pry_gap.mm() + CUT_OVERLAP_MM);
-    tool(p, BLOCK, solid.minus(gel(p, layout, dimples, true)), 26.0)
+    let block = tool(p, BLOCK, solid.minus(gel(p, layout, dimples, true)), 26.0)
         .colored(MOLD_BLUE)
         .marked(marks("dimple", dimples))
         .lying(flipped())
@@ -68,7 +74,11 @@ fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
         .note(WASH)
         .cut(bolt_holes(p, layout, p.mold.block_hole.mm()))
         .cut(Joints::new(p, layout).mold.held().unmarked())
-        .cut(slots(p, layout, reach, -CUT_OVERLAP_MM, height))
+        .cut(slots(p, layout, reach, -CUT_OVERLAP_MM, height));
+    slot_turns(p).into_iter().fold(block, |block, turn| {
+        let mouth = Pose::translation(layout.mold_radius_mm, 0.0, p.mold.pry_gap.mm() / 2.0);
+        block.reached(pry(Pose::rotation_z(turn).then_in(mouth), reach))
+    })
 }
 
 fn spacer(p: &Cap, layout: &Layout) -> Body {

@@ -340,7 +340,7 @@ impl Chain<'_> {
                     "melt the nuts into the base, screw the camera down, {lead}push the base in without \
                      its screws, light the LEDs and look at the picture; pull the base out by its pry \
                      slots, turn the lens by its rim with tweezers, and try again until the dust on the \
-                     gel is sharp; then lock the lens with a drop of glue"
+                     gel is sharp; then lock the lens in its thread with a drop of nail polish"
                 ))
                 .source("chosen: with the gel on, the lens is reached only while the base is out")
                 .also(self.joints.camera.names())

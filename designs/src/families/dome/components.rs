@@ -85,6 +85,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), dowels)
             .times(2 * (side.len() + lid.len()) as u32)
+            .fastening()
     });
     let gripped =
         [TRANSPARENT_MOLD, TRANSLUCENT_MOLD].into_iter().chain(is_dipped.then_some(COATING));

@@ -14,8 +14,9 @@ use super::surface::dome_tool;
 use super::tooling::{self, plug_radius_mm};
 use crate::assembling::{AssemblyName, Name, flipped};
 use crate::blocks::mold::{self as molds, Half};
-use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, copies, holes};
+use crate::blocks::{MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, VentedLid, copies, holes};
 use crate::fits::Fit;
+use crate::hardware::tools::pry;
 
 /// What casts a seamless mold.
 pub struct FormTools {
@@ -117,7 +118,7 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
         }
         MoldRoute::Silicone => cavity.lid.made(Process::Fdm, disc(p, layout, slide, thickness)),
     };
-    plate
+    pried(p, layout, plate, slide, thickness)
         .cut(holes([bore.named("bore")]).with_handles(1))
         .cut(vents.cut(through))
         .cut(vents.overflow(-thickness))
@@ -132,11 +133,31 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
 /// How far a pry slot reaches into a round lid or collar, mm.
 const DISC_PRY_MM: f64 = 2.0;
 
+/// Height of those slots, mm: the cup's notches end before the mold's mouth, and the blade goes in over that.
+fn disc_gap_mm(p: &Dome, thickness: f64) -> f64 {
+    let least = p.mold.pry_gap.mm() / 2.0;
+    (least + tooling::NOTCH_DAM_MM).min(thickness - PRINTED_WALL_MM).max(least)
+}
+
+/// A round plate with the screwdrivers that lift it.
+fn pried(p: &Dome, layout: &Layout, plate: Body, slide: f64, thickness: f64) -> Body {
+    if p.molds.route == MoldRoute::Printed {
+        return plate;
+    }
+    let radius = tooling::cup(p, layout).silicone_radius - slide;
+    let middle = (disc_gap_mm(p, thickness) + tooling::NOTCH_DAM_MM) / 2.0;
+    let mouth = Pose::translation(radius, 0.0, -middle);
+    let turns = tooling::NOTCHES.map(tooling::notch_turn).into_iter();
+    turns.fold(plate, |plate, turn| {
+        plate.reached(pry(Pose::rotation_z(turn).then_in(mouth), DISC_PRY_MM))
+    })
+}
+
 /// A round plate below z = 0 that the cup of a silicone mold centres, with pry slots behind the cup's
 /// notches.
 fn disc(p: &Dome, layout: &Layout, slide: f64, thickness: f64) -> Solid {
     let radius = tooling::cup(p, layout).silicone_radius - slide;
-    let (gap, length) = (p.mold.pry_gap.mm() / 2.0, p.mold.pry_length.mm());
+    let (gap, length) = (disc_gap_mm(p, thickness), p.mold.pry_length.mm());
     let slot = Solid::cuboid(2.0 * DISC_PRY_MM, length, gap + CUT_OVERLAP_MM).at(radius, 0.0, -gap);
     let slots = tooling::NOTCHES.map(|i| {
         let slot = slot.clone().turned_z(tooling::notch_turn(i));
@@ -164,8 +185,8 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
         }
         MoldRoute::Silicone => disc(p, layout, slide, thickness),
     };
-    COLLAR
-        .made(Process::Fdm, plate.minus(bore.named("bore")))
+    let plate = COLLAR.made(Process::Fdm, plate.minus(bore.named("bore")));
+    pried(p, layout, plate, slide, thickness)
         .from(&p.mold.material)
         .placed([JOINING.in_place().lifted(-20.0)])
         .colored(TOOL_GREY)

@@ -79,7 +79,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
 pub const NOTCHES: [u32; 3] = [0, 1, 2];
 
 /// How much of the cup's rim stays above the silicone at a notch, mm.
-const NOTCH_DAM_MM: f64 = 0.5;
+pub const NOTCH_DAM_MM: f64 = 0.5;
 
 /// Turns a notch from +x to its place.
 pub fn notch_turn(i: u32) -> Angle {

@@ -28,7 +28,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let [white, uv] = leds_by_kind(p, layout);
     let leds = |name: Name, model: &str, color: Color, poses: Vec<Pose>| {
         let places = poses.into_iter().map(|pose| SENSOR.at(pose).lifted(-40.0));
-        name.bought(model, led.clone(), places).colored(color).shining()
+        name.bought(model, led.clone(), places).colored(color).shining().sticking()
     };
     let c = &p.camera;
     let camera_text = format!(

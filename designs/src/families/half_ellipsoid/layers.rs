@@ -9,6 +9,7 @@ use super::bodies::*;
 use super::layout::Layout;
 use super::markers;
 use super::parameters::HalfEllipsoid;
+use super::runner;
 use super::tooling::{Boundary, keys, tip_vent, ways_out};
 use crate::assembling::{AssemblyName, Name, SENSOR};
 
@@ -108,6 +109,7 @@ fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     )
     // The vents, and the seat of the syringe.
     .with_handles(1 + p.tooling.vents as i32)
+    .reached(runner::syringe(p, layout))
 }
 
 /// The outer boundary of one elastomer.

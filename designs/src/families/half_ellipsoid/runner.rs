@@ -6,12 +6,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Path, Point3, Pose, Profile, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, Path, Point3, Pose, Profile, Reach, Solid};
 
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use super::tooling::key_circle_mm;
+use crate::blocks::hanging;
 use crate::blocks::sprue::LuerSeat;
+use crate::hardware::tools;
 
 /// Width of a gate, mm: a ridge in the negative that is twice as wide as high.
 const GATE_MM: f64 = 2.4;
@@ -91,6 +93,12 @@ pub fn tools(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
     let [x, y] = polar(key_circle_mm(layout), seat_rad(p));
     let mouth = Pose::translation(x, y, layout.core_flange_z_mm);
     vec![channels(p, layout), seat(p).tool(&mouth, beyond_mm)]
+}
+
+/// The syringe in its seat, in the frame of the core.
+pub fn syringe(p: &HalfEllipsoid, layout: &Layout) -> Reach {
+    let at = polar(key_circle_mm(layout), seat_rad(p));
+    tools::syringe(hanging(at, layout.core_flange_z_mm), seat(p).stands_out_mm())
 }
 
 /// Middle and radius of a disc that holds what one gate opens of a foot between two radii, mm.

@@ -199,6 +199,7 @@ pub fn bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
         .bought(format!("cable tie, {width} mm wide, 100 mm long"), seat.tie(), ties)
         .colored(STEEL)
         .giving(OPEN_MM)
+        .fastening()
         .with_handles(1);
     vec![holder, board, tie]
 }

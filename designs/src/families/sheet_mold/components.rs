@@ -77,7 +77,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on(camera, pose, -8.0)));
     let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
         let text = format!("hexagonal spacer M3, female both ends, {length} mm");
-        name.bought(text, HexSpacer::M3.solid(length), placements).colored(BRASS)
+        name.bought(text, HexSpacer::M3.solid(length), placements).colored(BRASS).threaded()
     };
 
     let tube_ends = Side::BOTH.into_iter().flat_map(|side| {
@@ -127,7 +127,8 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         )
         .times(inlets.len() as u32)
         .colored([228, 222, 210])
-        .opaque(0.7),
+        .opaque(0.7)
+        .sticking(),
         NEEDLE.bought(
             format!(
                 "steel tube (blunt dispensing needle), {} mm outside, {} mm inside, cut to {} mm",
@@ -141,7 +142,8 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 p.tubes.needle_length.mm(),
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)),
-        ),
+        )
+        .sticking(),
         LED_STRIP
             .bought(
                 format!(
@@ -152,7 +154,8 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 led_strip(p),
                 (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
             )
-            .colored(LED_YELLOW),
+            .colored(LED_YELLOW)
+            .sticking(),
     ]);
     all
 }

@@ -97,29 +97,35 @@ impl Columns {
         // An odd share of a cell keeps columns off walls that lie in round numbers.
         let count = |half_mm: f64| (2.0 * half_mm / cell_mm).ceil() as usize + 1;
         let size = [count(half_u), count(half_v)];
+        // A small vent may lie between the columns.
+        let spread_mm = cell_mm * std::f64::consts::FRAC_1_SQRT_2;
         let place = |i: usize, n: usize| (i as f64 - 0.5 * n as f64 + 0.518) * cell_mm;
         let rows: Vec<Vec<Column>> = (0..size[1])
             .into_par_iter()
             .map(|j| {
                 let mut caster = Caster::default();
-                let mut row = Vec::new();
+                let mut row: Vec<Column> = Vec::new();
                 for i in 0..size[0] {
                     let offset: Vector3<f64> = place(i, size[0]) * u + place(j, size[1]) * v;
                     let ray = Ray { origin: bounds.centre() + offset, direction: up };
-                    row.extend(caster.stretches(body, &ray).map(|stretch| {
-                        let top = ray.at(stretch.exit.t);
-                        // A small vent may lie between the columns.
-                        let spread_mm = cell_mm * std::f64::consts::FRAC_1_SQRT_2;
-                        let is_open =
-                            |o: &_| opening::holds(o, &top, &stretch.exit.normal, spread_mm);
-                        Column {
-                            cell: [i, j],
-                            bottom_mm: stretch.enter.t,
-                            top_mm: stretch.exit.t,
-                            top,
-                            vented: pour.openings.iter().any(is_open),
-                        }
+                    let from = row.len();
+                    row.extend(caster.ends(body, &ray).iter().map(|&[bottom_mm, top_mm]| {
+                        let top = ray.at(top_mm);
+                        Column { cell: [i, j], bottom_mm, top_mm, top, vented: false }
                     }));
+                    // Few tops are near an opening, and only they need to know which way they face.
+                    let is_near = |column: &Column| {
+                        pour.openings.iter().any(|o| opening::is_beside(o, &column.top, spread_mm))
+                    };
+                    if row[from..].iter().any(is_near) {
+                        for (column, stretch) in
+                            row[from..].iter_mut().zip(caster.stretches(body, &ray))
+                        {
+                            let normal = &stretch.exit.normal;
+                            let is_open = |o: &_| opening::holds(o, &column.top, normal, spread_mm);
+                            column.vented = pour.openings.iter().any(is_open);
+                        }
+                    }
                 }
                 row
             })

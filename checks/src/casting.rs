@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::chain::Place;
 use crate::finding::{Finding, Rule};
-use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch, steepness};
+use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::scene::{Assemblies, Placed};
@@ -37,8 +37,8 @@ enum Beyond {
     Closed,
     /// Nothing up to a wall, `gap_mm` away along the line, `across_mm` from face to face.
     Gap { wall: usize, gap_mm: f64, across_mm: f64 },
-    /// Nothing at all.
-    Leak,
+    /// Nothing at all, behind a face that the line meets so steeply.
+    Leak { steep: f64 },
 }
 
 /// How a wall misses the layer.
@@ -209,38 +209,28 @@ fn cast(cavity: &Cavity) -> Tally {
 fn cast_chunk(cavity: &Cavity, bundle: &Bundle, direction: usize, from: usize) -> Tally {
     // Each direction alone measures the whole.
     let cell_mm2 = bundle.cell_mm2() / DIRECTIONS.len() as f64;
-    let mut caster = Caster::default();
     let mut tally = Tally::default();
-    let mut in_walls: Vec<(usize, Stretch)> = Vec::new();
-    for index in from..from + CHUNK {
-        let ray = bundle.line(index);
-        let in_layer: Vec<Stretch> = caster.stretches(&cavity.layer.body, &ray).collect();
-        if in_layer.is_empty() {
-            continue;
-        }
-        in_walls.clear();
-        for (wall, placed) in cavity.walls.iter().enumerate() {
-            in_walls.extend(caster.stretches(&placed.body, &ray).map(|s| (wall, s)));
-        }
-        for stretch in &in_layer {
-            tally.layer_mm3 += stretch.length_mm() * cell_mm2;
-            for (wall, other) in &in_walls {
-                if let Some((length_mm, deep_mm, middle)) = overlap(&ray, stretch, other) {
-                    tally.mismatch(*wall, 0.0, length_mm * cell_mm2, (deep_mm, middle));
+    let mut line = Line { cavity, caster: Caster::default(), layer: Vec::new(), walls: Vec::new() };
+    for ray in (from..from + CHUNK).map(|index| bundle.line(index)) {
+        line.cast(&ray);
+        for stretch in line.layer.clone() {
+            tally.layer_mm3 += (stretch[1] - stretch[0]) * cell_mm2;
+            for (wall, other) in line.walls.clone() {
+                if let Some((length_mm, deep_mm, middle)) = line.overlap(&ray, stretch, wall, other)
+                {
+                    tally.mismatch(wall, 0.0, length_mm * cell_mm2, (deep_mm, middle));
                 }
             }
-            for (end, sign) in [(&stretch.enter, -1.0), (&stretch.exit, 1.0)] {
-                match beyond(cavity, &ray, end, sign, &in_walls) {
+            for (end_mm, sign) in [(stretch[0], -1.0), (stretch[1], 1.0)] {
+                match line.beyond(&ray, end_mm, sign) {
                     Beyond::Closed => {}
                     Beyond::Gap { wall, gap_mm, across_mm } => {
-                        let middle = ray.at(end.t + 0.5 * sign * gap_mm);
+                        let middle = ray.at(end_mm + 0.5 * sign * gap_mm);
                         tally.mismatch(wall, gap_mm * cell_mm2, 0.0, (across_mm, middle));
                     }
-                    Beyond::Leak => {
-                        let area_mm2 =
-                            bundle.cell_mm2() / steepness(&ray, end).max(LEAST_STEEPNESS);
-                        tally.leak_mm2[direction] += area_mm2;
-                        tally.leak.get_or_insert(ray.at(end.t + sign * 10.0 * GAP_MM));
+                    Beyond::Leak { steep } => {
+                        tally.leak_mm2[direction] += bundle.cell_mm2() / steep.max(LEAST_STEEPNESS);
+                        tally.leak.get_or_insert(ray.at(end_mm + sign * 10.0 * GAP_MM));
                     }
                 }
             }
@@ -249,46 +239,88 @@ fn cast_chunk(cavity: &Cavity, bundle: &Bundle, direction: usize, from: usize) -
     tally
 }
 
-/// Length, depth across the faces, and middle of what a line has in layer and wall.
-fn overlap(ray: &Ray, layer: &Stretch, wall: &Stretch) -> Option<(f64, f64, Point3<f64>)> {
-    let enter = if layer.enter.t >= wall.enter.t { layer.enter } else { wall.enter };
-    let exit = if layer.exit.t <= wall.exit.t { layer.exit } else { wall.exit };
-    let length_mm = exit.t - enter.t;
-    let depth_mm = length_mm * steepness(ray, &enter).min(steepness(ray, &exit));
-    (depth_mm > GAP_MM).then(|| (length_mm, depth_mm, ray.at(0.5 * (enter.t + exit.t))))
+/// Where a line runs in the layer and in the walls, mm. Normals take as long as the rest, and nearly all
+/// lines of a sound mold need none.
+struct Line<'a> {
+    cavity: &'a Cavity<'a>,
+    caster: Caster,
+    layer: Vec<[f64; 2]>,
+    walls: Vec<(usize, [f64; 2])>,
 }
 
-/// What follows where the line leaves the layer, forwards (`sign` 1) or backwards (-1).
-fn beyond(
-    cavity: &Cavity,
-    ray: &Ray,
-    end: &Crossing,
-    sign: f64,
-    in_walls: &[(usize, Stretch)],
-) -> Beyond {
-    let steep = steepness(ray, end);
-    let tolerance_mm = GAP_MM / steep.max(LEAST_STEEPNESS);
-    // The nearest wall that does not end at once, with its face towards the layer.
-    let ahead = in_walls.iter().map(|(wall, stretch)| {
-        let (near, far) = match sign > 0.0 {
-            true => (stretch.enter, stretch.exit),
-            false => (stretch.exit, stretch.enter),
-        };
-        (*wall, (near.t - end.t) * sign, (far.t - end.t) * sign, near)
-    });
-    let nearest =
-        ahead.filter(|(_, _, far_mm, _)| *far_mm > tolerance_mm).min_by(|a, b| a.1.total_cmp(&b.1));
-    if nearest.is_some_and(|(_, near_mm, _, _)| near_mm <= tolerance_mm) {
-        return Beyond::Closed;
-    }
-    let point = ray.at(end.t);
-    if cavity.pour.openings.iter().any(|o| opening::holds(o, &point, &end.normal, 0.0)) {
-        return Beyond::Closed;
-    }
-    match nearest {
-        Some((wall, gap_mm, _, face)) => {
-            Beyond::Gap { wall, gap_mm, across_mm: gap_mm * steep.min(steepness(ray, &face)) }
+impl Line<'_> {
+    fn cast(&mut self, ray: &Ray) {
+        let Self { cavity, caster, layer, walls } = self;
+        layer.clear();
+        layer.extend_from_slice(caster.ends(&cavity.layer.body, ray));
+        walls.clear();
+        if layer.is_empty() {
+            return;
         }
-        None => Beyond::Leak,
+        for (wall, placed) in cavity.walls.iter().enumerate() {
+            walls.extend(caster.ends(&placed.body, ray).iter().map(|ends| (wall, *ends)));
+        }
+    }
+
+    /// The layer's face, or a wall's, at a place on the line.
+    fn face(&mut self, wall: Option<usize>, ray: &Ray, at_mm: f64) -> Option<Crossing> {
+        let body = wall.map_or(&self.cavity.layer.body, |wall| &self.cavity.walls[wall].body);
+        let mut stretches = self.caster.stretches(body, ray);
+        stretches.find_map(|s| [s.enter, s.exit].into_iter().find(|end| end.t == at_mm))
+    }
+
+    fn steepness(&mut self, wall: Option<usize>, ray: &Ray, at_mm: f64) -> f64 {
+        self.face(wall, ray, at_mm).map_or(1.0, |face| steepness(ray, &face))
+    }
+
+    /// Length, depth across the faces, and middle of what a line has in layer and wall.
+    fn overlap(
+        &mut self,
+        ray: &Ray,
+        layer: [f64; 2],
+        wall: usize,
+        other: [f64; 2],
+    ) -> Option<(f64, f64, Point3<f64>)> {
+        let enter = if layer[0] >= other[0] { (None, layer[0]) } else { (Some(wall), other[0]) };
+        let exit = if layer[1] <= other[1] { (None, layer[1]) } else { (Some(wall), other[1]) };
+        let length_mm = exit.1 - enter.1;
+        // It is no deeper than long.
+        if length_mm <= GAP_MM {
+            return None;
+        }
+        let [at_enter, at_exit] = [enter, exit].map(|(of, at_mm)| self.steepness(of, ray, at_mm));
+        let depth_mm = length_mm * at_enter.min(at_exit);
+        (depth_mm > GAP_MM).then(|| (length_mm, depth_mm, ray.at(0.5 * (enter.1 + exit.1))))
+    }
+
+    /// What follows where the line leaves the layer, forwards (`sign` 1) or backwards (-1).
+    fn beyond(&mut self, ray: &Ray, end_mm: f64, sign: f64) -> Beyond {
+        // Each wall with its face towards the layer, and how far away that and its far side are.
+        let ahead = |(wall, ends): &(usize, [f64; 2])| {
+            let [near, far] = if sign > 0.0 { *ends } else { [ends[1], ends[0]] };
+            (*wall, near, (near - end_mm) * sign, (far - end_mm) * sign)
+        };
+        // Whatever the angle, a wall that begins here and is thick closes it.
+        let thick_mm = GAP_MM / LEAST_STEEPNESS;
+        let closes = |(_, _, near_mm, far_mm)| near_mm <= GAP_MM && far_mm > thick_mm;
+        if self.walls.iter().map(ahead).any(closes) {
+            return Beyond::Closed;
+        }
+        let Some(end) = self.face(None, ray, end_mm) else { return Beyond::Closed };
+        let steep = steepness(ray, &end);
+        let tolerance_mm = GAP_MM / steep.max(LEAST_STEEPNESS);
+        // The nearest wall that does not end at once.
+        let lasting = self.walls.iter().map(ahead).filter(|(_, _, _, far)| *far > tolerance_mm);
+        let nearest = lasting.min_by(|a, b| a.2.total_cmp(&b.2));
+        if nearest.is_some_and(|(_, _, near_mm, _)| near_mm <= tolerance_mm) {
+            return Beyond::Closed;
+        }
+        let (point, openings) = (ray.at(end_mm), &self.cavity.pour.openings);
+        if openings.iter().any(|o| opening::holds(o, &point, &end.normal, 0.0)) {
+            return Beyond::Closed;
+        }
+        let Some((wall, face_mm, gap_mm, _)) = nearest else { return Beyond::Leak { steep } };
+        let across_mm = gap_mm * steep.min(self.steepness(Some(wall), ray, face_mm));
+        Beyond::Gap { wall, gap_mm, across_mm }
     }
 }

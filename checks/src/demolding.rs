@@ -260,17 +260,23 @@ impl Grid {
 
 /// What one line along the pull meets.
 fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell {
-    let hindmost = caster.stretches(&tool.body, ray).next();
+    let hindmost = caster.ends(&tool.body, ray).first().map(|[_, exit]| *exit);
     let mut cell = Cell { cast_end_mm: f64::NEG_INFINITY, held: None };
     for (by, layer) in cast.iter().enumerate() {
-        let Some(last) = caster.stretches(&layer.body, ray).last() else { continue };
-        cell.cast_end_mm = cell.cast_end_mm.max(last.exit.t);
-        let Some(tool_end) = hindmost.map(|h| h.exit) else { continue };
-        let beyond_mm = last.exit.t - last.enter.t.max(tool_end.t);
-        let steep = steepness(ray, &last.exit).min(steepness(ray, &tool_end));
-        if beyond_mm * steep > CONTACT_MM {
-            let place = ray.at(tool_end.t);
-            cell.held = cell.held.or(Some(Held { tool_end_mm: tool_end.t, place, by }));
+        let Some(&[enter, exit]) = caster.ends(&layer.body, ray).last() else { continue };
+        cell.cast_end_mm = cell.cast_end_mm.max(exit);
+        let Some(tool_end_mm) = hindmost else { continue };
+        let beyond_mm = exit - enter.max(tool_end_mm);
+        // Across the faces it is no more than along the line: most lines need no normals.
+        if beyond_mm <= CONTACT_MM {
+            continue;
+        }
+        let tool_end = caster.stretches(&tool.body, ray).next().map(|stretch| stretch.exit);
+        let last = caster.stretches(&layer.body, ray).last().map(|stretch| stretch.exit);
+        let faces = [tool_end, last];
+        let steep = faces.iter().flatten().map(|exit| steepness(ray, exit));
+        if beyond_mm * steep.fold(1.0, f64::min) > CONTACT_MM {
+            cell.held = cell.held.or(Some(Held { tool_end_mm, place: ray.at(tool_end_mm), by }));
         }
     }
     cell

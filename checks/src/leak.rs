@@ -104,8 +104,7 @@ fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)
         let mut ends: Option<(f64, Vector3<f64>)> = None;
         let mut wanted = f64::INFINITY;
         for met in &bodies {
-            let mut stretches = caster.stretches(&met.placed.body, &ray).map(|s| s.enter);
-            let Some(enter) = stretches.find(|enter| enter.t > 0.0) else { continue };
+            let Some(enter) = caster.first_entry(&met.placed.body, &ray) else { continue };
             if met.clarity == Clarity::Opaque && ends.is_none_or(|(t, _)| enter.t < t) {
                 ends = Some((enter.t, enter.normal));
             }

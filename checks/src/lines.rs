@@ -104,6 +104,13 @@ impl Caster {
     }
 }
 
+impl Caster {
+    /// Where a line (of unit direction) enters a body first beyond its origin.
+    pub(crate) fn first_entry(&mut self, body: &CompiledSolid, ray: &Ray) -> Option<Crossing> {
+        body.first_crossing(ray, 0.0, true, &mut self.scratch)
+    }
+}
+
 /// Sine of the angle between a line and the face that it crosses; how much of a length along the
 /// line counts across the face.
 pub(crate) fn steepness(ray: &Ray, crossing: &Crossing) -> f64 {

@@ -21,15 +21,25 @@ pub(crate) fn holds(
     normal: &Vector3<f64>,
     spread_mm: f64,
 ) -> bool {
-    let offset = point - opening.point;
-    let along_mm = offset.dot(&opening.axis);
-    let radial_mm = (offset - along_mm * opening.axis).norm();
+    let (along_mm, radial_mm) = from_axis(opening, point);
     let cosine = normal.dot(&opening.axis);
-    if radial_mm > opening.radius_mm + ON_SURFACE_MM + spread_mm || cosine < STEEPEST {
+    if !is_beside(opening, point, spread_mm) || cosine < STEEPEST {
         return false;
     }
     let slope = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine;
     along_mm.abs() <= radial_mm * slope + ON_SURFACE_MM
+}
+
+/// Whether a point is as near to an opening's axis as its disc, widened by `spread_mm`, reaches.
+pub(crate) fn is_beside(opening: &Opening, point: &Point3<f64>, spread_mm: f64) -> bool {
+    from_axis(opening, point).1 <= opening.radius_mm + ON_SURFACE_MM + spread_mm
+}
+
+/// Distance along an opening's axis, and from it, mm.
+fn from_axis(opening: &Opening, point: &Point3<f64>) -> (f64, f64) {
+    let offset = point - opening.point;
+    let along_mm = offset.dot(&opening.axis);
+    (along_mm, (offset - along_mm * opening.axis).norm())
 }
 
 /// Openings as part of a key.

@@ -217,8 +217,7 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
             let mut wanted: Option<(f64, f64)> = None;
             let mut is_dark = false;
             for Met { placed, clarity, is_wanted } in bodies {
-                let mut entries = caster.stretches(&placed.body, &ray).map(|s| s.enter);
-                let Some(enter) = entries.find(|enter| enter.t > 0.0) else { continue };
+                let Some(enter) = caster.first_entry(&placed.body, &ray) else { continue };
                 is_dark |= *clarity == Clarity::Opaque;
                 if *clarity != Clarity::Clear && first.is_none_or(|(t, _, _)| enter.t < t) {
                     first = Some((enter.t, placed.name, *is_wanted));

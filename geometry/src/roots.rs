@@ -166,8 +166,7 @@ fn sign_changes(c: &[f64], low: f64, high: f64) -> Option<(u32, bool)> {
     let rising = taylor[0] < 0.0;
     for row in &BERNSTEIN[degree][..=degree] {
         let coefficient: f64 = row.iter().zip(&taylor).map(|(weight, t)| weight * t).sum();
-        // Written so that NaN is refused too.
-        if !(coefficient.abs() > error) {
+        if coefficient.is_nan() || coefficient.abs() <= error {
             return None;
         }
         changes += u32::from(last * coefficient < 0.0);

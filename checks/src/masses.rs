@@ -4,8 +4,8 @@ use fabkit_geometry::measure::{Estimate, ray_volume};
 use fabkit_geometry::{Action, CompiledSolid, Cure, Mix, Sensor};
 use rayon::prelude::*;
 
-/// Lines through a layer; enough for about 2e-5 of its volume, far less than a balance sees.
-const LINES: u32 = 30_000;
+/// Lines through a layer; enough for about 1e-5 of its volume.
+const LINES: u32 = 60_000;
 
 /// One mixture of the chain.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,15 +7,15 @@ use fabkit_checks::interference;
 use fabkit_designs::Design;
 use fabkit_geometry::measure::overlap_volume;
 use fabkit_geometry::{Aabb, Body, CompiledSolid, Sensor, Solid};
-use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3};
+use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3, mesh};
 
 /// Lines through the box that two bodies share.
 const LINES: u32 = 20_000;
 
-/// Largest common volume of two meshes that only touch, mm3: most share their triangles, and have none. Where
-/// sectors of rings meet a revolved face, the triangles differ by slivers within the tolerance; one that is a
-/// hundredth of it thick on 10 mm2 has this volume.
-const TOUCHING_MM3: f64 = 1e-3;
+/// Thickness of what two meshes that only touch have in common, over the smaller one's surface, as a fraction
+/// of their tolerance. Most share their triangles, and have nothing; where a hole or a ring cuts the face of
+/// one, the triangles around it differ by slivers within the tolerance.
+const TOUCHING: f64 = 0.01;
 
 /// Of a body that stands in more places than this, such as a pin in each hole, meshes are
 /// intersected in the first ones only; exact lines look at all of them.
@@ -56,6 +56,11 @@ fn is_press_fit(sensor: &Sensor, a: &Placed, b: &Placed) -> bool {
     })
 }
 
+fn touching_mm3(a: &Placed, b: &Placed) -> f64 {
+    let area_mm2 = |placed: &Placed| mesh(&placed.solid, DEFAULT_TOLERANCE_MM).unwrap().area_mm2();
+    TOUCHING * DEFAULT_TOLERANCE_MM * area_mm2(a).min(area_mm2(b))
+}
+
 #[test]
 fn only_press_fits_overlap() {
     press_fits_alone_overlap(&fabkit_tests::builtin_designs());
@@ -84,7 +89,7 @@ fn press_fits_alone_overlap(designs: &[Design]) {
                     pairs += 1;
                     let mesh_mm3 =
                         intersection_volume_mm3(&a.solid, &b.solid, DEFAULT_TOLERANCE_MM).unwrap();
-                    if mesh_mm3 >= TOUCHING_MM3 {
+                    if mesh_mm3 > 0.0 && mesh_mm3 >= touching_mm3(a, b) {
                         wrong.push(format!(
                             "{assembly}: the meshes of {} and {} overlap by {mesh_mm3} mm3",
                             a.name, b.name

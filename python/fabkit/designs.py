@@ -330,7 +330,7 @@ class Design:
         >>> import fabkit
         >>> pours = [step for step in fabkit.load("rtac0").chain if step.action == "pour"]
         >>> pours[0].batch["layer"], pours[0].batch["components"][0]["name"]
-        ('silicone-mold', 'MoldStar 30 A')
+        ('silicone-mold-transparent-gel', 'MoldStar 30 A')
         """
         return [Step(**step) for step in json.loads(self._native.chain())["steps"]]
 

@@ -30,7 +30,7 @@ class Mesh:
     >>> mesh.vertices.shape[1], mesh.triangles.shape[1]
     (3, 3)
     >>> mesh.genus, round(mesh.volume_mm3)
-    (5, 3192)
+    (4, 3332)
     """
 
     def __init__(self, native: _fabkit.Mesh) -> None:

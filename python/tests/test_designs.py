@@ -55,7 +55,7 @@ def test_a_sensor_is_replaced_by_another(rtac0: fabkit.Sensor) -> None:
         thin.replace(surface__radius=900)
     problem = caught.value.problems[0]
     assert (problem.code, problem.value) == ("out_of_range", "900 mm")
-    assert problem.suggestion == {"path": "surface.radius", "value": "53 mm"}
+    assert problem.suggestion == {"path": "surface.radius", "value": "35 mm"}
     assert problem.limit is not None
     assert problem.limit["max"] == 60.0
 

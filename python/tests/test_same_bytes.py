@@ -24,12 +24,12 @@ def test_exported_folders_are_equal(command, rtac0, tmp_path):
 
 def test_options_reach_the_export(command, tmp_path):
     set_ = ["--set", "coat.thickness=0.1mm", "--tolerance", "0.05mm", "--nominal"]
-    parts = ["--part", "shell", "--part", "mold-translucent-gel-a"]
+    parts = ["--part", "shell", "--part", "lid-translucent-gel"]
     command("export", "rtac0", *set_, *parts, "--format", "stl", "-o", tmp_path / "command")
     sensor = fabkit.load("rtac0", {"coat.thickness": "0.1 mm"})
     sensor.export(
         tmp_path / "python",
-        parts=["shell", "mold-translucent-gel-a"],
+        parts=["shell", "lid-translucent-gel"],
         formats=["stl"],
         tolerance_mm=0.05,
         nominal=True,
@@ -39,8 +39,8 @@ def test_options_reach_the_export(command, tmp_path):
 
 @pytest.mark.parametrize("ending", [".stl", ".3mf", ".tree.json", ".png"])
 def test_a_part_is_exported_alone(command, rtac0, tmp_path, ending):
-    # A mold is larger by what shrinks: the file is not the mesh.
-    name = "mold-translucent-gel-b"
+    # A lid is larger by what shrinks: the file is not the mesh.
+    name = "lid-translucent-gel"
     word = "tree" if ending == ".tree.json" else ending[1:]
     command("export", f"rtac0/{name}", "--format", word, "-o", tmp_path)
     rtac0.parts[name].export(tmp_path / f"mine{ending}")

@@ -164,8 +164,8 @@ fn nothing_of_the_current_folder_is_run() {
 #[test]
 fn the_package_is_given_nominal_files_and_all_options() {
     let bench = Bench::new(&answer(vec![]), 0);
-    // Exported for printing, this mold is larger than designed.
-    let part = "mold-translucent-gel-a";
+    // Exported for printing, this lid is larger than designed.
+    let part = "lid-translucent-gel";
     let target = format!("rtac0/{part}");
     let options = ["--kernel=cadquery", "--kernel=trimesh", "--limit=30", "--keep=kept"];
     let report = ["--report=found.html", "--threads=1"];

@@ -21,6 +21,10 @@ pub fn run() -> Result<(), String> {
     let export = |sensor: &str, parts: &[&str]| {
         let mut command = Command::new(built("release", "fabkit"));
         command.args(["export", sensor, "--quiet", "--format", "tree", "-o"]);
+        if sensor == "rtac0" {
+            // Its halves of molds.
+            command.arg("--set=molds.route=printed");
+        }
         command.arg(trees.join(sensor)).args(parts.iter().map(|part| format!("--part={part}")));
         check(&mut command)
     };

@@ -66,7 +66,7 @@ const WRONG: [(&str, Change, Rule, &str); 15] = [
         "shell-holder",
     ),
     (
-        "rtac0",
+        "rtac0-published-2025",
         |sensor| step(sensor, "spray-coat").bodies.retain(|name| name != "dowel"),
         Rule::Motion,
         "dowel",
@@ -83,7 +83,7 @@ const WRONG: [(&str, Change, Rule, &str); 15] = [
     ("9dtact", |sensor| late(sensor, "fit-camera", "camera"), Rule::Motion, "camera"),
     ("digit-like", |sensor| swapped(sensor, "fit-light", "close"), Rule::Motion, "led"),
     ("shadowtac", |sensor| late(sensor, "glue-leds", "led"), Rule::Motion, "led"),
-    ("rtac0", |sensor| late(sensor, "assemble", "led-board"), Rule::Motion, "led-board"),
+    ("rtac0", |sensor| late(sensor, "mount-leds", "led-board"), Rule::Motion, "led-board"),
     // What does not give way, and what stands where a screwdriver has to be.
     ("rtac0", |sensor| sensor.body_mut("o-ring").unwrap().gives_mm = 0.0, Rule::Motion, "o-ring"),
     (

@@ -191,7 +191,7 @@ fn the_package_is_given_nominal_files_and_all_options() {
     let files = contents(&bench.path("kept"));
     let names: Vec<&str> = files.keys().map(String::as_str).collect();
     let of_part = ["samples.json", "stl", "tree.json"].map(|end| format!("{part}.{end}"));
-    assert_eq!(names, [&["manifest.json"][..], &of_part.each_ref().map(String::as_str)].concat());
+    assert_eq!(names, [&of_part.each_ref().map(String::as_str)[..], &["manifest.json"]].concat());
     let manifest: Value = serde_json::from_slice(&files["manifest.json"]).unwrap();
     assert_eq!(manifest["parts"][0]["compensation"]["note"], "none");
 }

@@ -250,6 +250,14 @@ pub fn labels(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(labels::examine(sensor, &Assemblies::new(sensor)?).0)
 }
 
+/// What hangs over as printed parts lie on their beds, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn overhang(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(overhang::examine(kit)?.0)
+}
+
 /// How printed parts stand on their machines, without the rest of [`check`]: what topples, and where
 /// resin stays.
 ///

@@ -45,6 +45,7 @@ fn step(name: &str, action: Action) -> Step {
         assembly: Some(Assembly(MOLD.into())),
         bodies: Vec::new(),
         motions: Vec::new(),
+        fixings: Vec::new(),
         action,
         source: String::new(),
     }

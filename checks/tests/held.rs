@@ -181,6 +181,7 @@ fn says(sensor: &mut Sensor, instruction: &str) {
         assembly: None,
         bodies: vec!["dish".into(), "lid".into()],
         motions: Vec::new(),
+        fixings: Vec::new(),
         action: Action::Prepare,
         source: String::new(),
     };

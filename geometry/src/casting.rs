@@ -20,6 +20,8 @@ pub struct Step {
     pub bodies: Vec<String>,
     /// Ways that bodies take to their places, where they are not straight or matter.
     pub motions: Vec<Motion>,
+    /// What keeps small things where the step puts them.
+    pub fixings: Vec<Fixing>,
     /// What happens.
     pub action: Action,
     /// Section of the paper, or why fabkit chose it.
@@ -40,6 +42,30 @@ impl Step {
         self.motions.push(motion);
         self
     }
+}
+
+/// Small things that a step makes stay where they are, though nothing stands in their way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fixing {
+    /// What stays, by name.
+    pub bodies: Vec<String>,
+    /// On which bodies, by name; each piece on one of them.
+    pub onto: Vec<String>,
+    /// How it does.
+    pub by: FixedBy,
+}
+
+/// What keeps something small on what it touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FixedBy {
+    /// Solder.
+    Solder,
+    /// A drop of glue.
+    Glue,
+    /// Its own adhesive back.
+    Tape,
+    /// Friction: it is pushed onto or into something.
+    Push,
 }
 
 /// What a step does.

@@ -32,6 +32,7 @@ fn late(sensor: &mut Sensor, from: &str, body: &str) {
         name: "late".into(),
         bodies: vec![body.into()],
         motions: Vec::new(),
+        fixings: Vec::new(),
         action: fabkit_geometry::Action::Assemble,
         ..step.clone()
     };
@@ -145,6 +146,7 @@ fn hooded(hole_mm: f64, hood_comes_first: bool) -> Sensor {
         source: String::new(),
         assembly: Some(fabkit_geometry::Assembly::sensor()),
         motions: Vec::new(),
+        fixings: Vec::new(),
         action: fabkit_geometry::Action::Assemble,
     };
     sensor.chain = if hood_comes_first {

@@ -1,6 +1,6 @@
 //! How a dome-cap sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Step, Vector3};
 
 use super::bodies::*;
 use super::joints::Joints;
@@ -60,8 +60,10 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
         assemble("glue-leds", SENSOR, &[HOLDER, LED])
             .told(
                 "cut the LEDs from the strip, wire them in a row, push them into the holder's \
-                 pockets from above, lead the wires through the groove",
+                 pockets from above, each with a drop of hot-melt adhesive on its back, lead the wires \
+                 through the groove",
             )
+            .fixing(&[LED], &[HOLDER], FixedBy::Glue)
             .source("IV-B"),
         bond("glue-plate", SENSOR, &[PLATE, HOLDER], GLUED)
             .told("glue the plate onto the holder's ledge with cyanoacrylate")

@@ -1,6 +1,6 @@
 //! How a dome sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Pull, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Pull, Step, Vector3};
 
 use super::bodies::*;
 use super::cavities;
@@ -331,9 +331,10 @@ impl Chain<'_> {
         vec![
             assemble("mount-leds", SENSOR, &[&[LED_BOARD, LED], baffle, wires].concat())
                 .told(format!(
-                    "solder two wires into the LED board's holes, {press}press the board into the shell \
-                     from below until it meets the ribs"
+                    "solder the LEDs onto the board and two wires into its holes, {press}press the board \
+                     into the shell from below until it meets the ribs"
                 ))
+                .fixing(&[LED], &[LED_BOARD], FixedBy::Solder)
                 .source("III-B.2"),
             assemble("focus", SENSOR, &[&[CAMERA, BASE], cable].concat())
                 .told(format!(

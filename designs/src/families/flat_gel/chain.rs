@@ -1,6 +1,6 @@
 //! How a flat-gel sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Opening, Pose, Step, Vector3};
+use fabkit_geometry::{Action, Cure, FixedBy, Opening, Pose, Step, Vector3};
 
 use super::bodies::*;
 use super::layout::Layout;
@@ -112,11 +112,13 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         LightFrom::Sides => assemble("fit-light", SENSOR, &[LED, SHELL]).told(
             "cut the strips, solder wires to them, glue them to the chamber's walls from below; their \
              colours take turns from wall to wall",
-        ),
+        )
+        .fixing(&[LED], &[SHELL], FixedBy::Glue),
         LightFrom::Below => assemble("fit-light", SENSOR, &[LED, LED_BOARD, SHELL])
             .told(
                 "solder LEDs and wires to the board, push it up against the shell's step, fix it",
-            ),
+            )
+            .fixing(&[LED], &[LED_BOARD], FixedBy::Solder),
     };
     steps.extend([
         light.source("chosen"),

@@ -1,6 +1,6 @@
 //! How a half-ellipsoid sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Opening, Point3, Pose, Pull, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Opening, Point3, Pose, Pull, Step, Vector3};
 
 use super::bodies::*;
 use super::components::has_parts;
@@ -192,6 +192,7 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
                  its plug; glue post, board and diffusion ring to the base with instant adhesive, wires \
                  through the slot",
             )
+            .fixing(&[WHITE_LED, UV_LED], &[LED_BOARD], FixedBy::Solder)
             .source("III-C: illumination system, sensor assembly"),
         assemble("assemble", SENSOR, &[HOLDER])
             .told("slide the holder over the base, join both with the M1.2 bolts")

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use fabkit_geometry::{Cure, Length, Mix, Opening, Point3, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Length, Mix, Opening, Point3, Step, Vector3};
 
 use super::bodies::*;
 use super::channels::Side;
@@ -78,6 +78,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
                     CableSide::Back => ", that with the cable's opening at +y",
                 }
             ))
+            .fixing(&[LED_STRIP], &[BOX_WALL, CABLE_WALL], FixedBy::Tape)
             .source(
                 "II-A, figure 2: interface on a rigid frame with the camera inside; joints chosen",
             )
@@ -191,6 +192,7 @@ fn glue_tubes(p: &SheetMold, layout: &Layout, side: Side) -> Step {
             side.word(),
             p.tubes.insertion
         ))
+        .fixing(&[TUBE], &[side.glue()], FixedBy::Glue)
         .source("II-A")
 }
 
@@ -214,6 +216,7 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
              of the channels, then plug the tubes onto the needles under water",
             side.word()
         ))
+        .fixing(&[TUBE], &[NEEDLE], FixedBy::Push)
         .source("II-A: in a tank, as channels with one end cannot be filled with a syringe")
 }
 
@@ -258,6 +261,7 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
                 "glue the needles into the cover; they stop on the channels' edges, the bore over \
                  the channel",
             )
+            .fixing(&[NEEDLE], &[DISPLAY_COVER], FixedBy::Glue)
             .source("chosen"),
         step("fill-display", SENSOR, &walls, water)
             .told(

@@ -6,6 +6,7 @@
 //! looked for, [`path`] for how closely.
 
 mod arrival;
+mod grip;
 mod order;
 mod path;
 
@@ -38,7 +39,9 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways 
     let findings: Vec<Vec<Finding>> = arrivals.par_iter().map(found).collect();
     let worked: Vec<(Vec<Finding>, usize)> = works.par_iter().map(|w| working(w, memo)).collect();
     let tools: usize = worked.iter().map(|(_, count)| count).sum();
+    let ungripped = works.iter().map(|work| grip::examine(sensor, work));
     let findings = findings.into_iter().chain(worked.into_iter().map(|(found, _)| found));
+    let findings = findings.chain(ungripped);
     let coming = || arrivals.iter().flat_map(|arrival| arrival.coming.iter().flatten());
     Ways {
         findings: findings.flatten().collect(),

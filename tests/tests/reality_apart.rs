@@ -106,6 +106,9 @@ fn names_tell_nothing() {
         }
         sensor.adhesions.iter_mut().for_each(|one| one.bodies.iter_mut().for_each(renamed));
         sensor.print_groups.iter_mut().for_each(|one| one.parts.iter_mut().for_each(renamed));
+        for fixing in sensor.chain.iter_mut().flat_map(|step| &mut step.fixings) {
+            fixing.bodies.iter_mut().chain(&mut fixing.onto).for_each(renamed);
+        }
         assert_eq!(errors(&sensor), [], "{name}");
         assert_eq!(held(&sensor).unwrap().len(), before, "{name}");
     }
@@ -121,4 +124,24 @@ fn what_ships_stays_together() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
         assert_eq!(errors(&load(name)), [], "{name}");
     });
+}
+
+/// The screws of one side alone: the same screws hold the other side, and the display.
+#[test]
+fn a_box_without_its_lower_corner_screws_leaves_its_floor() {
+    let mut sensor = load("fluidic");
+    let screws = &mut sensor.body_mut("screw-m3x12").unwrap().placements;
+    let count = screws.len();
+    screws.retain(|place| {
+        let at = place.assembly_from_body.translation_mm();
+        // The box stands around the axis, the display beside it.
+        place.assembly.0 != "sensor" || at.z > -50.0 || at.y.abs() > 60.0
+    });
+    assert_eq!(screws.len() + 4, count);
+    let found = errors(&sensor);
+    let [finding] = &found[..] else { panic!("{found:#?}") };
+    assert!(finding.message.contains("along +z"), "{finding:#?}");
+    for body in ["box-ceiling", "marker-layer", "clamp-bar"] {
+        assert!(finding.bodies.iter().any(|name| name == body), "{body}: {finding:#?}");
+    }
 }

@@ -45,6 +45,8 @@ fn step(name: &str, action: Action) -> Step {
         assembly: Some(Assembly(MOLD.into())),
         bodies: Vec::new(),
         motions: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action,
         source: String::new(),
     }

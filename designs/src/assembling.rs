@@ -162,6 +162,8 @@ pub fn step(
         assembly: place.into().map(AssemblyName::assembly),
         bodies: names(bodies),
         motions: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action,
         source: String::new(),
     })

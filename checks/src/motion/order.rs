@@ -11,10 +11,11 @@ use std::f64::consts::TAU;
 use fabkit_geometry::{Aabb, Motion, Occasion, Sensor, Vector3};
 
 use super::arrival::Arrival;
-use super::path::{Contact, contact, follow, is_blocked, is_too_deep, overlap};
+use super::path::{Contact, contact, follow, is_blocked, is_too_deep};
+use super::tools;
 use crate::finding::Rule;
 use crate::memo::{Key, Memo};
-use crate::scene::{Placed, Tool};
+use crate::scene::Placed;
 
 /// Directions across z that are tried where the axes do not serve.
 const AZIMUTHS: u32 = 24;
@@ -263,28 +264,10 @@ impl<'a> Order<'a> {
     fn without_room(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Stuck<'a>> {
         // What is driven in elsewhere comes with what it holds.
         let here = |placed: &&&Placed| piece.len() == 1 || !placed.is_drawn();
-        piece.iter().filter(here).find_map(|placed| {
-            let arriving =
-                |(i, _): &(usize, &Tool)| placed.of.reach[*i].occasion == Occasion::Arrival;
-            placed.tools.iter().enumerate().filter(arriving).find_map(|(i, tool)| {
-                others.iter().find_map(|other| {
-                    let key = Key::new(6).key(tool.key).key(other.key);
-                    let mut contact = None;
-                    self.memo.is_clean(&key, || {
-                        contact = overlap(&tool.room, &other.body, 0.0);
-                        contact.is_none()
-                    });
-                    contact.map(|contact| Stuck {
-                        rule: Rule::Access,
-                        body: placed.name,
-                        by: other.name,
-                        tool: Some(&placed.of.reach[i].tool),
-                        along: None,
-                        contact,
-                    })
-                })
-            })
-        })
+        piece
+            .iter()
+            .filter(here)
+            .find_map(|placed| tools::without_room(placed, Occasion::Arrival, others, self.memo))
     }
 
     /// The fewest pieces, though not all, that leave together because they only hold each other.

@@ -4,7 +4,7 @@
 use fabkit_geometry::{Angle, Occasion, Pose, Reach, Solid};
 
 use super::{Dowel, HeatSetNut, HexNut, Screw, SocketScrew};
-use crate::blocks::{INTO_MM, ring};
+use crate::blocks::{INTO_MM, copies, ring};
 
 /// A tool ends this far from what it works on, mm: it touches it, and bodies do not overlap.
 const TIP_GAP_MM: f64 = 0.05;
@@ -55,8 +55,11 @@ const BALL_DEG: f64 = 25.0;
 const PRESS_MM: [f64; 2] = [4.0, 12.0];
 
 /// How much of a pin's head fingers need to pull it out, how thick they are beside it, and how far they
-/// stand out over it, mm; chosen: tips of thumb and index finger, on any two sides.
+/// stand out over it, mm; chosen: tips of thumb and index finger.
 const PINCH_MM: [f64; 3] = [3.0, 6.0, 25.0];
+
+/// Width of a fingertip that pinches on one side, mm; chosen: on edge, as for small things.
+const EDGE_MM: f64 = 8.0;
 
 /// A flat screwdriver for pry slots: thickness and width of its blade, radius and length of its shaft, mm
 /// (ISO 2380-1: blade 0.8 x 4, the shaft as wide as the blade; ISO 2380-2: 100 mm).
@@ -147,12 +150,20 @@ impl Dowel {
 }
 
 /// Fingers that pull a pin out by its head, z along its axis to the hand: radius and top of the head, mm.
+/// All around it or, where something stands there, on two sides.
 ///
 /// Where all holes are filled, neighbours are in the way; a picture takes a few pins.
 pub fn pinch(radius_mm: f64, top_z: f64) -> Reach {
     let [deep, beside, out] = PINCH_MM;
-    let ring = tube([radius_mm + TIP_GAP_MM, radius_mm + beside], [top_z - deep, top_z + out]);
-    Reach::room("the fingers that pull it out", ring).past_copies()
+    let [near, far] = [radius_mm + TIP_GAP_MM, radius_mm + beside];
+    let (low, half) = (top_z - deep, EDGE_MM / 2.0);
+    let around = tube([near, far], [low, top_z + out]);
+    let tip = Solid::cuboid_between([near, -half, low], [far, half, top_z + out]);
+    let tips = copies("fingertip", &ring(2, 0.0, Pose::identity()), &tip);
+    let sides = Solid::union(tips);
+    let turns = ring(8, 0.0, Pose::identity()).into_iter().take(4);
+    let anywhere = Reach::room("the fingers that pull it out", around).past_copies();
+    turns.fold(anywhere, |reach, turn| reach.or(sides.clone().placed(turn)))
 }
 
 /// What is around an axis, between two radii and two heights, mm.

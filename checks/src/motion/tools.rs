@@ -1,10 +1,12 @@
 //! Room for tools and hands where they work on a body.
 
+use std::collections::HashSet;
+
 use fabkit_geometry::{Occasion, Reach};
 
 use super::arrival::Work;
 use super::order::Stuck;
-use super::path::overlap;
+use super::path::{Contact, overlap};
 use crate::finding::Rule;
 use crate::memo::{Key, Memo};
 use crate::scene::{Placed, Tool};
@@ -12,6 +14,48 @@ use crate::scene::{Placed, Tool};
 /// How many tools work on a body on an occasion.
 pub(super) fn count(placed: &Placed, occasion: Occasion) -> usize {
     placed.of.reach.iter().filter(|reach| reach.occasion == occasion).count()
+}
+
+/// Pairs of a tool's room and a body that is known to stand in it.
+pub(super) type Blocked = HashSet<(u128, u128)>;
+
+/// Whether there is room for each of a body's tools that bring it to its place.
+pub(super) fn has_room(
+    placed: &Placed,
+    others: &[&Placed],
+    memo: &Memo,
+    blocked: &mut Blocked,
+) -> bool {
+    let tools = placed.of.reach.iter().zip(&placed.tools);
+    let mut arriving = tools.filter(|(reach, _)| reach.occasion == Occasion::Arrival);
+    arriving.all(|(reach, rooms)| {
+        rooms.iter().any(|room| {
+            let mut others = others.iter().filter(|other| counts(reach, placed, other));
+            let is_known = |other: &&&Placed| blocked.contains(&(room.key, other.key));
+            if others.clone().any(|other| is_known(&other)) {
+                return false;
+            }
+            let met = others.find(|other| meets(room, other, memo).is_some());
+            blocked.extend(met.map(|other| (room.key, other.key)));
+            met.is_none()
+        })
+    })
+}
+
+/// Whether a body may be in a tool's way.
+fn counts(reach: &Reach, placed: &Placed, other: &Placed) -> bool {
+    !(reach.passes_copies && other.name == placed.name)
+}
+
+/// Where a body stands in a tool's room, if it does.
+fn meets(room: &Tool, other: &Placed, memo: &Memo) -> Option<Contact> {
+    let key = Key::new(6).key(room.key).key(other.key);
+    let mut contact = None;
+    memo.is_clean(&key, || {
+        contact = overlap(&room.room, &other.body, 0.0);
+        contact.is_none()
+    });
+    contact
 }
 
 /// What stands where one of a body's tools has to be, and which tool.
@@ -35,16 +79,9 @@ fn kept_out<'a>(
     others: &[&'a Placed<'a>],
     memo: &Memo,
 ) -> Option<Stuck<'a>> {
-    let counts = |other: &&&Placed| !(reach.passes_copies && other.name == placed.name);
     let blocked = |room: &Tool| {
-        others.iter().filter(counts).find_map(|other| {
-            let key = Key::new(6).key(room.key).key(other.key);
-            let mut contact = None;
-            memo.is_clean(&key, || {
-                contact = overlap(&room.room, &other.body, 0.0);
-                contact.is_none()
-            });
-            contact.map(|contact| Stuck {
+        others.iter().filter(|other| counts(reach, placed, other)).find_map(|other| {
+            meets(room, other, memo).map(|contact| Stuck {
                 rule: Rule::Access,
                 body: placed.name,
                 by: other.name,

@@ -46,6 +46,8 @@ fn step(name: &str, action: Action) -> Step {
         bodies: Vec::new(),
         motions: Vec::new(),
         fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action,
         source: String::new(),
     }

@@ -182,6 +182,8 @@ fn says(sensor: &mut Sensor, instruction: &str) {
         bodies: vec!["dish".into(), "lid".into()],
         motions: Vec::new(),
         fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action: Action::Prepare,
         source: String::new(),
     };

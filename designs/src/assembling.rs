@@ -169,6 +169,8 @@ pub fn step(
         bodies: names(bodies),
         motions: Vec::new(),
         fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action,
         source: String::new(),
     })

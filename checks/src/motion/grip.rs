@@ -25,11 +25,14 @@ const HEIGHTS: usize = 96;
 
 /// What a step takes off without a place for screwdriver or fingers. Screws are drawn before.
 pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
+    if work.occasion != Occasion::Removal {
+        return Vec::new();
+    }
     let step = sensor.chain.iter().find(|step| step.name == work.place.step);
     let Some(Action::Demold(pulls)) = step.map(|step| &step.action) else { return Vec::new() };
     let is_fastener = |one: &Placed| matches!(one.of.duty, Duty::Fastens | Duty::Threads);
     let mut standing: Vec<&Placed> =
-        work.standing.iter().copied().filter(|one| !is_fastener(one)).collect();
+        work.around.iter().copied().filter(|one| !is_fastener(one)).collect();
     let mut findings = Vec::new();
     for pull in pulls {
         let pulled = standing.iter().filter(|one| one.name == pull.body && is_rigid(one, pull));

@@ -64,14 +64,16 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
                  through the groove",
             )
             .fixing(&[LED], &[HOLDER], FixedBy::Glue)
-            .source("IV-B"),
+            .source("IV-B")
+            .during("glue-skin"),
         bond("glue-plate", SENSOR, &[PLATE, HOLDER], GLUED)
             .told("glue the plate onto the holder's ledge with cyanoacrylate")
             .source("IV-B; cure chosen"),
         assemble("assemble", SENSOR, &[CAMERA, CAMERA_CABLE, BASE])
             .told(format!(
-                "focus the lens on the paint, put the camera into the base, plug through the \
-                 window{}; join base and holder with four M2 screws, screw the base to the gripper; the LEDs' \
+                "put the camera into the base, plug through the window{}, hold both against the holder and \
+                 look at the picture; turn the lens between two looks until the paint is sharp, lock it \
+                 with a drop of nail polish; join base and holder with four M2 screws, screw the base to the gripper; the LEDs' \
                  wires leave by the window to a microcontroller outside of the sensor",
                 match p.base.cable_side {
                     Side::Front => "",
@@ -82,6 +84,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             ))
             .source("IV-B, figure 5")
             .also(joints.casing.names())
-            .also(joints.mounting.nut_name()),
+            .also(joints.mounting.nut_name())
+            .adjusting_apart(CAMERA),
     ]
 }

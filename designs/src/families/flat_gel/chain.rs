@@ -124,11 +124,13 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         light.source("chosen"),
         assemble("fit-camera", SENSOR, &[CAMERA, BASE])
             .told(
-                "screw the camera's board onto the base's posts, plug the cable in, focus on the \
-                 gel",
+                "screw the camera's board onto the base's posts, plug the cable in, hold the base against \
+                 the shell and look at the picture; turn the lens by its rim between two looks until \
+                 the gel is sharp, lock it with a drop of nail polish",
             )
             .source("chosen")
-            .also(layout.camera.joint().names()),
+            .also(layout.camera.joint().names())
+            .adjusting_apart(CAMERA),
         assemble("close", SENSOR, &[SHELL, BASE])
             .told(
                 "lay cable and wires into the notch, put the shell on, drive the four screws from \

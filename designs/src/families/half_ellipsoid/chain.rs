@@ -61,10 +61,15 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
          have the board made; varnish the negatives and spray them with release agent",
     );
     let mut steps = vec![first.source("III-C, figure 3 (i)")];
-    steps.extend(
-        Boundary::all(p).into_iter().flat_map(|boundary| silicone_cup(p, layout, boundary)),
-    );
-    steps.extend(silicone_core(p, layout));
+    let mut cups = Boundary::all(p).into_iter().flat_map(|one| silicone_cup(p, layout, one));
+    // The core's vessel is another one: it need not wait for the first cup.
+    let [core, drawn] = silicone_core(p, layout);
+    let first = cups.next();
+    let core = match &first {
+        Some(cup) => core.during(&cup.name),
+        None => core,
+    };
+    steps.extend(first.into_iter().chain([core]).chain(cups).chain([drawn]));
     steps.extend(Boundary::all(p).into_iter().flat_map(|boundary| elastomer(p, layout, boundary)));
     steps.extend(finish(p, layout));
     steps

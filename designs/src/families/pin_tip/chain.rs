@@ -61,7 +61,9 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
                  two fingers through the windows until the holes are sharp; fix its thread with a drop \
                  of varnish",
             )
-            .source("III-A.2: an adjustable lens; no finger reaches it once the board is in the body"),
+            .source("III-A.2: an adjustable lens; no finger reaches it once the board is in the body")
+            .adjusting(CAMERA)
+            .during("close-holes"),
         assemble("assemble-body", SENSOR, &[BODY, LED_BOARD, LED, CAMERA, CAMERA_CABLE, O_RING])
             .told(
                 "solder the LEDs to their board, press it in, lead its wires down the shaft; screw the focused camera \

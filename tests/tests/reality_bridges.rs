@@ -37,7 +37,7 @@ fn a_bridge_that_sags_is_found() {
         let [finding] = &found[..] else { panic!("{name} --set {set}: {found:#?}") };
         assert_eq!((finding.rule, finding.severity), (Rule::Overhang, Severity::Note));
         assert_eq!(finding.bodies, [*part]);
-        let measured = finding.measured.clone().unwrap();
+        let measured = finding.measured.unwrap();
         assert_eq!((measured.limit, measured.unit), (10.0, "mm"), "{name}: {finding:#?}");
         assert!((measured.value - span_mm).abs() < 1.0, "{name}: {finding:#?}");
         assert!(finding.place.is_some());

@@ -50,7 +50,7 @@ fn molds_without_slots_and_edges_are_found() {
         let bodies: Vec<&str> = found.iter().map(|f| f.bodies[0].as_str()).collect();
         assert_eq!(bodies, *blamed, "{name} {settings:?}: {found:#?}");
         for finding in &found {
-            let measured = finding.measured.clone().unwrap();
+            let measured = finding.measured.unwrap();
             assert!(measured.value < measured.limit && measured.limit == 3.0, "{finding:#?}");
         }
     });

@@ -223,7 +223,7 @@ mod tests {
         };
         assert!(found(tunnel(8.0)).is_none());
         let wide = found(tunnel(14.0)).unwrap();
-        let measured = wide.measured.clone().unwrap();
+        let measured = wide.measured.unwrap();
         assert!((measured.value - 14.0).abs() < 30.0 / ACROSS, "{measured:?}");
         assert_eq!((measured.limit, measured.unit), (BRIDGE_MM, "mm"));
         assert!(wide.message.contains("over a gap of 14 mm"), "{}", wide.message);

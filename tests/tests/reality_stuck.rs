@@ -89,7 +89,7 @@ fn what_ships_is_fixed_and_its_steps_say_so() {
         for step in &sensor.chain {
             for fixing in &step.fixings {
                 let says = |word: &&str| step.instruction.contains(*word);
-                assert!(words(fixing.by).iter().any(|word| says(word)), "{name}: {step:#?}");
+                assert!(words(fixing.by).iter().any(says), "{name}: {step:#?}");
                 let bodies = fixing.bodies.iter().map(|body| sensor.body(body).unwrap());
                 bodies.for_each(|body| assert_eq!(body.duty, Duty::Sticks, "{}", body.name));
                 fixings += fixing.bodies.len();

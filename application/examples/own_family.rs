@@ -218,7 +218,11 @@ fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
         step("pour", MOLD, &[WINDOW, RING], gel).told("clip the ring to the window, fill it level"),
         demold("open", MOLD, vec![rigid(RING, up)]).told("lift the ring off"),
         step("coat", SENSOR, &[GEL], coat).told("brush the coat onto the gel"),
-        bond("light", SENSOR, &[HOUSING, LED], glued).told("glue the LEDs to the wall"),
+        bond("light", SENSOR, &[HOUSING, LED], glued).told("glue the LEDs to the wall").fixing(
+            &[LED],
+            &[HOUSING],
+            FixedBy::Glue,
+        ),
         bond("glue", SENSOR, &[WINDOW, HOUSING], glued).told("glue the window to its ledge"),
         assemble("camera", SENSOR, &[CAMERA, BASE])
             .told("cable down, then the screws")

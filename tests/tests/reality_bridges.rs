@@ -3,15 +3,8 @@
 
 use fabkit_checks::{Finding, Rule, Severity, overhang};
 use fabkit_geometry::{Machine, Process, Sensor};
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn sensor(name: &str, settings: &[&str]) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(name).unwrap();
-    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-    fabkit_designs::load(name, yaml, &settings, &["fixtures"])
-        .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
-        .sensor
-}
 
 /// What hangs over of one part, whatever its notes say of supports.
 fn unsaid(mut sensor: Sensor, part: &str) -> Vec<Finding> {
@@ -33,7 +26,7 @@ const WIDE: [(&str, &str, &str, f64); 5] = [
 #[test]
 fn a_bridge_that_sags_is_found() {
     WIDE.par_iter().for_each(|(name, set, part, span_mm)| {
-        let found = unsaid(sensor(name, &[set]), part);
+        let found = unsaid(built(name, &[set]).sensor, part);
         let [finding] = &found[..] else { panic!("{name} --set {set}: {found:#?}") };
         assert_eq!((finding.rule, finding.severity), (Rule::Overhang, Severity::Note));
         assert_eq!(finding.bodies, [*part]);
@@ -48,7 +41,7 @@ fn a_bridge_that_sags_is_found() {
 fn a_bridge_depends_on_the_process_and_on_the_machine() {
     // 8 mm: every filament printer spans it.
     let shell = |process: Process, overhang_deg: Option<f64>, bridge_mm: Option<f64>| {
-        let mut sensor = sensor("9dtact", &["shell.cable_width=8mm"]);
+        let mut sensor = built("9dtact", &["shell.cable_width=8mm"]).sensor;
         let body = sensor.bodies.iter_mut().find(|body| body.name == "shell").unwrap();
         *body = body.clone().made_by(process);
         let name = "own".to_owned();
@@ -67,10 +60,11 @@ fn a_bridge_depends_on_the_process_and_on_the_machine() {
 #[test]
 fn what_ships_bridges_or_says_where_supports_go() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        let found = overhang(&sensor(name, &[])).unwrap();
+        let found = overhang(&built(name, &[]).sensor).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
     // The note follows the window.
-    let notes = |set: &[&str]| sensor("shadowtac", set).body("base").unwrap().notes.join("; ");
+    let notes =
+        |set: &[&str]| built("shadowtac", set).sensor.body("base").unwrap().notes.join("; ");
     assert!(notes(&[]).contains("upper edge spans 16 mm"), "{}", notes(&[]));
 }

@@ -3,15 +3,8 @@
 
 use fabkit_checks::{Finding, Rule, motions};
 use fabkit_geometry::{Body, Occasion, Sensor};
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn load(name: &str, settings: &[&str]) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(name).unwrap();
-    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-    fabkit_designs::load(name, yaml, &settings, &["fixtures"])
-        .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
-        .sensor
-}
 
 /// What nothing takes off.
 fn stuck(sensor: &Sensor) -> Vec<Finding> {
@@ -42,7 +35,7 @@ const WRONG: [(&str, &[&str], &[&str]); 8] = [
 #[test]
 fn molds_without_slots_and_edges_are_found() {
     WRONG.par_iter().for_each(|(name, settings, blamed)| {
-        let mut sensor = load(name, settings);
+        let mut sensor = built(name, settings).sensor;
         // Its own slots are enough.
         assert_eq!(stuck(&sensor), [], "{name} {settings:?}");
         unslotted(&mut sensor);
@@ -59,11 +52,11 @@ fn molds_without_slots_and_edges_are_found() {
 #[test]
 fn what_ships_comes_apart() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        assert_eq!(stuck(&load(name, &[])), [], "{name}");
+        assert_eq!(stuck(&built(name, &[]).sensor), [], "{name}");
     });
-    assert_eq!(stuck(&load("rtac0", &["molds.route=printed"])), []);
+    assert_eq!(stuck(&built("rtac0", &["molds.route=printed"]).sensor), []);
     // The blade goes between the sheets that the notches part.
-    let fluidic = load("fluidic", &[]);
+    let fluidic = built("fluidic", &[]).sensor;
     for sheet in ["mold-channel-comb", "mold-marker-plate"] {
         let reach = &fluidic.body(sheet).unwrap().reach;
         assert_eq!(reach.len(), 2, "{sheet}");

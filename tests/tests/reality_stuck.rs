@@ -3,15 +3,8 @@
 
 use fabkit_checks::{Finding, Rule, Severity, held};
 use fabkit_geometry::{Duty, FixedBy, Pose, Sensor};
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn sensor(name: &str, settings: &[&str]) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(name).unwrap();
-    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-    fabkit_designs::load(name, yaml, &settings, &["fixtures"])
-        .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
-        .sensor
-}
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
     let found = held(sensor).unwrap();
@@ -36,7 +29,7 @@ const SMALL: [(&str, &[&str], &str); 11] = [
 #[test]
 fn what_no_step_fixes_is_found() {
     SMALL.par_iter().for_each(|(name, set, small)| {
-        let mut sensor = sensor(name, set);
+        let mut sensor = built(name, set).sensor;
         assert_eq!(sensor.body(small).unwrap().duty, Duty::Sticks, "{name}/{small}");
         for fixing in sensor.chain.iter_mut().flat_map(|step| &mut step.fixings) {
             fixing.bodies.retain(|body| body != small);
@@ -59,7 +52,7 @@ fn what_is_fixed_in_the_air_is_found() {
         // The tube that was plugged onto it has lost it as well.
         ("fluidic", "needle", [0.0, 0.0, 40.0], &["tube"][..]),
     ] {
-        let mut sensor = sensor(name, &[]);
+        let mut sensor = built(name, &[]).sensor;
         let body = sensor.body_mut(small).unwrap();
         let place = &mut body.placements[0];
         place.assembly_from_body =
@@ -84,7 +77,7 @@ fn words(by: FixedBy) -> &'static [&'static str] {
 #[test]
 fn what_ships_is_fixed_and_its_steps_say_so() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        let sensor = sensor(name, &[]);
+        let sensor = built(name, &[]).sensor;
         let mut fixings = 0;
         for step in &sensor.chain {
             for fixing in &step.fixings {

@@ -10,10 +10,10 @@ use crate::contacts::faces;
 use crate::finding::{Finding, Rule};
 use crate::scene::{Assemblies, Placed};
 
-/// What a fillet of solder, a drop of glue or a foam tape fills, mm.
+/// What a fillet of solder, a drop of glue or a foam tape fills, mm; chosen.
 const FILLED_MM: f64 = 0.35;
 
-/// Least area that it needs, mm2: the two pads of an LED of 0603 size.
+/// Least area that it needs, mm2; chosen: the two pads of an LED of 0603 size.
 const PADS_MM2: f64 = 0.5;
 
 /// What no step fixes, and what does not touch what a step fixes it on.

@@ -11,6 +11,9 @@ pub const RADIUS_MM: f64 = 10.0;
 /// Height of the puck, mm.
 pub const HEIGHT_MM: f64 = 2.0;
 
+/// Thickness of the lid, mm: two fingers hold it.
+pub const LID_MM: f64 = 5.0;
+
 /// Radius of the lid's hole, through which the puck is poured, mm.
 pub const GATE_RADIUS_MM: f64 = 1.0;
 
@@ -32,10 +35,10 @@ fn dish() -> Solid {
     Solid::cylinder(RADIUS_MM + 2.0, HEIGHT_MM + 2.0).at(0.0, 0.0, -2.0).minus(well)
 }
 
-/// A lid with a hole in the middle, thick enough for two fingers.
+/// A lid with a hole in the middle.
 fn lid() -> Solid {
-    let gate = Solid::cylinder(GATE_RADIUS_MM, 7.0).at(0.0, 0.0, HEIGHT_MM - 1.0);
-    Solid::cylinder(RADIUS_MM + 2.0, 5.0).at(0.0, 0.0, HEIGHT_MM).minus(gate)
+    let gate = Solid::cylinder(GATE_RADIUS_MM, LID_MM + 2.0).at(0.0, 0.0, HEIGHT_MM - 1.0);
+    Solid::cylinder(RADIUS_MM + 2.0, LID_MM).at(0.0, 0.0, HEIGHT_MM).minus(gate)
 }
 
 fn step(name: &str, action: Action) -> Step {

@@ -7,26 +7,68 @@ fn main() {
         let yaml = fabkit_application::designs::builtin_yaml(&name).unwrap();
         let project = fixtures::load(&format!("{name}.yaml"), yaml, &[]).unwrap();
         let s = &project.design.sensor;
-        let t = Instant::now();
-        let stack = match Stack::of(s) { Ok(s) => s, Err(e) => { println!("{name}: {e}"); continue } };
-        let made = t.elapsed().as_secs_f64();
+        let stack = match Stack::of(s) {
+            Ok(s) => s,
+            Err(e) => {
+                println!("{name}: {e}");
+                continue;
+            }
+        };
         let v = Viewpoint::new(&s.camera, None, None).unwrap();
         let rays = v.rays(1);
-        let mut tracer = Tracer::new(&stack);
-        let mut count = std::collections::BTreeMap::new();
+        let (w, h) = (s.camera.width_px, s.camera.height_px);
         let t = Instant::now();
-        let (mut n, mut bends) = (0, 0);
-        for i in 0..rays.len() {
-            let Some(ray) = rays.ray(i) else { continue };
-            let p = tracer.follow(&ray);
-            n += 1; bends += p.bends;
-            let w = match p.end { End::Surface => "surface".to_string(), End::Body(b) => stack.names()[b as usize].clone(), End::Mirror(b) => format!("mirror at {}", stack.names()[b as usize]), End::Nothing => "nothing".into() };
-            *count.entry(w).or_insert(0) += 1;
+        let bundles = Bundles::new(&stack);
+        let made = t.elapsed().as_secs_f64();
+        let mut tracer = bundles.tracer();
+        let t = Instant::now();
+        let mut out: Vec<Option<LightPath>> = vec![None; (w * h) as usize];
+        for y in (0..h).step_by(TILE as usize) {
+            for x in (0..w).step_by(TILE as usize) {
+                tracer.cast(
+                    x..(x + TILE).min(w),
+                    y..(y + TILE).min(h),
+                    &|c, r| rays.ray((r * w + c) as usize),
+                    &mut |c, r, p| {
+                        assert!(out[(r * w + c) as usize].is_none());
+                        out[(r * w + c) as usize] = Some(p)
+                    },
+                );
+            }
         }
         let dt = t.elapsed().as_secs_f64();
-        println!("{name}: made {made:.3} s, {:.3} Mray/s, bends {:.2}", n as f64/dt/1e6, bends as f64/n as f64);
-        for (w, c) in count { println!("   {w:30} {:.4}", c as f64 / rays.len() as f64); }
-        if name == "rtac0" { let ray = rays.ray(1*640+240).unwrap(); println!("{:?} {:?}", tracer.follow(&ray), tracer.corners()); 
-        let ray = rays.ray(240*640+1).unwrap(); println!("{:?} {:?}", tracer.follow(&ray), tracer.corners()); }
+        let single = tracer.singles();
+        println!(
+            "{name}: made {made:.4} s, {:.3} Mray/s, single {:.4}",
+            rays.len() as f64 / dt / 1e6,
+            single as f64 / rays.len() as f64
+        );
+        let mut tracer = Tracer::new(&stack);
+        let (mut worst, mut wrong) = (0.0f64, 0);
+        for i in (0..rays.len()).step_by(if std::env::var("FAST").is_ok() {
+            100_003
+        } else if rays.len() > 1_000_000 {
+            17
+        } else {
+            3
+        }) {
+            let Some(ray) = rays.ray(i) else {
+                assert!(out[i].is_none());
+                continue;
+            };
+            let a = tracer.follow(&ray);
+            let b = out[i].unwrap();
+            if a.end != b.end || a.bends != b.bends {
+                wrong += 1;
+                if wrong < 4 {
+                    println!("  {i} {a:?} {b:?}");
+                }
+            } else if a.end_mm.is_finite() {
+                worst = worst
+                    .max((a.last.at(a.end_mm) - b.last.at(b.end_mm)).norm())
+                    .max((a.lead_mm - b.lead_mm).abs());
+            }
+        }
+        println!("   wrong {wrong}, worst {worst:.2e} mm");
     }
 }

@@ -45,14 +45,16 @@
 //! # Ok::<(), fabkit_optics::InvalidStack>(())
 //! ```
 
+mod bundle;
 mod error;
 mod sensing;
 mod snell;
 mod stack;
 mod trace;
 
+pub use bundle::{Bundles, TILE, TileTracer};
 pub use error::InvalidStack;
-pub use sensing::{SensingSurface, START_MM};
+pub use sensing::{START_MM, SensingSurface};
 pub use snell::refract;
 pub use stack::{MAX_NAMES, Stack};
-pub use trace::{End, Path, Tracer};
+pub use trace::{End, LightPath, Tracer};

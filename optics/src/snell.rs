@@ -18,7 +18,11 @@ use fabkit_geometry::Vector3;
 /// assert_eq!(refract(&Vector3::new(0.8, 0.0, 0.6), &Vector3::z(), 1.333), None);
 /// ```
 #[inline]
-pub fn refract(direction: &Vector3<f64>, normal: &Vector3<f64>, ratio: f64) -> Option<Vector3<f64>> {
+pub fn refract(
+    direction: &Vector3<f64>,
+    normal: &Vector3<f64>,
+    ratio: f64,
+) -> Option<Vector3<f64>> {
     let cosine = direction.dot(normal);
     let along = ratio * (direction - cosine * normal);
     let squared = 1.0 - along.norm_squared();

@@ -4,9 +4,9 @@ use fabkit_geometry::{
     Aabb, Assembly, Body, Clarity, CompiledSolid, Kind, Point3, Ray, Sensor, Vector3,
 };
 
+use crate::InvalidStack;
 use crate::sensing::SensingSurface;
 use crate::trace::Tracer;
-use crate::InvalidStack;
 
 /// Of what is around all bodies.
 pub(crate) const AIR: f64 = 1.0;

@@ -8,7 +8,7 @@ use crate::stack::{AIR, Part, Stack};
 
 /// Faces nearer to each other than this along a ray touch, mm: solids that share a face are computed each by
 /// itself. Where light passes from one to the other there is no air between them.
-const TOUCH_MM: f64 = 1e-7;
+pub(crate) const TOUCH_MM: f64 = 1e-7;
 
 /// Most straight pieces of a path; light that needs more goes round in a ring.
 const MAX_PIECES: u32 = 64;
@@ -28,7 +28,7 @@ pub enum End {
 
 /// How a ray went.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Path {
+pub struct LightPath {
     /// Its last straight piece, from where it was bent last.
     pub last: Ray,
     /// Length of all pieces before that, mm.
@@ -50,9 +50,17 @@ struct Inside {
 }
 
 /// What ends a straight piece.
-enum Event {
+pub(crate) enum Event {
     Bend { at_mm: f64, normal: Vector3<f64>, to_index: f64, item: u32 },
     End { at_mm: f64, end: End },
+}
+
+impl Event {
+    pub(crate) fn at_mm(&self) -> f64 {
+        match self {
+            Self::Bend { at_mm, .. } | Self::End { at_mm, .. } => *at_mm,
+        }
+    }
 }
 
 /// Follows rays through a [`Stack`]; one per thread, so that its memory is used again.
@@ -61,6 +69,8 @@ pub struct Tracer<'a> {
     stack: &'a Stack,
     /// Where the line enters boxes that have not been looked into, the nearest last.
     waiting: Vec<(f64, u32)>,
+    /// Of those that have been looked into, which.
+    entered: Vec<u32>,
     insides: Vec<Inside>,
     stretches: Vec<[f64; 2]>,
     scratch: Scratch,
@@ -73,6 +83,7 @@ impl<'a> Tracer<'a> {
         Self {
             stack,
             waiting: Vec::new(),
+            entered: Vec::new(),
             insides: Vec::new(),
             stretches: Vec::new(),
             scratch: Scratch::default(),
@@ -86,21 +97,26 @@ impl<'a> Tracer<'a> {
     }
 
     /// Follows a ray of unit direction from the pupil to its end.
-    pub fn follow(&mut self, ray: &Ray) -> Path {
+    pub fn follow(&mut self, ray: &Ray) -> LightPath {
         self.corners.clear();
         self.corners.push(ray.origin);
-        let mut path =
-            Path { last: *ray, lead_mm: 0.0, end_mm: f64::INFINITY, end: End::Nothing, bends: 0 };
+        let mut path = LightPath {
+            last: *ray,
+            lead_mm: 0.0,
+            end_mm: f64::INFINITY,
+            end: End::Nothing,
+            bends: 0,
+        };
         let mut index = None;
         while path.bends < MAX_PIECES {
             match self.piece(&path.last, &mut index) {
-                Event::End { at_mm, end } => return Path { end_mm: at_mm, end, ..path },
+                Event::End { at_mm, end } => return LightPath { end_mm: at_mm, end, ..path },
                 Event::Bend { at_mm, normal, to_index, item } => {
                     let from_index = index.unwrap_or(AIR);
                     let ratio = from_index / to_index;
                     let Some(direction) = refract(&path.last.direction, &normal, ratio) else {
                         let name = self.stack.items[item as usize].name;
-                        return Path { end_mm: at_mm, end: End::Mirror(name), ..path };
+                        return LightPath { end_mm: at_mm, end: End::Mirror(name), ..path };
                     };
                     path.last = Ray { origin: path.last.at(at_mm), direction };
                     path.lead_mm += at_mm;
@@ -138,7 +154,10 @@ impl<'a> Tracer<'a> {
         self.insides.retain(|inside| index(inside).is_some());
         self.insides.sort_by(|a, b| a.from_mm.total_cmp(&b.from_mm));
         let pairs = self.insides.iter().enumerate().flat_map(|(i, a)| {
-            self.insides[i + 1..].iter().map(move |b| (a, b)).take_while(|(a, b)| b.from_mm < a.to_mm)
+            self.insides[i + 1..]
+                .iter()
+                .map(move |b| (a, b))
+                .take_while(|(a, b)| b.from_mm < a.to_mm)
         });
         pairs.filter(|(a, b)| index(a) != index(b)).find_map(|(a, b)| {
             let (from_mm, to_mm) = (b.from_mm.max(0.0), b.to_mm.min(a.to_mm));
@@ -149,7 +168,7 @@ impl<'a> Tracer<'a> {
 
     /// Goes along a straight piece until something ends it. `index` is that of the medium it is in, which
     /// the first piece finds.
-    fn piece(&mut self, ray: &Ray, index: &mut Option<f64>) -> Event {
+    pub(crate) fn piece(&mut self, ray: &Ray, index: &mut Option<f64>) -> Event {
         self.aim(ray);
         let stack = self.stack;
         let (mut t_mm, mut last) = (0.0, None);
@@ -180,7 +199,8 @@ impl<'a> Tracer<'a> {
                     if *index.get_or_insert(to_index) != to_index {
                         // Of two faces that touch, the one that is entered counts, unless it was passed before.
                         let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_MM;
-                        let face = if is_entered { inside.item } else { last.unwrap_or(inside.item) };
+                        let face =
+                            if is_entered { inside.item } else { last.unwrap_or(inside.item) };
                         let normal = self.normal(ray, face, t_mm, is_entered);
                         return Event::Bend { at_mm: t_mm, normal, to_index, item: inside.item };
                     }
@@ -191,6 +211,11 @@ impl<'a> Tracer<'a> {
                 }
             }
         }
+    }
+
+    /// The items whose boxes the last line has entered before it ended, each once.
+    pub(crate) fn looked_into(&self) -> &[u32] {
+        &self.entered
     }
 
     /// From where skin is met: does skin alone lie between there and the sensing surface?
@@ -229,6 +254,7 @@ impl<'a> Tracer<'a> {
     /// Begins a line: nothing is known of it but which boxes it enters.
     fn aim(&mut self, ray: &Ray) {
         self.insides.clear();
+        self.entered.clear();
         self.waiting.clear();
         let inverse = ray.direction.map(f64::recip);
         for (item, of) in self.stack.items.iter().enumerate() {
@@ -246,11 +272,11 @@ impl<'a> Tracer<'a> {
             && entry_mm <= t_mm
         {
             self.waiting.pop();
+            self.entered.push(item);
             let solid = &self.stack.items[item as usize].solid;
             solid.stretches_into(ray, &mut self.scratch, &mut self.stretches);
             let ahead = self.stretches.iter().filter(|[_, to_mm]| *to_mm > START_MM);
-            self.insides
-                .extend(ahead.map(|&[from_mm, to_mm]| Inside { from_mm, to_mm, item }));
+            self.insides.extend(ahead.map(|&[from_mm, to_mm]| Inside { from_mm, to_mm, item }));
         }
     }
 
@@ -266,7 +292,10 @@ impl<'a> Tracer<'a> {
             .iter()
             .filter(|inside| inside.from_mm <= t_mm && t_mm < inside.to_mm)
             .max_by(|a, b| {
-                rank(a).cmp(&rank(b)).then(a.from_mm.total_cmp(&b.from_mm)).then(b.item.cmp(&a.item))
+                rank(a)
+                    .cmp(&rank(b))
+                    .then(a.from_mm.total_cmp(&b.from_mm))
+                    .then(b.item.cmp(&a.item))
             })
             .copied()
     }
@@ -286,7 +315,7 @@ impl<'a> Tracer<'a> {
 
 /// Where a line enters a box ahead of its origin, if it does.
 #[inline]
-fn box_entry(bounds: &Aabb, origin: &Point3<f64>, inverse: &Vector3<f64>) -> Option<f64> {
+pub(crate) fn box_entry(bounds: &Aabb, origin: &Point3<f64>, inverse: &Vector3<f64>) -> Option<f64> {
     let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
     for axis in 0..3 {
         let a = (bounds.min[axis] - origin[axis]) * inverse[axis];

@@ -37,7 +37,8 @@ const STOCK: [Stock; 13] = [
         true,
     ),
     // Evonik, data sheet of Plexiglas GS: 80 MPa; a laser's edge leaves less. Refractive index 1.491.
-    stock(&["acrylic", "pmma", "plexiglas"], Sort::Acrylic, Shore::D(90.0), 30.0, false).bends(1.491),
+    stock(&["acrylic", "pmma", "plexiglas"], Sort::Acrylic, Shore::D(90.0), 30.0, false)
+        .bends(1.491),
     // Borosilicate: DIN ISO 3585 allows 7 MPa; Schott, data sheet of Duran: refractive index 1.473.
     stock(&["glass"], Sort::Glass, Shore::D(100.0), 7.0, false).bends(1.473),
     // Across the layers of a filament's print, the weakest way, PLA bears about half of 50 MPa.

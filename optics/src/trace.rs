@@ -315,7 +315,11 @@ impl<'a> Tracer<'a> {
 
 /// Where a line enters a box ahead of its origin, if it does.
 #[inline]
-pub(crate) fn box_entry(bounds: &Aabb, origin: &Point3<f64>, inverse: &Vector3<f64>) -> Option<f64> {
+pub(crate) fn box_entry(
+    bounds: &Aabb,
+    origin: &Point3<f64>,
+    inverse: &Vector3<f64>,
+) -> Option<f64> {
     let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
     for axis in 0..3 {
         let a = (bounds.min[axis] - origin[axis]) * inverse[axis];

@@ -8,7 +8,7 @@ use fabkit_geometry::{
     Ray, Scratch, Segment, Solid, Vector3,
 };
 
-use super::quadric::Quadric;
+use super::quadric::{Quadric, Surface};
 use crate::stack::Item;
 use crate::trace::box_entry;
 
@@ -32,7 +32,7 @@ pub(super) struct Cell {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faces {
     pub(super) cells: Vec<Cell>,
-    quadrics: Vec<Option<Quadric>>,
+    surfaces: Vec<Option<Surface>>,
     /// Of each face.
     trims: Vec<Trim>,
     /// Of each item, its primitives, each with the number of its first face.
@@ -46,6 +46,8 @@ pub(super) struct Faces {
 pub(super) struct Trim {
     /// Room that the whole face lies in.
     room: Cell,
+    /// Of what is upright in a frame of its own: the room is in that.
+    leaf_from_sensor: Option<Pose>,
     /// Whether the surface within that room is the face; else others of its primitive bound it there.
     pub(super) is_exact: bool,
     /// All cells of its primitive.
@@ -67,6 +69,7 @@ impl Trim {
     /// The room has some slack already.
     #[inline]
     fn is_within(&self, point: &Point3<f64>, by_mm: f64) -> bool {
+        let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
         let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
         let radius_mm = (point.x * point.x + point.y * point.y).sqrt();
         // Of a plane across z, or the axis itself, one side of the room is thin or at its end.
@@ -95,7 +98,7 @@ impl Faces {
         for item in items {
             let mut leaves = Vec::new();
             for leaf in item.solid.leaves() {
-                let (first, cells) = (faces.quadrics.len() as u32, faces.cells.len());
+                let (first, cells) = (faces.surfaces.len() as u32, faces.cells.len());
                 faces.add(leaf);
                 faces.clip(cells, &item.bounds);
                 let cells = cells as u32..faces.cells.len() as u32;
@@ -142,8 +145,9 @@ impl Faces {
         }
     }
 
-    pub(super) fn quadric(&self, face: u32) -> Option<Quadric> {
-        self.quadrics[face as usize]
+    /// The surface of a face, if it is a quadric.
+    pub(super) fn surface(&self, face: u32) -> Option<&Surface> {
+        self.surfaces[face as usize].as_ref()
     }
 
     fn add(&mut self, leaf: &PlacedPrimitive) {
@@ -159,7 +163,10 @@ impl Faces {
                 let quadric = Some(Quadric::ellipsoid(*centre, r, r));
                 let cells = if up.offset() > r {
                     // Far from the axis rings are wider than the ball.
-                    vec![boxed(Aabb { min: Point3::from(centre.add_scalar(-r)), max: Point3::from(centre.add_scalar(r)) })]
+                    vec![boxed(Aabb {
+                        min: Point3::from(centre.add_scalar(-r)),
+                        max: Point3::from(centre.add_scalar(r)),
+                    })]
                 } else {
                     ball(&up, [r, r])
                 };
@@ -209,26 +216,60 @@ impl Faces {
             }
             Solid::Revolution(revolution) if is_along => {
                 for edge in edges(&revolution.profile.outer, &revolution.profile.holes) {
-                    self.face(
-                        edge.spun_quadric(&up),
-                        up.is_on_axis() && edge.is_within_quarter(),
-                        edge.spun(&up),
-                    );
+                    // On the axis it sweeps nothing.
+                    if edge.from[0] == 0.0 && edge.segment.to()[0] == 0.0 && edge.is_line() {
+                        self.face(None, false, Vec::new());
+                        continue;
+                    }
+                    let is_exact = up.is_on_axis() && edge.is_within_quarter();
+                    self.face(edge.spun_quadric(&up), is_exact, edge.spun(&up));
                 }
+            }
+            // Upright in a frame of its own.
+            Solid::Ellipsoid(_)
+            | Solid::Cylinder(_)
+            | Solid::Cone(_)
+            | Solid::Extrusion(_)
+            | Solid::Revolution(_) => {
+                let (first, cells) = (self.surfaces.len(), self.cells.len());
+                self.add(&PlacedPrimitive { body_from_leaf: Pose::identity(), ..leaf.clone() });
+                self.tilt(first, cells, pose);
             }
             other => self.whole(other, pose),
         }
     }
 
-    /// The surface of a face, if it is a quadric, and how much of that it is.
+    /// Moves faces that were added in a frame of their own to where they are.
+    fn tilt(&mut self, first: usize, cells: usize, sensor_from_leaf: &Pose) {
+        let leaf_from_sensor = sensor_from_leaf.inverse();
+        for surface in self.surfaces[first..].iter_mut().flatten() {
+            *surface = surface.tilted(leaf_from_sensor);
+        }
+        for trim in &mut self.trims[first..] {
+            trim.leaf_from_sensor = Some(leaf_from_sensor);
+        }
+        for cell in &mut self.cells[cells..] {
+            let Aabb { min, max } = cell.bounds;
+            let corner = |i: usize| {
+                let pick = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
+                sensor_from_leaf.point(Point3::new(pick(0), pick(1), pick(2)))
+            };
+            let corners = (0..8).map(corner);
+            let bounds =
+                corners.fold(Aabb::nothing(), |hull, p| hull.hull(&Aabb { min: p, max: p }));
+            *cell = Cell { face: cell.face, ..boxed(bounds) };
+        }
+    }
+
+    /// How much of its surface a face is.
     pub(super) fn trim(&self, face: u32) -> &Trim {
         &self.trims[face as usize]
     }
 
     /// Adds a face. `is_exact`: the quadric within the room around all cells is the face.
     fn face(&mut self, quadric: Option<Quadric>, is_exact: bool, cells: Vec<Cell>) {
-        let face = self.quadrics.len() as u32;
-        self.quadrics.push(quadric);
+        let face = self.surfaces.len() as u32;
+        self.surfaces.push(quadric.map(Surface::from));
         let start = Cell { face, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
         let room = cells.iter().fold(start, |room, cell| Cell {
             face,
@@ -238,7 +279,7 @@ impl Faces {
                 room.radius_mm[1].max(cell.radius_mm[1]),
             ],
         });
-        self.trims.push(Trim { room, is_exact, cells: 0..0 });
+        self.trims.push(Trim { room, leaf_from_sensor: None, is_exact, cells: 0..0 });
         self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
     }
 

@@ -3,14 +3,14 @@
 use fabkit_geometry::Ray;
 
 use super::faces::{Faces, Passed, Trim};
-use super::quadric::Quadric;
+use super::quadric::Surface;
 use crate::snell::refract;
 use crate::trace::{End, Event, TOUCH_MM, Tracer};
 
 /// Faces that are passed at once: those of two bodies that touch lie in one surface.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
-    pub(super) quadric: Quadric,
+    pub(super) surface: Surface,
     /// Whether its function grows along the ray.
     pub(super) grows: bool,
     /// The faces' trims of which a ray must meet the inside; of others neighbours see to it.
@@ -80,16 +80,16 @@ impl Itinerary {
 }
 
 fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
-    let quadric = faces.quadric(group[0].face)?;
+    let surface = faces.surface(group[0].face)?;
     for other in &group[1..] {
-        if !faces.quadric(other.face)?.is_same(&quadric) {
+        if !faces.surface(other.face)?.is_same(surface) {
             return None;
         }
     }
     let trims = group.iter().map(|passed| faces.trim(passed.face));
     Some(Step {
-        quadric,
-        grows: quadric.grows(line, group[0].t_mm),
+        surface: surface.clone(),
+        grows: surface.grows(line, group[0].t_mm),
         trims: trims.filter(|trim| trim.is_exact).cloned().collect(),
         ratio: None,
         faces: group.iter().map(|passed| passed.face).collect(),

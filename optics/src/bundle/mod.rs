@@ -23,6 +23,7 @@ use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 
 use self::faces::{Cell, Faces, radius_of};
 use self::itinerary::Itinerary;
+use self::quadric::Meetings;
 use crate::snell::refract;
 use crate::stack::Stack;
 use crate::trace::{End, LightPath, Tracer};
@@ -195,7 +196,7 @@ impl TileTracer<'_> {
         let (mut at_mm, mut again_mm) = (0.0, f64::NAN);
         self.points.push(ray.origin);
         for step in &plan.steps {
-            let pass = step.quadric.pass(&path.last, step.grows);
+            let pass = step.surface.pass(&path.last, step.grows);
             let t_mm = pass.t_mm;
             let is_between = |other_mm: f64| at_mm < other_mm && other_mm < t_mm;
             let is_ahead = t_mm > at_mm && t_mm.is_finite();
@@ -209,12 +210,12 @@ impl TileTracer<'_> {
             self.points.push(point);
             (at_mm, again_mm) = (t_mm, pass.back_mm);
             if let Some(ratio) = step.ratio {
-                let normal = step.quadric.across(&point.coords).normalize();
+                let normal = step.surface.normal(&point);
                 let direction = refract(&path.last.direction, &normal, ratio)?;
                 path.last = Ray { origin: point, direction };
                 path.lead_mm += t_mm;
                 path.bends += 1;
-                (at_mm, again_mm) = (0.0, step.quadric.again(&path.last));
+                (at_mm, again_mm) = (0.0, step.surface.again(&path.last));
             }
         }
         path.end_mm = at_mm;
@@ -277,17 +278,16 @@ impl TileTracer<'_> {
     /// Drops the rays that may meet a face between two of their points.
     fn drop_those_that_meet(&mut self, face: u32, number: usize) {
         let faces = &self.of.faces;
-        let (quadric, trim) = (faces.quadric(face), faces.trim(face));
+        let (surface, trim) = (faces.surface(face), faces.trim(face));
         let rays = self.points.chunks_exact(self.boxes.len());
         for (points, (_, path)) in rays.zip(&mut self.followed) {
-            let (from, to) = (&points[number], &points[number + 1]);
-            let is_missed = quadric.is_some_and(|quadric| {
-                let is_missed_at = |places: [Option<Point3<f64>>; 2]| {
-                    places.iter().flatten().all(|place| trim.misses(place))
-                };
-                quadric.is_passed_by(from, to)
-                    || quadric.meetings(from, to).is_some_and(is_missed_at)
-            });
+            let meetings =
+                surface.map(|surface| surface.meetings(&points[number], &points[number + 1]));
+            let is_missed = match meetings {
+                Some(Meetings::None) => true,
+                Some(Meetings::At(places)) => places.iter().flatten().all(|at| trim.misses(at)),
+                Some(Meetings::Unclear) | None => false,
+            };
             if !is_missed {
                 *path = None;
             }

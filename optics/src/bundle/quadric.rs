@@ -1,6 +1,7 @@
 //! Surfaces of second order: those of nearly all faces that light passes.
 
-use fabkit_geometry::{Point3, Ray, Vector3};
+use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use nalgebra::Matrix4;
 
 /// Where `a (x^2 + y^2) + b z^2 + l . p + d` is 0: planes of any orientation, spheres anywhere, cylinders,
 /// cones and ellipsoids of revolution along z.
@@ -10,6 +11,123 @@ pub(super) struct Quadric {
     b: f64,
     l: Vector3<f64>,
     d: f64,
+}
+
+/// A quadric, in the sensor's frame or in one of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    quadric: Quadric,
+    /// Boxed, since nearly none has one.
+    own_from_sensor: Option<Box<Pose>>,
+}
+
+impl From<Quadric> for Surface {
+    fn from(quadric: Quadric) -> Self {
+        Self { quadric, own_from_sensor: None }
+    }
+}
+
+impl Surface {
+    /// The same in another frame.
+    pub(super) fn tilted(&self, own_from_sensor: Pose) -> Self {
+        Self { quadric: self.quadric, own_from_sensor: Some(Box::new(own_from_sensor)) }
+    }
+
+    #[inline]
+    fn own(&self, ray: &Ray) -> Ray {
+        match &self.own_from_sensor {
+            None => *ray,
+            Some(pose) => {
+                Ray { origin: pose.point(ray.origin), direction: pose.vector(ray.direction) }
+            }
+        }
+    }
+
+    fn own_point(&self, point: &Point3<f64>) -> Point3<f64> {
+        self.own_from_sensor.as_ref().map_or(*point, |pose| pose.point(*point))
+    }
+
+    /// See [`Quadric::pass`].
+    #[inline]
+    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+        self.quadric.pass(&self.own(ray), grows)
+    }
+
+    /// See [`Quadric::again`].
+    #[inline]
+    pub(super) fn again(&self, ray: &Ray) -> f64 {
+        self.quadric.again(&self.own(ray))
+    }
+
+    /// Unit normal at a point of it, on either side.
+    #[inline]
+    pub(super) fn normal(&self, point: &Point3<f64>) -> Vector3<f64> {
+        match &self.own_from_sensor {
+            None => self.quadric.across(&point.coords).normalize(),
+            Some(pose) => {
+                let across = self.quadric.across(&pose.point(*point).coords);
+                pose.rotation().tr_mul(&across).normalize()
+            }
+        }
+    }
+
+    /// See [`Quadric::grows`].
+    pub(super) fn grows(&self, ray: &Ray, t_mm: f64) -> bool {
+        self.quadric.grows(&self.own(ray), t_mm)
+    }
+
+    /// Whether it surely misses the straight way between two points, or where it may meet that, as shares of
+    /// the way: see [`Quadric::is_passed_by`], [`Quadric::meetings`].
+    pub(super) fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Meetings {
+        let (own_from, own_to) = (self.own_point(from), self.own_point(to));
+        if self.quadric.is_passed_by(&own_from, &own_to) {
+            return Meetings::None;
+        }
+        match self.quadric.meetings(&own_from, &own_to) {
+            None => Meetings::Unclear,
+            Some(shares) => {
+                Meetings::At(shares.map(|share| share.map(|share| from + share * (to - from))))
+            }
+        }
+    }
+
+    /// Whether both are the same surface, whichever side either calls its inside.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let (a, b) = (self.matrix(), other.matrix());
+        let (scale_a, scale_b) = (a.amax(), b.amax());
+        // The two may differ in sign.
+        let turned = if a.dot(&b) < 0.0 { -1.0 } else { 1.0 };
+        (a / scale_a - turned * b / scale_b).amax() <= SAME
+    }
+
+    /// Of the function `p^T M p` of points p = (x, y, z, 1) in the sensor's frame.
+    fn matrix(&self) -> Matrix4<f64> {
+        let Quadric { a, b, l, d } = self.quadric;
+        let mut matrix = Matrix4::from_diagonal(&[a, a, b, d].into());
+        for axis in 0..3 {
+            matrix[(axis, 3)] = 0.5 * l[axis];
+            matrix[(3, axis)] = 0.5 * l[axis];
+        }
+        match &self.own_from_sensor {
+            None => matrix,
+            Some(pose) => {
+                let mut motion = Matrix4::identity();
+                motion.fixed_view_mut::<3, 3>(0, 0).copy_from(pose.rotation());
+                motion.fixed_view_mut::<3, 1>(0, 3).copy_from(pose.translation_mm());
+                motion.tr_mul(&(matrix * motion))
+            }
+        }
+    }
+}
+
+/// Where a straight way may meet a surface.
+pub(super) enum Meetings {
+    /// Nowhere.
+    None,
+    /// There.
+    At([Option<Point3<f64>>; 2]),
+    /// It grazes, so that rounding decides.
+    Unclear,
 }
 
 /// A line through a quadric in the direction that is asked for.
@@ -102,40 +220,22 @@ impl Quadric {
     /// At the share s of the way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at
     /// the ends: nowhere further from the line between these than a quarter of h.
     #[inline]
-    pub(super) fn is_passed_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+    fn is_passed_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
         let (p, q, way) = (self.value(from), self.value(to), to - from);
         let h = self.a * (way.x * way.x + way.y * way.y) + self.b * way.z * way.z;
         let below = p.max(q) + (-h / 4.0).max(0.0) < -NEAR;
         below || p.min(q) - (h / 4.0).max(0.0) > NEAR
     }
 
-    /// Where the straight way between two points may meet it; `None` where it grazes, or nearly, so that
+    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes, or nearly, so that
     /// rounding decides.
-    pub(super) fn meetings(
-        &self,
-        from: &Point3<f64>,
-        to: &Point3<f64>,
-    ) -> Option<[Option<Point3<f64>>; 2]> {
+    fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<[Option<f64>; 2]> {
         // In lengths of the way, with room for rounding at both ends.
         let ray = Ray { origin: *from, direction: to - from };
         let Pass { t_mm, back_mm } = self.pass(&ray, true);
         let is_between = |share: &f64| (-1e-6..=1.0 + 1e-6).contains(share);
         let is_plain = !(t_mm.is_nan() || back_mm.is_nan() || (t_mm - back_mm).abs() < 1e-6);
-        is_plain.then(|| {
-            [t_mm, back_mm].map(|share| Some(share).filter(is_between).map(|share| ray.at(share)))
-        })
-    }
-
-    /// Whether both are the same surface, whichever side either calls its inside.
-    pub(super) fn is_same(&self, other: &Self) -> bool {
-        let list = |q: &Self| [q.a, q.b, q.l.x, q.l.y, q.l.z, q.d];
-        let (a, b) = (list(self), list(other));
-        let largest = |q: &[f64; 6]| q.iter().fold(0.0f64, |most, c| most.max(c.abs()));
-        let (scale_a, scale_b) = (largest(&a), largest(&b));
-        // By the sign of the entry that is largest.
-        let dot: f64 = a.iter().zip(&b).map(|(x, y)| x * y).sum();
-        let turned = if dot < 0.0 { -1.0 } else { 1.0 };
-        a.iter().zip(&b).all(|(x, y)| (x / scale_a - turned * y / scale_b).abs() <= SAME)
+        is_plain.then(|| [t_mm, back_mm].map(|share| Some(share).filter(is_between)))
     }
 }
 
@@ -192,8 +292,13 @@ mod tests {
     fn a_surface_is_itself_from_both_sides() {
         let plane =
             |z: f64, up: f64| Quadric::plane(Vector3::new(0.0, 0.0, up), Vector3::new(3.0, 1.0, z));
+        let plane = |z, up| Surface::from(plane(z, up));
         assert!(plane(2.0, 1.0).is_same(&plane(2.0, -1.0)));
         assert!(!plane(2.0, 1.0).is_same(&plane(2.001, 1.0)));
-        assert!(!plane(2.0, 1.0).is_same(&Quadric::cone(Vector3::zeros(), 2.0, 0.0)));
+        assert!(!plane(2.0, 1.0).is_same(&Quadric::cone(Vector3::zeros(), 2.0, 0.0).into()));
+        // Upright in another frame.
+        let lifted = Surface::from(Quadric::plane(Vector3::z(), Vector3::zeros()))
+            .tilted(Pose::translation(1.0, 0.0, -2.0));
+        assert!(lifted.is_same(&plane(2.0, 1.0)));
     }
 }

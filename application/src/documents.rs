@@ -5,7 +5,7 @@ use std::path::Path;
 use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
 use fabkit_designs::Design;
 use fabkit_designs::fixing::{Change, Feasible, Range};
-use fabkit_geometry::{Action, Body, Cure, Step};
+use fabkit_geometry::{Action, Body, Step};
 use fabkit_sweep::Status;
 use fabkit_text::{Kind, Setting};
 use serde_json::{Map, Value, json};
@@ -202,7 +202,9 @@ pub fn chain(design: &Design) -> Value {
             "assembly": step.assembly.as_ref().map(|a| &a.0),
             "bodies": step.bodies,
             "batch": batch_of(&batches, step).map(batch),
-            "cure": cure(&step.action).map(|c| json!({ "hours": c.hours, "celsius": c.celsius })),
+            "during": step.during,
+            "adjust": step.adjustments.iter().map(|one| &one.body).collect::<Vec<_>>(),
+            "cure": step.cure().map(|c| json!({ "hours": c.hours, "celsius": c.celsius })),
             "remove": removed(&step.action),
             "source": step.source,
         })
@@ -219,16 +221,6 @@ pub fn chain(design: &Design) -> Value {
 /// What is mixed for a step.
 pub fn batch_of<'a>(batches: &'a [Batch], step: &Step) -> Option<&'a Batch> {
     batches.iter().find(|batch| batch.step == step.name)
-}
-
-/// How what is made in a step hardens.
-pub fn cure(action: &Action) -> Option<Cure> {
-    match action {
-        Action::Bond(cure) => Some(*cure),
-        Action::Spray(spray) => Some(spray.cure),
-        Action::Pour(pour) => Some(pour.cure),
-        Action::Make | Action::Prepare | Action::Assemble | Action::Demold(_) => None,
-    }
 }
 
 /// The tools that come off in a step.

@@ -32,10 +32,10 @@ fn dish() -> Solid {
     Solid::cylinder(RADIUS_MM + 2.0, HEIGHT_MM + 2.0).at(0.0, 0.0, -2.0).minus(well)
 }
 
-/// A lid with a hole in the middle.
+/// A lid with a hole in the middle, thick enough for two fingers.
 fn lid() -> Solid {
-    let gate = Solid::cylinder(GATE_RADIUS_MM, 4.0).at(0.0, 0.0, HEIGHT_MM - 1.0);
-    Solid::cylinder(RADIUS_MM + 2.0, 2.0).at(0.0, 0.0, HEIGHT_MM).minus(gate)
+    let gate = Solid::cylinder(GATE_RADIUS_MM, 7.0).at(0.0, 0.0, HEIGHT_MM - 1.0);
+    Solid::cylinder(RADIUS_MM + 2.0, 5.0).at(0.0, 0.0, HEIGHT_MM).minus(gate)
 }
 
 fn step(name: &str, action: Action) -> Step {
@@ -45,6 +45,9 @@ fn step(name: &str, action: Action) -> Step {
         assembly: Some(Assembly(MOLD.into())),
         bodies: Vec::new(),
         motions: Vec::new(),
+        fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action,
         source: String::new(),
     }

@@ -6,6 +6,7 @@
 
 mod graph;
 mod load;
+mod stuck;
 
 use fabkit_geometry::{Assembly, Sensor};
 
@@ -23,6 +24,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     }
     let graph = Graph::new(sensor, scene);
     let mut findings = leaving(&graph);
+    findings.extend(stuck::examine(sensor, scene));
     findings.extend(load::examine(sensor, &graph));
     let assembly = Assembly::sensor().0;
     let findings = findings.into_iter().map(|finding| finding.in_assembly(&assembly)).collect();

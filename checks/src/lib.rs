@@ -22,6 +22,7 @@
 //! # Ok::<(), fabkit_checks::InvalidBody>(())
 //! ```
 
+mod adjusting;
 mod air;
 mod casting;
 mod chain;
@@ -49,6 +50,7 @@ mod scene;
 mod sight;
 mod softness;
 mod standing;
+mod waiting;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -155,6 +157,7 @@ pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, Invali
 fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
     let mut findings = chain::examine(sensor, &scene);
+    findings.extend(waiting::examine(sensor));
     let pairs = interference::pairs(sensor, &scene);
     let pours: Vec<_> = chain::pours(sensor).collect();
     // A direction of no length has been reported by the chain's rule.
@@ -207,7 +210,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     tell(Rule::Glare, "lamps", glare::examine(sensor, &scene)?);
     let ways = motion::examine(sensor, &scene, memo);
     tell(Rule::Motion, "bodies that get to a place", (ways.findings, ways.bodies));
-    tell(Rule::Access, "places for hands and tools", (Vec::new(), ways.tools));
+    tell(Rule::Access, "places for hands and tools", (adjusting::examine(sensor), ways.tools));
     let loose = sensor.loose.iter().map(|loose| unbonded(sensor, loose)).collect();
     tell(Rule::Bonding, "layers", (loose, sensor.layers().count()));
     tell(Rule::Chemistry, "faces of liquids", chemistry::examine(sensor));
@@ -248,6 +251,20 @@ pub fn held(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn labels(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(labels::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// What hangs over as printed parts lie on their beds, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn overhang(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(overhang::examine(kit)?.0)
+}
+
+/// What the chain says of lenses that are focused and of steps that overlap in time, without the rest of
+/// [`check`].
+pub fn handwork(sensor: &Sensor) -> Vec<Finding> {
+    [adjusting::examine(sensor), waiting::examine(sensor)].concat()
 }
 
 /// How printed parts stand on their machines, without the rest of [`check`]: what topples, and where

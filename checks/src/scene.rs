@@ -29,11 +29,11 @@ pub(crate) struct Placed<'a> {
     pub(crate) of: &'a Body,
     /// Maps its own frame to the assembly's.
     pub(crate) pose: Pose,
-    /// The room of each of its tools, in the assembly's frame.
-    pub(crate) tools: Vec<Tool>,
+    /// Of each of its tools every room that it may take, in the assembly's frame.
+    pub(crate) tools: Vec<Vec<Tool>>,
 }
 
-/// The room of a tool.
+/// A room of a tool.
 #[derive(Clone, Debug)]
 pub(crate) struct Tool {
     pub(crate) room: CompiledSolid,
@@ -49,11 +49,12 @@ impl<'a> Placed<'a> {
                 .map_err(|source| InvalidBody { body: of.name.clone(), source })
         };
         let key = memo::of_body(&of.solid, placement);
-        let tool = |reach: &Reach| {
-            let key = memo::of_body(&reach.solid, placement);
-            compiled(&reach.solid).map(|room| Tool { room, key })
+        let tool = |solid: &Solid| {
+            let key = memo::of_body(solid, placement);
+            compiled(solid).map(|room| Tool { room, key })
         };
-        let tools = of.reach.iter().map(tool).collect::<Result<_, _>>()?;
+        let rooms = |reach: &Reach| reach.rooms().map(tool).collect::<Result<Vec<_>, _>>();
+        let tools = of.reach.iter().map(rooms).collect::<Result<_, _>>()?;
         Ok(Self { name: &of.name, body: compiled(&of.solid)?, key, of, pose, tools })
     }
 }

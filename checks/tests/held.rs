@@ -181,6 +181,9 @@ fn says(sensor: &mut Sensor, instruction: &str) {
         assembly: None,
         bodies: vec!["dish".into(), "lid".into()],
         motions: Vec::new(),
+        fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action: Action::Prepare,
         source: String::new(),
     };

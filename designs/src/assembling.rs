@@ -1,8 +1,8 @@
 //! Words that every family builds with: where bodies stand, and the steps of a chain.
 
 use fabkit_geometry::{
-    Action, Angle, Assembly, Body, Cure, Mix, Opening, Placement, Point3, Pose, Pour, Process,
-    Pull, Solid, Spray, Step, Vector3,
+    Action, Angle, Assembly, Body, Cure, FixedBy, Fixing, Mix, Opening, Placement, Point3, Pose,
+    Pour, Process, Pull, Solid, Spray, Step, Vector3,
 };
 
 use crate::blocks::bought;
@@ -143,6 +143,12 @@ impl Told {
         Self(self.0.also(bodies))
     }
 
+    /// What keeps small bodies where it puts them: each piece on one of `onto`.
+    pub fn fixing(mut self, bodies: &[Name], onto: &[Name], by: FixedBy) -> Self {
+        self.0.fixings.push(Fixing { bodies: names(bodies), onto: names(onto), by });
+        self
+    }
+
     /// Section of the paper, or why fabkit chose it.
     pub fn source(self, source: impl Into<String>) -> Step {
         Step { source: source.into(), ..self.0 }
@@ -162,6 +168,9 @@ pub fn step(
         assembly: place.into().map(AssemblyName::assembly),
         bodies: names(bodies),
         motions: Vec::new(),
+        fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action,
         source: String::new(),
     })

@@ -8,6 +8,7 @@
 //! material, so that the shaft goes down -z. A hole's frame is its fastener's.
 
 mod dowel;
+mod lens;
 mod nuts;
 mod o_ring;
 pub mod tools;
@@ -15,6 +16,7 @@ pub mod tools;
 use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
 
 pub use dowel::Dowel;
+pub use lens::Lens;
 pub use nuts::{HeatSetNut, HexNut, HexSpacer};
 pub use o_ring::{ORing, SQUEEZED_PLAY_MM, stocked_cords};
 

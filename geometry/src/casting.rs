@@ -20,6 +20,13 @@ pub struct Step {
     pub bodies: Vec<String>,
     /// Ways that bodies take to their places, where they are not straight or matter.
     pub motions: Vec<Motion>,
+    /// What keeps small things where the step puts them.
+    pub fixings: Vec<Fixing>,
+    /// What hands set right in it: lenses that are focused.
+    pub adjustments: Vec<Adjustment>,
+    /// The earlier step whose cure is waited for meanwhile, by name; with none, all that was cast or
+    /// glued before has cured.
+    pub during: Option<String>,
     /// What happens.
     pub action: Action,
     /// Section of the paper, or why fabkit chose it.
@@ -40,6 +47,72 @@ impl Step {
         self.motions.push(motion);
         self
     }
+
+    /// One of its bodies is set right in it, among all that stands there by then.
+    #[must_use]
+    pub fn adjusting(mut self, body: impl Into<String>) -> Self {
+        self.adjustments.push(Adjustment { body: body.into(), is_apart: false });
+        self
+    }
+
+    /// The same, among what the step itself brings: it is put together with the rest, looked at, and
+    /// taken away again to be set right.
+    #[must_use]
+    pub fn adjusting_apart(mut self, body: impl Into<String>) -> Self {
+        self.adjustments.push(Adjustment { body: body.into(), is_apart: true });
+        self
+    }
+
+    /// Done while an earlier step's cure is waited for.
+    #[must_use]
+    pub fn during(self, step: impl Into<String>) -> Self {
+        Self { during: Some(step.into()), ..self }
+    }
+
+    /// How what is cast, sprayed or glued in it hardens.
+    pub fn cure(&self) -> Option<Cure> {
+        match &self.action {
+            Action::Bond(cure) => Some(*cure),
+            Action::Spray(spray) => Some(spray.cure),
+            Action::Pour(pour) => Some(pour.cure),
+            Action::Make | Action::Prepare | Action::Assemble | Action::Demold(_) => None,
+        }
+    }
+}
+
+/// A body that is set right by hand or with a tool in a step: its [`Reach`](crate::Reach) on
+/// [`Occasion::Adjustment`](crate::Occasion::Adjustment) says what room that takes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Adjustment {
+    /// Which, by name.
+    pub body: String,
+    /// Whether it is done apart from what stood there before the step: only what the step brings
+    /// stands around it.
+    pub is_apart: bool,
+}
+
+/// Small things that a step makes stay where they are, though nothing stands in their way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fixing {
+    /// What stays, by name.
+    pub bodies: Vec<String>,
+    /// On which bodies, by name; each piece on one of them.
+    pub onto: Vec<String>,
+    /// How it does.
+    pub by: FixedBy,
+}
+
+/// What keeps something small on what it touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FixedBy {
+    /// Solder.
+    Solder,
+    /// A drop of glue.
+    Glue,
+    /// Its own adhesive back.
+    Tape,
+    /// Friction: it is pushed onto or into something.
+    Push,
 }
 
 /// What a step does.

@@ -199,6 +199,8 @@ pub struct Machine {
     pub bed_mm: [Option<f64>; 3],
     /// Steepest overhang that it makes without support, from the vertical, degrees.
     pub overhang_deg: Option<f64>,
+    /// Widest gap that it spans without support, mm.
+    pub bridge_mm: Option<f64>,
     /// What differs from how the part is usually made, for whoever makes it.
     pub note: String,
 }

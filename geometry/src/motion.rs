@@ -60,6 +60,8 @@ pub enum Occasion {
     Arrival,
     /// While something is poured against the body: a syringe.
     Pour,
+    /// While the body is set right: a lens that is focused.
+    Adjustment,
     /// While tools are taken off, as long as the body stands there: a screwdriver that pries.
     Removal,
 }
@@ -78,6 +80,10 @@ pub struct Reach {
     pub tool: String,
     /// The room that it takes, in the body's frame, while the body is in place.
     pub solid: Solid,
+    /// Other places for it; one of all must be free.
+    pub instead: Vec<Solid>,
+    /// Whether other copies of the body do not count: they are there at other times.
+    pub passes_copies: bool,
     /// Whether the tool drives the body in along its own -z, so that it comes out along +z and no
     /// other way, and holds until it does: a screw, a nut that is melted in.
     pub is_drawn: bool,
@@ -88,17 +94,42 @@ pub struct Reach {
 impl Reach {
     /// A tool that drives the body in along its own -z.
     pub fn driver(tool: impl Into<String>, solid: Solid) -> Self {
-        Self { tool: tool.into(), solid, is_drawn: true, occasion: Occasion::Arrival }
+        Self { is_drawn: true, ..Self::room(tool, solid) }
     }
 
     /// A tool, or fingers, that only need room.
     pub fn room(tool: impl Into<String>, solid: Solid) -> Self {
-        Self { tool: tool.into(), solid, is_drawn: false, occasion: Occasion::Arrival }
+        Self {
+            tool: tool.into(),
+            solid,
+            instead: Vec::new(),
+            passes_copies: false,
+            is_drawn: false,
+            occasion: Occasion::Arrival,
+        }
     }
 
     /// The same on another occasion; then the body itself must leave the room free, too.
     #[must_use]
     pub fn on(self, occasion: Occasion) -> Self {
         Self { occasion, ..self }
+    }
+
+    /// The same, with another place where the tool may be.
+    #[must_use]
+    pub fn or(mut self, solid: Solid) -> Self {
+        self.instead.push(solid);
+        self
+    }
+
+    /// The same, past other copies of the body.
+    #[must_use]
+    pub fn past_copies(self) -> Self {
+        Self { passes_copies: true, ..self }
+    }
+
+    /// Every place where the tool may be.
+    pub fn rooms(&self) -> impl Iterator<Item = &Solid> {
+        std::iter::once(&self.solid).chain(&self.instead)
     }
 }

@@ -7,7 +7,7 @@ import html
 import json
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from fabkit._progress import shown
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport
-from fabkit.errors import invalid, unknown
+from fabkit.errors import invalid
+from fabkit.parameters import Parameter, Section, as_yaml, overrides_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -95,120 +96,15 @@ def load(
     ...     print(error.hint)
     did you mean `coat.thickness`?
     """
-    given = _overrides(overrides, values)
-    listed = [f"{path}={_yaml(path, value)}" for path, value in given.items()]
+    given = overrides_of(overrides, values)
+    listed = [f"{path}={as_yaml(path, value)}" for path, value in given.items()]
     return _loaded(os.fspath(sensor), preset, listed, fix)
-
-
-def _overrides(
-    overrides: Mapping[str, object] | None, values: dict[str, object]
-) -> dict[str, object]:
-    """Values by path, however they are given."""
-    named = {name.replace("__", "."): value for name, value in values.items()}
-    both = sorted(named.keys() & (overrides or {}).keys())
-    if both:
-        raise invalid(f"{both[0]} is given twice: in overrides and by keyword")
-    return {**(overrides or {}), **named}
 
 
 def _loaded(name: str, preset: str | None, listed: list[str], fix: bool = False) -> Sensor:
     project = _fabkit.load(name, preset, listed, fix)
     changed = [f"{path}={to}" for path, _, to, _ in project.changes()]
     return Sensor(project, name, (preset, listed + changed))
-
-
-def _yaml(path: str, value: object) -> str:
-    """Write a value as on the command line."""
-    if isinstance(value, Parameter):
-        return value.written
-    if isinstance(value, np.generic):
-        value = cast("object", value.item())
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str | int | float):
-        return str(value)
-    if isinstance(value, list | tuple | np.ndarray):
-        items: list[object] = list(value)  # pyright: ignore[reportUnknownArgumentType]
-        return f"[{', '.join(_yaml(path, item) for item in items)}]"
-    raise invalid(
-        f"{path} is a {type(value).__name__}; it must be text, a number or a list of these"
-    )
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A number or a choice that shapes a design, and where it comes from.
-
-    >>> import fabkit
-    >>> radius = fabkit.load("rtac0").parameters["surface.radius"]
-    >>> radius.value, radius.unit, str(radius), radius.limit["max"]
-    (15.0, 'mm', '15 mm', 60.0)
-    """
-
-    path: str
-    """For example ``surface.radius``."""
-    value: Any
-    """A number in ``unit``, ``True`` or ``False``, text, or a list of these."""
-    unit: str | None
-    """``mm``, ``deg``, or ``None`` where there is none."""
-    written: str
-    """The value with its unit, as it would be written in a file."""
-    limit: dict[str, Any] | None
-    """What is allowed: ``min`` and ``max`` in ``unit``, or ``choices``; of a list, of each item."""
-    limits: str
-    """The same for people."""
-    summary: str
-    """What it is."""
-    source: str
-    """``paper``, ``measured``, ``chosen`` or ``override``."""
-    note: str
-    """More about the source."""
-    expression: str | None = None
-    """What the value follows from: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
-
-    def __str__(self) -> str:
-        return self.written
-
-
-class Section:
-    """Values of parameters by attribute: numbers in the unit that ``parameters`` gives.
-
-    >>> import fabkit
-    >>> sensor = fabkit.load("rtac0")
-    >>> sensor.surface.radius, sensor.values.camera.field_of_view
-    (15.0, 160.0)
-    """
-
-    def __init__(self, parameters: Mapping[str, Parameter], path: str = "") -> None:
-        self._parameters = parameters
-        self._path = path
-
-    def _keys(self) -> list[str]:
-        keys = (p[len(self._path) :].split(".")[0] for p in self._parameters if self._has(p))
-        return list(dict.fromkeys(keys))
-
-    def _has(self, path: str) -> bool:
-        return path.startswith(self._path)
-
-    def __getattr__(self, name: str) -> Any:
-        # Also asked for by copies that are not made yet.
-        if name.startswith("_"):
-            raise AttributeError(name)
-        path = self._path + name
-        if path in self._parameters:
-            return self._parameters[path].value
-        if name in self._keys():
-            return Section(self._parameters, f"{path}.")
-        raise AttributeError(unknown("parameter", path, list(self._parameters)).args[0])
-
-    def __dir__(self) -> list[str]:
-        return self._keys()
-
-    def __repr__(self) -> str:
-        shown = (
-            f"{p[len(self._path) :]}: {v}" for p, v in self._parameters.items() if self._has(p)
-        )
-        return f"<{', '.join(shown)}>"
 
 
 @dataclass(frozen=True)
@@ -227,6 +123,10 @@ class Step:
     """The bodies it is about."""
     batch: dict[str, Any] | None
     """What to mix: ``layer``, ``volume_mm3``, ``components`` with ``name`` and ``mass_g``."""
+    during: str | None
+    """The earlier step whose cure is waited for meanwhile."""
+    adjust: list[str]
+    """What is set right in it: lenses that are focused."""
     cure: dict[str, float] | None
     """How it hardens: ``hours``, ``celsius``."""
     remove: list[str]
@@ -576,11 +476,11 @@ class Sensor(Design):
             hint = "load the sensor with the values of the variant"
             raise invalid("a variant of a sweep cannot be changed", hint)
         preset, before = self._changes
-        changes = _overrides(overrides, values)
+        changes = overrides_of(overrides, values)
         given = {path: self._with_unit(path, value) for path, value in changes.items()}
         kept = [one for one in before if one.partition("=")[0] not in given]
         return _loaded(
-            self.source, preset, [*kept, *(f"{p}={_yaml(p, v)}" for p, v in given.items())]
+            self.source, preset, [*kept, *(f"{p}={as_yaml(p, v)}" for p, v in given.items())]
         )
 
     def _with_unit(self, path: str, value: object) -> object:
@@ -588,7 +488,7 @@ class Sensor(Design):
         is_number = isinstance(value, int | float | np.integer | np.floating)
         is_number = is_number and not isinstance(value, bool)
         unit = parameter.unit if parameter else None
-        return f"{_yaml(path, value)} {unit}" if is_number and unit else value
+        return f"{as_yaml(path, value)} {unit}" if is_number and unit else value
 
     def check(self) -> CheckReport:
         """Check that it can be built: overlaps, molds, trapped air, demolding."""

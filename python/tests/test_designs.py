@@ -91,7 +91,18 @@ def test_lengths_are_numbers_or_texts(rtac0: fabkit.Sensor, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    "name", ["", ".bodies", ".calibrate", ".dataset", ".depth", ".designs", ".errors", ".sweep"]
+    "name",
+    [
+        "",
+        ".bodies",
+        ".calibrate",
+        ".dataset",
+        ".depth",
+        ".designs",
+        ".errors",
+        ".parameters",
+        ".sweep",
+    ],
 )
 def test_completion_offers_what_is_public(name: str) -> None:
     module = importlib.import_module(f"fabkit{name}")

@@ -17,6 +17,17 @@ pub fn builtin_designs() -> Vec<Design> {
     builtin_names().into_iter().map(design).collect()
 }
 
+/// A built-in sensor with settings as after `--set`, without what others keep in its file.
+///
+/// # Panics
+/// If it does not load.
+pub fn built(name: &str, settings: &[&str]) -> Design {
+    let yaml = builtin_yaml(name).expect("named by the registry");
+    let listed: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
+    load(name, yaml, &listed, &["fixtures"])
+        .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
+}
+
 /// Every fixture of every built-in sensor with its own values, once where two sensors share it.
 ///
 /// # Panics

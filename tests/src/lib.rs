@@ -5,4 +5,4 @@ pub mod contract;
 mod designs;
 
 pub use command::{Run, binary, command, contents, fabkit};
-pub use designs::{builtin_designs, builtin_fixtures, sampled};
+pub use designs::{built, builtin_designs, builtin_fixtures, sampled};

@@ -2,12 +2,8 @@
 
 use fabkit_checks::{Finding, Rule, Severity, held};
 use fabkit_geometry::Sensor;
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn load(sensor: &str) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
-    fabkit_designs::load(sensor, yaml, &[], &["fixtures"]).unwrap().sensor
-}
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
     let mut found = held(sensor).unwrap();
@@ -61,7 +57,7 @@ fn blames(sensor: &Sensor, body: &str) -> bool {
 #[test]
 fn what_lacks_its_screws_comes_off() {
     WITHOUT.par_iter().for_each(|(name, screw, blamed)| {
-        let mut sensor = load(name);
+        let mut sensor = built(name, &[]).sensor;
         let count = sensor.bodies.len();
         sensor.bodies.retain(|body| body.name != *screw);
         assert_eq!(sensor.bodies.len() + 1, count, "{name} has a {screw}");
@@ -72,7 +68,7 @@ fn what_lacks_its_screws_comes_off() {
 #[test]
 fn what_lacks_its_glue_comes_off() {
     UNGLUED.par_iter().for_each(|(name, body, blamed)| {
-        let mut sensor = load(name);
+        let mut sensor = built(name, &[]).sensor;
         let count = sensor.adhesions.len();
         sensor.adhesions.retain(|one| one.bodies.iter().all(|other| other != body));
         assert!(sensor.adhesions.len() < count, "something sticks to {name}'s {body}");
@@ -82,7 +78,7 @@ fn what_lacks_its_glue_comes_off() {
 
 #[test]
 fn a_screw_that_finds_no_thread_is_named() {
-    let mut sensor = load("rtac0");
+    let mut sensor = built("rtac0", &[]).sensor;
     sensor.bodies.retain(|body| body.name != "nut-m2");
     let found = errors(&sensor);
     assert!(found.iter().any(|f| f.message.contains("in no thread, and of no use: screw-m2x4")));
@@ -94,7 +90,7 @@ fn a_screw_that_finds_no_thread_is_named() {
 fn names_tell_nothing() {
     // Whatever they are called, screws hold and lamps do not count.
     for name in ["rtac0", "uvdtact", "fluidic", "tactip"] {
-        let mut sensor = load(name);
+        let mut sensor = built(name, &[]).sensor;
         let before = held(&sensor).unwrap().len();
         let renamed = |name: &mut String| *name = format!("x{}", blake(name));
         for body in &mut sensor.bodies {
@@ -106,6 +102,9 @@ fn names_tell_nothing() {
         }
         sensor.adhesions.iter_mut().for_each(|one| one.bodies.iter_mut().for_each(renamed));
         sensor.print_groups.iter_mut().for_each(|one| one.parts.iter_mut().for_each(renamed));
+        for fixing in sensor.chain.iter_mut().flat_map(|step| &mut step.fixings) {
+            fixing.bodies.iter_mut().chain(&mut fixing.onto).for_each(renamed);
+        }
         assert_eq!(errors(&sensor), [], "{name}");
         assert_eq!(held(&sensor).unwrap().len(), before, "{name}");
     }
@@ -119,6 +118,26 @@ fn blake(name: &str) -> String {
 #[test]
 fn what_ships_stays_together() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        assert_eq!(errors(&load(name)), [], "{name}");
+        assert_eq!(errors(&built(name, &[]).sensor), [], "{name}");
     });
+}
+
+/// The screws of one side alone: the same screws hold the other side, and the display.
+#[test]
+fn a_box_without_its_lower_corner_screws_leaves_its_floor() {
+    let mut sensor = built("fluidic", &[]).sensor;
+    let screws = &mut sensor.body_mut("screw-m3x12").unwrap().placements;
+    let count = screws.len();
+    screws.retain(|place| {
+        let at = place.assembly_from_body.translation_mm();
+        // The box stands around the axis, the display beside it.
+        place.assembly.0 != "sensor" || at.z > -50.0 || at.y.abs() > 60.0
+    });
+    assert_eq!(screws.len() + 4, count);
+    let found = errors(&sensor);
+    let [finding] = &found[..] else { panic!("{found:#?}") };
+    assert!(finding.message.contains("along +z"), "{finding:#?}");
+    for body in ["box-ceiling", "marker-layer", "clamp-bar"] {
+        assert!(finding.bodies.iter().any(|name| name == body), "{body}: {finding:#?}");
+    }
 }

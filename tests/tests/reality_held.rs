@@ -3,16 +3,10 @@
 
 use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};
 use fabkit_designs::Design;
+use fabkit_tests::built;
 use rayon::prelude::*;
 
 const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Held, Rule::Sight];
-
-fn load(sensor: &str, settings: &[&str]) -> Design {
-    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
-    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-    fabkit_designs::load(sensor, yaml, &settings, &["fixtures"])
-        .unwrap_or_else(|error| panic!("{sensor} {settings:?}: {error:?}"))
-}
 
 fn errors(report: &CheckReport) -> Vec<&Finding> {
     let errors = report.findings.iter().filter(|f| f.severity == Severity::Error);
@@ -82,7 +76,7 @@ const WRONG: [(&str, &[&str], Rule, &str); 24] = [
 #[test]
 fn each_wrong_design_is_found() {
     WRONG.par_iter().for_each(|(sensor, settings, rule, blamed)| {
-        let report = check(&load(sensor, settings).sensor).unwrap();
+        let report = check(&built(sensor, settings).sensor).unwrap();
         let first = errors(&report).into_iter().find(|finding| finding.rule == *rule).cloned();
         let first =
             first.unwrap_or_else(|| panic!("{sensor} {settings:?}: {:#?}", report.findings));
@@ -119,7 +113,7 @@ const LOOSE: [(&str, Spoil, &str); 6] = [
 #[test]
 fn what_nothing_holds_is_found() {
     LOOSE.par_iter().for_each(|(sensor, spoil, blamed)| {
-        let mut design = load(sensor, &[]);
+        let mut design = built(sensor, &[]);
         spoil(&mut design);
         let report = check(&design.sensor).unwrap();
         let held: Vec<&Finding> =
@@ -132,7 +126,7 @@ fn what_nothing_holds_is_found() {
 #[test]
 fn what_ships_holds_cures_and_bears_its_load() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        let design = load(name, &[]);
+        let design = built(name, &[]);
         let report = check(&design.sensor).unwrap();
         assert_eq!(errors(&report), Vec::<&Finding>::new(), "{name}");
         if design.sensor.touch.is_none() {
@@ -147,7 +141,7 @@ fn what_ships_holds_cures_and_bears_its_load() {
 #[test]
 fn soft_gel_of_a_mold_is_no_mold() {
     // The same silicone is right as a gel.
-    let report = check(&load("9dtact", &[&format!("pad.material={SOFT}")]).sensor).unwrap();
+    let report = check(&built("9dtact", &[&format!("pad.material={SOFT}")]).sensor).unwrap();
     assert_eq!(report.of(Rule::Softness).count(), 0);
 }
 

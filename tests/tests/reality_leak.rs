@@ -2,13 +2,8 @@
 
 use fabkit_checks::{Finding, Rule, leaks};
 use fabkit_geometry::{Clarity, CompiledSolid, Sensor, Solid};
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn load(sensor: &str, settings: &[&str]) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
-    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-    fabkit_designs::load(sensor, yaml, &settings, &["fixtures"]).unwrap().sensor
-}
 
 /// How a sensor is spoiled.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +17,7 @@ enum Spoil {
 }
 
 fn spoiled(sensor: &str, body: &str, spoil: Spoil) -> Sensor {
-    let mut sensor = load(sensor, &[]);
+    let mut sensor = built(sensor, &[]).sensor;
     match spoil {
         Spoil::Translucent => sensor.body_mut(body).unwrap().let_light(Clarity::Translucent),
         Spoil::Without => sensor.bodies.retain(|other| other.name != body),
@@ -91,7 +86,7 @@ fn daylight_is_found() {
 #[test]
 fn materials_that_light_passes_are_found() {
     SET.par_iter().for_each(|(name, set, blamed)| {
-        let finding = told(&load(name, &[set]));
+        let finding = told(&built(name, &[set]).sensor);
         let finding = finding.unwrap_or_else(|| panic!("{name} {set}: dark inside"));
         assert_eq!(finding.bodies[0], *blamed, "{name} {set}: {finding:#?}");
         assert!(finding.message.contains("through"), "{finding:#?}");
@@ -101,7 +96,7 @@ fn materials_that_light_passes_are_found() {
 #[test]
 fn what_ships_is_dark_inside() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        assert_eq!(told(&load(name, &[])), None, "{name}");
+        assert_eq!(told(&built(name, &[]).sensor), None, "{name}");
     });
 }
 

@@ -3,12 +3,8 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Angle, Body, Leg, Placement, Pose, Sensor, Solid, Step, Vector3};
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn load(sensor: &str) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
-    fabkit_designs::load(sensor, yaml, &[], &["fixtures"]).unwrap().sensor
-}
 
 fn step<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Step {
     sensor.chain.iter_mut().find(|step| step.name == name).unwrap()
@@ -32,6 +28,9 @@ fn late(sensor: &mut Sensor, from: &str, body: &str) {
         name: "late".into(),
         bodies: vec![body.into()],
         motions: Vec::new(),
+        fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action: fabkit_geometry::Action::Assemble,
         ..step.clone()
     };
@@ -100,7 +99,7 @@ fn what_cannot_get_to_its_place_is_found() {
         .par_iter()
         .enumerate()
         .filter_map(|(row, (name, change, rule, blamed))| {
-            let mut sensor = load(name);
+            let mut sensor = built(name, &[]).sensor;
             change(&mut sensor);
             let found = fabkit_checks::motions(&sensor).unwrap();
             let is_it = |finding: &Finding| {
@@ -120,14 +119,14 @@ fn what_cannot_get_to_its_place_is_found() {
 #[test]
 fn what_ships_gets_to_its_place() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        let found = fabkit_checks::motions(&load(name)).unwrap();
+        let found = fabkit_checks::motions(&built(name, &[]).sensor).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
 }
 
 /// A post that stands on a plate below a hood with a hole above it.
 fn hooded(hole_mm: f64, hood_comes_first: bool) -> Sensor {
-    let mut sensor = load("shadowtac");
+    let mut sensor = built("shadowtac", &[]).sensor;
     let here = || [Placement::at(fabkit_geometry::Assembly::sensor(), Pose::identity())];
     let bought = |name: &str, solid: Solid| Body::bought(name, "", solid).placed(here());
     let hood = Solid::cuboid(20.0, 20.0, 12.0)
@@ -145,6 +144,9 @@ fn hooded(hole_mm: f64, hood_comes_first: bool) -> Sensor {
         source: String::new(),
         assembly: Some(fabkit_geometry::Assembly::sensor()),
         motions: Vec::new(),
+        fixings: Vec::new(),
+        adjustments: Vec::new(),
+        during: None,
         action: fabkit_geometry::Action::Assemble,
     };
     sensor.chain = if hood_comes_first {

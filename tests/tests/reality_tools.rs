@@ -2,13 +2,8 @@
 
 use fabkit_checks::{Finding, Rule, motions};
 use fabkit_geometry::{Assembly, Body, Occasion, Placement, Sensor, Solid};
+use fabkit_tests::built;
 use rayon::prelude::*;
-
-fn load(sensor: &str, settings: &[&str]) -> Sensor {
-    let yaml = fabkit_designs::builtin_yaml(sensor).unwrap();
-    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
-    fabkit_designs::load(sensor, yaml, &settings, &["fixtures"]).unwrap().sensor
-}
 
 /// Sensor, what is set, and whose tool has no room.
 const WRONG: [(&str, &str, &str); 8] = [
@@ -32,7 +27,7 @@ fn access(sensor: &Sensor) -> Vec<Finding> {
 #[test]
 fn slots_that_no_blade_enters_are_found() {
     WRONG.par_iter().for_each(|(name, set, blamed)| {
-        let found = access(&load(name, &[set]));
+        let found = access(&built(name, &[set]).sensor);
         let is_it = |f: &&Finding| f.bodies[0] == *blamed && f.message.contains("pries");
         assert!(found.iter().any(|f| is_it(&f)), "{name} {set}: {found:#?}");
     });
@@ -68,7 +63,7 @@ fn what_stands_beside_a_mold_is_in_the_way_of_its_tools() {
         ("9dtact", Occasion::Removal, 2),
         ("uvdtact", Occasion::Pour, 2),
     ] {
-        let sensor = load(name, &[]);
+        let sensor = built(name, &[]).sensor;
         let rooms = rooms(&sensor, occasion);
         assert!(rooms.len() >= least, "{name}: {rooms:?}");
         let found = rooms.iter().filter(|(body, assembly, at)| {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fabkit_geometry::{Action, Kind, Occasion, Pose, Sensor, Step};
+use fabkit_geometry::{Action, Adjustment, Kind, Occasion, Pose, Sensor, Step};
 
 use crate::chain::Place;
 use crate::scene::{Assemblies, Placed};
@@ -27,10 +27,13 @@ pub(crate) struct Arrival<'a> {
 pub(crate) struct Work<'a> {
     pub(crate) place: Place<'a>,
     pub(crate) occasion: Occasion,
-    pub(crate) standing: Vec<&'a Placed<'a>>,
+    /// What they work on.
+    pub(crate) on: Vec<&'a Placed<'a>>,
+    /// What stands there, with what they work on.
+    pub(crate) around: Vec<&'a Placed<'a>>,
 }
 
-/// Every step that brings something, in order, and every step that pours or takes off.
+/// Every step that brings something, in order, and every step that pours, adjusts or takes off.
 pub(crate) fn arrivals<'a>(
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
@@ -87,11 +90,11 @@ impl<'a> History<'a> {
             Action::Demold(_) => Some(Occasion::Removal),
             _ => None,
         };
-        self.work.extend(occasion.map(|occasion| Work {
-            place: Place { step: &step.name, assembly },
-            occasion,
-            standing: standing.iter().map(|&i| &bodies[i]).collect(),
-        }));
+        let around: Vec<&Placed> = standing.iter().map(|&i| &bodies[i]).collect();
+        let place = Place { step: &step.name, assembly };
+        self.work.extend(adjusted(step, place, arrival.as_ref(), &around));
+        let on = around.clone();
+        self.work.extend(occasion.map(|occasion| Work { place, occasion, on, around }));
         let is_made = |placed: &Placed| made(step) == Some(placed.name);
         standing.extend((0..bodies.len()).filter(|&i| is_made(&bodies[i])));
         if let Action::Demold(pulls) = &step.action {
@@ -213,20 +216,60 @@ impl<'a> History<'a> {
             of_group.windows(2).for_each(|pair| join(pair[0], pair[1]));
         }
         for (other, standing) in self.standing.iter().filter(|(other, _)| **other != assembly) {
-            let mut moved: Vec<(Pose, usize)> = Vec::new();
-            for (i, here) in bodies.iter().enumerate() {
-                let there = standing.iter().map(|&k| &self.scene.bodies(other)[k]);
-                for there in there.filter(|there| there.name == here.name) {
-                    let to_here = here.pose.then_in(there.pose.inverse());
-                    match moved.iter().find(|(pose, _)| is_same(pose, &to_here)) {
-                        Some((_, with)) => join(*with, i),
-                        None => moved.push((to_here, i)),
-                    }
-                }
+            let there: Vec<&Placed> =
+                standing.iter().map(|&k| &self.scene.bodies(other)[k]).collect();
+            for group in moved_together(&there, bodies) {
+                group.windows(2).for_each(|pair| join(pair[0], pair[1]));
             }
         }
         pieces
     }
+}
+
+/// What is set right in a step: what it brings of that name, or else what stands there.
+fn adjusted<'a>(
+    step: &'a Step,
+    place: Place<'a>,
+    arrival: Option<&Arrival<'a>>,
+    standing: &[&'a Placed<'a>],
+) -> Vec<Work<'a>> {
+    let coming: Vec<&Placed> =
+        arrival.into_iter().flat_map(|arrival| arrival.coming.iter().flatten().copied()).collect();
+    let named = |of: &[&'a Placed<'a>], name: &str| -> Vec<&'a Placed<'a>> {
+        of.iter().copied().filter(|placed| placed.name == name).collect()
+    };
+    let work = |adjustment: &Adjustment| {
+        let mut on = named(&coming, &adjustment.body);
+        if on.is_empty() {
+            on = named(standing, &adjustment.body);
+        }
+        let around = if adjustment.is_apart { &coming[..] } else { standing };
+        Work { place, occasion: Occasion::Adjustment, on, around: around.to_vec() }
+    };
+    step.adjustments.iter().map(work).collect()
+}
+
+/// What stood together there and does so here, as numbers of bodies here: each group has been moved as one.
+///
+/// Nothing has been moved to two places: of copies here, those are meant that take most along.
+fn moved_together(there: &[&Placed], here: &[Placed]) -> Vec<Vec<usize>> {
+    let mut moves: Vec<(Pose, Vec<[usize; 2]>)> = Vec::new();
+    for (to, placed) in here.iter().enumerate() {
+        for from in (0..there.len()).filter(|&from| there[from].name == placed.name) {
+            let to_here = placed.pose.then_in(there[from].pose.inverse());
+            match moves.iter_mut().find(|(pose, _)| is_same(pose, &to_here)) {
+                Some((_, pairs)) => pairs.push([from, to]),
+                None => moves.push((to_here, vec![[from, to]])),
+            }
+        }
+    }
+    moves.sort_by_key(|(_, pairs)| std::cmp::Reverse(pairs.len()));
+    let mut gone = BTreeSet::new();
+    let taken = moves.into_iter().map(|(_, pairs)| {
+        let left = pairs.into_iter().filter(|[from, _]| gone.insert(*from));
+        left.map(|[_, to]| to).collect()
+    });
+    taken.collect()
 }
 
 fn number(bodies: &[Placed], placed: &Placed) -> Option<usize> {

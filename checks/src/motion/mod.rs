@@ -6,20 +6,22 @@
 //! looked for, [`path`] for how closely.
 
 mod arrival;
+mod grip;
 mod order;
 mod path;
+mod tools;
 
 use fabkit_geometry::{Occasion, Sensor};
 use rayon::prelude::*;
 
 use crate::chain::Place;
 use crate::finding::{Finding, Rule};
-use crate::memo::{Key, Memo};
-use crate::scene::{Assemblies, Placed};
+use crate::memo::Memo;
+use crate::scene::Assemblies;
 
 use arrival::{Arrival, Work, arrivals};
 use order::{Order, Stuck};
-use path::overlap;
+use tools::{count, working};
 
 /// What was found, and how much was looked at.
 pub(crate) struct Ways {
@@ -36,44 +38,21 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways 
         order.stuck.iter().map(|stuck| told(&arrival.place, stuck)).collect::<Vec<_>>()
     };
     let findings: Vec<Vec<Finding>> = arrivals.par_iter().map(found).collect();
-    let worked: Vec<(Vec<Finding>, usize)> = works.par_iter().map(|w| working(w, memo)).collect();
+    let worked = |work: &Work| {
+        let (stuck, count) = working(work, memo);
+        (stuck.iter().map(|stuck| told(&work.place, stuck)).collect::<Vec<_>>(), count)
+    };
+    let worked: Vec<(Vec<Finding>, usize)> = works.par_iter().map(worked).collect();
     let tools: usize = worked.iter().map(|(_, count)| count).sum();
+    let ungripped = works.iter().map(|work| grip::examine(sensor, work));
     let findings = findings.into_iter().chain(worked.into_iter().map(|(found, _)| found));
+    let findings = findings.chain(ungripped);
     let coming = || arrivals.iter().flat_map(|arrival| arrival.coming.iter().flatten());
     Ways {
         findings: findings.flatten().collect(),
         bodies: coming().count(),
-        tools: tools + coming().map(|placed| placed.tools.len()).sum::<usize>(),
+        tools: tools + coming().map(|placed| count(placed, Occasion::Arrival)).sum::<usize>(),
     }
-}
-
-/// What stands where a tool works in a step that pours or takes off, and how many tools do.
-///
-/// Screws are drawn before anything is taken off.
-fn working(work: &Work, memo: &Memo) -> (Vec<Finding>, usize) {
-    let (mut findings, mut count) = (Vec::new(), 0);
-    let is_there = |other: &&&Placed| work.occasion == Occasion::Pour || !other.is_drawn();
-    for placed in &work.standing {
-        for (reach, tool) in placed.of.reach.iter().zip(&placed.tools) {
-            if reach.occasion != work.occasion {
-                continue;
-            }
-            count += 1;
-            let mut others = work.standing.iter().filter(is_there);
-            findings.extend(others.find_map(|other| {
-                let key = Key::new(6).key(tool.key).key(other.key);
-                let mut contact = None;
-                memo.is_clean(&key, || {
-                    contact = overlap(&tool.room, &other.body, 0.0);
-                    contact.is_none()
-                });
-                let rule = Rule::Access;
-                let (body, by, tool) = (placed.name, other.name, Some(reach.tool.as_str()));
-                contact.map(|contact| Stuck { rule, body, by, tool, along: None, contact })
-            }));
-        }
-    }
-    (findings.iter().map(|stuck| told(&work.place, stuck)).collect(), count)
 }
 
 fn told(place: &Place, stuck: &Stuck) -> Finding {

@@ -11,10 +11,11 @@ use std::f64::consts::TAU;
 use fabkit_geometry::{Aabb, Motion, Occasion, Sensor, Vector3};
 
 use super::arrival::Arrival;
-use super::path::{Contact, contact, follow, is_blocked, is_too_deep, overlap};
+use super::path::{Contact, contact, follow, is_blocked, is_too_deep};
+use super::tools;
 use crate::finding::Rule;
 use crate::memo::{Key, Memo};
-use crate::scene::{Placed, Tool};
+use crate::scene::Placed;
 
 /// Directions across z that are tried where the axes do not serve.
 const AZIMUTHS: u32 = 24;
@@ -50,6 +51,8 @@ pub(crate) struct Order<'a> {
     known: HashMap<(u128, u128, [u64; 3]), bool>,
     /// The last one that blocked a piece in a direction.
     witness: HashMap<(u128, [u64; 3]), u128>,
+    /// Where tools are known to have no room.
+    blocked: tools::Blocked,
     pub(crate) stuck: Vec<Stuck<'a>>,
 }
 
@@ -109,6 +112,7 @@ impl<'a> Order<'a> {
             memo,
             known: HashMap::new(),
             witness: HashMap::new(),
+            blocked: tools::Blocked::new(),
             stuck: Vec::new(),
         };
         order.take_apart(order.with_motions(&arrival.coming), &arrival.standing);
@@ -193,7 +197,7 @@ impl<'a> Order<'a> {
                 ways.iter().any(|way| !self.is_in_the_way(piece, others, way))
             }
         };
-        is_free && self.without_room(piece, others).is_none()
+        is_free && self.has_room(piece, others)
     }
 
     fn motion(&self, piece: &Piece) -> Option<&'a Motion> {
@@ -259,32 +263,15 @@ impl<'a> Order<'a> {
         fits.map(|fit| fit.interference_mm).fold(0.0, f64::max)
     }
 
+    fn has_room(&mut self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> bool {
+        let (memo, blocked) = (self.memo, &mut self.blocked);
+        driven(piece).all(|placed| tools::has_room(placed, others, memo, blocked))
+    }
+
     /// What stands where a tool has to be, and which tool.
     fn without_room(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Stuck<'a>> {
-        // What is driven in elsewhere comes with what it holds.
-        let here = |placed: &&&Placed| piece.len() == 1 || !placed.is_drawn();
-        piece.iter().filter(here).find_map(|placed| {
-            let arriving =
-                |(i, _): &(usize, &Tool)| placed.of.reach[*i].occasion == Occasion::Arrival;
-            placed.tools.iter().enumerate().filter(arriving).find_map(|(i, tool)| {
-                others.iter().find_map(|other| {
-                    let key = Key::new(6).key(tool.key).key(other.key);
-                    let mut contact = None;
-                    self.memo.is_clean(&key, || {
-                        contact = overlap(&tool.room, &other.body, 0.0);
-                        contact.is_none()
-                    });
-                    contact.map(|contact| Stuck {
-                        rule: Rule::Access,
-                        body: placed.name,
-                        by: other.name,
-                        tool: Some(&placed.of.reach[i].tool),
-                        along: None,
-                        contact,
-                    })
-                })
-            })
-        })
+        driven(piece)
+            .find_map(|placed| tools::without_room(placed, Occasion::Arrival, others, self.memo))
     }
 
     /// The fewest pieces, though not all, that leave together because they only hold each other.
@@ -351,11 +338,19 @@ impl<'a> Order<'a> {
         pieces: &[Piece<'a>],
         standing: &[&'a Placed<'a>],
     ) -> (usize, Option<Stuck<'a>>) {
-        let all = (0..pieces.len()).rev().filter_map(|index| {
+        let mut least: Option<(usize, Stuck)> = None;
+        for index in (0..pieces.len()).rev() {
             let others = others(pieces, index, standing);
-            self.keeps(&pieces[index], &others).map(|stuck| (index, stuck))
-        });
-        let least = all.min_by(|a, b| a.1.contact.depth_mm.total_cmp(&b.1.contact.depth_mm));
+            let Some(stuck) = self.keeps(&pieces[index], &others) else { continue };
+            // Nothing is nearer to coming free than what only its tool keeps.
+            if stuck.rule == Rule::Access {
+                return (index, Some(stuck));
+            }
+            let depth_mm = stuck.contact.depth_mm;
+            if least.as_ref().is_none_or(|(_, least)| depth_mm < least.contact.depth_mm) {
+                least = Some((index, stuck));
+            }
+        }
         least.map_or((pieces.len() - 1, None), |(index, stuck)| (index, Some(stuck)))
     }
 
@@ -393,6 +388,12 @@ impl<'a> Order<'a> {
         let ways = ways.into_iter().flatten();
         ways.min_by(|a, b| a.contact.depth_mm.total_cmp(&b.contact.depth_mm))
     }
+}
+
+/// What tools bring to its place now: what is driven in elsewhere comes with what it holds.
+fn driven<'a>(piece: &Piece<'a>) -> impl Iterator<Item = &'a Placed<'a>> {
+    let is_alone = piece.len() == 1;
+    piece.iter().copied().filter(move |placed| is_alone || !placed.is_drawn())
 }
 
 fn moves(motion: &Motion, piece: &Piece) -> bool {

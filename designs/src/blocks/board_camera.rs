@@ -3,6 +3,7 @@
 use fabkit_geometry::{Length, Solid};
 
 use super::INTO_MM;
+use crate::hardware::Lens;
 
 /// A board with a lens holder and a barrel on it.
 pub struct BoardCamera {
@@ -37,6 +38,11 @@ macro_rules! board_camera {
 pub(crate) use board_camera;
 
 impl BoardCamera {
+    /// Its lens, on a board with its upper face there, mm.
+    pub fn lens(&self, board_top_z: f64) -> Lens {
+        Lens { barrel_mm: self.barrel.mm(), front_z: board_top_z + self.lens_height.mm() }
+    }
+
     /// The camera, looking along +z, its board between two heights (mm), with `holes` for screws
     /// and a plug behind it.
     pub fn solid(&self, [bottom, top]: [f64; 2], holes: Vec<Solid>, plug: Solid) -> Solid {

@@ -166,7 +166,8 @@ impl Posted<'_> {
             .at_z(bottom)
             .named("connector");
         let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
-        CAMERA.bought(ordered, solid, []).times(1).colored(CAMERA_GREEN)
+        let lens = board_camera!(c).lens(self.top_z).turned_from_front();
+        CAMERA.bought(ordered, solid, []).times(1).reached(lens).colored(CAMERA_GREEN)
     }
 
     /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.

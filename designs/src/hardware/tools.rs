@@ -3,8 +3,8 @@
 
 use fabkit_geometry::{Angle, Occasion, Pose, Reach, Solid};
 
-use super::{HeatSetNut, HexNut, Screw, SocketScrew};
-use crate::blocks::INTO_MM;
+use super::{Dowel, HeatSetNut, HexNut, Screw, SocketScrew};
+use crate::blocks::{INTO_MM, copies, ring};
 
 /// A tool ends this far from what it works on, mm: it touches it, and bodies do not overlap.
 const TIP_GAP_MM: f64 = 0.05;
@@ -40,8 +40,26 @@ const IRON_TIP_MM: f64 = 15.0;
 /// Radius and length of the iron behind its tip, mm; chosen.
 const IRON_SHAFT_MM: [f64; 2] = [4.0, 60.0];
 
-/// Hexagon keys by thread: radius over corners and long arm, mm (ISO 2936: 4 mm for M5).
-const KEY_MM: [f64; 2] = [2.3, 70.0];
+/// Hexagon keys: which screws, name, radius over corners, long and short arm, mm. ISO 4762 has sockets of
+/// 3, 4 and 5 mm in M4, M5 and M6; ISO 2936 the keys.
+const KEYS: [(f64, &str, f64, [f64; 2]); 3] = [
+    (4.5, "a hexagon key of 3 mm", 1.7, [63.0, 20.0]),
+    (5.5, "a hexagon key of 4 mm", 2.3, [70.0, 25.0]),
+    (6.5, "a hexagon key of 5 mm", 2.85, [80.0, 28.0]),
+];
+
+/// How far a ball-ended key may lean, degrees: what makers state.
+const BALL_DEG: f64 = 25.0;
+
+/// What presses a dowel in, a vise's jaw or a thumb: radius and way, mm; chosen.
+const PRESS_MM: [f64; 2] = [4.0, 12.0];
+
+/// How much of a pin's head fingers need to pull it out, how thick they are beside it, and how far they
+/// stand out over it, mm; chosen: tips of thumb and index finger.
+const PINCH_MM: [f64; 3] = [3.0, 6.0, 25.0];
+
+/// Width of a fingertip that pinches on one side, mm; chosen: on edge, as for small things.
+const EDGE_MM: f64 = 8.0;
 
 /// A flat screwdriver for pry slots: thickness and width of its blade, radius and length of its shaft, mm
 /// (ISO 2380-1: blade 0.8 x 4, the shaft as wide as the blade; ISO 2380-2: 100 mm).
@@ -101,11 +119,57 @@ impl Screw {
 }
 
 impl SocketScrew {
-    /// Its hexagon key.
+    /// Its hexagon key by the long arm, upright, or leaning to any side where it ends in a ball.
     pub fn driver(&self) -> Reach {
+        let fits = KEYS.iter().find(|(thread, ..)| self.thread_mm < *thread);
+        let &(_, tool, radius, [long, short]) = fits.unwrap_or(&KEYS[KEYS.len() - 1]);
         let from_z = self.head_height_mm + TIP_GAP_MM;
-        Reach::driver("a hexagon key", Solid::cylinder(KEY_MM[0], KEY_MM[1]).at_z(from_z))
+        // Over the screw, the other arm goes around.
+        let arm = 2.0 * radius;
+        let key = Solid::cylinder(radius, long)
+            .plus(Solid::cylinder(short, arm).at_z(long - arm))
+            .named("key");
+        let upright = Reach::driver(tool, key.clone().at_z(from_z));
+        let lean = Pose::rotation_y(Angle::from_deg(BALL_DEG).expect("finite"));
+        // The edge of a leaning key must clear the head.
+        let over = from_z + radius * BALL_DEG.to_radians().sin();
+        let sides = ring(4, 0.0, Pose::identity()).into_iter().map(|turn| turn.then_in(lean));
+        sides.fold(upright, |reach, side| reach.or(key.clone().placed(side).at_z(over)))
     }
+}
+
+impl Dowel {
+    /// What presses it in, from either end.
+    pub fn press(&self) -> Reach {
+        let [radius, way] = PRESS_MM;
+        let from_z = self.length_mm / 2.0 + TIP_GAP_MM;
+        let jaw = Solid::cylinder(radius, way);
+        let below = jaw.clone().at_z(-from_z - way);
+        Reach::room("what presses the dowel in", jaw.at_z(from_z)).or(below)
+    }
+}
+
+/// Fingers that pull a pin out by its head, z along its axis to the hand: radius and top of the head, mm.
+/// All around it or, where something stands there, on two sides.
+///
+/// Where all holes are filled, neighbours are in the way; a picture takes a few pins.
+pub fn pinch(radius_mm: f64, top_z: f64) -> Reach {
+    let [deep, beside, out] = PINCH_MM;
+    let [near, far] = [radius_mm + TIP_GAP_MM, radius_mm + beside];
+    let (low, half) = (top_z - deep, EDGE_MM / 2.0);
+    let around = tube([near, far], [low, top_z + out]);
+    let tip = Solid::cuboid_between([near, -half, low], [far, half, top_z + out]);
+    let tips = copies("fingertip", &ring(2, 0.0, Pose::identity()), &tip);
+    let sides = Solid::union(tips);
+    let turns = ring(8, 0.0, Pose::identity()).into_iter().take(4);
+    let anywhere = Reach::room("the fingers that pull it out", around).past_copies();
+    turns.fold(anywhere, |reach, turn| reach.or(sides.clone().placed(turn)))
+}
+
+/// What is around an axis, between two radii and two heights, mm.
+fn tube([inner, outer]: [f64; 2], [low, high]: [f64; 2]) -> Solid {
+    let outline = [[inner, low], [outer, low], [outer, high], [inner, high]];
+    Solid::revolution(fabkit_geometry::Path::polygon(&outline))
 }
 
 impl HexNut {

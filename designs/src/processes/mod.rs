@@ -102,6 +102,8 @@ parameters! {
         clearance: Clearance,
         /// Steepest overhang without support, from the vertical.
         overhang: Option<Angle> = 0.0..=90.0,
+        /// Widest gap between two walls that it spans without support.
+        bridge: Option<Length> = 0.0..=200.0,
         /// Room for a part.
         bed: Room,
         /// Where the figures come from.
@@ -149,6 +151,7 @@ impl Recipe {
             wall_mm: figures.wall.map(Length::mm).or(lines.map(|line| 2.0 * line.mm())),
             hole_mm: figures.hole.map(Length::mm),
             overhang_deg: figures.overhang.map(Angle::deg),
+            bridge_mm: figures.bridge.map(Length::mm),
             bed_mm: [room.width, room.depth, room.height].map(|side| side.map(Length::mm)),
             note: String::new(),
         }

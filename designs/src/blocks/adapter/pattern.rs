@@ -223,7 +223,9 @@ impl Plan<'_> {
         let length = SocketScrew::length_near_mm(held_mm - self.bottom_z + bite_mm);
         let text = format!("socket head screw ISO 4762 M{}x{length}", bolt.thread_mm);
         let name = format!("bolt-m{}", bolt.thread_mm);
-        let body = bought(&name, text, bolt.solid(length), bolts.iter().map(lowered)).fastening();
+        let body = bought(&name, text, bolt.solid(length), bolts.iter().map(lowered))
+            .reached(bolt.driver())
+            .fastening();
         match self.is_above_flange() {
             true => (vec![alone(body, &bolts)], Vec::new()),
             false => (Vec::new(), vec![body]),

@@ -18,6 +18,9 @@ pub const WIRE_GROOVE_MM: [f64; 2] = [1.2, 8.0];
 /// Distance of the plug's window from the floor and from the camera's seat, mm.
 const WINDOW_MARGIN_MM: f64 = 1.0;
 
+/// Widest upper edge of a window that every filament printer spans without supports, mm.
+const LONGEST_BRIDGE_MM: f64 = 10.0;
+
 /// Poses on strips' backs: z axis towards the sensor's axis, y axis up.
 pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
     let degrees = |deg: f64| Angle::from_deg(deg).expect("finite");
@@ -134,7 +137,13 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     .from(&p.holder.material)
     .placed([in_sensor().lifted(-62.0)])
     .colored(BLACK)
-    .note("floor down, no supports: the window's upper edge is a bridge")
+    .note(match width <= LONGEST_BRIDGE_MM {
+        true => "floor down, no supports: the window's upper edge is a short bridge".to_owned(),
+        false => format!(
+            "floor down, with supports in the window alone, whose upper edge spans {width:.0} mm; they \
+             break out of it from inside and outside"
+        ),
+    })
     .note("the gripper's M3 screws cut their threads into the floor")
     .with_handles(1) // The plug's window.
     .cut(joints.casing.sunk(layout.joint_z_mm - head_z, head_z - bottom, gap).unmarked())

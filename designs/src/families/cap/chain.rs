@@ -1,6 +1,6 @@
 //! How a dome-cap sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Step, Vector3};
 
 use super::bodies::*;
 use super::joints::Joints;
@@ -60,16 +60,20 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
         assemble("glue-leds", SENSOR, &[HOLDER, LED])
             .told(
                 "cut the LEDs from the strip, wire them in a row, push them into the holder's \
-                 pockets from above, lead the wires through the groove",
+                 pockets from above, each with a drop of hot-melt adhesive on its back, lead the wires \
+                 through the groove",
             )
-            .source("IV-B"),
+            .fixing(&[LED], &[HOLDER], FixedBy::Glue)
+            .source("IV-B")
+            .during("glue-skin"),
         bond("glue-plate", SENSOR, &[PLATE, HOLDER], GLUED)
             .told("glue the plate onto the holder's ledge with cyanoacrylate")
             .source("IV-B; cure chosen"),
         assemble("assemble", SENSOR, &[CAMERA, CAMERA_CABLE, BASE])
             .told(format!(
-                "focus the lens on the paint, put the camera into the base, plug through the \
-                 window{}; join base and holder with four M2 screws, screw the base to the gripper; the LEDs' \
+                "put the camera into the base, plug through the window{}, hold both against the holder and \
+                 look at the picture; turn the lens between two looks until the paint is sharp, lock it \
+                 with a drop of nail polish; join base and holder with four M2 screws, screw the base to the gripper; the LEDs' \
                  wires leave by the window to a microcontroller outside of the sensor",
                 match p.base.cable_side {
                     Side::Front => "",
@@ -80,6 +84,7 @@ pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
             ))
             .source("IV-B, figure 5")
             .also(joints.casing.names())
-            .also(joints.mounting.nut_name()),
+            .also(joints.mounting.nut_name())
+            .adjusting_apart(CAMERA),
     ]
 }

@@ -12,6 +12,7 @@ use crate::blocks::adapter::Exit;
 use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::cable_way::Side;
 use crate::blocks::{APART_MM, CAMERA_GREEN, INTO_MM, LED, LED_YELLOW, RUBBER};
+use crate::hardware::Lens;
 
 /// Length and width of the camera's USB connector, mm: micro-B for USB 3.0.
 pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
@@ -26,6 +27,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
     let led_text = format!("{}, one LED on {} of strip", p.leds.model, p.leds.strip_length);
     let leds = led_poses(p, layout);
     let leds = leds.iter().map(|pose| SENSOR.drawn_out(pose, 2.0).lifted(14.0));
+    let lens = Lens { barrel_mm: c.lens_diameter.mm(), front_z: layout.lens_front_z_mm };
     let joints = Joints::new(p, layout);
     let below = |pose: &Pose| SENSOR.at(*pose).lifted(-96.0);
     let off_mold = |pose: &Pose| SKIN_MOLD.drawn_out(pose, 34.0);
@@ -33,6 +35,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
+                .reached(lens.turned_from_front())
                 .colored(CAMERA_GREEN),
             LED.bought(led_text, led(p), leds)
                 .colored(LED_YELLOW)

@@ -1,6 +1,6 @@
 //! How a dome sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Pull, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Pull, Step, Vector3};
 
 use super::bodies::*;
 use super::cavities;
@@ -65,18 +65,13 @@ impl Chain<'_> {
 
     fn preparing(&self) -> Vec<Step> {
         let mut steps = vec![self.making()];
-        steps.push(
-            prepare("cut-tube", CUTTING, &[TUBE_JIG, TUBE])
-                .told(
-                    "put the test tube into the jig, tip first, until it stands; mark it all around at \
-                     the jig's rim with a diamond file or a wet cutting disc, break it there, and grind \
-                     the edge flat and blunt on wet paper of grain 400, goggles and gloves on",
-                )
-                .source("chosen: the paper shows a cut tube and does not say how"),
-        );
         if self.is_silicone() {
-            steps.extend(self.silicone(&self.inner));
+            let [cast, open] = self.silicone(&self.inner);
+            let cut = self.cutting().during(&cast.name);
+            steps.extend([cast, cut, open]);
             steps.extend(self.silicone(&self.outer));
+        } else {
+            steps.push(self.cutting());
         }
         let molds = [self.inner.walls(), self.outer.walls()].concat();
         steps.push(
@@ -88,6 +83,16 @@ impl Chain<'_> {
                 .source("III-B.1"),
         );
         steps
+    }
+
+    fn cutting(&self) -> Step {
+        prepare("cut-tube", CUTTING, &[TUBE_JIG, TUBE])
+            .told(
+                "put the test tube into the jig, tip first, until it stands; mark it all around at the \
+                 jig's rim with a diamond file or a wet cutting disc, break it there, and grind the edge \
+                 flat and blunt on wet paper of grain 400, goggles and gloves on",
+            )
+            .source("chosen: the paper shows a cut tube and does not say how")
     }
 
     /// Casts a seamless mold around a glass tube and takes the tube out.
@@ -331,9 +336,10 @@ impl Chain<'_> {
         vec![
             assemble("mount-leds", SENSOR, &[&[LED_BOARD, LED], baffle, wires].concat())
                 .told(format!(
-                    "solder two wires into the LED board's holes, {press}press the board into the shell \
-                     from below until it meets the ribs"
+                    "solder the LEDs onto the board and two wires into its holes, {press}press the board \
+                     into the shell from below until it meets the ribs"
                 ))
+                .fixing(&[LED], &[LED_BOARD], FixedBy::Solder)
                 .source("III-B.2"),
             assemble("focus", SENSOR, &[&[CAMERA, BASE], cable].concat())
                 .told(format!(
@@ -345,7 +351,8 @@ impl Chain<'_> {
                 .source("chosen: with the gel on, the lens is reached only while the base is out")
                 .also(self.joints.camera.names())
                 .also(self.joints.mounting.nut_name())
-                .also(self.joints.shell_base.nut_name()),
+                .also(self.joints.shell_base.nut_name())
+                .adjusting_apart(CAMERA),
             assemble("close", SENSOR, &[BASE])
                 .told(format!(
                     "push the base in and join it to the shell with {} M{} screws",

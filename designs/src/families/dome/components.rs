@@ -71,6 +71,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         .opaque(0.3),
         CAMERA
             .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
+            .reached(board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_front())
             .colored(CAMERA_GREEN),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
     ];
@@ -85,6 +86,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), dowels)
             .times(2 * (side.len() + lid.len()) as u32)
+            .reached(dowel.press())
             .fastening()
     });
     let gripped =

@@ -1,6 +1,6 @@
 //! How a flat-gel sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, Opening, Pose, Step, Vector3};
+use fabkit_geometry::{Action, Cure, FixedBy, Opening, Pose, Step, Vector3};
 
 use super::bodies::*;
 use super::layout::Layout;
@@ -112,21 +112,25 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         LightFrom::Sides => assemble("fit-light", SENSOR, &[LED, SHELL]).told(
             "cut the strips, solder wires to them, glue them to the chamber's walls from below; their \
              colours take turns from wall to wall",
-        ),
+        )
+        .fixing(&[LED], &[SHELL], FixedBy::Glue),
         LightFrom::Below => assemble("fit-light", SENSOR, &[LED, LED_BOARD, SHELL])
             .told(
                 "solder LEDs and wires to the board, push it up against the shell's step, fix it",
-            ),
+            )
+            .fixing(&[LED], &[LED_BOARD], FixedBy::Solder),
     };
     steps.extend([
         light.source("chosen"),
         assemble("fit-camera", SENSOR, &[CAMERA, BASE])
             .told(
-                "screw the camera's board onto the base's posts, plug the cable in, focus on the \
-                 gel",
+                "screw the camera's board onto the base's posts, plug the cable in, hold the base against \
+                 the shell and look at the picture; turn the lens by its rim between two looks until \
+                 the gel is sharp, lock it with a drop of nail polish",
             )
             .source("chosen")
-            .also(layout.camera.joint().names()),
+            .also(layout.camera.joint().names())
+            .adjusting_apart(CAMERA),
         assemble("close", SENSOR, &[SHELL, BASE])
             .told(
                 "lay cable and wires into the notch, put the shell on, drive the four screws from \

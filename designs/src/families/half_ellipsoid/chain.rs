@@ -1,6 +1,6 @@
 //! How a half-ellipsoid sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Opening, Point3, Pose, Pull, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Opening, Point3, Pose, Pull, Step, Vector3};
 
 use super::bodies::*;
 use super::components::has_parts;
@@ -61,10 +61,15 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
          have the board made; varnish the negatives and spray them with release agent",
     );
     let mut steps = vec![first.source("III-C, figure 3 (i)")];
-    steps.extend(
-        Boundary::all(p).into_iter().flat_map(|boundary| silicone_cup(p, layout, boundary)),
-    );
-    steps.extend(silicone_core(p, layout));
+    let mut cups = Boundary::all(p).into_iter().flat_map(|one| silicone_cup(p, layout, one));
+    // The core's vessel is another one: it need not wait for the first cup.
+    let [core, drawn] = silicone_core(p, layout);
+    let first = cups.next();
+    let core = match &first {
+        Some(cup) => core.during(&cup.name),
+        None => core,
+    };
+    steps.extend(first.into_iter().chain([core]).chain(cups).chain([drawn]));
     steps.extend(Boundary::all(p).into_iter().flat_map(|boundary| elastomer(p, layout, boundary)));
     steps.extend(finish(p, layout));
     steps
@@ -192,6 +197,7 @@ fn finish(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
                  its plug; glue post, board and diffusion ring to the base with instant adhesive, wires \
                  through the slot",
             )
+            .fixing(&[WHITE_LED, UV_LED], &[LED_BOARD], FixedBy::Solder)
             .source("III-C: illumination system, sensor assembly"),
         assemble("assemble", SENSOR, &[HOLDER])
             .told("slide the holder over the base, join both with the M1.2 bolts")

@@ -1,6 +1,6 @@
 //! How a pin-tip sensor is built, step by step.
 
-use fabkit_geometry::{Cure, Opening, Point3, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Opening, Point3, Step, Vector3};
 
 use super::bodies::*;
 use super::controller;
@@ -61,12 +61,15 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
                  two fingers through the windows until the holes are sharp; fix its thread with a drop \
                  of varnish",
             )
-            .source("III-A.2: an adjustable lens; no finger reaches it once the board is in the body"),
+            .source("III-A.2: an adjustable lens; no finger reaches it once the board is in the body")
+            .adjusting(CAMERA)
+            .during("close-holes"),
         assemble("assemble-body", SENSOR, &[BODY, LED_BOARD, LED, CAMERA, CAMERA_CABLE, O_RING])
             .told(
-                "press the LED board in, lead its wires down the shaft; screw the focused camera \
+                "solder the LEDs to their board, press it in, lead its wires down the shaft; screw the focused camera \
                  in from below, its wires out of the slot; pull the O-ring over the neck",
             )
+            .fixing(&[LED], &[LED_BOARD], FixedBy::Solder)
             .source("III-A.1 and III-A.2; the O-ring is chosen")
             .also(joints.camera.names()),
         assemble("mount", SENSOR, &[ROBOT_MOUNT, BODY])

@@ -47,6 +47,9 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
                 .placed([FOCUSING.in_place()])
+                .reached(
+                    board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_sides(),
+                )
                 .colored(BOARD_BLUE),
             camera_cable(p, layout),
         ],

@@ -7,6 +7,8 @@ use crate::assembling::{AssemblyName, Name};
 pub const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
 /// The stack that casts the layer with the markers.
 pub const MARKER_MOLD: AssemblyName = AssemblyName("marker-mold");
+/// The box's floor with its camera, before walls are around it.
+pub const BOX_FOCUSING: AssemblyName = AssemblyName("box-focusing");
 
 crate::bodies! {
     pub MOLD_FLOOR "mold-floor" "closes a stack from below";

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use fabkit_geometry::{Cure, Length, Mix, Opening, Point3, Step, Vector3};
+use fabkit_geometry::{Cure, FixedBy, Length, Mix, Opening, Point3, Step, Vector3};
 
 use super::bodies::*;
 use super::channels::Side;
@@ -59,17 +59,30 @@ fn stack_top(side: Length, z_mm: f64) -> Opening {
 pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let joints = Joints::new(p, layout);
     let mut steps = casting(p, layout);
-    steps.extend(Side::BOTH.map(|side| glue_tubes(p, layout, side)));
+    let cement = cement_display(p, layout);
+    // One side's glue cures as long as the display's.
+    let [left, right] = Side::BOTH.map(|side| glue_tubes(p, layout, side));
+    let left = left.during(&cement.name);
+    steps.extend([cement, left, right]);
     steps.extend(display(p, layout));
     steps.extend(Side::BOTH.map(|side| fill(p, layout, side)));
     steps.push(seal_display());
     let walls = [BOX_FLOOR, BOX_WALL, CABLE_WALL, BOX_CEILING, MARKER_FRAME, CLAMP_BAR];
     let between = [CAMERA, BOX_CABLE, CAMERA_SPACER, BOX_SPACER, LED_STRIP];
     steps.extend([
+        assemble("focus-box-camera", BOX_FOCUSING, &[BOX_FLOOR, CAMERA, CAMERA_SPACER])
+            .told(format!(
+                "screw the camera on its spacers to the floor; hold a printed page {:.0} mm in front of \
+                 its lens, turn the lens until it is sharp, and tighten its lock",
+                layout.marker_end_z_mm - layout.pupil_z_mm - p.camera.pupil_behind_front.mm()
+            ))
+            .source("chosen: fingers reach the lens only before the walls are around it")
+            .also(joints.camera.names())
+            .adjusting(CAMERA),
         assemble("assemble", SENSOR, &[&walls[..], &between].concat())
             .told(format!(
-                "screw the camera and the spacers to the floor, stick an LED strip to each wall, \
-                 stand the walls in their slots{}, put ceiling, marker frame, interface and bars on, \
+                "screw the spacers to the floor, plug the cable in, stick an LED strip to each wall, stand \
+                 the walls in their slots{}, put ceiling, marker frame, interface and bars on, \
                  and draw all together with the eight corner screws",
                 match p.housing.cable_side {
                     CableSide::Right => "",
@@ -78,6 +91,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
                     CableSide::Back => ", that with the cable's opening at +y",
                 }
             ))
+            .fixing(&[LED_STRIP], &[BOX_WALL, CABLE_WALL], FixedBy::Tape)
             .source(
                 "II-A, figure 2: interface on a rigid frame with the camera inside; joints chosen",
             )
@@ -88,10 +102,14 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             SENSOR,
             &[STAND_PLATE, STAND_SPACER, CAMERA, STAND_CABLE, CAMERA_SPACER],
         )
-        .told("put the second camera on four spacers above the display")
+        .told(
+            "plug the cable in, put the second camera on four spacers above the display, look at the picture; \
+             turn the lens between two looks until the liquid's ends are sharp, and tighten its lock",
+        )
         .source("II-A, figure 2: a camera sees the display; stand chosen")
         .also(joints.camera.names())
-        .also(joints.display.names()),
+        .also(joints.display.names())
+        .adjusting_apart(CAMERA),
     ]);
     steps
 }
@@ -191,6 +209,7 @@ fn glue_tubes(p: &SheetMold, layout: &Layout, side: Side) -> Step {
             side.word(),
             p.tubes.insertion
         ))
+        .fixing(&[TUBE], &[side.glue()], FixedBy::Glue)
         .source("II-A")
 }
 
@@ -214,7 +233,18 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
              of the channels, then plug the tubes onto the needles under water",
             side.word()
         ))
+        .fixing(&[TUBE], &[NEEDLE], FixedBy::Push)
         .source("II-A: in a tank, as channels with one end cannot be filled with a syringe")
+}
+
+/// The display's sheets.
+const DISPLAY_SHEETS: [Name; 3] = [DISPLAY_BACK, DISPLAY_CHANNELS, DISPLAY_COVER];
+
+fn cement_display(p: &SheetMold, layout: &Layout) -> Step {
+    bond("cement-display", SENSOR, &DISPLAY_SHEETS, CEMENTED)
+        .told("draw the three sheets together with bolts, let solvent cement run in between them")
+        .source("chosen: air ahead of the liquid drives it back (II-A)")
+        .also(Joints::new(p, layout).display.names())
 }
 
 fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
@@ -242,22 +272,15 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
             ]
         })
         .collect();
-    let walls = [DISPLAY_BACK, DISPLAY_CHANNELS, DISPLAY_COVER, NEEDLE];
+    let walls = [&DISPLAY_SHEETS[..], &[NEEDLE]].concat();
     let water = red_water(1.0).fills(&walls, DISPLAY_LIQUID, -Vector3::x(), openings);
     vec![
-        bond("cement-display", SENSOR, &walls[..3], CEMENTED)
-            .told(
-                "draw the three sheets together with bolts, let solvent cement run in between them",
-            )
-            .source(
-                "chosen: air ahead of the liquid drives it back (II-A)",
-            )
-            .also(Joints::new(p, layout).display.names()),
         bond("glue-needles", SENSOR, &[DISPLAY_COVER, NEEDLE], CEMENTED)
             .told(
                 "glue the needles into the cover; they stop on the channels' edges, the bore over \
                  the channel",
             )
+            .fixing(&[NEEDLE], &[DISPLAY_COVER], FixedBy::Glue)
             .source("chosen"),
         step("fill-display", SENSOR, &walls, water)
             .told(

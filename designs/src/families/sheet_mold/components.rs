@@ -99,6 +99,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let mut all = vec![
         CAMERA
             .bought(camera_specification(p), camera(p, layout), cameras.clone())
+            .reached(board_camera!(p.camera).lens(camera_board_top_mm(p)).turned_from_front())
             .colored(CAMERA_GREEN),
         CAMERA_SPACER.bought(
             format!("round spacer, 2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
@@ -157,7 +158,24 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .colored(LED_YELLOW)
             .sticking(),
     ]);
+    focused_apart(&mut all, &holes.names());
     all
+}
+
+/// Places the box's camera, and what holds it, once more: on its floor alone.
+fn focused_apart(all: &mut [Body], held_by: &[String]) {
+    let is_of_camera = |body: &Body| {
+        [CAMERA, CAMERA_SPACER].iter().any(|name| name.name == body.name)
+            || held_by.contains(&body.name)
+    };
+    for body in all.iter_mut().filter(|body| is_of_camera(body)) {
+        // The box's camera is the first of two.
+        let of_box = &body.placements[..body.placements.len() / 2];
+        let apart =
+            |place: &Placement| Placement { assembly: BOX_FOCUSING.assembly(), ..place.clone() };
+        let apart: Vec<Placement> = of_box.iter().map(apart).collect();
+        body.placements.extend(apart);
+    }
 }
 
 /// A tube standing on z = 0.

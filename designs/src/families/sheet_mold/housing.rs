@@ -49,7 +49,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         cut(BOX_CEILING, slotted(BOX_CEILING).with_hole(window), thickness)
             .placed([SENSOR.at_z(layout.ceiling_z_mm)]),
         cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted(BOX_FLOOR)), thickness)
-            .placed([SENSOR.at_z(layout.bottom_z_mm).lifted(-34.0)]),
+            .placed([SENSOR, BOX_FOCUSING].map(|at| at.at_z(layout.bottom_z_mm).lifted(-34.0))),
         cut(CABLE_WALL, Profile::new(wall(p, layout, true)), thickness)
             .placed([wall_placement(layout, cable)]),
         cut(BOX_WALL, Profile::new(wall(p, layout, false)), thickness)

@@ -7,7 +7,7 @@ use super::bodies::*;
 use super::channels::{comb_opening, left_channels};
 use super::layout::{Layout, marker_centres};
 use super::parameters::SheetMold;
-use super::sheets::{sheet, square, square_with_notches, with_bolts, with_holes};
+use super::sheets::{pried, sheet, square, square_with_notches, with_bolts, with_holes};
 use crate::assembling::{SENSOR, shrinkage};
 use crate::blocks::MOLD_BLUE;
 
@@ -28,6 +28,9 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .colored(PLYWOOD)
             .for_shrinkage(shrinkage)
     };
+    let notched = |name, profile, thickness_mm, material: &str| {
+        pried(p, cut(name, profile, thickness_mm, material), thickness_mm)
+    };
     let (acrylic, wood) = (&p.molds.channel_material, &p.molds.marker_material);
     let centres = marker_centres(p);
     vec![
@@ -38,7 +41,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             ])
             .times(2)
             .note(SEAL),
-        cut(
+        notched(
             CHANNEL_COMB,
             Profile::new(square_with_notches(p))
                 .with_hole(comb_opening(&channels, p.channel_layer.side.mm())),
@@ -58,7 +61,7 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .placed([CHANNEL_MOLD.at_z(layout.channel_top_z_mm).lifted(18.0)])
         .colored(MOLD_BLUE)
         .note("silicone is poured in here and scraped off level with the top"),
-        cut(
+        notched(
             MARKER_PLATE,
             with_holes(
                 Profile::new(square_with_notches(p)),

@@ -1,11 +1,12 @@
 //! Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
 //! frame; placements lift it to where it belongs.
 
-use fabkit_geometry::{Body, Path, Process, Profile, Solid};
+use fabkit_geometry::{Angle, Body, Path, Pose, Process, Profile, Solid};
 
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 use crate::assembling::Name;
+use crate::hardware::tools::pry;
 use crate::materials::glazing;
 
 /// A sheet with this profile; each of its holes is one handle.
@@ -44,6 +45,16 @@ pub fn square_with_notches(p: &SheetMold) -> Path {
         .line([w, -floor])
         .line([w, -half])
         .close()
+}
+
+/// A sheet with that outline, and the screwdrivers that part it from its neighbours.
+pub fn pried(p: &SheetMold, sheet: Body, thickness_mm: f64) -> Body {
+    let turns =
+        [-90.0, 90.0].map(|deg| Angle::from_deg(deg).expect("a quarter of a turn is finite"));
+    let mouth = Pose::translation(p.plate.side.mm() / 2.0, 0.0, thickness_mm / 2.0);
+    turns.into_iter().fold(sheet, |sheet, turn| {
+        sheet.reached(pry(Pose::rotation_z(turn).then_in(mouth), p.plate.pry_depth.mm()))
+    })
 }
 
 /// Radius of the plates' corners, mm: as far from the bolts as the straight sides.

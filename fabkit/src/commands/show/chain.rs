@@ -2,7 +2,7 @@
 
 use fabkit_application::checks::batches;
 use fabkit_application::designs::Design;
-use fabkit_application::documents::{batch_of, cure, removed};
+use fabkit_application::documents::{batch_of, removed};
 use fabkit_application::geometry::Cure;
 
 use crate::commands::check::components;
@@ -30,7 +30,10 @@ pub(super) fn text(design: &Design) -> String {
             line("mix", format!("{}{degas}", components(batch)));
             line("becomes", format!("{}, {:.2} mm3", batch.layer, batch.volume.value_mm3));
         }
-        line("cure", cure(&step.action).map(cure_text).unwrap_or_default());
+        line("during", step.during.clone().unwrap_or_default());
+        let adjusted = step.adjustments.iter().map(|one| one.body.as_str()).collect::<Vec<_>>();
+        line("adjust", adjusted.join(", "));
+        line("cure", step.cure().map(cure_text).unwrap_or_default());
         line("remove", removed(&step.action).join(", "));
         line("source", step.source.clone());
     }

@@ -1,4 +1,4 @@
-//! Nanoseconds per call, one core: `cargo run --release -p fabkit-camera --example throughput`.
+//! Nanoseconds per call, one core: `cargo run --release -p fabkit-camera --example projection_throughput`.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Lines per second through a few bodies, on one core: `cargo run --release --example throughput`.
+//! Lines per second through a few bodies, on one core: `cargo run --release --example lines_throughput`.
 
 use std::time::Instant;
 

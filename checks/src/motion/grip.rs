@@ -1,0 +1,108 @@
+//! Rigid tools that are taken off a cast stick to it: each has a slot for a screwdriver, or stands out far
+//! enough for two fingers.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Action, Duty, Occasion, Point3, Process, Pull, Ray, Sensor, Vector3};
+
+use crate::finding::{Finding, Rule};
+use crate::lines::{Caster, basis};
+use crate::scene::Placed;
+
+use super::arrival::Work;
+
+/// What two fingers hold by its edges, mm; chosen: half a fingertip.
+const GRIP_MM: f64 = 3.0;
+
+/// Bodies whose boxes are this near touch each other, mm.
+const TOUCHING_MM: f64 = 0.1;
+
+/// From how many sides fingers are tried, in opposite pairs.
+const SIDES: usize = 8;
+
+/// At how many heights of a tool.
+const HEIGHTS: usize = 96;
+
+/// What a step takes off without a place for screwdriver or fingers. Screws are drawn before.
+pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
+    if work.occasion != Occasion::Removal {
+        return Vec::new();
+    }
+    let step = sensor.chain.iter().find(|step| step.name == work.place.step);
+    let Some(Action::Demold(pulls)) = step.map(|step| &step.action) else { return Vec::new() };
+    let is_fastener = |one: &Placed| matches!(one.of.duty, Duty::Fastens | Duty::Threads);
+    let mut standing: Vec<&Placed> =
+        work.around.iter().copied().filter(|one| !is_fastener(one)).collect();
+    let mut findings = Vec::new();
+    for pull in pulls {
+        let pulled = standing.iter().filter(|one| one.name == pull.body && is_rigid(one, pull));
+        let least = pulled
+            .filter(|one| !is_pried(one, &standing))
+            .map(|one| grip_mm(one, &standing, &pull.direction))
+            .fold(f64::INFINITY, f64::min);
+        if least < GRIP_MM {
+            findings.push(told(work, &pull.body, least));
+        }
+        standing.retain(|one| one.name != pull.body);
+    }
+    findings
+}
+
+/// Nothing gives way that silicone sticks to; what is bought, and what is peeled, has its own ways.
+fn is_rigid(one: &Placed, pull: &Pull) -> bool {
+    let made = [Process::Fdm, Process::Sla, Process::PolyJet, Process::Laser, Process::Cnc];
+    pull.strain_limit.is_none() && one.of.process().is_some_and(|process| made.contains(&process))
+}
+
+/// Whether a screwdriver has a place on it, or on what it touches.
+fn is_pried(one: &Placed, standing: &[&Placed]) -> bool {
+    let near = one.body.bounds().grown(TOUCHING_MM);
+    let touches = |other: &Placed| !near.common(&other.body.bounds()).is_empty();
+    let pries = |other: &Placed| other.of.reach.iter().any(|r| r.occasion == Occasion::Removal);
+    standing.iter().any(|other| pries(other) && touches(other))
+}
+
+/// How much of a tool's height is outermost on two opposite sides across its way off, mm: the most of all
+/// pairs of sides, at most a line more than it is.
+fn grip_mm(one: &Placed, standing: &[&Placed], along: &Vector3<f64>) -> f64 {
+    let bounds = one.body.bounds();
+    let (centre, far_mm) = (bounds.centre(), 2.0 * (bounds.max - bounds.min).norm() + 1.0);
+    let half_mm = 0.5 * (bounds.max - bounds.min).dot(&along.abs());
+    let step_mm = 2.0 * half_mm / HEIGHTS as f64;
+    let [across, up] = basis(along);
+    let mut caster = Caster::default();
+    let mut free_mm = [0.0; SIDES];
+    for (side, free_mm) in free_mm.iter_mut().enumerate() {
+        // Off the ways along which corners and notches lie.
+        let (sin, cos) = (TAU * (side as f64 + 0.137) / SIDES as f64).sin_cos();
+        let out = across * cos + up * sin;
+        for height in 0..HEIGHTS {
+            let shift_mm = (height as f64 + 0.4721) * step_mm - half_mm;
+            let origin: Point3<f64> = centre + along * shift_mm + out * far_mm;
+            let ray = Ray { origin, direction: -out };
+            let mut first = |body: &Placed| {
+                let enters = caster.stretches(&body.body, &ray).map(|s| s.enter.t);
+                enters.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min)
+            };
+            let own = first(one);
+            let is_first = own.is_finite() && standing.iter().all(|other| own <= first(other));
+            *free_mm += if is_first { step_mm } else { 0.0 };
+        }
+    }
+    let pairs = (0..SIDES / 2).map(|side| free_mm[side].min(free_mm[side + SIDES / 2]));
+    pairs.fold(0.0, f64::max) + step_mm
+}
+
+fn told(work: &Work, body: &str, free_mm: f64) -> Finding {
+    let message = format!(
+        "nothing takes {body} off: no slot for a screwdriver on it or beside it, and {free_mm:.1} mm of its \
+         edge for two fingers"
+    );
+    let fix =
+        "cut a pry slot where it meets what it sticks to, make it thicker, or let it stand out";
+    Finding::error(Rule::Access, message, fix)
+        .in_step(work.place.step)
+        .in_assembly(work.place.assembly)
+        .of([body])
+        .measured(free_mm, GRIP_MM, "mm")
+}

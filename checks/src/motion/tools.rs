@@ -1,0 +1,111 @@
+//! Room for tools and hands where they work on a body.
+
+use std::collections::HashSet;
+
+use fabkit_geometry::{Occasion, Reach};
+
+use super::arrival::Work;
+use super::order::Stuck;
+use super::path::{Contact, overlap};
+use crate::finding::Rule;
+use crate::memo::{Key, Memo};
+use crate::scene::{Placed, Tool};
+
+/// How many tools work on a body on an occasion.
+pub(super) fn count(placed: &Placed, occasion: Occasion) -> usize {
+    placed.of.reach.iter().filter(|reach| reach.occasion == occasion).count()
+}
+
+/// Pairs of a tool's room and a body that is known to stand in it.
+pub(super) type Blocked = HashSet<(u128, u128)>;
+
+/// Whether there is room for each of a body's tools that bring it to its place.
+pub(super) fn has_room(
+    placed: &Placed,
+    others: &[&Placed],
+    memo: &Memo,
+    blocked: &mut Blocked,
+) -> bool {
+    let tools = placed.of.reach.iter().zip(&placed.tools);
+    let mut arriving = tools.filter(|(reach, _)| reach.occasion == Occasion::Arrival);
+    arriving.all(|(reach, rooms)| {
+        rooms.iter().any(|room| {
+            let mut others = others.iter().filter(|other| counts(reach, placed, other));
+            let is_known = |other: &&&Placed| blocked.contains(&(room.key, other.key));
+            if others.clone().any(|other| is_known(&other)) {
+                return false;
+            }
+            let met = others.find(|other| meets(room, other, memo).is_some());
+            blocked.extend(met.map(|other| (room.key, other.key)));
+            met.is_none()
+        })
+    })
+}
+
+/// Whether a body may be in a tool's way.
+fn counts(reach: &Reach, placed: &Placed, other: &Placed) -> bool {
+    !(reach.passes_copies && other.name == placed.name)
+}
+
+/// Where a body stands in a tool's room, if it does.
+fn meets(room: &Tool, other: &Placed, memo: &Memo) -> Option<Contact> {
+    let key = Key::new(6).key(room.key).key(other.key);
+    let mut contact = None;
+    memo.is_clean(&key, || {
+        contact = overlap(&room.room, &other.body, 0.0);
+        contact.is_none()
+    });
+    contact
+}
+
+/// What stands where one of a body's tools has to be, and which tool.
+pub(super) fn without_room<'a>(
+    placed: &'a Placed<'a>,
+    occasion: Occasion,
+    others: &[&'a Placed<'a>],
+    memo: &Memo,
+) -> Option<Stuck<'a>> {
+    let tools = placed.of.reach.iter().zip(&placed.tools);
+    tools
+        .filter(|(reach, _)| reach.occasion == occasion)
+        .find_map(|(reach, rooms)| kept_out(placed, reach, rooms, others, memo))
+}
+
+/// What keeps a tool from the place where it is kept from least; nothing if one place is free.
+fn kept_out<'a>(
+    placed: &'a Placed<'a>,
+    reach: &'a Reach,
+    rooms: &[Tool],
+    others: &[&'a Placed<'a>],
+    memo: &Memo,
+) -> Option<Stuck<'a>> {
+    let blocked = |room: &Tool| {
+        others.iter().filter(|other| counts(reach, placed, other)).find_map(|other| {
+            meets(room, other, memo).map(|contact| Stuck {
+                rule: Rule::Access,
+                body: placed.name,
+                by: other.name,
+                tool: Some(reach.tool.as_str()),
+                along: None,
+                contact,
+            })
+        })
+    };
+    let mut least: Option<Stuck> = None;
+    for room in rooms {
+        let stuck = blocked(room)?;
+        if least.as_ref().is_none_or(|least| stuck.contact.depth_mm < least.contact.depth_mm) {
+            least = Some(stuck);
+        }
+    }
+    least
+}
+
+/// What stands where tools work in a step that pours, adjusts or takes off, and how many tools do.
+pub(super) fn working<'a>(work: &Work<'a>, memo: &Memo) -> (Vec<Stuck<'a>>, usize) {
+    // Screws are drawn before anything is taken off.
+    let is_there = |other: &&Placed| work.occasion != Occasion::Removal || !other.is_drawn();
+    let around: Vec<&Placed> = work.around.iter().copied().filter(is_there).collect();
+    let stuck = work.on.iter().filter_map(|on| without_room(on, work.occasion, &around, memo));
+    (stuck.collect(), work.on.iter().map(|on| count(on, work.occasion)).sum())
+}

@@ -1,0 +1,181 @@
+//! The faces that hang over, line by line: which belong together, and how far each is from what carries it.
+
+use std::collections::BTreeSet;
+
+/// What stands out no farther than this from where the part carries it prints by itself, mm.
+const LEDGE_MM: f64 = 3.0;
+
+/// What is so much lower carries, mm.
+const LOWER_MM: f64 = 0.01;
+
+/// What a line met.
+#[derive(Default)]
+pub(super) struct Column {
+    /// From where to where it is inside the part, mm.
+    pub(super) inside: Vec<[f64; 2]>,
+    /// The faces that lean too far.
+    pub(super) down: Vec<Down>,
+}
+
+impl Column {
+    /// Whether it carries what hangs over beside it at a height.
+    fn carries(&self, z_mm: f64) -> bool {
+        self.inside.iter().any(|[low, high]| (*low..*high).contains(&(z_mm - LOWER_MM)))
+    }
+}
+
+/// A face that looks down, where a line met it.
+#[derive(Clone, Copy)]
+pub(super) struct Down {
+    pub(super) z_mm: f64,
+    /// From the vertical, degrees.
+    pub(super) lean_deg: f64,
+    /// Of the face, for one line, mm2.
+    pub(super) area_mm2: f64,
+}
+
+/// Neighbouring faces that lean too far.
+pub(super) struct Region {
+    pub(super) area_mm2: f64,
+    pub(super) steepest_deg: f64,
+    /// Where it is farther from what carries it than any that prints by itself.
+    pub(super) hangs: Option<([usize; 2], f64)>,
+    /// From carrier to carrier across that place, if it has one on either side, mm.
+    pub(super) span_mm: Option<f64>,
+}
+
+/// One face of a column: which column, and which of its faces.
+type Place = ([usize; 2], usize);
+
+/// The columns of a part.
+pub(super) struct Grid<'a> {
+    pub(super) columns: &'a [Column],
+    pub(super) counts: [usize; 2],
+    pub(super) cell_mm: f64,
+    /// The widest gap that is spanned, mm.
+    pub(super) bridge_mm: f64,
+}
+
+impl Grid<'_> {
+    fn index(&self, [x, y]: [usize; 2]) -> usize {
+        y * self.counts[0] + x
+    }
+
+    fn down(&self, (at, face): Place) -> Down {
+        self.columns[self.index(at)].down[face]
+    }
+
+    /// The columns around one.
+    fn around(&self, [x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+        let counts = self.counts;
+        let steps = [-1, 0, 1].into_iter().flat_map(|dy| [-1, 0, 1].map(|dx| [dx, dy]));
+        let place = move |[dx, dy]: [isize; 2]| {
+            let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            ([dx, dy] != [0, 0] && x < counts[0] && y < counts[1]).then_some([x, y])
+        };
+        steps.filter_map(place)
+    }
+
+    /// The faces that a face goes on in.
+    fn next(&self, place: Place) -> impl Iterator<Item = Place> {
+        let z_mm = self.down(place).z_mm;
+        self.around(place.0).filter_map(move |beside| {
+            // What leans farther than 45 degrees rises by less than a cell from line to line.
+            let near = |down: &Down| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm;
+            Some((beside, self.columns[self.index(beside)].down.iter().position(near)?))
+        })
+    }
+
+    /// Groups faces of neighbouring lines that pass into each other.
+    pub(super) fn regions(&self) -> Vec<Region> {
+        let mut seen: BTreeSet<Place> = BTreeSet::new();
+        let mut regions = Vec::new();
+        for (index, column) in self.columns.iter().enumerate() {
+            let at = [index % self.counts[0], index / self.counts[0]];
+            for face in 0..column.down.len() {
+                if !seen.insert((at, face)) {
+                    continue;
+                }
+                let mut members = vec![(at, face)];
+                let mut done = 0;
+                while let Some(&place) = members.get(done) {
+                    done += 1;
+                    members.extend(self.next(place).filter(|beside| seen.insert(*beside)));
+                }
+                regions.push(self.region(&members));
+            }
+        }
+        regions
+    }
+
+    /// What is known of a region: how far it is from what carries it, line by line.
+    fn region(&self, members: &[Place]) -> Region {
+        let is_carried = |place: &Place| {
+            let z_mm = self.down(*place).z_mm;
+            // A slope does not carry itself.
+            let own: Vec<[usize; 2]> = self.next(*place).map(|(at, _)| at).collect();
+            let mut beside = self.around(place.0).filter(|at| !own.contains(at));
+            beside.any(|at| self.columns[self.index(at)].carries(z_mm))
+        };
+        let (mut front, rest): (Vec<Place>, Vec<Place>) =
+            members.iter().copied().partition(is_carried);
+        let mut left: BTreeSet<Place> = rest.into_iter().collect();
+        let (mut lines, mut hangs) = (0.5, None);
+        while !front.is_empty() {
+            if lines * self.cell_mm > LEDGE_MM {
+                // Beside a bridge, at the edge of a round wall, the next line counts.
+                let is_far = |place: &Place| {
+                    !self.is_bridged(*place) && !self.next(*place).any(|at| self.is_bridged(at))
+                };
+                hangs = front.iter().copied().find(is_far).or(hangs);
+            }
+            let next = front.iter().flat_map(|place| self.next(*place));
+            front = next.filter(|place| left.remove(place)).collect();
+            lines += 1.0;
+        }
+        // Nothing carries what begins in the air.
+        let hangs = left.first().copied().or(hangs);
+        Region {
+            area_mm2: members.iter().map(|place| self.down(*place).area_mm2).sum(),
+            steepest_deg: members.iter().map(|p| self.down(*p).lean_deg).fold(0.0, f64::max),
+            hangs: hangs.map(|place| (place.0, self.down(place).z_mm)),
+            span_mm: hangs.and_then(|place| self.span_mm(place)).map(|[span, step]| span - step),
+        }
+    }
+
+    /// Whether a face is carried on two opposite sides that are near to each other.
+    fn is_bridged(&self, place: Place) -> bool {
+        // What carries begins up to a line farther in, on either side.
+        self.span_mm(place).is_some_and(|[span, step]| span <= self.bridge_mm + 2.0 * step)
+    }
+
+    /// From the last line before to the first line after the narrowest gap that a face spans between two
+    /// carriers, and the step from line to line along it, mm: half a step more than the gap on either side
+    /// if the lines lie as they may. Other ways than along the lines and between them are not looked at.
+    fn span_mm(&self, place: Place) -> Option<[f64; 2]> {
+        let ways: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
+        let spans = ways.into_iter().filter_map(|[dx, dy]| {
+            let there = self.to_carrier(place, [dx, dy])?;
+            let back = self.to_carrier(place, [-dx, -dy])?;
+            let step_mm = self.cell_mm * (dx as f64).hypot(dy as f64);
+            Some([(there + back) as f64 * step_mm, step_mm])
+        });
+        spans.min_by(|a, b| (a[0] - 2.0 * a[1]).total_cmp(&(b[0] - 2.0 * b[1])))
+    }
+
+    /// How many lines away it is carried in a direction, if at all.
+    fn to_carrier(&self, place: Place, [dx, dy]: [isize; 2]) -> Option<usize> {
+        let ([mut x, mut y], z_mm) = (place.0, self.down(place).z_mm);
+        for lines in 1.. {
+            (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            if x >= self.counts[0] || y >= self.counts[1] {
+                return None;
+            }
+            let column = &self.columns[self.index([x, y])];
+            if !column.down.iter().any(|down| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm) {
+                return column.carries(z_mm).then_some(lines);
+            }
+        }
+        None
+    }
+}

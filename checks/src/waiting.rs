@@ -1,0 +1,108 @@
+//! Steps that overlap in time: what is done while an earlier step's cure is waited for.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_geometry::{Action, Duty, Sensor, Step};
+
+use crate::finding::{Finding, Rule};
+
+/// Hours that differ by less are the same.
+const SAME_H: f64 = 1e-9;
+
+/// All findings about steps that are done during others.
+pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
+    let steps = sensor.chain.iter().enumerate();
+    let mut hours = BTreeMap::new();
+    steps
+        .filter_map(|(at, step)| {
+            let waiting = step.during.as_deref()?;
+            let found = overlap(sensor, at, step, waiting, hours.entry(waiting).or_insert(0.0));
+            Some(found?.in_step(&step.name))
+        })
+        .collect()
+}
+
+/// What is wrong with a step that is done during another one; `hours` sums up what others have taken of
+/// its time.
+fn overlap(
+    sensor: &Sensor,
+    at: usize,
+    step: &Step,
+    waiting: &str,
+    hours: &mut f64,
+) -> Option<Finding> {
+    let wrong = |message: String, fix: &str| Some(Finding::error(Rule::Chain, message, fix));
+    let Some(before) = sensor.chain[..at].iter().position(|other| other.name == waiting) else {
+        let message = format!("it is done during `{waiting}`, and no step before it is called so");
+        return wrong(message, "name an earlier step that cures");
+    };
+    let Some(cure) = sensor.chain[before].cure().filter(|cure| cure.hours > 0.0) else {
+        let message = format!("it is done during `{waiting}`, in which nothing cures");
+        return wrong(message, "name a step whose cure takes time");
+    };
+    let between = &sensor.chain[before + 1..at];
+    if let Some(after) = between.iter().find(|other| other.during.as_deref() != Some(waiting)) {
+        let message = format!(
+            "it is done during `{waiting}`, but `{}` comes in between, when that has cured",
+            after.name
+        );
+        return wrong(message, "put it right behind the step that cures");
+    }
+    if let Some(body) = touched(step).find(|body| cures(sensor, before).contains(body)) {
+        let message = format!("{body} is handled while it cures in `{waiting}`");
+        let finding = wrong(message, "leave it alone until it has cured")?;
+        return Some(finding.of([body]));
+    }
+    *hours += step.cure().map_or(0.0, |cure| cure.hours);
+    (*hours > cure.hours + SAME_H).then(|| {
+        let message = format!(
+            "what is done during `{waiting}` takes {hours} h by here, and that cures for {} h",
+            cure.hours
+        );
+        Finding::error(Rule::Chain, message, "do it before or after")
+            .measured(*hours, cure.hours, "h")
+    })
+}
+
+/// What a step's hands move or work on.
+fn touched(step: &Step) -> impl Iterator<Item = &str> {
+    let more: Vec<&str> = match &step.action {
+        Action::Pour(pour) => named(&pour.walls, &pour.layer),
+        Action::Spray(spray) => named(&spray.onto, &spray.layer),
+        Action::Demold(pulls) => pulls.iter().map(|pull| pull.body.as_str()).collect(),
+        Action::Make | Action::Prepare | Action::Assemble | Action::Bond(_) => Vec::new(),
+    };
+    step.bodies.iter().map(String::as_str).chain(more)
+}
+
+fn named<'a>(bodies: &'a [String], layer: &'a str) -> Vec<&'a str> {
+    bodies.iter().map(String::as_str).chain([layer]).collect()
+}
+
+/// What stands still while a step cures: what it works on, and all that steps have joined with that in its
+/// assembly and not taken away again. Of screws, nuts and pins there are more, loose ones.
+fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
+    let here = &sensor.chain[step].assembly;
+    let is_loose = |name: &&str| {
+        let duty = sensor.body(name).map(|body| body.duty);
+        matches!(duty, Some(Duty::Fastens | Duty::Threads))
+    };
+    let mut last = BTreeSet::new();
+    let mut groups: Vec<BTreeSet<&str>> = Vec::new();
+    for (at, other) in sensor.chain[..=step].iter().enumerate() {
+        if at != step && (here.is_none() || other.assembly != *here) {
+            continue;
+        }
+        let named: BTreeSet<&str> = touched(other).filter(|name| !is_loose(name)).collect();
+        if matches!(other.action, Action::Demold(_)) {
+            groups.iter_mut().for_each(|group| group.retain(|name| !named.contains(name)));
+            continue;
+        }
+        let (joined, apart) =
+            groups.into_iter().partition::<Vec<_>, _>(|group| !group.is_disjoint(&named));
+        last = joined.into_iter().flatten().chain(named).collect();
+        groups = apart;
+        groups.push(last.clone());
+    }
+    last
+}

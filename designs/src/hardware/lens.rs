@@ -1,0 +1,77 @@
+//! Lenses that turn in their thread, and the room of what turns them.
+
+use fabkit_geometry::{Occasion, Path, Reach, Solid};
+
+/// Fingers and points end this far from what they hold, mm: they touch it, and bodies do not overlap.
+const TOUCH_MM: f64 = 0.05;
+
+/// The narrowest barrel that fingers turn, mm; chosen: M12 lenses have heads of 14 mm, those of small
+/// modules 6.5 to 8 mm.
+const FINGERS_FROM_MM: f64 = 10.0;
+
+/// Thumb and fingers around a barrel: how much of it they need to hold, how thick they are, and how far
+/// they reach out to the hand, mm; chosen.
+const FINGERS_MM: [f64; 3] = [3.0, 8.0, 35.0];
+
+/// The hand behind them: radius and length, mm; chosen.
+const HAND_MM: [f64; 2] = [25.0, 50.0];
+
+/// The points of tweezers around a barrel: how much of its rim they need, their thickness and length, mm;
+/// chosen.
+const TWEEZERS_MM: [f64; 3] = [0.5, 2.0, 50.0];
+
+/// The hand that holds tweezers: radius and length, mm; chosen.
+const HELD_MM: [f64; 2] = [15.0, 60.0];
+
+/// A fingertip from the side: width, height and length of the finger, mm; chosen.
+const TIP_MM: [f64; 3] = [11.0, 12.0, 60.0];
+
+/// A lens that turns in its thread, its axis along z, looking up.
+#[derive(Clone, Copy, Debug)]
+pub struct Lens {
+    /// Diameter of its barrel, mm.
+    pub barrel_mm: f64,
+    /// Its front, mm.
+    pub front_z: f64,
+}
+
+impl Lens {
+    /// Turned from the front: by fingers around its barrel, a small one by tweezers at its rim.
+    pub fn turned_from_front(&self) -> Reach {
+        let (name, [grip, thick, reach], hand) = match self.barrel_mm >= FINGERS_FROM_MM {
+            true => ("the fingers that turn the lens", FINGERS_MM, HAND_MM),
+            false => ("the tweezers that turn the lens", TWEEZERS_MM, HELD_MM),
+        };
+        let inner = self.barrel_mm / 2.0 + TOUCH_MM;
+        let outer = inner + thick;
+        let [hand, length] = [hand[0].max(outer), hand[1]];
+        let [from, palm] = [self.front_z - grip, self.front_z + reach];
+        // The hand is beside the axis, so that the lens looks past it.
+        let outline = [
+            [inner, from],
+            [outer, from],
+            [outer, palm],
+            [hand, palm],
+            [hand, palm + length],
+            [inner, palm + length],
+        ];
+        let solid = Solid::revolution(Path::polygon(&outline));
+        Reach::room(name, solid).on(Occasion::Adjustment)
+    }
+
+    /// Turned by two fingers from opposite sides, along x or along y: the front is not free.
+    pub fn turned_from_sides(&self) -> Reach {
+        let [width, height, long] = TIP_MM;
+        let near = self.barrel_mm / 2.0 + TOUCH_MM;
+        let low = self.front_z - FINGERS_MM[0];
+        let finger = |from: [f64; 2], to: [f64; 2]| {
+            Solid::cuboid_between([from[0], from[1], low], [to[0], to[1], low + height])
+        };
+        let [half, far] = [width / 2.0, near + long];
+        let along_x = finger([near, -half], [far, half]).plus(finger([-far, -half], [-near, half]));
+        let along_y = finger([-half, near], [half, far]).plus(finger([-half, -far], [half, -near]));
+        Reach::room("the two fingers that turn the lens", along_x)
+            .or(along_y)
+            .on(Occasion::Adjustment)
+    }
+}

@@ -1,0 +1,184 @@
+//! A sensor's file, what it extends and defaults, as one document: laid over each other.
+
+use std::collections::BTreeMap;
+
+use fabkit_text::{
+    Document, Entry, Facts, Field, Found, InvalidDesign, Place, Problem, TextLayer, Written,
+};
+use fabkit_text::{apply_overrides, check_format, mapping_of};
+use fabkit_text::{shown, similar, suggestion, take_word};
+
+use super::{BaseFile, Extension, FamilyEntry, Registry, SENSOR, SensorText, modules};
+use crate::own::Own;
+
+/// What files hold besides the parameters of their family.
+pub(super) struct Extra<'a> {
+    /// Keys that are left alone.
+    pub(super) others: &'a [&'a str],
+    /// A section that is read.
+    pub(super) section: Option<(&'a Extension, Field)>,
+}
+
+/// The texts of a design over each other, and what reads them.
+pub(super) struct Laid {
+    pub(super) document: Document,
+    pub(super) family: FamilyEntry,
+    pub(super) own: Own,
+}
+
+/// A file, then what it extends, near and far.
+pub(super) struct Layers {
+    pub(super) family: FamilyEntry,
+    pub(super) entries: Vec<(Place, Vec<Entry>)>,
+}
+
+/// Lays files with defaults over a document: name and text of each.
+pub(super) fn lay_defaults(document: &mut Document, files: &[(&str, &str)], layer: TextLayer) {
+    for (name, yaml) in files {
+        let place = Place::new(layer, name, &SENSOR);
+        let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
+        check_format(&mut entries, &place, &mut document.found);
+        document.lay(entries, &place);
+    }
+}
+
+/// Something that only a slip in fabkit itself can cause.
+pub(super) fn bug(file: &str, message: String) -> InvalidDesign {
+    InvalidDesign {
+        problems: vec![Problem {
+            file: file.to_owned(),
+            line: None,
+            column: None,
+            path: String::new(),
+            value: String::new(),
+            message,
+            hint: Some("this is a bug in fabkit; please report it with the file".into()),
+            facts: Facts::of("bug"),
+        }],
+    }
+}
+
+impl Registry {
+    /// The texts laid over each other, and the family that reads them.
+    pub(super) fn laid(
+        &self,
+        SensorText { file, yaml, bases, user }: SensorText,
+        overrides: &[String],
+        extra: Extra,
+    ) -> Result<Laid, InvalidDesign> {
+        let place = Place::new(TextLayer::File, file, &SENSOR);
+        let mut found = Vec::new();
+        let Some(mut layers) = self.layers(yaml, place.clone(), bases, &mut found) else {
+            return Err(InvalidDesign { problems: Found::sorted(found) });
+        };
+        let family = layers.family;
+        let mut own = Own::take(&mut layers.entries, user, &mut found);
+        let mut document = Document::new(family.all_fields(), place);
+        document.found = found;
+        lay_defaults(&mut document, &family.defaults(), TextLayer::Default);
+        if let Some((extension, field)) = extra.section {
+            document.add_field(field);
+            lay_defaults(&mut document, extension.defaults, TextLayer::Base);
+        }
+        // What is extended comes first, so that the file lies over it.
+        for (place, mut entries) in layers.entries.into_iter().rev() {
+            entries.retain(|entry| !extra.others.contains(&&*entry.key));
+            document.lay(entries, &place);
+        }
+        let overrides = own.take_overrides(overrides, &mut document.found);
+        apply_overrides(&mut document, &overrides);
+        modules::lay_module(&mut document);
+        Ok(Laid { document, family, own })
+    }
+
+    /// What the file of a built-in sensor and those that it extends say, by path, and its family.
+    pub(super) fn values_of(
+        &self,
+        sensor: &str,
+    ) -> Option<(FamilyEntry, BTreeMap<String, Written>)> {
+        let place = Place::new(TextLayer::Base, sensor, &SENSOR);
+        let yaml = self.builtin_yaml(sensor)?;
+        let layers = self.layers(yaml, place.clone(), &[], &mut Vec::new())?;
+        let mut document = Document::new(layers.family.all_fields(), place);
+        lay_defaults(&mut document, &layers.family.defaults(), TextLayer::Default);
+        // Keys of others are unknown here, and nobody asks what is wrong.
+        for (place, entries) in layers.entries.into_iter().rev() {
+            document.lay(entries, &place);
+        }
+        Some((layers.family, document.into_values()))
+    }
+
+    /// Reads a file and what it extends, near and far, and finds the family.
+    ///
+    /// `None` after reporting why the rest cannot be read.
+    pub(super) fn layers(
+        &self,
+        yaml: &str,
+        place: Place,
+        bases: &[BaseFile],
+        found: &mut Vec<Found>,
+    ) -> Option<Layers> {
+        let mut entries: Vec<(Place, Vec<Entry>)> = Vec::new();
+        let mut family: Option<(&FamilyEntry, Place)> = None;
+        let mut next = Some((yaml, place.clone()));
+        while let Some((yaml, place)) = next.take() {
+            let mut own = mapping_of(yaml, &place, found)?;
+            check_format(&mut own, &place, found);
+            if let Some((word, at)) = take_word(&mut own, "family", &place, found) {
+                let known = self.family(&word, &at, found)?;
+                match &family {
+                    Some((first, at)) if first.name != known.name => {
+                        let message = format!(
+                            "family is {}, but {} is a sensor of the family {}",
+                            first.name, place.file, known.name
+                        );
+                        found.push(
+                            at.problem("family", first.name, message)
+                                .hint("remove the line, or extend another sensor"),
+                        );
+                        return None;
+                    }
+                    _ => family = Some((known, at)),
+                }
+            }
+            let extends_something = own.iter().any(|entry| entry.key == "extends");
+            let extends = take_word(&mut own, "extends", &place, found);
+            entries.push((place, own));
+            if !extends_something {
+                continue;
+            }
+            // Extends something unreadable: everything else would seem to be missing.
+            let (name, at) = extends?;
+            let above: Vec<&Place> = entries.iter().map(|(place, _)| place).collect();
+            next = Some(self.extended(&name, &at, &above, bases, found)?);
+        }
+        let Some((family, _)) = family else {
+            let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
+            let found_here = place.problem("family", "", "the family is missing".into());
+            found.push(found_here.hint(format!(
+                "add `family: NAME` with one of {}, or `extends: NAME` with one of {}",
+                names.join(", "),
+                self.builtin_names().join(", ")
+            )));
+            return None;
+        };
+        Some(Layers { family: *family, entries })
+    }
+
+    fn family(&self, word: &str, at: &Place, found: &mut Vec<Found>) -> Option<&FamilyEntry> {
+        let family = self.families.iter().find(|family| family.name == word);
+        if family.is_none() {
+            let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
+            let message = format!("`{}` is not a family of sensors", shown(word));
+            let near = similar(word, names.iter().copied()).first().copied();
+            let hint = suggestion(word, names, "the families are");
+            let unknown =
+                at.problem("family", &shown(word), message).hint(hint).code("unknown_family");
+            found.push(match near {
+                Some(near) => unknown.suggest("family", near),
+                None => unknown,
+            });
+        }
+        family
+    }
+}

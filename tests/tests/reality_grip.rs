@@ -1,0 +1,73 @@
+//! Molds that stick to what they cast: tools with neither a slot for a screwdriver nor an edge for two fingers
+//! are found, and what ships comes apart.
+
+use fabkit_checks::{Finding, Rule, motions};
+use fabkit_geometry::{Body, Occasion, Sensor};
+use rayon::prelude::*;
+
+fn load(name: &str, settings: &[&str]) -> Sensor {
+    let yaml = fabkit_designs::builtin_yaml(name).unwrap();
+    let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
+    fabkit_designs::load(name, yaml, &settings, &["fixtures"])
+        .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
+        .sensor
+}
+
+/// What nothing takes off.
+fn stuck(sensor: &Sensor) -> Vec<Finding> {
+    let mut found = motions(sensor).unwrap();
+    found.retain(|f| f.rule == Rule::Access && f.message.contains("takes"));
+    found
+}
+
+fn unslotted(sensor: &mut Sensor) {
+    let not_pried = |body: &mut Body| body.reach.retain(|r| r.occasion != Occasion::Removal);
+    sensor.bodies.iter_mut().for_each(not_pried);
+}
+
+/// Sensor, what is set, and the tools that stick where no screwdriver has a slot.
+const WRONG: [(&str, &[&str], &[&str]); 8] = [
+    ("9dtact", &[], &["mold-gel", "mold-coat"]),
+    ("digit-like", &[], &["mold-gel"]),
+    ("rtac0", &[], &["lid-transparent-gel", "lid-translucent-gel", "collar"]),
+    // A lid of 3 mm is held by its edge; one of 2.5 mm is not.
+    ("shadowtac", &[], &["mold-skin-spacer"]),
+    ("shadowtac", &["mold.lid_thickness=2.5 mm"], &["mold-skin-lid", "mold-skin-spacer"]),
+    ("fluidic", &[], &[]),
+    ("fluidic", &["molds.floor=2.5 mm"], &["mold-floor", "mold-floor"]),
+    // Blocks that two hands pull apart, and a sleeve around silicone.
+    ("uvdtact", &[], &[]),
+];
+
+#[test]
+fn molds_without_slots_and_edges_are_found() {
+    WRONG.par_iter().for_each(|(name, settings, blamed)| {
+        let mut sensor = load(name, settings);
+        // Its own slots are enough.
+        assert_eq!(stuck(&sensor), [], "{name} {settings:?}");
+        unslotted(&mut sensor);
+        let found = stuck(&sensor);
+        let bodies: Vec<&str> = found.iter().map(|f| f.bodies[0].as_str()).collect();
+        assert_eq!(bodies, *blamed, "{name} {settings:?}: {found:#?}");
+        for finding in &found {
+            let measured = finding.measured.unwrap();
+            assert!(measured.value < measured.limit && measured.limit == 3.0, "{finding:#?}");
+        }
+    });
+}
+
+#[test]
+fn what_ships_comes_apart() {
+    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+        assert_eq!(stuck(&load(name, &[])), [], "{name}");
+    });
+    assert_eq!(stuck(&load("rtac0", &["molds.route=printed"])), []);
+    // The blade goes between the sheets that the notches part.
+    let fluidic = load("fluidic", &[]);
+    for sheet in ["mold-channel-comb", "mold-marker-plate"] {
+        let reach = &fluidic.body(sheet).unwrap().reach;
+        assert_eq!(reach.len(), 2, "{sheet}");
+    }
+    let access = motions(&fluidic).unwrap();
+    assert!(access.is_empty(), "{access:#?}");
+}

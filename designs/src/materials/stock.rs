@@ -56,7 +56,8 @@ const STOCK: [Stock; 13] = [
     // Water at 20 C: 1.333 (IAPWS release on the refractive index, 1997).
     stock(&["water", "oil"], Sort::Liquid, Shore::OO(0.0), 0.0, false).bends(1.333),
     stock(&["screw", "bolt", "nut", "pin", "spacer"], Sort::Metal, Shore::D(100.0), 100.0, false),
-    stock(&["silicone"], Sort::Silicone, Shore::A(10.0), 1.0, false),
+    // Tubes and sheets of it: that of crosslinked polydimethylsiloxane.
+    stock(&["silicone"], Sort::Silicone, Shore::A(10.0), 1.0, false).bends(1.41),
 ];
 
 const fn stock(

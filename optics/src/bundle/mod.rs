@@ -120,31 +120,19 @@ impl TileTracer<'_> {
         let mut plans = 0;
         while rays.len() > FEW && (plans < MOST_PLANS || is_small) {
             plans += 1;
-            // One in the middle of what is left.
-            let (column, row, central) = rays.swap_remove(rays.len() / 2);
-            let plan = Itinerary::of(&mut self.tracer, &self.of.faces, &central);
-            if let Some(plan) = &plan
-                && self.follow_all(plan, rays, !is_small)
-            {
-                let mut paths = self.followed.iter();
-                let mut next = paths.next();
-                let mut number = 0;
-                rays.retain(|(column, row, _)| {
-                    number += 1;
-                    match next {
-                        Some((ray, path)) if *ray + 1 == number => {
-                            next = paths.next();
-                            path.is_none_or(|path| {
-                                take(*column, *row, path);
-                                false
-                            })
-                        }
-                        _ => true,
-                    }
-                });
+            // One in the middle of what is left; its own path is known as that of the others, or by itself.
+            let middle = rays.len() / 2;
+            rays.swap(0, middle);
+            let plan = Itinerary::of(&mut self.tracer, &self.of.faces, &rays[0].2);
+            let is_followed =
+                plan.as_ref().is_some_and(|plan| self.follow_all(plan, rays, !is_small));
+            if is_followed {
+                self.take_followed(rays, take);
+            } else {
+                let (column, row, ray) = rays.swap_remove(0);
+                self.singles += 1;
+                take(column, row, self.tracer.follow(&ray));
             }
-            self.singles += 1;
-            take(column, row, self.tracer.follow(&central));
             if !is_small && plan.is_none() {
                 break;
             }
@@ -161,8 +149,26 @@ impl TileTracer<'_> {
         }
     }
 
-    /// Follows along an itinerary all rays that it surely is the itinerary of. `false`: of too few of them it
-    /// is worth while, or of none can it be said.
+    /// Hands out the paths that are known, and leaves the other rays.
+    fn take_followed(
+        &mut self,
+        rays: &mut Vec<Numbered>,
+        take: &mut impl FnMut(u32, u32, LightPath),
+    ) {
+        let mut followed = self.followed.iter().peekable();
+        let mut number = 0;
+        rays.retain(|(column, row, _)| {
+            let path = followed.next_if(|(ray, _)| *ray == number).and_then(|(_, path)| *path);
+            number += 1;
+            path.is_none_or(|path| {
+                take(*column, *row, path);
+                false
+            })
+        });
+    }
+
+    /// Follows along the itinerary of the first of them all rays that it surely is the itinerary of. `false`:
+    /// of too few of them it is worth while, or of the first itself it cannot be said.
     fn follow_all(&mut self, plan: &Itinerary, rays: &[Numbered], is_large: bool) -> bool {
         let count = plan.steps.len() + 1 + usize::from(plan.end == End::Surface);
         self.boxes.clear();
@@ -182,10 +188,13 @@ impl TileTracer<'_> {
             }
         }
         let is_worth_it = !is_large || 8 * self.followed.len() > rays.len();
-        !self.followed.is_empty() && is_worth_it && self.are_outlines_clear(plan) && {
-            self.drop_others(plan);
-            true
+        // Outlines are between the first ray and the others: its points are in the boxes.
+        let is_first_there = self.followed.first().is_some_and(|(number, _)| *number == 0);
+        if !(is_first_there && is_worth_it && self.are_outlines_clear(plan)) {
+            return false;
         }
+        self.drop_others(plan);
+        self.followed[0].1.is_some()
     }
 
     /// A ray along an itinerary; `None` if it does not pass all of it in order.

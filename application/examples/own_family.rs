@@ -198,7 +198,9 @@ fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
     let top_z = l.joint_z + thickness;
     let lens = Solid::rod(4.0, [top_z - blocks::INTO_MM, top_z + front]).named("lens");
     let camera = Solid::union([plate, lens]);
-    let led = Pose::translation(l.chamber - 1.5, 0.0, -WINDOW_MM[0] - 4.0);
+    // Its back's edges are a glue line off the round wall.
+    let seat = (l.chamber.powi(2) - 2.6f64.powi(2)).sqrt() - 0.8;
+    let led = Pose::translation(seat, 0.0, -WINDOW_MM[0] - 4.0);
     let leds = blocks::ring(p.leds, 0.5, led).into_iter().map(|pose| SENSOR.at(pose));
     let led = Solid::cuboid(1.6, 5.0, 3.0);
     let below = |pose: &Pose| SENSOR.at(*pose).lifted(-60.0);
@@ -218,7 +220,11 @@ fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
         step("pour", MOLD, &[WINDOW, RING], gel).told("clip the ring to the window, fill it level"),
         demold("open", MOLD, vec![rigid(RING, up)]).told("lift the ring off"),
         step("coat", SENSOR, &[GEL], coat).told("brush the coat onto the gel"),
-        bond("light", SENSOR, &[HOUSING, LED], glued).told("glue the LEDs to the wall"),
+        bond("light", SENSOR, &[HOUSING, LED], glued).told("glue the LEDs to the wall").fixing(
+            &[LED],
+            &[HOUSING],
+            FixedBy::Glue,
+        ),
         bond("glue", SENSOR, &[WINDOW, HOUSING], glued).told("glue the window to its ledge"),
         assemble("camera", SENSOR, &[CAMERA, BASE])
             .told("cable down, then the screws")

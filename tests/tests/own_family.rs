@@ -40,5 +40,5 @@ fn fits_that_a_family_does_not_ask_for_are_said_to_stay() {
 #[test]
 fn it_stays_of_a_teaching_size() {
     let lines = include_str!("../../application/examples/own_family.rs").lines().count();
-    assert!(lines <= 250, "{lines} lines");
+    assert!(lines <= 260, "{lines} lines");
 }

@@ -323,7 +323,7 @@ impl Faces {
             let mut normal = Vector3::zeros();
             normal[axis] = 1.0;
             let plane = Quadric::plane(pose.vector(normal), pose.point(Point3::from(low)).coords);
-            let is_square = bounds.size_mm().iter().any(|side| *side == 0.0);
+            let is_square = bounds.size_mm().contains(&0.0);
             self.face(Some(plane), is_square, vec![boxed(bounds)]);
         }
     }

@@ -252,7 +252,8 @@ mod tests {
     #[test]
     fn a_pass_lies_on_the_surface_and_goes_the_right_way() {
         let centre = Vector3::new(0.5, -0.3, 0.2);
-        let cases: [(Quadric, Box<dyn Fn(Point3<f64>) -> f64>); 4] = [
+        type Formula = Box<dyn Fn(Point3<f64>) -> f64>;
+        let cases: [(Quadric, Formula); 4] = [
             (
                 Quadric::ellipsoid(centre, 3.0, 3.0),
                 Box::new(move |p| (p.coords - centre).norm() - 3.0),

@@ -121,6 +121,8 @@ pub struct Substance {
     pub viscosity_pa_s: Option<f64>,
     /// Where a colour carries contrast: whether it is dark.
     pub is_dark: Option<bool>,
+    /// Refractive index for visible light, against vacuum.
+    pub refractive_index: Option<f64>,
 }
 
 /// Two bodies that stick to each other wherever their faces meet.

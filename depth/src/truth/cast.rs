@@ -1,23 +1,20 @@
 //! Casting: the reference surface once per camera, pressers once per press.
 
 use fabkit_geometry::{InvalidSolid, Scratch, TouchSurface, Vector3};
+use fabkit_optics::SensingSurface;
 use rayon::prelude::*;
 
 use super::PixelRays;
-use super::inside::Inside;
 use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 use super::presser::{Presser, Reach};
 use super::tiles::Tile;
-
-/// A crossing nearer than this to where a ray starts is that start itself, mm.
-pub(super) const START_MM: f64 = 1e-9;
 
 /// The sensing surface as one camera sees it without contact.
 #[derive(Clone, Debug)]
 pub struct ReferenceSurface<'a> {
     rays: &'a PixelRays,
     touch: TouchSurface,
-    inside: Inside,
+    inside: SensingSurface,
     /// Row by row; `NaN` where the surface is not seen.
     range_mm: Vec<f64>,
 }
@@ -28,7 +25,7 @@ impl<'a> ReferenceSurface<'a> {
     /// # Errors
     /// Dimensions that make no solid.
     pub fn cast(touch: &TouchSurface, rays: &'a PixelRays) -> Result<Self, InvalidSolid> {
-        let (inside, touch) = (Inside::new(touch)?, touch.clone());
+        let (inside, touch) = (SensingSurface::new(touch)?, touch.clone());
         let mut surface = Self { rays, touch, inside, range_mm: Vec::new() };
         surface.range_mm = surface.exits(f64::NAN, |range_mm, _| range_mm);
         Ok(surface)

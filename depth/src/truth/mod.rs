@@ -22,7 +22,6 @@
 
 mod ball;
 mod cast;
-mod inside;
 mod map;
 mod membrane;
 mod picture;

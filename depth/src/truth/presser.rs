@@ -3,9 +3,9 @@
 use fabkit_geometry::{
     Aabb, CompiledSolid, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
 };
+use fabkit_optics::START_MM;
 
 use super::ball::Ball;
-use super::cast::START_MM;
 use crate::cast::{BOX_SLACK_MM, box_entry};
 
 /// Parts that each side of a presser's box is cut into, to find those inside of the surface.

@@ -18,6 +18,8 @@ struct Stock {
     /// some stereolithographic resins and bare wood; Formlabs' guide to silicone molds asks for a coat on
     /// prints of its resins.
     inhibits: bool,
+    /// Refractive index in the middle of the visible, where it is seen through.
+    refractive_index: Option<f64>,
 }
 
 const STOCK: [Stock; 13] = [
@@ -34,10 +36,11 @@ const STOCK: [Stock; 13] = [
         30.0,
         true,
     ),
-    // Evonik, data sheet of Plexiglas GS: 80 MPa; a laser's edge leaves less.
-    stock(&["acrylic", "pmma", "plexiglas"], Sort::Acrylic, Shore::D(90.0), 30.0, false),
-    // Borosilicate: DIN ISO 3585 allows 7 MPa.
-    stock(&["glass"], Sort::Glass, Shore::D(100.0), 7.0, false),
+    // Evonik, data sheet of Plexiglas GS: 80 MPa; a laser's edge leaves less. Refractive index 1.491.
+    stock(&["acrylic", "pmma", "plexiglas"], Sort::Acrylic, Shore::D(90.0), 30.0, false)
+        .bends(1.491),
+    // Borosilicate: DIN ISO 3585 allows 7 MPa; Schott, data sheet of Duran: refractive index 1.473.
+    stock(&["glass"], Sort::Glass, Shore::D(100.0), 7.0, false).bends(1.473),
     // Across the layers of a filament's print, the weakest way, PLA bears about half of 50 MPa.
     stock(
         &["pla", "abs", "petg", "asa", "nylon", "pet", "pc"],
@@ -50,9 +53,11 @@ const STOCK: [Stock; 13] = [
     stock(&["plywood", "wood", "mdf", "paper", "cardboard"], Sort::Wood, Shore::D(50.0), 5.0, true),
     stock(&["fr4", "board"], Sort::Laminate, Shore::D(90.0), 50.0, false),
     stock(&["steel", "aluminium", "aluminum", "brass"], Sort::Metal, Shore::D(100.0), 100.0, false),
-    stock(&["water", "oil"], Sort::Liquid, Shore::OO(0.0), 0.0, false),
+    // Water at 20 C: 1.333 (IAPWS release on the refractive index, 1997).
+    stock(&["water", "oil"], Sort::Liquid, Shore::OO(0.0), 0.0, false).bends(1.333),
     stock(&["screw", "bolt", "nut", "pin", "spacer"], Sort::Metal, Shore::D(100.0), 100.0, false),
-    stock(&["silicone"], Sort::Silicone, Shore::A(10.0), 1.0, false),
+    // Tubes and sheets of it: that of crosslinked polydimethylsiloxane.
+    stock(&["silicone"], Sort::Silicone, Shore::A(10.0), 1.0, false).bends(1.41),
 ];
 
 const fn stock(
@@ -62,7 +67,13 @@ const fn stock(
     bears_mpa: f64,
     inhibits: bool,
 ) -> Stock {
-    Stock { words, sort, shore, bears_mpa, inhibits }
+    Stock { words, sort, shore, bears_mpa, inhibits, refractive_index: None }
+}
+
+impl Stock {
+    const fn bends(self, refractive_index: f64) -> Self {
+        Self { refractive_index: Some(refractive_index), ..self }
+    }
 }
 
 /// Words that say that nothing lies on it.
@@ -103,6 +114,7 @@ pub(super) fn substance(body: &Body) -> Substance {
         shore: Some(stock.shore),
         tears_mpa: Some(stock.bears_mpa),
         is_dark: is_dark(&words),
+        refractive_index: stock.refractive_index,
         ..Substance::default()
     }
 }
@@ -132,6 +144,7 @@ pub(super) fn of_castable(castable: &Castable) -> Substance {
         tears_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
         viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
         is_dark: is_dark(&words(castable)),
+        refractive_index: figures.refractive_index,
     }
 }
 

@@ -5,41 +5,49 @@ use fabkit_geometry::{
     Solid, TouchSurface, Vector3,
 };
 
-use super::cast::START_MM;
+/// A crossing nearer than this to where a ray starts is that start itself, mm.
+pub const START_MM: f64 = 1e-9;
 
 /// How far down the prism below a flat pad goes, mm: farther than any camera.
 const DOWN_MM: f64 = 1e4;
 
 /// What lies within the surface, endlessly far down: every ray from a camera starts in it.
 #[derive(Clone, Debug)]
-pub(super) enum Inside {
+pub struct SensingSurface(Inside);
+
+#[derive(Clone, Debug)]
+enum Inside {
     Dome(InsideDome),
     Plane(InsidePlane),
 }
 
-impl Inside {
-    pub(super) fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
-        Ok(match touch {
-            TouchSurface::Dome(dome) => Self::Dome(InsideDome::new(dome)?),
-            TouchSurface::Plane(plane) => Self::Plane(InsidePlane::new(plane)?),
-        })
+impl SensingSurface {
+    /// Prepares a sensing surface.
+    ///
+    /// # Errors
+    /// Dimensions that make no solid.
+    pub fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
+        Ok(Self(match touch {
+            TouchSurface::Dome(dome) => Inside::Dome(InsideDome::new(dome)?),
+            TouchSurface::Plane(plane) => Inside::Plane(InsidePlane::new(plane)?),
+        }))
     }
 
     /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
     /// through the housing, which is nothing to see.
     // Inlined, so that where only the range is wanted no normal is computed.
     #[inline(always)]
-    pub(super) fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
-        match self {
-            Self::Dome(dome) => dome.exit(ray, scratch),
-            Self::Plane(plane) => plane.exit(ray, scratch),
+    pub fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+        match &self.0 {
+            Inside::Dome(dome) => dome.exit(ray, scratch),
+            Inside::Plane(plane) => plane.exit(ray, scratch),
         }
     }
 }
 
 /// A prism with the pad's outline.
 #[derive(Clone, Debug)]
-pub(super) struct InsidePlane {
+struct InsidePlane {
     prism: Box<CompiledSolid>,
     foot_z_mm: f64,
 }
@@ -60,7 +68,7 @@ impl InsidePlane {
 /// dome's centre there, else through the wall. Both are asked in closed form where there is one:
 /// this is asked once for every pixel, and nothing else is.
 #[derive(Clone, Debug)]
-pub(super) struct InsideDome {
+struct InsideDome {
     dome: Dome,
     radius_mm: f64,
     /// One over it, 1/mm.

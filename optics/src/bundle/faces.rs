@@ -1,0 +1,605 @@
+//! The faces of bodies: as quadrics where they are, and where they lie at most.
+
+use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
+
+use fabkit_geometry::{
+    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, Path, PlacedPrimitive, Point3, Pose,
+    Ray, Scratch, Segment, Solid, Vector3,
+};
+
+use super::quadric::{Quadric, Surface};
+use crate::stack::Item;
+use crate::trace::box_entry;
+
+/// Curved edges are split into so many parts a quarter, so that boxes are near to them.
+const PARTS: usize = 12;
+
+/// Boxes grow by this much, so that rounding hides nothing, mm.
+const SLACK_MM: f64 = 1e-6;
+
+/// Room that a part of a face lies in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    pub(super) face: u32,
+    pub(super) bounds: Aabb,
+    /// Least and most distance from the z axis, mm.
+    pub(super) radius_mm: [f64; 2],
+}
+
+/// All faces of the primitives of all items, also where others have taken them away: a ray that passes the
+/// same faces of primitives as another one is in the same bodies.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Faces {
+    pub(super) cells: Vec<Cell>,
+    surfaces: Vec<Option<Surface>>,
+    /// Of each face.
+    trims: Vec<Trim>,
+    /// Of each item, its primitives, each with the number of its first face.
+    leaves: Vec<Vec<(CompiledSolid, u32)>>,
+    /// Of each item.
+    bounds: Vec<Aabb>,
+}
+
+/// How much of a surface its face is.
+#[derive(Clone, Debug)]
+pub(super) struct Trim {
+    /// Room that the whole face lies in.
+    room: Cell,
+    /// Of what is upright in a frame of its own: the room is in that.
+    leaf_from_sensor: Option<Pose>,
+    /// Whether the surface within that room is the face; else others of its primitive bound it there.
+    pub(super) is_exact: bool,
+    /// All cells of its primitive.
+    pub(super) cells: Range<u32>,
+}
+
+impl Trim {
+    /// Whether a point of the surface surely lies on the face.
+    #[inline]
+    pub(super) fn holds(&self, point: &Point3<f64>) -> bool {
+        self.is_within(point, -2.0 * SLACK_MM)
+    }
+
+    /// Whether a point of the surface surely lies off the face.
+    pub(super) fn misses(&self, point: &Point3<f64>) -> bool {
+        !self.is_within(point, 0.0)
+    }
+
+    /// The room has some slack already.
+    #[inline]
+    fn is_within(&self, point: &Point3<f64>, by_mm: f64) -> bool {
+        let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
+        let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
+        let radius_mm = (point.x * point.x + point.y * point.y).sqrt();
+        // Of a plane across z, or the axis itself, one side of the room is thin or at its end.
+        let is_in = |value: f64, low: f64, high: f64| {
+            let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { by_mm };
+            low - by_mm <= value && value <= high + by_mm
+        };
+        let near = if *near <= 0.0 { -1.0 } else { *near };
+        is_in(point.z, bounds.min.z, bounds.max.z)
+            && is_in(radius_mm, near, *far)
+            && is_in(point.x, bounds.min.x, bounds.max.x)
+            && is_in(point.y, bounds.min.y, bounds.max.y)
+    }
+}
+
+/// A face that a line passes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    pub(super) t_mm: f64,
+    pub(super) face: u32,
+}
+
+impl Faces {
+    pub(super) fn of(items: &[Item]) -> Self {
+        let mut faces = Self::default();
+        for item in items {
+            let mut leaves = Vec::new();
+            for leaf in item.solid.leaves() {
+                let (first, cells) = (faces.surfaces.len() as u32, faces.cells.len());
+                faces.add(leaf);
+                faces.clip(cells, &item.bounds);
+                let cells = cells as u32..faces.cells.len() as u32;
+                faces.trims[first as usize..]
+                    .iter_mut()
+                    .for_each(|trim| trim.cells = cells.clone());
+                let placed = leaf.primitive.clone().placed(leaf.body_from_leaf);
+                // A primitive of a valid solid is valid.
+                leaves.extend(CompiledSolid::new(&placed).ok().map(|solid| (solid, first)));
+            }
+            faces.leaves.push(leaves);
+            faces.bounds.push(item.bounds);
+        }
+        faces
+    }
+
+    /// Beyond its item's box a primitive is nothing.
+    fn clip(&mut self, from: usize, bounds: &Aabb) {
+        let added = self.cells.split_off(from);
+        let clipped =
+            added.into_iter().map(|cell| Cell { bounds: cell.bounds.common(bounds), ..cell });
+        self.cells.extend(clipped.filter(|cell| !cell.bounds.is_empty()));
+    }
+
+    /// The faces of an item's primitives that a line passes within its box.
+    pub(super) fn passed(
+        &self,
+        item: u32,
+        line: &Ray,
+        scratch: &mut (Scratch, Vec<Crossing>),
+        passed: &mut Vec<Passed>,
+    ) {
+        let (scratch, crossings) = scratch;
+        let inverse = line.direction.map(f64::recip);
+        for (solid, first) in &self.leaves[item as usize] {
+            if box_entry(&solid.bounds().grown(SLACK_MM), &line.origin, &inverse).is_none() {
+                continue;
+            }
+            solid.crossings_into(line, scratch, crossings);
+            let within =
+                |crossing: &&Crossing| self.bounds[item as usize].contains(&line.at(crossing.t));
+            let of = |crossing: &Crossing| Passed { t_mm: crossing.t, face: first + crossing.face };
+            passed.extend(crossings.iter().filter(within).map(of));
+        }
+    }
+
+    /// The surface of a face, if it is a quadric.
+    pub(super) fn surface(&self, face: u32) -> Option<&Surface> {
+        self.surfaces[face as usize].as_ref()
+    }
+
+    fn add(&mut self, leaf: &PlacedPrimitive) {
+        let pose = &leaf.body_from_leaf;
+        let axis = pose.vector(Vector3::z());
+        // Along z and, for what turns around it, upright on it; both exactly, as designs place them.
+        let is_along = axis.x == 0.0 && axis.y == 0.0;
+        let up = Up { pose: *pose, is_along, sign: axis.z.signum() };
+        match &leaf.primitive {
+            Solid::Sphere(sphere) => {
+                let r = sphere.radius_mm;
+                let centre = pose.translation_mm();
+                let quadric = Some(Quadric::ellipsoid(*centre, r, r));
+                let cells = if up.offset() > r {
+                    // Far from the axis rings are wider than the ball.
+                    vec![boxed(Aabb {
+                        min: Point3::from(centre.add_scalar(-r)),
+                        max: Point3::from(centre.add_scalar(r)),
+                    })]
+                } else {
+                    ball(&up, [r, r])
+                };
+                self.face(quadric, true, cells);
+            }
+            Solid::Ellipsoid(ellipsoid) if is_along => {
+                let [x, y, z] = ellipsoid.semi_axes_mm;
+                let quadric = (x == y).then(|| Quadric::ellipsoid(*pose.translation_mm(), x, z));
+                self.face(quadric, true, ball(&up, [x.max(y), z]));
+            }
+            Solid::EllipsoidOffset(offset) if is_along => {
+                let centre = *pose.translation_mm();
+                let EllipsoidOffset { equatorial_mm: a, polar_mm: b, offset_mm: by } = *offset;
+                let is_quadric = by == 0.0 || a == b;
+                let quadric = is_quadric.then(|| Quadric::ellipsoid(centre, a + by, b + by));
+                self.face(quadric, true, parallel(&up, offset));
+            }
+            Solid::Cylinder(cylinder) if is_along => {
+                let (r, height) = (cylinder.radius_mm, cylinder.height_mm);
+                self.frustum(&up, [r, r], height);
+            }
+            Solid::Cone(cone) if is_along => {
+                self.frustum(&up, [cone.bottom_radius_mm, cone.top_radius_mm], cone.height_mm);
+            }
+            Solid::Cuboid(cuboid) => self.cuboid(pose, cuboid.size_mm),
+            Solid::Extrusion(extrusion) if is_along => {
+                let height = extrusion.height_mm;
+                let edges = edges(&extrusion.profile.outer, &extrusion.profile.holes);
+                let span = reach(&edges);
+                // A face spans all distances between its edges, and those down to the axis if it holds that.
+                let holds = CompiledSolid::new(&leaf.primitive).is_ok_and(|solid| {
+                    let back = pose.inverse().point(Point3::origin());
+                    solid.contains(&Point3::new(back.x, back.y, height / 2.0))
+                });
+                let nearest =
+                    edges.iter().map(|edge| edge.distance(&up)).fold(f64::INFINITY, f64::min);
+                for z in [0.0, height] {
+                    let plane =
+                        Quadric::plane(Vector3::z(), pose.point(Point3::new(0.0, 0.0, z)).coords);
+                    let mut cell = up.cell([span[0], span[1]], [z, z]);
+                    cell.radius_mm[0] = if holds { 0.0 } else { nearest };
+                    self.face(Some(plane), false, vec![cell]);
+                }
+                for edge in &edges {
+                    self.face(edge.wall_quadric(&up), edge.is_line(), edge.wall(&up, height));
+                }
+            }
+            Solid::Revolution(revolution) if is_along => {
+                for edge in edges(&revolution.profile.outer, &revolution.profile.holes) {
+                    // On the axis it sweeps nothing.
+                    if edge.from[0] == 0.0 && edge.segment.to()[0] == 0.0 && edge.is_line() {
+                        self.face(None, false, Vec::new());
+                        continue;
+                    }
+                    let is_exact = up.is_on_axis() && edge.is_within_quarter();
+                    self.face(edge.spun_quadric(&up), is_exact, edge.spun(&up));
+                }
+            }
+            // Upright in a frame of its own.
+            Solid::Ellipsoid(_)
+            | Solid::Cylinder(_)
+            | Solid::Cone(_)
+            | Solid::Extrusion(_)
+            | Solid::Revolution(_) => {
+                let (first, cells) = (self.surfaces.len(), self.cells.len());
+                self.add(&PlacedPrimitive { body_from_leaf: Pose::identity(), ..leaf.clone() });
+                self.tilt(first, cells, pose);
+            }
+            other => self.whole(other, pose),
+        }
+    }
+
+    /// Moves faces that were added in a frame of their own to where they are.
+    fn tilt(&mut self, first: usize, cells: usize, sensor_from_leaf: &Pose) {
+        let leaf_from_sensor = sensor_from_leaf.inverse();
+        for surface in self.surfaces[first..].iter_mut().flatten() {
+            *surface = surface.tilted(leaf_from_sensor);
+        }
+        for trim in &mut self.trims[first..] {
+            trim.leaf_from_sensor = Some(leaf_from_sensor);
+        }
+        for cell in &mut self.cells[cells..] {
+            let Aabb { min, max } = cell.bounds;
+            let corner = |i: usize| {
+                let pick = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
+                sensor_from_leaf.point(Point3::new(pick(0), pick(1), pick(2)))
+            };
+            let corners = (0..8).map(corner);
+            let bounds =
+                corners.fold(Aabb::nothing(), |hull, p| hull.hull(&Aabb { min: p, max: p }));
+            *cell = Cell { face: cell.face, ..boxed(bounds) };
+        }
+    }
+
+    /// How much of its surface a face is.
+    pub(super) fn trim(&self, face: u32) -> &Trim {
+        &self.trims[face as usize]
+    }
+
+    /// Adds a face. `is_exact`: the quadric within the room around all cells is the face.
+    fn face(&mut self, quadric: Option<Quadric>, is_exact: bool, cells: Vec<Cell>) {
+        let face = self.surfaces.len() as u32;
+        self.surfaces.push(quadric.map(Surface::from));
+        let start = Cell { face, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
+        let room = cells.iter().fold(start, |room, cell| Cell {
+            face,
+            bounds: room.bounds.hull(&cell.bounds),
+            radius_mm: [
+                room.radius_mm[0].min(cell.radius_mm[0]),
+                room.radius_mm[1].max(cell.radius_mm[1]),
+            ],
+        });
+        self.trims.push(Trim { room, leaf_from_sensor: None, is_exact, cells: 0..0 });
+        self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
+    }
+
+    fn frustum(&mut self, up: &Up, radii: [f64; 2], height: f64) {
+        let growth = up.sign * (radii[1] - radii[0]) / height;
+        let quadric = Quadric::cone(*up.pose.translation_mm(), radii[0], growth);
+        let parts = if growth == 0.0 { 1 } else { PARTS };
+        let at = |k: usize| k as f64 / parts as f64;
+        let side = (0..parts).map(|k| {
+            let [low, high] = [at(k), at(k + 1)];
+            let radius = [low, high].map(|s| radii[0] + s * (radii[1] - radii[0]));
+            up.ring(
+                [radius[0].min(radius[1]), radius[0].max(radius[1])],
+                [low * height, high * height],
+            )
+        });
+        self.face(Some(quadric), true, side.collect());
+        for (z, r) in [(0.0, radii[0]), (height, radii[1])] {
+            let plane =
+                Quadric::plane(Vector3::z(), up.pose.point(Point3::new(0.0, 0.0, z)).coords);
+            self.face(Some(plane), up.is_on_axis(), vec![up.ring([0.0, r], [z, z])]);
+        }
+    }
+
+    fn cuboid(&mut self, pose: &Pose, size: [f64; 3]) {
+        let [x, y, z] = size;
+        let (min, max) = ([-x / 2.0, -y / 2.0, 0.0], [x / 2.0, y / 2.0, z]);
+        for side in 0..6 {
+            let (axis, value) =
+                (side / 2, if side % 2 == 0 { min[side / 2] } else { max[side / 2] });
+            let (mut low, mut high) = (min, max);
+            (low[axis], high[axis]) = (value, value);
+            let corners = (0..8).map(|i| {
+                pose.point(Point3::from(
+                    [0, 1, 2].map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] }),
+                ))
+            });
+            let bounds = corners
+                .clone()
+                .fold(Aabb::nothing(), |hull, p| hull.hull(&Aabb { min: p, max: p }));
+            let mut normal = Vector3::zeros();
+            normal[axis] = 1.0;
+            let plane = Quadric::plane(pose.vector(normal), pose.point(Point3::from(low)).coords);
+            let is_square = bounds.size_mm().contains(&0.0);
+            self.face(Some(plane), is_square, vec![boxed(bounds)]);
+        }
+    }
+
+    /// What is nothing of the others: no quadrics, and one box for all its faces.
+    fn whole(&mut self, primitive: &Solid, pose: &Pose) {
+        let placed = CompiledSolid::new(&primitive.clone().placed(*pose));
+        let bounds = placed.map_or_else(|_| Aabb::everything(), |solid| solid.bounds());
+        for _ in 0..primitive_faces(primitive) {
+            self.face(None, false, vec![boxed(bounds)]);
+        }
+    }
+}
+
+/// How many faces a primitive has at most.
+fn primitive_faces(primitive: &Solid) -> usize {
+    let of = |profile: &fabkit_geometry::Profile| {
+        let paths = std::iter::once(&profile.outer).chain(&profile.holes);
+        paths.map(|path| path.segments.len()).sum::<usize>()
+    };
+    match primitive {
+        Solid::Extrusion(extrusion) => 2 + of(&extrusion.profile),
+        Solid::Revolution(revolution) => of(&revolution.profile),
+        Solid::Cylinder(_) | Solid::Cone(_) => 3,
+        _ => 1,
+    }
+}
+
+/// Where a leaf stands whose axis is along the sensor's.
+struct Up {
+    pose: Pose,
+    is_along: bool,
+    /// -1 where it stands on its head.
+    sign: f64,
+}
+
+impl Up {
+    fn offset(&self) -> f64 {
+        let at = self.pose.translation_mm();
+        debug_assert!(self.is_along);
+        at.x.hypot(at.y)
+    }
+
+    fn is_on_axis(&self) -> bool {
+        self.offset() == 0.0
+    }
+
+    /// Between two corners of the leaf's xy plane and two of its heights.
+    fn cell(&self, corners: [[f64; 2]; 2], z: [f64; 2]) -> Cell {
+        let [low, high] = corners;
+        let points = (0..8).map(|i| {
+            let pick = |bit: usize, a: f64, b: f64| if i >> bit & 1 == 0 { a } else { b };
+            let point = Point3::new(
+                pick(0, low[0], high[0]),
+                pick(1, low[1], high[1]),
+                pick(2, z[0], z[1]),
+            );
+            self.pose.point(point)
+        });
+        boxed(points.fold(Aabb::nothing(), |hull, p| hull.hull(&Aabb { min: p, max: p })))
+    }
+
+    /// A ring around the leaf's axis.
+    fn ring(&self, radius: [f64; 2], z: [f64; 2]) -> Cell {
+        let r = radius[1];
+        let cell = self.cell([[-r, -r], [r, r]], z);
+        let offset = self.offset();
+        // Turned about z, the square around a circle would be larger than the circle's own.
+        let at = self.pose.translation_mm();
+        let mut bounds = cell.bounds;
+        for axis in 0..2 {
+            (bounds.min[axis], bounds.max[axis]) =
+                (at[axis] - r - SLACK_MM, at[axis] + r + SLACK_MM);
+        }
+        let least = (radius[0] - offset).max(offset - radius[1]).max(0.0);
+        Cell { bounds, radius_mm: [least - SLACK_MM, radius[1] + offset + SLACK_MM], ..cell }
+    }
+}
+
+fn boxed(bounds: Aabb) -> Cell {
+    let bounds = bounds.grown(SLACK_MM);
+    Cell { face: 0, bounds, radius_mm: radius_of(&bounds) }
+}
+
+/// Least and most distance from the z axis within a box, mm.
+#[inline]
+pub(super) fn radius_of(bounds: &Aabb) -> [f64; 2] {
+    let near = |axis: usize| bounds.min[axis].max(-bounds.max[axis]).max(0.0);
+    let far = |axis: usize| bounds.max[axis].abs().max(bounds.min[axis].abs());
+    [near(0).hypot(near(1)), far(0).hypot(far(1))]
+}
+
+/// The two half circles of an ellipse around the axis, from the top down in parts.
+fn ball(up: &Up, half_axes: [f64; 2]) -> Vec<Cell> {
+    meridian(up, |polar| {
+        let (sin, cos) = polar.sin_cos();
+        [half_axes[0] * sin, half_axes[1] * cos]
+    })
+}
+
+fn parallel(up: &Up, offset: &EllipsoidOffset) -> Vec<Cell> {
+    meridian(up, |polar| {
+        Angle::from_rad(polar).map_or([0.0; 2], |polar| offset.meridian_point(polar))
+    })
+}
+
+/// Around a curve from pole to pole that is monotonic in each quarter.
+fn meridian(up: &Up, at: impl Fn(f64) -> [f64; 2]) -> Vec<Cell> {
+    let point = |k: usize| at(k as f64 * FRAC_PI_2 / PARTS as f64);
+    (0..2 * PARTS).map(|k| between(up, point(k), point(k + 1))).collect()
+}
+
+fn between(up: &Up, a: [f64; 2], b: [f64; 2]) -> Cell {
+    let sort = |a: f64, b: f64| [a.min(b), a.max(b)];
+    let radius = sort(a[0], b[0]).map(|r| r.max(0.0));
+    up.ring(radius, sort(a[1], b[1]))
+}
+
+/// One edge of a profile.
+struct Edge<'a> {
+    from: [f64; 2],
+    segment: &'a Segment,
+}
+
+fn edges<'a>(outer: &'a Path, holes: &'a [Path]) -> Vec<Edge<'a>> {
+    let of = |path: &'a Path| {
+        let froms = std::iter::once(path.start).chain(path.segments.iter().map(Segment::to));
+        froms.zip(&path.segments).map(|(from, segment)| Edge { from, segment })
+    };
+    std::iter::once(outer).chain(holes).flat_map(of).collect()
+}
+
+/// A box around all edges.
+fn reach(edges: &[Edge]) -> [[f64; 2]; 2] {
+    let corners: Vec<[f64; 2]> = edges.iter().flat_map(Edge::bounds).collect();
+    box_around(&corners)
+}
+
+fn box_around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
+        [0, 1].map(|axis| points.iter().fold(start, |so_far, point| pick(so_far, point[axis])))
+    };
+    [fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max)]
+}
+
+impl Edge<'_> {
+    fn is_line(&self) -> bool {
+        matches!(self.segment, Segment::Line { .. })
+    }
+
+    /// Whether the box around it holds nothing else of the curve that it lies on.
+    fn is_within_quarter(&self) -> bool {
+        let [low, high] = self.bounds();
+        let around = match self.segment {
+            Segment::Line { .. } => return true,
+            Segment::Arc { centre, .. } | Segment::EllipticArc { centre, .. } => centre,
+        };
+        (0..2).all(|axis| low[axis] >= around[axis] || high[axis] <= around[axis])
+    }
+
+    /// A box around it.
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        box_around(self.parts().as_flattened())
+    }
+
+    /// In the plane of an extrusion: least distance from the sensor's axis, mm; for an arc, of its circle.
+    fn distance(&self, up: &Up) -> f64 {
+        let place = |p: [f64; 2]| up.pose.point(Point3::new(p[0], p[1], 0.0)).coords.xy();
+        let (a, b) = (place(self.from), place(self.segment.to()));
+        match self.segment {
+            Segment::Line { .. } => {
+                let along = b - a;
+                let share = (-a.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+                (a + share * along).norm()
+            }
+            Segment::Arc { centre, .. } => {
+                let centre = place(*centre);
+                (centre.norm() - (a - centre).norm()).abs()
+            }
+            Segment::EllipticArc { .. } => 0.0,
+        }
+    }
+
+    /// The wall of an extrusion.
+    fn wall(&self, up: &Up, height: f64) -> Vec<Cell> {
+        let least_mm = self.distance(up) - SLACK_MM;
+        let wall = |ends: [[f64; 2]; 2]| {
+            let cell = up.cell(box_around(&ends), [0.0, height]);
+            let [near, far] = cell.radius_mm;
+            Cell { radius_mm: [near.max(least_mm), far], ..cell }
+        };
+        self.parts().into_iter().map(wall).collect()
+    }
+
+    fn wall_quadric(&self, up: &Up) -> Option<Quadric> {
+        let (a, b) = (self.from, self.segment.to());
+        let point = up.pose.point(Point3::new(a[0], a[1], 0.0)).coords;
+        match self.segment {
+            Segment::Line { .. } => {
+                let across = up.pose.vector(Vector3::new(b[1] - a[1], a[0] - b[0], 0.0));
+                Some(Quadric::plane(across.normalize(), point))
+            }
+            Segment::Arc { centre, .. } => {
+                let on_axis = up.pose.point(Point3::new(centre[0], centre[1], 0.0)).coords;
+                let radius = (a[0] - centre[0]).hypot(a[1] - centre[1]);
+                Some(Quadric::cone(on_axis, radius, 0.0))
+            }
+            Segment::EllipticArc { .. } => None,
+        }
+    }
+
+    /// The face that it sweeps around the axis.
+    fn spun_quadric(&self, up: &Up) -> Option<Quadric> {
+        let (a, b) = (self.from, self.segment.to());
+        let on_axis = |z: f64| up.pose.point(Point3::new(0.0, 0.0, z)).coords;
+        match self.segment {
+            Segment::Line { .. } if a[1] == b[1] => {
+                Some(Quadric::plane(Vector3::z(), on_axis(a[1])))
+            }
+            Segment::Line { .. } => {
+                let growth = up.sign * (b[0] - a[0]) / (b[1] - a[1]);
+                Some(Quadric::cone(on_axis(a[1]), a[0], growth))
+            }
+            Segment::Arc { centre, .. } if centre[0] == 0.0 => {
+                let r = a[0].hypot(a[1] - centre[1]);
+                Some(Quadric::ellipsoid(on_axis(centre[1]), r, r))
+            }
+            Segment::EllipticArc { centre, semi_axes_mm: [x, z], .. } if centre[0] == 0.0 => {
+                Some(Quadric::ellipsoid(on_axis(centre[1]), *x, *z))
+            }
+            _ => None,
+        }
+    }
+
+    /// Where the swept face lies.
+    fn spun(&self, up: &Up) -> Vec<Cell> {
+        let parts = match self.segment {
+            Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => PARTS,
+            _ => 1,
+        };
+        let split = |[a, b]: [[f64; 2]; 2]| {
+            let at = move |k: usize| {
+                let s = k as f64 / parts as f64;
+                [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
+            };
+            (0..parts).map(move |k| [at(k), at(k + 1)])
+        };
+        self.parts().into_iter().flat_map(split).map(|[a, b]| between(up, a, b)).collect()
+    }
+
+    /// Ends of pieces on which neither coordinate turns round, so that the box around a piece is that around
+    /// its ends.
+    fn parts(&self) -> Vec<[[f64; 2]; 2]> {
+        let (a, b) = (self.from, self.segment.to());
+        let (centre, half, ccw) = match *self.segment {
+            Segment::Line { .. } => return vec![[a, b]],
+            Segment::Arc { centre, ccw, .. } => {
+                let r = (a[0] - centre[0]).hypot(a[1] - centre[1]);
+                (centre, [r, r], ccw)
+            }
+            Segment::EllipticArc { centre, semi_axes_mm, ccw, .. } => (centre, semi_axes_mm, ccw),
+        };
+        let angle =
+            |p: [f64; 2]| ((p[1] - centre[1]) / half[1]).atan2((p[0] - centre[0]) / half[0]);
+        let (from, to) = if ccw { (angle(a), angle(b)) } else { (angle(b), angle(a)) };
+        let turn = (to - from).rem_euclid(4.0 * FRAC_PI_2);
+        let to = from + if turn == 0.0 { 4.0 * FRAC_PI_2 } else { turn };
+        let step = FRAC_PI_2 / PARTS as f64;
+        // Pieces end at multiples of the step, so that none goes over a turning point.
+        let (first, last) = ((from / step).floor() as i64 + 1, (to / step).ceil() as i64);
+        let cuts = (first..last).map(|k| k as f64 * step);
+        let cuts: Vec<f64> = std::iter::once(from).chain(cuts).chain(std::iter::once(to)).collect();
+        let at = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            [centre[0] + half[0] * cos, centre[1] + half[1] * sin]
+        };
+        cuts.windows(2).map(|pair| [at(pair[0]), at(pair[1])]).collect()
+    }
+}

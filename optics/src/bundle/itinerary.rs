@@ -1,0 +1,97 @@
+//! The faces that a ray passes, in order: what its neighbours pass too, as a rule.
+
+use fabkit_geometry::Ray;
+
+use super::faces::{Faces, Passed, Trim};
+use super::quadric::Surface;
+use crate::snell::refract;
+use crate::trace::{End, Event, TOUCH_MM, Tracer};
+
+/// Faces that are passed at once: those of two bodies that touch lie in one surface.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) surface: Surface,
+    /// Whether its function grows along the ray.
+    pub(super) grows: bool,
+    /// The faces' trims of which a ray must meet the inside; of others neighbours see to it.
+    pub(super) trims: Vec<Trim>,
+    /// Index before over index behind, where light is bent.
+    pub(super) ratio: Option<f64>,
+    /// Numbers of the faces.
+    pub(super) faces: Vec<u32>,
+}
+
+/// How a ray goes.
+#[derive(Clone, Debug)]
+pub(super) struct Itinerary {
+    pub(super) steps: Vec<Step>,
+    pub(super) end: End,
+    /// At the sensing surface: the faces that lie in it.
+    pub(super) last_faces: Vec<u32>,
+}
+
+impl Itinerary {
+    /// That of one ray; `None` where it passes other surfaces than quadrics, an edge, or ends nowhere.
+    pub(super) fn of(tracer: &mut Tracer, faces: &Faces, ray: &Ray) -> Option<Self> {
+        let mut steps = Vec::new();
+        let (mut line, mut index, mut from_mm) = (*ray, None, 0.0);
+        let mut scratch = Default::default();
+        loop {
+            let event = tracer.piece(&line, &mut index);
+            let at_mm = event.at_mm();
+            let mut passed = Vec::new();
+            for &item in tracer.looked_into() {
+                faces.passed(item, &line, &mut scratch, &mut passed);
+            }
+            passed.retain(|face| face.t_mm > from_mm && face.t_mm <= at_mm + TOUCH_MM);
+            passed.sort_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
+            let mut groups = passed.chunk_by(|a, b| b.t_mm - a.t_mm <= TOUCH_MM).peekable();
+            let mut last_faces = Vec::new();
+            while let Some(group) = groups.next() {
+                let is_last = groups.peek().is_none();
+                if is_last && matches!(event, Event::End { end: End::Surface, .. }) {
+                    let is_there = (group[0].t_mm - at_mm).abs() <= TOUCH_MM;
+                    if is_there {
+                        last_faces = group.iter().map(|passed| passed.face).collect();
+                        break;
+                    }
+                }
+                steps.push(step(faces, &line, group)?);
+            }
+            let reaches = passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_MM);
+            match event {
+                Event::Bend { normal, to_index, .. } if reaches => {
+                    let ratio = index? / to_index;
+                    steps.last_mut()?.ratio = Some(ratio);
+                    let direction = refract(&line.direction, &normal, ratio)?;
+                    line = Ray { origin: line.at(at_mm), direction };
+                    (index, from_mm) = (Some(to_index), TOUCH_MM);
+                }
+                Event::End { end: end @ End::Body(_), .. } if reaches => {
+                    return Some(Self { steps, end, last_faces });
+                }
+                Event::End { end: End::Surface, .. } => {
+                    return Some(Self { steps, end: End::Surface, last_faces });
+                }
+                _ => return None,
+            }
+        }
+    }
+}
+
+fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
+    let surface = faces.surface(group[0].face)?;
+    for other in &group[1..] {
+        if !faces.surface(other.face)?.is_same(surface) {
+            return None;
+        }
+    }
+    let trims = group.iter().map(|passed| faces.trim(passed.face));
+    Some(Step {
+        surface: surface.clone(),
+        grows: surface.grows(line, group[0].t_mm),
+        trims: trims.filter(|trim| trim.is_exact).cloned().collect(),
+        ratio: None,
+        faces: group.iter().map(|passed| passed.face).collect(),
+    })
+}

@@ -1,0 +1,352 @@
+//! Many rays at once: neighbours pass the same faces, and it is proved for each that it meets nothing else.
+//!
+//! Of a tile of rays one is followed in full; the faces that it passes, its *itinerary*, are passed by others
+//! in closed form. A ray that passes the same faces of all primitives in the same order is in the same bodies
+//! all the way, so that three things are to be shown:
+//!
+//! - It meets each surface of the itinerary once between its neighbours, and on the face itself.
+//! - It meets no other face. Rays of a tile between two faces lie in the hull of the boxes around where they
+//!   pass these, cut into slices; what no slice touches is not met. Of what one touches each ray is asked.
+//! - A face with an outline of its own, such as a plate's, is met inside that: no wall of the plate touches
+//!   the box around where the rays meet it.
+//!
+//! Rays for which that fails get an itinerary of their own; tiles that need many are quartered; what is left
+//! is followed ray by ray.
+
+mod faces;
+mod itinerary;
+mod quadric;
+
+use std::ops::Range;
+
+use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
+
+use self::faces::{Cell, Faces, radius_of};
+use self::itinerary::Itinerary;
+use self::quadric::Meetings;
+use crate::snell::refract;
+use crate::stack::Stack;
+use crate::trace::{End, LightPath, Tracer};
+
+/// Edge of a tile, rays. Larger ones have wider boxes, smaller ones more itineraries.
+pub const TILE: u32 = 32;
+
+/// Tiles of so few rays are followed one by one: an itinerary costs as much as some rays.
+const FEW: usize = 6;
+
+/// Most itineraries of a tile, unless so few rays are left that quartering is dearer.
+const MOST_PLANS: usize = 3;
+
+/// Tiles of so many rays are not quartered.
+const SMALL: usize = 64;
+
+/// Slices of the room between two faces.
+const SLICES: usize = 8;
+
+/// A stack prepared for many rays.
+#[derive(Clone, Debug)]
+pub struct Bundles<'a> {
+    stack: &'a Stack,
+    faces: Faces,
+}
+
+/// Casts tiles of rays; one per thread.
+#[derive(Debug)]
+pub struct TileTracer<'a> {
+    of: &'a Bundles<'a>,
+    tracer: Tracer<'a>,
+    scratch: Scratch,
+    /// Boxes around where the rays of an itinerary are at each step.
+    boxes: Vec<Aabb>,
+    /// The same ray by ray, as many for each as there are boxes.
+    points: Vec<Point3<f64>>,
+    /// The rays that these are of, with their paths; nothing for those that were dropped.
+    followed: Vec<(u32, Option<LightPath>)>,
+    near: Vec<Cell>,
+    singles: usize,
+}
+
+/// A ray of a tile, by its column and row.
+type Numbered = (u32, u32, Ray);
+
+impl<'a> Bundles<'a> {
+    /// Looks at all faces.
+    pub fn new(stack: &'a Stack) -> Self {
+        Self { stack, faces: Faces::of(&stack.items) }
+    }
+
+    /// For the tiles of one thread.
+    pub fn tracer(&'a self) -> TileTracer<'a> {
+        TileTracer {
+            of: self,
+            tracer: Tracer::new(self.stack),
+            scratch: Scratch::default(),
+            boxes: Vec::new(),
+            points: Vec::new(),
+            followed: Vec::new(),
+            near: Vec::new(),
+            singles: 0,
+        }
+    }
+}
+
+impl TileTracer<'_> {
+    /// How many rays were followed one by one so far.
+    pub fn singles(&self) -> usize {
+        self.singles
+    }
+
+    /// Follows the rays of a rectangle of pixels, which should be about [`TILE`] wide and high; `ray` says
+    /// which ray a column and a row have, if any, and `take` gets its path.
+    ///
+    /// All rays must start at one point or near it, in one body.
+    pub fn cast(
+        &mut self,
+        columns: Range<u32>,
+        rows: Range<u32>,
+        ray: &impl Fn(u32, u32) -> Option<Ray>,
+        take: &mut impl FnMut(u32, u32, LightPath),
+    ) {
+        let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (column, row)));
+        let mut rays: Vec<Numbered> = places
+            .filter_map(|(column, row)| ray(column, row).map(|ray| (column, row, ray)))
+            .collect();
+        self.cast_rays(&mut rays, take);
+    }
+
+    /// The same; `rays` ends up empty.
+    fn cast_rays(&mut self, rays: &mut Vec<Numbered>, take: &mut impl FnMut(u32, u32, LightPath)) {
+        let is_small = rays.len() <= SMALL;
+        let mut plans = 0;
+        while rays.len() > FEW && (plans < MOST_PLANS || is_small) {
+            plans += 1;
+            // One in the middle of what is left; its own path is known as that of the others, or by itself.
+            let middle = rays.len() / 2;
+            rays.swap(0, middle);
+            let plan = Itinerary::of(&mut self.tracer, &self.of.faces, &rays[0].2);
+            let is_followed =
+                plan.as_ref().is_some_and(|plan| self.follow_all(plan, rays, !is_small));
+            if is_followed {
+                self.take_followed(rays, take);
+            } else {
+                let (column, row, ray) = rays.swap_remove(0);
+                self.singles += 1;
+                take(column, row, self.tracer.follow(&ray));
+            }
+            if !is_small && plan.is_none() {
+                break;
+            }
+        }
+        if rays.len() <= FEW {
+            self.singles += rays.len();
+            for (column, row, ray) in rays.drain(..) {
+                take(column, row, self.tracer.follow(&ray));
+            }
+            return;
+        }
+        for mut quarter in quarters(rays) {
+            self.cast_rays(&mut quarter, take);
+        }
+    }
+
+    /// Hands out the paths that are known, and leaves the other rays.
+    fn take_followed(
+        &mut self,
+        rays: &mut Vec<Numbered>,
+        take: &mut impl FnMut(u32, u32, LightPath),
+    ) {
+        let mut followed = self.followed.iter().peekable();
+        let mut number = 0;
+        rays.retain(|(column, row, _)| {
+            let path = followed.next_if(|(ray, _)| *ray == number).and_then(|(_, path)| *path);
+            number += 1;
+            path.is_none_or(|path| {
+                take(*column, *row, path);
+                false
+            })
+        });
+    }
+
+    /// Follows along the itinerary of the first of them all rays that it surely is the itinerary of. `false`:
+    /// of too few of them it is worth while, or of the first itself it cannot be said.
+    fn follow_all(&mut self, plan: &Itinerary, rays: &[Numbered], is_large: bool) -> bool {
+        let count = plan.steps.len() + 1 + usize::from(plan.end == End::Surface);
+        self.boxes.clear();
+        self.boxes.resize(count, Aabb::nothing());
+        self.points.clear();
+        self.followed.clear();
+        for (number, (_, _, ray)) in rays.iter().enumerate() {
+            let from = self.points.len();
+            match self.follow(plan, ray) {
+                Some(path) => {
+                    for (bounds, point) in self.boxes.iter_mut().zip(&self.points[from..]) {
+                        grow(bounds, point);
+                    }
+                    self.followed.push((number as u32, Some(path)));
+                }
+                None => self.points.truncate(from),
+            }
+        }
+        let is_worth_it = !is_large || 8 * self.followed.len() > rays.len();
+        // Outlines are between the first ray and the others: its points are in the boxes.
+        let is_first_there = self.followed.first().is_some_and(|(number, _)| *number == 0);
+        if !(is_first_there && is_worth_it && self.are_outlines_clear(plan)) {
+            return false;
+        }
+        self.drop_others(plan);
+        self.followed[0].1.is_some()
+    }
+
+    /// A ray along an itinerary; `None` if it does not pass all of it in order.
+    #[inline]
+    fn follow(&mut self, plan: &Itinerary, ray: &Ray) -> Option<LightPath> {
+        let mut path = LightPath { last: *ray, lead_mm: 0.0, end_mm: 0.0, end: plan.end, bends: 0 };
+        // Where on the line the last face was, and where the line meets that face's surface again.
+        let (mut at_mm, mut again_mm) = (0.0, f64::NAN);
+        self.points.push(ray.origin);
+        for step in &plan.steps {
+            let pass = step.surface.pass(&path.last, step.grows);
+            let t_mm = pass.t_mm;
+            let is_between = |other_mm: f64| at_mm < other_mm && other_mm < t_mm;
+            let is_ahead = t_mm > at_mm && t_mm.is_finite();
+            if !is_ahead || is_between(pass.back_mm) || is_between(again_mm) {
+                return None;
+            }
+            let point = path.last.at(t_mm);
+            if !step.trims.iter().all(|trim| trim.holds(&point)) {
+                return None;
+            }
+            self.points.push(point);
+            (at_mm, again_mm) = (t_mm, pass.back_mm);
+            if let Some(ratio) = step.ratio {
+                let normal = step.surface.normal(&point);
+                let direction = refract(&path.last.direction, &normal, ratio)?;
+                path.last = Ray { origin: point, direction };
+                path.lead_mm += t_mm;
+                path.bends += 1;
+                (at_mm, again_mm) = (0.0, step.surface.again(&path.last));
+            }
+        }
+        path.end_mm = at_mm;
+        if plan.end == End::Surface {
+            let (exit_mm, _) =
+                self.of.stack.sensing.as_ref()?.exit(&path.last, &mut self.scratch)?;
+            if exit_mm <= at_mm || (at_mm < again_mm && again_mm < exit_mm) {
+                return None;
+            }
+            self.points.push(path.last.at(exit_mm));
+            path.end_mm = exit_mm;
+        }
+        Some(path)
+    }
+
+    /// Whether faces with outlines are met inside these.
+    fn are_outlines_clear(&self, plan: &Itinerary) -> bool {
+        let faces = &self.of.faces;
+        plan.steps.iter().zip(&self.boxes[1..]).all(|(step, bounds)| {
+            let radius_mm = radius_of(bounds);
+            step.faces.iter().filter(|face| !faces.trim(**face).is_exact).all(|face| {
+                let Range { start, end } = faces.trim(*face).cells;
+                let cells = &faces.cells[start as usize..end as usize];
+                let others = cells.iter().filter(|cell| cell.face != *face);
+                !others.into_iter().any(|cell| touches(cell, bounds, radius_mm))
+            })
+        })
+    }
+
+    /// Drops the rays that may meet another face than those of their itinerary.
+    fn drop_others(&mut self, plan: &Itinerary) {
+        for number in 0..self.boxes.len() - 1 {
+            let pair = [self.boxes[number], self.boxes[number + 1]];
+            let before = number.checked_sub(1).map_or(&[][..], |n| &plan.steps[n].faces);
+            let after = plan.steps.get(number).map_or(&plan.last_faces[..], |step| &step.faces);
+            let is_passed = |cell: &Cell| before.contains(&cell.face) || after.contains(&cell.face);
+            let hull = pair[0].hull(&pair[1]);
+            let radius_mm = radius_of(&hull);
+            let mut near = std::mem::take(&mut self.near);
+            near.clear();
+            let cells = self.of.faces.cells.iter();
+            near.extend(cells.filter(|c| touches(c, &hull, radius_mm) && !is_passed(c)));
+            if !near.is_empty() {
+                let slices = slices(&pair);
+                // The cells of a face follow one another.
+                let mut asked = None;
+                for cell in &near {
+                    let is_touched =
+                        |(slice, radius_mm): &(Aabb, _)| touches(cell, slice, *radius_mm);
+                    if asked != Some(cell.face) && slices.iter().any(is_touched) {
+                        asked = Some(cell.face);
+                        self.drop_those_that_meet(cell.face, number);
+                    }
+                }
+            }
+            self.near = near;
+        }
+    }
+
+    /// Drops the rays that may meet a face between two of their points.
+    fn drop_those_that_meet(&mut self, face: u32, number: usize) {
+        let faces = &self.of.faces;
+        let (surface, trim) = (faces.surface(face), faces.trim(face));
+        let rays = self.points.chunks_exact(self.boxes.len());
+        for (points, (_, path)) in rays.zip(&mut self.followed) {
+            let meetings =
+                surface.map(|surface| surface.meetings(&points[number], &points[number + 1]));
+            let is_missed = match meetings {
+                Some(Meetings::None) => true,
+                Some(Meetings::At(places)) => places.iter().flatten().all(|at| trim.misses(at)),
+                Some(Meetings::Unclear) | None => false,
+            };
+            if !is_missed {
+                *path = None;
+            }
+        }
+    }
+}
+
+/// The room between two boxes, in slices, each with its distances from the z axis.
+fn slices(pair: &[Aabb; 2]) -> [(Aabb, [f64; 2]); SLICES] {
+    let at = |k: usize| {
+        let share = k as f64 / SLICES as f64;
+        let mix = |a: &Point3<f64>, b: &Point3<f64>| a + share * (b - a);
+        Aabb { min: mix(&pair[0].min, &pair[1].min), max: mix(&pair[0].max, &pair[1].max) }
+    };
+    std::array::from_fn(|k| {
+        let slice = at(k).hull(&at(k + 1));
+        (slice, radius_of(&slice))
+    })
+}
+
+/// By halves of the columns and rows that the rays span.
+fn quarters(rays: &mut Vec<Numbered>) -> [Vec<Numbered>; 4] {
+    let span = |of: fn(&Numbered) -> u32| {
+        let (low, high) = rays.iter().map(of).fold((u32::MAX, 0), |(l, h), v| (l.min(v), h.max(v)));
+        low + (high - low).div_ceil(2)
+    };
+    let (column, row) = (span(|ray| ray.0), span(|ray| ray.1));
+    let mut quarters: [Vec<Numbered>; 4] = Default::default();
+    for ray in rays.drain(..) {
+        quarters[usize::from(ray.0 >= column) + 2 * usize::from(ray.1 >= row)].push(ray);
+    }
+    quarters
+}
+
+#[inline]
+fn touches(cell: &Cell, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
+    let overlap = |axis: usize| {
+        cell.bounds.min[axis] <= bounds.max[axis] && bounds.min[axis] <= cell.bounds.max[axis]
+    };
+    overlap(2)
+        && cell.radius_mm[0] <= radius_mm[1]
+        && radius_mm[0] <= cell.radius_mm[1]
+        && overlap(0)
+        && overlap(1)
+}
+
+#[inline]
+fn grow(bounds: &mut Aabb, point: &Point3<f64>) {
+    for axis in 0..3 {
+        bounds.min[axis] = bounds.min[axis].min(point[axis]);
+        bounds.max[axis] = bounds.max[axis].max(point[axis]);
+    }
+}

@@ -1,0 +1,305 @@
+//! Surfaces of second order: those of nearly all faces that light passes.
+
+use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use nalgebra::Matrix4;
+
+/// Where `a (x^2 + y^2) + b z^2 + l . p + d` is 0: planes of any orientation, spheres anywhere, cylinders,
+/// cones and ellipsoids of revolution along z.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quadric {
+    a: f64,
+    b: f64,
+    l: Vector3<f64>,
+    d: f64,
+}
+
+/// A quadric, in the sensor's frame or in one of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    quadric: Quadric,
+    /// Boxed, since nearly none has one.
+    own_from_sensor: Option<Box<Pose>>,
+}
+
+impl From<Quadric> for Surface {
+    fn from(quadric: Quadric) -> Self {
+        Self { quadric, own_from_sensor: None }
+    }
+}
+
+impl Surface {
+    /// The same in another frame.
+    pub(super) fn tilted(&self, own_from_sensor: Pose) -> Self {
+        Self { quadric: self.quadric, own_from_sensor: Some(Box::new(own_from_sensor)) }
+    }
+
+    #[inline]
+    fn own(&self, ray: &Ray) -> Ray {
+        match &self.own_from_sensor {
+            None => *ray,
+            Some(pose) => {
+                Ray { origin: pose.point(ray.origin), direction: pose.vector(ray.direction) }
+            }
+        }
+    }
+
+    fn own_point(&self, point: &Point3<f64>) -> Point3<f64> {
+        self.own_from_sensor.as_ref().map_or(*point, |pose| pose.point(*point))
+    }
+
+    /// See [`Quadric::pass`].
+    #[inline]
+    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+        self.quadric.pass(&self.own(ray), grows)
+    }
+
+    /// See [`Quadric::again`].
+    #[inline]
+    pub(super) fn again(&self, ray: &Ray) -> f64 {
+        self.quadric.again(&self.own(ray))
+    }
+
+    /// Unit normal at a point of it, on either side.
+    #[inline]
+    pub(super) fn normal(&self, point: &Point3<f64>) -> Vector3<f64> {
+        match &self.own_from_sensor {
+            None => self.quadric.across(&point.coords).normalize(),
+            Some(pose) => {
+                let across = self.quadric.across(&pose.point(*point).coords);
+                pose.rotation().tr_mul(&across).normalize()
+            }
+        }
+    }
+
+    /// See [`Quadric::grows`].
+    pub(super) fn grows(&self, ray: &Ray, t_mm: f64) -> bool {
+        self.quadric.grows(&self.own(ray), t_mm)
+    }
+
+    /// Whether it surely misses the straight way between two points, or where it may meet that, as shares of
+    /// the way: see [`Quadric::is_passed_by`], [`Quadric::meetings`].
+    pub(super) fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Meetings {
+        let (own_from, own_to) = (self.own_point(from), self.own_point(to));
+        if self.quadric.is_passed_by(&own_from, &own_to) {
+            return Meetings::None;
+        }
+        match self.quadric.meetings(&own_from, &own_to) {
+            None => Meetings::Unclear,
+            Some(shares) => {
+                Meetings::At(shares.map(|share| share.map(|share| from + share * (to - from))))
+            }
+        }
+    }
+
+    /// Whether both are the same surface, whichever side either calls its inside.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let (a, b) = (self.matrix(), other.matrix());
+        let (scale_a, scale_b) = (a.amax(), b.amax());
+        // The two may differ in sign.
+        let turned = if a.dot(&b) < 0.0 { -1.0 } else { 1.0 };
+        (a / scale_a - turned * b / scale_b).amax() <= SAME
+    }
+
+    /// Of the function `p^T M p` of points p = (x, y, z, 1) in the sensor's frame.
+    fn matrix(&self) -> Matrix4<f64> {
+        let Quadric { a, b, l, d } = self.quadric;
+        let mut matrix = Matrix4::from_diagonal(&[a, a, b, d].into());
+        for axis in 0..3 {
+            matrix[(axis, 3)] = 0.5 * l[axis];
+            matrix[(3, axis)] = 0.5 * l[axis];
+        }
+        match &self.own_from_sensor {
+            None => matrix,
+            Some(pose) => {
+                let mut motion = Matrix4::identity();
+                motion.fixed_view_mut::<3, 3>(0, 0).copy_from(pose.rotation());
+                motion.fixed_view_mut::<3, 1>(0, 3).copy_from(pose.translation_mm());
+                motion.tr_mul(&(matrix * motion))
+            }
+        }
+    }
+}
+
+/// Where a straight way may meet a surface.
+pub(super) enum Meetings {
+    /// Nowhere.
+    None,
+    /// There.
+    At([Option<Point3<f64>>; 2]),
+    /// It grazes, so that rounding decides.
+    Unclear,
+}
+
+/// A line through a quadric in the direction that is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass {
+    pub(super) t_mm: f64,
+    /// Where the line passes it the other way, mm; any value where it does not.
+    pub(super) back_mm: f64,
+}
+
+/// Values nearer to 0 than that may be rounding; of lengths in mm.
+const NEAR: f64 = 1e-9;
+
+/// Coefficients of the same surface agree to that, relative to the largest.
+const SAME: f64 = 1e-10;
+
+impl Quadric {
+    /// The plane through a point.
+    pub(super) fn plane(normal: Vector3<f64>, point: Vector3<f64>) -> Self {
+        Self { a: 0.0, b: 0.0, l: normal, d: -normal.dot(&point) }
+    }
+
+    /// An ellipsoid of revolution along z: half axes across and along it.
+    pub(super) fn ellipsoid(centre: Vector3<f64>, across_mm: f64, along_mm: f64) -> Self {
+        // Of the order of lengths, as the others.
+        let (a, b) = (1.0 / across_mm, across_mm / (along_mm * along_mm));
+        let scale = Vector3::new(a, a, b);
+        let d = centre.component_mul(&scale).dot(&centre) - across_mm;
+        Self { a, b, l: -2.0 * centre.component_mul(&scale), d }
+    }
+
+    /// A cone, or a cylinder, along z: its radius at the height of a point on its axis, and by how much that
+    /// grows with height.
+    pub(super) fn cone(on_axis: Vector3<f64>, radius_mm: f64, growth: f64) -> Self {
+        let [x, y, z]: [f64; 3] = on_axis.into();
+        // Radius at height 0.
+        let foot_mm = radius_mm - growth * z;
+        Self {
+            a: 1.0,
+            b: -growth * growth,
+            l: Vector3::new(-2.0 * x, -2.0 * y, -2.0 * growth * foot_mm),
+            d: x * x + y * y - foot_mm * foot_mm,
+        }
+    }
+
+    /// Up to length: a vector across the surface at a point of it.
+    #[inline]
+    pub(super) fn across(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        let Self { a, b, l, .. } = self;
+        Vector3::new(2.0 * a * p.x + l.x, 2.0 * a * p.y + l.y, 2.0 * b * p.z + l.z)
+    }
+
+    /// Whether the function grows along a line where it passes a point.
+    pub(super) fn grows(&self, ray: &Ray, t_mm: f64) -> bool {
+        self.across(&ray.at(t_mm).coords).dot(&ray.direction) > 0.0
+    }
+
+    /// Where the function passes 0 along a line while it grows, or while it falls; not a number where it
+    /// does not.
+    #[inline]
+    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+        let Self { a, b, l, d } = self;
+        let (p, v) = (&ray.origin, &ray.direction);
+        let h = a * (v.x * v.x + v.y * v.y) + b * v.z * v.z;
+        let m = a * (p.x * v.x + p.y * v.y) + b * p.z * v.z + 0.5 * l.dot(v);
+        let c = a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p.coords) + d;
+        let root = (m * m - h * c).sqrt();
+        // h t^2 + 2 m t + c = 0; its derivative is 2 root or -2 root. Of two forms, the one without cancellation.
+        let up = if m >= 0.0 { -c / (root + m) } else { (root - m) / h };
+        let down = if m <= 0.0 { c / (root - m) } else { -(root + m) / h };
+        if grows { Pass { t_mm: up, back_mm: down } } else { Pass { t_mm: down, back_mm: up } }
+    }
+
+    /// Where a line that begins on the surface meets it again, mm.
+    #[inline]
+    pub(super) fn again(&self, ray: &Ray) -> f64 {
+        let Self { a, b, .. } = self;
+        let v = &ray.direction;
+        let h = a * (v.x * v.x + v.y * v.y) + b * v.z * v.z;
+        -self.across(&ray.origin.coords).dot(v) / h
+    }
+
+    fn value(&self, p: &Point3<f64>) -> f64 {
+        let Self { a, b, l, d } = self;
+        a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p.coords) + d
+    }
+
+    /// Whether all of the straight way between two points is surely on one side.
+    ///
+    /// At the share s of the way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at
+    /// the ends: nowhere further from the line between these than a quarter of h.
+    #[inline]
+    fn is_passed_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+        let (p, q, way) = (self.value(from), self.value(to), to - from);
+        let h = self.a * (way.x * way.x + way.y * way.y) + self.b * way.z * way.z;
+        let below = p.max(q) + (-h / 4.0).max(0.0) < -NEAR;
+        below || p.min(q) - (h / 4.0).max(0.0) > NEAR
+    }
+
+    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes, or nearly, so that
+    /// rounding decides.
+    fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<[Option<f64>; 2]> {
+        // In lengths of the way, with room for rounding at both ends.
+        let ray = Ray { origin: *from, direction: to - from };
+        let Pass { t_mm, back_mm } = self.pass(&ray, true);
+        let is_between = |share: &f64| (-1e-6..=1.0 + 1e-6).contains(share);
+        let is_plain = !(t_mm.is_nan() || back_mm.is_nan() || (t_mm - back_mm).abs() < 1e-6);
+        is_plain.then(|| [t_mm, back_mm].map(|share| Some(share).filter(is_between)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ray() -> Ray {
+        let direction = Vector3::new(0.3, -0.5, 0.8).normalize();
+        Ray { origin: Point3::new(0.4, 0.2, -0.7), direction }
+    }
+
+    /// Each surface by its own formula.
+    #[test]
+    fn a_pass_lies_on_the_surface_and_goes_the_right_way() {
+        let centre = Vector3::new(0.5, -0.3, 0.2);
+        type Formula = Box<dyn Fn(Point3<f64>) -> f64>;
+        let cases: [(Quadric, Formula); 4] = [
+            (
+                Quadric::ellipsoid(centre, 3.0, 3.0),
+                Box::new(move |p| (p.coords - centre).norm() - 3.0),
+            ),
+            (
+                Quadric::ellipsoid(centre, 3.0, 5.0),
+                Box::new(move |p| {
+                    let q = p.coords - centre;
+                    (q.xy().norm_squared() / 9.0 + q.z * q.z / 25.0).sqrt() - 1.0
+                }),
+            ),
+            (
+                Quadric::cone(centre, 2.0, 0.25),
+                Box::new(move |p| {
+                    let q = p.coords - centre;
+                    q.xy().norm() - 2.0 - 0.25 * q.z
+                }),
+            ),
+            (
+                Quadric::plane(Vector3::new(0.0, 0.6, 0.8), centre),
+                Box::new(move |p| (p.coords - centre).dot(&Vector3::new(0.0, 0.6, 0.8))),
+            ),
+        ];
+        for (quadric, formula) in cases {
+            let pass = quadric.pass(&ray(), true);
+            assert!(formula(ray().at(pass.t_mm)).abs() < 1e-12, "{quadric:?} {pass:?}");
+            assert!(formula(ray().at(pass.t_mm + 1e-3)) > 0.0 && quadric.grows(&ray(), pass.t_mm));
+            if pass.back_mm.is_finite() {
+                let beyond = Ray { origin: ray().at(pass.t_mm), ..ray() };
+                let again = quadric.again(&beyond);
+                assert!((again - (pass.back_mm - pass.t_mm)).abs() < 1e-9, "{quadric:?} {again}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_surface_is_itself_from_both_sides() {
+        let plane =
+            |z: f64, up: f64| Quadric::plane(Vector3::new(0.0, 0.0, up), Vector3::new(3.0, 1.0, z));
+        let plane = |z, up| Surface::from(plane(z, up));
+        assert!(plane(2.0, 1.0).is_same(&plane(2.0, -1.0)));
+        assert!(!plane(2.0, 1.0).is_same(&plane(2.001, 1.0)));
+        assert!(!plane(2.0, 1.0).is_same(&Quadric::cone(Vector3::zeros(), 2.0, 0.0).into()));
+        // Upright in another frame.
+        let lifted = Surface::from(Quadric::plane(Vector3::z(), Vector3::zeros()))
+            .tilted(Pose::translation(1.0, 0.0, -2.0));
+        assert!(lifted.is_same(&plane(2.0, 1.0)));
+    }
+}

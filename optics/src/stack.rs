@@ -1,0 +1,160 @@
+//! The bodies of a sensor as light meets them.
+
+use fabkit_geometry::{
+    Aabb, Assembly, Body, Clarity, CompiledSolid, Kind, Point3, Ray, Sensor, Vector3,
+};
+
+use crate::InvalidStack;
+use crate::sensing::SensingSurface;
+use crate::trace::Tracer;
+
+/// Of what is around all bodies.
+pub(crate) const AIR: f64 = 1.0;
+
+/// Most kinds of bodies, so that one byte a pixel says which.
+pub const MAX_NAMES: usize = 250;
+
+/// Largest index of what is known to be clear: diamond's is 2.4.
+const MAX_INDEX: f64 = 4.0;
+
+/// Boxes grow by this much, so that rounding hides nothing, mm.
+const BOX_SLACK_MM: f64 = 1e-6;
+
+/// Rays that look for media which overlap.
+const OVERLAP_RAYS: usize = 2_048;
+
+/// Overlaps shorter than that along a ray are rounding, mm.
+const LEAST_OVERLAP_MM: f64 = 1e-6;
+
+/// What a body is to light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Part {
+    /// It lets light through, and may be what shows the touch.
+    Medium { index: f64, is_skin: bool },
+    /// It shows the touch.
+    Skin,
+    /// It ends rays.
+    Stop,
+}
+
+/// One body in its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Item {
+    pub(crate) solid: CompiledSolid,
+    pub(crate) bounds: Aabb,
+    pub(crate) part: Part,
+    /// Which of the stack's names.
+    pub(crate) name: u8,
+}
+
+/// A sensor as light meets it: see the crate's model.
+#[derive(Clone, Debug)]
+pub struct Stack {
+    pub(crate) items: Vec<Item>,
+    pub(crate) sensing: Option<SensingSurface>,
+    names: Vec<String>,
+}
+
+impl Stack {
+    /// The bodies of the finished sensor but for the camera's own.
+    ///
+    /// # Errors
+    /// Clear bodies of unknown or impossible index, media that overlap where the camera looks, a camera within
+    /// a part, more than [`MAX_NAMES`] kinds of bodies.
+    pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
+        let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
+        let place = Assembly::sensor();
+        let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new() };
+        for body in &sensor.bodies {
+            let places = body.placements.iter().filter(|placed| placed.assembly == place);
+            let Some(part) = places.clone().next().map(|_| part(sensor, body)) else { continue };
+            let part = part?;
+            let count = stack.names.len();
+            for placement in places {
+                let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
+                let solid = body.solid.clone().placed(placement.assembly_from_body);
+                let solid = CompiledSolid::new(&solid).map_err(of_body)?;
+                if part != Part::Stop || !solid.contains(&pupil) {
+                    let bounds = solid.bounds().grown(BOX_SLACK_MM);
+                    stack.items.push(Item { solid, bounds, part, name: count as u8 });
+                } else if body.kind != Kind::Bought {
+                    let body = body.name.clone();
+                    return Err(InvalidStack::CameraInside { body, place_in_sensor: pupil });
+                }
+            }
+            if stack.items.last().is_some_and(|item| usize::from(item.name) == count) {
+                stack.names.push(body.name.clone());
+            }
+        }
+        if stack.names.len() > MAX_NAMES {
+            return Err(InvalidStack::TooMany { count: stack.names.len() });
+        }
+        if let Some(touch) = &sensor.touch {
+            let of_touch = |source| InvalidStack::Solid { body: "surface".into(), source };
+            stack.sensing = Some(SensingSurface::new(touch).map_err(of_touch)?);
+        }
+        stack.find_overlap(pupil)?;
+        Ok(stack)
+    }
+
+    /// Names of the bodies, as [`End`](crate::End) numbers them.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Refuses a camera whose pupil lies in what light does not pass.
+    ///
+    /// # Errors
+    /// [`InvalidStack::CameraInside`].
+    pub fn check_pupil(&self, place_in_sensor: &Point3<f64>) -> Result<(), InvalidStack> {
+        let around = |item: &&Item| {
+            !matches!(item.part, Part::Medium { .. }) && item.solid.contains(place_in_sensor)
+        };
+        let Some(item) = self.items.iter().find(around) else { return Ok(()) };
+        let body = self.names[usize::from(item.name)].clone();
+        Err(InvalidStack::CameraInside { body, place_in_sensor: *place_in_sensor })
+    }
+
+    /// Looks along straight rays for places that two media claim.
+    fn find_overlap(&self, pupil: Point3<f64>) -> Result<(), InvalidStack> {
+        let mut tracer = Tracer::new(self);
+        for number in 0..OVERLAP_RAYS {
+            let ray = Ray { origin: pupil, direction: direction(number) };
+            if let Some((from_mm, to_mm, [a, b])) = tracer.overlap(&ray, LEAST_OVERLAP_MM) {
+                let name = |item: usize| self.names[usize::from(self.items[item].name)].clone();
+                return Err(InvalidStack::Overlap {
+                    bodies: [name(a), name(b)],
+                    place_in_sensor: ray.at(from_mm),
+                    depth_mm: to_mm - from_mm,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One of [`OVERLAP_RAYS`] directions, spread evenly (a Fibonacci lattice).
+fn direction(number: usize) -> Vector3<f64> {
+    let along = 1.0 - (2 * number + 1) as f64 / OVERLAP_RAYS as f64;
+    let (sin, cos) = (number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
+    let across = (1.0 - along * along).sqrt();
+    Vector3::new(across * cos, across * sin, along)
+}
+
+fn part(sensor: &Sensor, body: &Body) -> Result<Part, InvalidStack> {
+    let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
+    if body.clarity() != Clarity::Clear {
+        let is_skin = is_looked_at || body.kind == Kind::Cast;
+        return Ok(if is_skin { Part::Skin } else { Part::Stop });
+    }
+    match body.substance.refractive_index {
+        Some(index) if (AIR..=MAX_INDEX).contains(&index) => {
+            Ok(Part::Medium { index, is_skin: is_looked_at })
+        }
+        Some(index) => Err(InvalidStack::Index { body: body.name.clone(), index }),
+        None => Err(InvalidStack::UnknownIndex {
+            body: body.name.clone(),
+            material: body.material.clone(),
+        }),
+    }
+}

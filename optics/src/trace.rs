@@ -1,0 +1,332 @@
+//! Following a ray from medium to medium.
+
+use fabkit_geometry::{Aabb, Point3, Ray, Scratch, Vector3};
+
+use crate::sensing::START_MM;
+use crate::snell::refract;
+use crate::stack::{AIR, Part, Stack};
+
+/// Faces nearer to each other than this along a ray touch, mm: solids that share a face are computed each by
+/// itself. Where light passes from one to the other there is no air between them.
+pub(crate) const TOUCH_MM: f64 = 1e-7;
+
+/// Most straight pieces of a path; light that needs more goes round in a ring.
+const MAX_PIECES: u32 = 64;
+
+/// What a ray ends at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The sensing surface.
+    Surface,
+    /// A body that hides what is behind it: one of [`Stack::names`].
+    Body(u8),
+    /// The face of this body, from within, or the face to it: light is totally reflected there.
+    Mirror(u8),
+    /// Nothing: it leaves the sensor.
+    Nothing,
+}
+
+/// How a ray went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightPath {
+    /// Its last straight piece, from where it was bent last.
+    pub last: Ray,
+    /// Length of all pieces before that, mm.
+    pub lead_mm: f64,
+    /// Where on the last piece it ends, mm; infinite where it ends nowhere.
+    pub end_mm: f64,
+    /// At what.
+    pub end: End,
+    /// How often it was bent.
+    pub bends: u32,
+}
+
+/// A stretch of a line in a body.
+#[derive(Clone, Copy, Debug)]
+struct Inside {
+    from_mm: f64,
+    to_mm: f64,
+    item: u32,
+}
+
+/// What ends a straight piece.
+pub(crate) enum Event {
+    Bend { at_mm: f64, normal: Vector3<f64>, to_index: f64, item: u32 },
+    End { at_mm: f64, end: End },
+}
+
+impl Event {
+    pub(crate) fn at_mm(&self) -> f64 {
+        match self {
+            Self::Bend { at_mm, .. } | Self::End { at_mm, .. } => *at_mm,
+        }
+    }
+}
+
+/// Follows rays through a [`Stack`]; one per thread, so that its memory is used again.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    stack: &'a Stack,
+    /// Where the line enters boxes that have not been looked into, the nearest last.
+    waiting: Vec<(f64, u32)>,
+    /// Of those that have been looked into, which.
+    entered: Vec<u32>,
+    insides: Vec<Inside>,
+    stretches: Vec<[f64; 2]>,
+    scratch: Scratch,
+    corners: Vec<Point3<f64>>,
+}
+
+impl<'a> Tracer<'a> {
+    /// For the rays of one thread.
+    pub fn new(stack: &'a Stack) -> Self {
+        Self {
+            stack,
+            waiting: Vec::new(),
+            entered: Vec::new(),
+            insides: Vec::new(),
+            stretches: Vec::new(),
+            scratch: Scratch::default(),
+            corners: Vec::new(),
+        }
+    }
+
+    /// Where the last ray that was followed began and was bent, in order, sensor frame, mm.
+    pub fn corners(&self) -> &[Point3<f64>] {
+        &self.corners
+    }
+
+    /// Follows a ray of unit direction from the pupil to its end.
+    pub fn follow(&mut self, ray: &Ray) -> LightPath {
+        self.corners.clear();
+        self.corners.push(ray.origin);
+        let mut path = LightPath {
+            last: *ray,
+            lead_mm: 0.0,
+            end_mm: f64::INFINITY,
+            end: End::Nothing,
+            bends: 0,
+        };
+        let mut index = None;
+        while path.bends < MAX_PIECES {
+            match self.piece(&path.last, &mut index) {
+                Event::End { at_mm, end } => return LightPath { end_mm: at_mm, end, ..path },
+                Event::Bend { at_mm, normal, to_index, item } => {
+                    let from_index = index.unwrap_or(AIR);
+                    let ratio = from_index / to_index;
+                    let Some(direction) = refract(&path.last.direction, &normal, ratio) else {
+                        let name = self.stack.items[item as usize].name;
+                        return LightPath { end_mm: at_mm, end: End::Mirror(name), ..path };
+                    };
+                    path.last = Ray { origin: path.last.at(at_mm), direction };
+                    path.lead_mm += at_mm;
+                    path.bends += 1;
+                    index = Some(to_index);
+                    self.corners.push(path.last.origin);
+                }
+            }
+        }
+        path
+    }
+
+    /// What a straight ray meets first that is no medium, whatever it passes: for paths that are known
+    /// without the stack's media. `None` before `end_mm`.
+    pub fn hidden_by(&mut self, ray: &Ray, end_mm: f64) -> Option<(f64, u8)> {
+        self.aim(ray);
+        self.look_until(ray, end_mm);
+        let items = &self.stack.items;
+        self.insides
+            .iter()
+            .filter(|inside| items[inside.item as usize].part == Part::Stop)
+            .filter(|inside| inside.to_mm > TOUCH_MM && inside.from_mm < end_mm - TOUCH_MM)
+            .map(|inside| (inside.from_mm.max(0.0), items[inside.item as usize].name))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The first stretch that is in two media of different index, with both.
+    pub(crate) fn overlap(&mut self, ray: &Ray, least_mm: f64) -> Option<(f64, f64, [usize; 2])> {
+        self.aim(ray);
+        self.look_until(ray, f64::INFINITY);
+        let index = |inside: &Inside| match self.stack.items[inside.item as usize].part {
+            Part::Medium { index, .. } => Some(index),
+            _ => None,
+        };
+        self.insides.retain(|inside| index(inside).is_some());
+        self.insides.sort_by(|a, b| a.from_mm.total_cmp(&b.from_mm));
+        let pairs = self.insides.iter().enumerate().flat_map(|(i, a)| {
+            self.insides[i + 1..]
+                .iter()
+                .map(move |b| (a, b))
+                .take_while(|(a, b)| b.from_mm < a.to_mm)
+        });
+        pairs.filter(|(a, b)| index(a) != index(b)).find_map(|(a, b)| {
+            let (from_mm, to_mm) = (b.from_mm.max(0.0), b.to_mm.min(a.to_mm));
+            let items = [a.item as usize, b.item as usize];
+            (to_mm - from_mm > least_mm).then_some((from_mm, to_mm, items))
+        })
+    }
+
+    /// Goes along a straight piece until something ends it. `index` is that of the medium it is in, which
+    /// the first piece finds.
+    pub(crate) fn piece(&mut self, ray: &Ray, index: &mut Option<f64>) -> Event {
+        self.aim(ray);
+        let stack = self.stack;
+        let (mut t_mm, mut last) = (0.0, None);
+        loop {
+            self.look_until(ray, t_mm + TOUCH_MM);
+            let Some(inside) = self.around(t_mm + TOUCH_MM) else {
+                if index.is_some_and(|index| index != AIR) {
+                    if self.is_sensing(ray, t_mm) {
+                        return Event::End { at_mm: t_mm, end: End::Surface };
+                    }
+                    if let Some(item) = last {
+                        let normal = self.normal(ray, item, t_mm, false);
+                        return Event::Bend { at_mm: t_mm, normal, to_index: AIR, item };
+                    }
+                }
+                *index = Some(AIR);
+                match self.next(ray, t_mm + TOUCH_MM) {
+                    Some(next_mm) => t_mm = next_mm,
+                    None => return Event::End { at_mm: f64::INFINITY, end: End::Nothing },
+                }
+                continue;
+            };
+            let item = &stack.items[inside.item as usize];
+            match item.part {
+                Part::Stop => return Event::End { at_mm: t_mm, end: End::Body(item.name) },
+                Part::Skin => return self.through_skin(ray, t_mm, item.name),
+                Part::Medium { index: to_index, .. } => {
+                    if *index.get_or_insert(to_index) != to_index {
+                        // Of two faces that touch, the one that is entered counts, unless it was passed before.
+                        let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_MM;
+                        let face =
+                            if is_entered { inside.item } else { last.unwrap_or(inside.item) };
+                        let normal = self.normal(ray, face, t_mm, is_entered);
+                        return Event::Bend { at_mm: t_mm, normal, to_index, item: inside.item };
+                    }
+                    (t_mm, last) = (inside.to_mm, Some(inside.item));
+                    if t_mm == f64::INFINITY {
+                        return Event::End { at_mm: t_mm, end: End::Nothing };
+                    }
+                }
+            }
+        }
+    }
+
+    /// The items whose boxes the last line has entered before it ended, each once.
+    pub(crate) fn looked_into(&self) -> &[u32] {
+        &self.entered
+    }
+
+    /// From where skin is met: does skin alone lie between there and the sensing surface?
+    fn through_skin(&mut self, ray: &Ray, at_mm: f64, name: u8) -> Event {
+        let hidden = Event::End { at_mm, end: End::Body(name) };
+        let Some(sensing) = &self.stack.sensing else { return hidden };
+        let Some((exit_mm, _)) = sensing.exit(ray, &mut self.scratch) else { return hidden };
+        let mut t_mm = at_mm;
+        while t_mm < exit_mm - TOUCH_MM {
+            self.look_until(ray, t_mm + TOUCH_MM);
+            let Some(inside) = self.around(t_mm + TOUCH_MM) else { return hidden };
+            match self.stack.items[inside.item as usize].part {
+                Part::Skin | Part::Medium { is_skin: true, .. } => t_mm = inside.to_mm,
+                Part::Stop | Part::Medium { .. } => return hidden,
+            }
+        }
+        Event::End { at_mm: exit_mm, end: End::Surface }
+    }
+
+    /// Whether a point of a ray lies on the sensing surface.
+    fn is_sensing(&mut self, ray: &Ray, at_mm: f64) -> bool {
+        let Some(sensing) = &self.stack.sensing else { return false };
+        let exit = sensing.exit(ray, &mut self.scratch);
+        exit.is_some_and(|(exit_mm, _)| (exit_mm - at_mm).abs() <= TOUCH_MM)
+    }
+
+    /// Normal of a face that a ray passes.
+    fn normal(&mut self, ray: &Ray, item: u32, at_mm: f64, entering: bool) -> Vector3<f64> {
+        let solid = &self.stack.items[item as usize].solid;
+        let crossing =
+            solid.first_crossing(ray, at_mm - 2.0 * TOUCH_MM, entering, &mut self.scratch);
+        // Only a stretch too short to be one has no such crossing.
+        crossing.map_or(ray.direction, |crossing| crossing.normal)
+    }
+
+    /// Begins a line: nothing is known of it but which boxes it enters.
+    fn aim(&mut self, ray: &Ray) {
+        self.insides.clear();
+        self.entered.clear();
+        self.waiting.clear();
+        let inverse = ray.direction.map(f64::recip);
+        for (item, of) in self.stack.items.iter().enumerate() {
+            if let Some(entry_mm) = box_entry(&of.bounds, &ray.origin, &inverse) {
+                self.waiting.push((entry_mm, item as u32));
+            }
+        }
+        // The nearest last, to be taken from there; the number settles ties.
+        self.waiting.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
+    }
+
+    /// Looks into all bodies whose boxes are entered before that.
+    fn look_until(&mut self, ray: &Ray, t_mm: f64) {
+        while let Some(&(entry_mm, item)) = self.waiting.last()
+            && entry_mm <= t_mm
+        {
+            self.waiting.pop();
+            self.entered.push(item);
+            let solid = &self.stack.items[item as usize].solid;
+            solid.stretches_into(ray, &mut self.scratch, &mut self.stretches);
+            let ahead = self.stretches.iter().filter(|[_, to_mm]| *to_mm > START_MM);
+            self.insides.extend(ahead.map(|&[from_mm, to_mm]| Inside { from_mm, to_mm, item }));
+        }
+    }
+
+    /// What is there: what stops light before what lets it through, the body entered last before others.
+    fn around(&self, t_mm: f64) -> Option<Inside> {
+        let items = &self.stack.items;
+        let rank = |inside: &Inside| match items[inside.item as usize].part {
+            Part::Medium { .. } => 0,
+            Part::Skin => 1,
+            Part::Stop => 2,
+        };
+        self.insides
+            .iter()
+            .filter(|inside| inside.from_mm <= t_mm && t_mm < inside.to_mm)
+            .max_by(|a, b| {
+                rank(a)
+                    .cmp(&rank(b))
+                    .then(a.from_mm.total_cmp(&b.from_mm))
+                    .then(b.item.cmp(&a.item))
+            })
+            .copied()
+    }
+
+    /// Where the next body is entered beyond a place in air.
+    fn next(&mut self, ray: &Ray, after_mm: f64) -> Option<f64> {
+        loop {
+            let ahead = self.insides.iter().map(|inside| inside.from_mm).filter(|&t| t > after_mm);
+            let next_mm = ahead.fold(f64::INFINITY, f64::min);
+            match self.waiting.last() {
+                Some(&(entry_mm, _)) if entry_mm < next_mm => self.look_until(ray, entry_mm),
+                _ => return next_mm.is_finite().then_some(next_mm),
+            }
+        }
+    }
+}
+
+/// Where a line enters a box ahead of its origin, if it does.
+#[inline]
+pub(crate) fn box_entry(
+    bounds: &Aabb,
+    origin: &Point3<f64>,
+    inverse: &Vector3<f64>,
+) -> Option<f64> {
+    let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
+    for axis in 0..3 {
+        let a = (bounds.min[axis] - origin[axis]) * inverse[axis];
+        let b = (bounds.max[axis] - origin[axis]) * inverse[axis];
+        // `min` and `max` pass over NaN: 0 times infinity, a line within a face.
+        entry = entry.max(a.min(b));
+        exit = exit.min(a.max(b));
+    }
+    (entry <= exit).then_some(entry)
+}

@@ -213,6 +213,11 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Whether bodies of a name are skin and nothing else.
+    pub(crate) fn is_skin(&self, name: u8) -> bool {
+        self.stack.items.iter().any(|item| item.name == name && item.part == Part::Skin)
+    }
+
     /// The items whose boxes the last line has entered before it ended, each once.
     pub(crate) fn looked_into(&self) -> &[u32] {
         &self.entered

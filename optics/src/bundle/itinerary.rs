@@ -67,7 +67,10 @@ impl Itinerary {
                     line = Ray { origin: line.at(at_mm), direction };
                     (index, from_mm) = (Some(to_index), TOUCH_MM);
                 }
-                Event::End { end: end @ End::Body(_), .. } if reaches => {
+                // Whether skin shows the surface depends on what lies behind its face.
+                Event::End { end: end @ End::Body(name), .. }
+                    if reaches && !tracer.is_skin(name) =>
+                {
                     return Some(Self { steps, end, last_faces });
                 }
                 Event::End { end: End::Surface, .. } => {

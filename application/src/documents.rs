@@ -265,5 +265,10 @@ pub fn sweep(folder: &Path, finished: &Finished) -> Value {
 
 /// How much of a surface a camera sees.
 pub fn coverage(coverage: &SurfaceCoverage) -> Value {
-    json!({ "area": coverage.area, "area_mm2": coverage.area_mm2 })
+    json!({ "area": coverage.area, "area_mm2": coverage.area_mm2, "lost": lost(coverage) })
+}
+
+/// Shares of a surface that a camera does not see, by what keeps it from them.
+pub fn lost(coverage: &SurfaceCoverage) -> Value {
+    coverage.lost.iter().map(|(by, share)| (by.clone(), json!(share))).collect()
 }

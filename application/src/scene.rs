@@ -7,13 +7,13 @@ mod files;
 use std::ops::Range;
 use std::sync::Arc;
 
-use fabkit_camera::Interface;
-use fabkit_depth::truth::{DepthMap, Presser, ReferenceSurface};
+use fabkit_depth::truth::{DepthMap, PixelRays, Presser, ReferenceSurface};
 use fabkit_fixtures::{Press, Project};
 use fabkit_geometry::TouchSurface;
+use fabkit_optics::{Sights, TILE};
 
 use self::contacts::Meeting;
-pub use self::error::{SceneError, press_error, unknown_hint};
+pub use self::error::{SceneError, press_error, unknown_hint, words};
 pub use self::files::{ViewpointFiles, viewpoint_from_files};
 use crate::Error;
 use crate::ground_truth::{Deepest, SurfaceCoverage, Viewpoint, coverage, deepest, pressers};
@@ -34,9 +34,9 @@ pub const MAX_RAYS: u64 = crate::pictures::MAX_PIXELS;
 /// Rays that are cast at once where they need not know each other.
 const BAND_RAYS: u32 = 1 << 18;
 /// What a ray takes while it is cast and looked at, bytes: measured on surfaces that are all contact.
-const BAND_BYTES: u64 = 450;
+const BAND_BYTES: u64 = 475;
 /// The same with a transition around contacts.
-const MEMBRANE_BYTES: u64 = 550;
+const MEMBRANE_BYTES: u64 = 575;
 
 /// A sensor whose surface a camera sees.
 #[derive(Clone, Debug)]
@@ -47,6 +47,8 @@ pub struct SensorView {
     pub viewpoint: Viewpoint,
     /// What it sees of the surface: something.
     pub coverage: SurfaceCoverage,
+    /// The sensor's bodies as its rays meet them.
+    sights: Sights,
 }
 
 /// What to cast.
@@ -81,13 +83,23 @@ impl SensorView {
     /// Looks whether the camera sees the surface.
     ///
     /// # Errors
-    /// A sensor without a surface of known shape, a camera that sees none of it.
+    /// A sensor without a surface of known shape, bodies that no light can be followed through, a camera
+    /// that sees none of it.
     pub fn new(project: Arc<Project>, viewpoint: Viewpoint) -> Result<Self, Error> {
-        let coverage = coverage(touch(&project)?, &viewpoint).map_err(Error::bug)?;
+        let touch = touch(&project)?;
+        let stack = viewpoint.stack(&project.design.sensor).map_err(SceneError::Light)?;
+        let sights = Sights::new(stack);
+        let coverage = coverage(touch, &viewpoint, &sights).map_err(Error::bug)?;
         if coverage.area == 0.0 {
             return Err(SceneError::unseen(&coverage).into());
         }
-        Ok(Self { project, viewpoint, coverage })
+        Ok(Self { project, viewpoint, coverage, sights })
+    }
+
+    /// The rays of some rows of all pixels, each split into `samples` x `samples`, behind the sensor's
+    /// bodies.
+    pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
+        self.viewpoint.rays_of_rows(samples, rows).through(self.sights.stack())
     }
 
     /// The surface.
@@ -130,12 +142,13 @@ impl SensorView {
     ) -> Result<(), E> {
         let [width, height] = self.check(cast).map_err(Error::from)?;
         let rays = u64::from(width) * u64::from(height);
-        let origins = if *self.viewpoint.camera().interface() == Interface::None { 0 } else { 24 };
         // A transition spreads as far as it likes.
         let is_whole = cast.membrane_mm > 0.0;
-        let rows = if is_whole { height } else { (BAND_RAYS / width).clamp(1, height) };
+        // Bands end where tiles do, so that rays are bundled as they are in the whole.
+        let band = (BAND_RAYS / width / TILE * TILE).max(TILE);
+        let rows = if is_whole { height } else { band.min(height) };
         let at_once = u64::from(width) * u64::from(rows);
-        let per_ray = origins + if is_whole { MEMBRANE_BYTES } else { BAND_BYTES };
+        let per_ray = if is_whole { MEMBRANE_BYTES } else { BAND_BYTES };
         memory::admit(
             &format!("casting {width} x {height} rays for these files"),
             kept * rays + per_ray * at_once,
@@ -171,7 +184,7 @@ impl SensorView {
         look: impl FnOnce(Seen) -> Result<R, E>,
     ) -> Result<R, E> {
         let touch = self.touch().map_err(Error::from)?;
-        let rays = self.viewpoint.rays_of_rows(cast.samples, rows);
+        let rays = self.rays_of_rows(cast.samples, rows);
         let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
         let rigid = surface.pressed(pressers);
         let deepest = deepest(&rigid, touch);

@@ -11,6 +11,8 @@ pub enum Values {
     F64(Vec<f64>),
     /// `float32`.
     F32(Vec<f32>),
+    /// `uint8`.
+    U8(Vec<u8>),
     /// `uint16`.
     U16(Vec<u16>),
     /// `bool`.
@@ -36,6 +38,7 @@ impl Values {
         match self {
             Self::F64(_) => "<f8".into(),
             Self::F32(_) => "<f4".into(),
+            Self::U8(_) => "|u1".into(),
             Self::U16(_) => "<u2".into(),
             Self::Bool(_) => "|b1".into(),
             Self::Text(values) => format!("<U{}", longest(values)),
@@ -46,6 +49,7 @@ impl Values {
         match self {
             Self::F64(values) => values.len(),
             Self::F32(values) => values.len(),
+            Self::U8(values) => values.len(),
             Self::U16(values) => values.len(),
             Self::Bool(values) => values.len(),
             Self::Text(values) => values.len(),
@@ -57,6 +61,7 @@ impl Values {
         match self {
             Self::F64(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
             Self::F32(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
+            Self::U8(values) => to.write_all(values),
             Self::U16(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
             Self::Bool(values) => values.iter().try_for_each(|&v| to.write_all(&[u8::from(v)])),
             Self::Text(values) => {
@@ -74,7 +79,7 @@ impl Values {
             Self::F64(_) => 8,
             Self::F32(_) => 4,
             Self::U16(_) => 2,
-            Self::Bool(_) => 1,
+            Self::U8(_) | Self::Bool(_) => 1,
             Self::Text(values) => 4 * longest(values),
         }
     }

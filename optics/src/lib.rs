@@ -47,6 +47,7 @@
 
 mod bundle;
 mod error;
+mod inverse;
 mod sensing;
 mod snell;
 mod stack;
@@ -54,6 +55,7 @@ mod trace;
 
 pub use bundle::{Bundles, TILE, TileTracer};
 pub use error::InvalidStack;
+pub use inverse::{Seeker, Sight, Sights};
 pub use sensing::{START_MM, SensingSurface};
 pub use snell::refract;
 pub use stack::{MAX_NAMES, Stack};

@@ -97,6 +97,26 @@ impl Stack {
         Ok(stack)
     }
 
+    /// The same bodies for a camera whose own model says how light is bent on its way: they hide what is
+    /// behind them, and bend nothing.
+    ///
+    /// # Errors
+    /// As for [`Stack::of`], but for what is said of media.
+    pub fn straight(sensor: &Sensor) -> Result<Self, InvalidStack> {
+        let mut sensor = sensor.clone();
+        for body in &mut sensor.bodies {
+            body.substance.refractive_index = Some(AIR);
+        }
+        Self::of(&sensor)
+    }
+
+    /// What light passes, and skin.
+    pub(crate) fn without_stops(&self) -> Self {
+        let mut clear = self.clone();
+        clear.items.retain(|item| item.part != Part::Stop);
+        clear
+    }
+
     /// Names of the bodies, as [`End`](crate::End) numbers them.
     pub fn names(&self) -> &[String] {
         &self.names

@@ -53,6 +53,10 @@ class Truth:
     """Standard deviation of the range, mm."""
     label_names: list[str]
     """``none``, ``surface``, then what presses."""
+    seen_by: NDArray[np.uint8]
+    """What of the sensor each pixel sees, contact or not: an index into ``seen_by_names``."""
+    seen_by_names: list[str]
+    """``nothing``, ``surface``, then the sensor's bodies, and ``total reflection``."""
 
     def arrays(self) -> dict[str, NDArray[np.generic] | list[str]]:
         """Everything by name, for example for ``numpy.savez``."""

@@ -36,6 +36,7 @@ pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<Array>) -> PyResult<Bound<'p
         match values {
             Values::F64(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
             Values::F32(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
+            Values::U8(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
             Values::U16(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
             Values::Bool(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
             Values::Text(values) => dictionary.set_item(name, values)?,

@@ -198,7 +198,8 @@ fn a_vent_that_is_covered_is_found() {
     // A plate on the puck's lid closes the gate; a millimetre above it, it does not.
     for (above_mm, count) in [(0.0, 1), (1.0, 0)] {
         let mut sensor = example::puck();
-        let plate = Solid::cylinder(11.0, 1.0).at_z(example::HEIGHT_MM + example::LID_MM + above_mm);
+        let plate =
+            Solid::cylinder(11.0, 1.0).at_z(example::HEIGHT_MM + example::LID_MM + above_mm);
         let place = Placement::in_place(Assembly(example::MOLD.into()));
         let made = fabkit_geometry::Process::Sla;
         sensor.bodies.push(Body::made("plate", "covers the lid", made, plate).placed([place]));

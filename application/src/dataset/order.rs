@@ -87,7 +87,7 @@ pub fn prepare<R, E: From<Error>>(
     scene.check_contacts(presses, order.allow_no_contact)?;
     let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
     let patterns = patterns.map_err(Error::bug)?;
-    let rays = scene.viewpoint.rays(1);
+    let rays = scene.rays_of_rows(1, 0..u32::MAX);
     let touch = scene.touch().map_err(Error::from)?;
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);

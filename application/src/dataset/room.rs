@@ -1,15 +1,11 @@
 //! How much memory a data set takes, from what was measured on each of its steps.
 
-use fabkit_camera::Interface;
-
 use super::DatasetRequest;
 use crate::memory::{self, Less, MemoryError};
 use crate::scene::SensorView;
 
 /// For each pixel, bytes: rays, the surface, the seam, and the reference with the file made of it.
-const SHARED: u64 = 24 + 8 + 1 + 150;
-/// The same of rays that start at places of their own.
-const ORIGINS: u64 = 24;
+const SHARED: u64 = 24 + 24 + 1 + 8 + 1 + 150;
 /// A worker's file of halves, one of them being cast, and all of them packed.
 const EACH: u64 = 150;
 /// What a transition around contacts adds to the one being cast.
@@ -39,9 +35,7 @@ impl Room {
         let (patterns, if_so) =
             (patterns as u64, |so: bool, bytes: u64| if so { bytes } else { 0 });
         let of_halves = if_so(order.materialise, PART) + if_so(order.captures.is_some(), CAPTURE);
-        let shared = SHARED
-            + if_so(*camera.interface() != Interface::None, ORIGINS)
-            + 2 * patterns * of_halves;
+        let shared = SHARED + 2 * patterns * of_halves;
         let each = EACH + if_so(order.membrane_mm > 0.0, MEMBRANE);
         Self { size_px, shared: pixels * shared + LINE * patterns * patterns, each: pixels * each }
     }

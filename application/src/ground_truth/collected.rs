@@ -25,8 +25,8 @@ pub struct Wanted {
 
 /// Place of the standard deviations among [`arrays`].
 const SIGMA: &str = "sigma_mm";
-/// Of the names of labels, which do not grow.
-const NAMES: &str = "label_names";
+/// Of names, which do not grow.
+const NAMES: &str = "_names";
 
 /// A whole map, as far as it is wanted.
 #[derive(Debug)]
@@ -54,7 +54,7 @@ impl Wanted {
     pub fn bytes_per_ray(self) -> u64 {
         let if_so = |so: bool, bytes: u64| if so { bytes } else { 0 };
         // Of arrays, or of standard deviations alone.
-        let maps = if self.npz { 91 } else { 8 };
+        let maps = if self.npz { 92 } else { 8 };
         let shown = if_so(self.shown.is_some(), 8);
         // Files that stay, at worst as large as what they hold.
         let files = [(self.png, 3), (self.grey, 2), (self.tiff, 4), (self.cloud, 53)];
@@ -114,7 +114,7 @@ impl Collected {
             Some(npz) => npz,
             none => {
                 let height = self.size_px[1] as usize;
-                let rows = pieces.iter().map(|array| match array.name == NAMES {
+                let rows = pieces.iter().map(|array| match array.name.ends_with(NAMES) {
                     true => array.shape[0],
                     false => height,
                 });
@@ -122,7 +122,7 @@ impl Collected {
                 none.insert(NpzPieces::new(&pieces, &rows.collect::<Vec<_>>())?)
             }
         };
-        let new = |name: &str| is_first || name != NAMES;
+        let new = |name: &str| is_first || !name.ends_with(NAMES);
         for (index, array) in pieces.iter().enumerate().filter(|(_, array)| new(&array.name)) {
             npz.push(index, &array.values)?;
         }

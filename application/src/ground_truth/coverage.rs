@@ -1,19 +1,34 @@
-//! How much of a sensor's surface a camera sees.
+//! How much of a sensor's surface a camera sees, and what keeps it from the rest.
+
+use std::collections::BTreeMap;
 
 use fabkit_fixtures::SurfacePoints;
-use fabkit_geometry::{InvalidSolid, TouchSurface};
+use fabkit_geometry::{InvalidSolid, Point3, Ray, TouchSurface};
+use fabkit_optics::{End, Seeker, Sights};
+use rayon::prelude::*;
 
 use super::Viewpoint;
 use super::probes::places_of_seed;
 
-/// Places that are looked at; the share is good to about a 1e-4th.
-const PLACES: u32 = 20_000;
+/// Places that are looked at; the share is good to about a thousandth.
+const PLACES: u32 = 4_096;
+
+/// A ray that ends that near to a place ends there, mm.
+const THERE_MM: f64 = 1e-6;
+
+/// What is lost since the camera looks elsewhere, in [`SurfaceCoverage::lost`].
+pub const BESIDE_PICTURE: &str = "beside the picture";
+
+/// What is lost since light is bent away or totally reflected, in the same.
+pub const REFRACTION: &str = "refraction";
 
 /// What a camera sees of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceCoverage {
     /// Share of the surface's area.
     pub area: f64,
+    /// Shares of the rest, by what keeps the camera from it: a body, or words; the largest first.
+    pub lost: Vec<(String, f64)>,
     /// Area of the whole surface, mm2.
     pub area_mm2: f64,
     /// Smallest and largest angle of the surface's places to the camera's axis, rad.
@@ -22,31 +37,112 @@ pub struct SurfaceCoverage {
     pub lens_rad: f64,
 }
 
-/// Looks at places spread evenly over the surface. From within a convex surface nothing hides
-/// anything, so that a place in the picture is a place seen.
+/// What becomes of a place on the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Fate {
+    Seen,
+    Hidden(u8),
+    /// Light from there is bent away, or reflected back.
+    Refraction,
+    /// Light from there enters the lens, but beside what it shows.
+    BesidePicture,
+}
+
+/// Looks at places spread evenly over the surface, each through the sensor's bodies.
 ///
 /// # Errors
 /// Dimensions that make no solid.
 pub fn coverage(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
+    sights: &Sights,
 ) -> Result<SurfaceCoverage, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
-    let camera = viewpoint.camera();
     let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
-    let (mut seen, mut angles_rad) = (0u32, [f64::INFINITY, 0.0f64]);
     let places = places_of_seed(0);
-    for [along, around, _] in (0..PLACES as usize).map(|number| places.at(number)) {
-        let Some((point, _)) = points.by_area([along, around]) else { continue };
-        let point = camera_from_sensor.point(point);
-        let angle = point.coords.xy().norm().atan2(point.z);
-        angles_rad = [angles_rad[0].min(angle), angles_rad[1].max(angle)];
-        seen += u32::from(camera.project(&point).is_ok_and(|pixel| camera.sees(&pixel)));
-    }
+    let point = |number: u32| {
+        let [along, around, _] = places.at(number as usize);
+        points.by_area([along, around]).map(|(point, _)| point)
+    };
+    let fates: Vec<(Fate, f64)> = (0..PLACES)
+        .into_par_iter()
+        .map_init(
+            || sights.seeker(),
+            |seeker, number| {
+                let point = point(number)?;
+                let in_camera = camera_from_sensor.point(point);
+                let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
+                Some((fate(viewpoint, seeker, &point), angle_rad))
+            },
+        )
+        .flatten()
+        .collect();
+    let mut counts: BTreeMap<Fate, u32> = BTreeMap::new();
+    fates.iter().for_each(|(fate, _)| *counts.entry(*fate).or_default() += 1);
+    let share = |count: u32| f64::from(count) / f64::from(PLACES);
+    let area = counts.remove(&Fate::Seen).map_or(0.0, share);
+    let word = |fate: Fate| match fate {
+        Fate::Hidden(name) => sights.stack().names()[usize::from(name)].clone(),
+        Fate::Refraction => REFRACTION.to_owned(),
+        Fate::Seen | Fate::BesidePicture => BESIDE_PICTURE.to_owned(),
+    };
+    let mut lost: Vec<(String, f64)> =
+        counts.into_iter().map(|(fate, count)| (word(fate), share(count))).collect();
+    lost.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
+        fates.iter().fold(start, |so_far, (_, angle_rad)| pick(so_far, *angle_rad))
+    };
     Ok(SurfaceCoverage {
-        area: f64::from(seen) / f64::from(PLACES),
+        area,
+        lost,
         area_mm2: points.area_mm2(),
-        angles_rad,
-        lens_rad: camera.angle_limit_rad(),
+        angles_rad: [fold(f64::INFINITY, f64::min), fold(0.0, f64::max)],
+        lens_rad: viewpoint.camera().angle_limit_rad(),
     })
+}
+
+fn fate(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f64>) -> Fate {
+    match viewpoint.is_drawn() {
+        true => through_the_bodies(viewpoint, seeker, place),
+        false => by_its_own_model(viewpoint, seeker, place),
+    }
+}
+
+/// Of a camera that is a lens and nothing else.
+fn through_the_bodies(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f64>) -> Fate {
+    let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
+    let pupil = pose.point(Point3::origin());
+    let Some(sight) = seeker.seek(&pupil, place) else { return Fate::Refraction };
+    let in_camera = pose.inverse().vector(sight.direction);
+    if !camera.project(&Point3::from(in_camera)).is_ok_and(|pixel| camera.sees(&pixel)) {
+        return Fate::BesidePicture;
+    }
+    match sight.hidden_by(THERE_MM) {
+        Some(End::Body(name)) => Fate::Hidden(name),
+        Some(_) => Fate::Refraction,
+        None => Fate::Seen,
+    }
+}
+
+/// Of a camera that knows by itself how light is bent on its way: bodies only hide.
+fn by_its_own_model(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f64>) -> Fate {
+    let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
+    let seen = camera.project(&pose.inverse().point(*place)).ok();
+    let seen = seen.filter(|pixel| camera.sees(pixel));
+    let Some(ray) = seen.and_then(|pixel| camera.unproject(&pixel).ok()) else {
+        return Fate::BesidePicture;
+    };
+    // From the pupil to where the camera's own interface lets the ray go, and from there.
+    let (pupil, start) = (pose.point(Point3::origin()), pose.point(ray.origin_in_camera));
+    for (from, to) in [(pupil, start), (start, *place)] {
+        let Some(direction) = (to - from).try_normalize(0.0) else { continue };
+        let path = seeker.follow(&Ray { origin: from, direction });
+        if path.lead_mm + path.end_mm < (to - from).norm() - THERE_MM {
+            return match path.end {
+                End::Body(name) => Fate::Hidden(name),
+                _ => Fate::Refraction,
+            };
+        }
+    }
+    Fate::Seen
 }

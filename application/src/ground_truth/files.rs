@@ -43,6 +43,12 @@ pub fn arrays(map: &DepthMap, sigma_mm: &[f64]) -> Vec<Array> {
     };
     let points = map.point_in_sensor().flat_map(|p| [p.x, p.y, p.z]).collect();
     let normals = map.normal_in_sensor().iter().flat_map(|n| [n.x, n.y, n.z]).collect();
+    let names = |name: &str, names: Vec<String>| Array {
+        name: name.into(),
+        shape: vec![names.len()],
+        values: Values::Text(names),
+    };
+    let (seen_by, seen_by_names) = map.seen_by();
     vec![
         array("range_mm", Values::F64(map.range_mm().to_vec())),
         array("z_mm", Values::F64(map.z_mm().collect())),
@@ -53,11 +59,9 @@ pub fn arrays(map: &DepthMap, sigma_mm: &[f64]) -> Vec<Array> {
         array("contact", Values::Bool(map.contact().collect())),
         array("incidence_rad", Values::F64(map.incidence_rad().collect())),
         array("sigma_mm", Values::F64(sigma_mm.to_vec())),
-        Array {
-            name: "label_names".into(),
-            shape: vec![map.names().len()],
-            values: Values::Text(map.names().to_vec()),
-        },
+        names("label_names", map.names().to_vec()),
+        array("seen_by", Values::U8(seen_by)),
+        names("seen_by_names", seen_by_names),
     ]
 }
 

@@ -10,7 +10,7 @@ pub mod probes;
 mod viewpoint;
 
 pub use collected::{Collected, Wanted};
-pub use coverage::{SurfaceCoverage, coverage};
+pub use coverage::{BESIDE_PICTURE, REFRACTION, SurfaceCoverage, coverage};
 pub use files::{GREY_STEP_MM, Shown, arrays, picture};
 pub use penetration::{Penetration, approach, penetration};
 pub use presses::{Deepest, deepest, pressers};

@@ -5,7 +5,8 @@ use std::ops::Range;
 use fabkit_camera::files::{self, InvalidCameraFile, PoseFile};
 use fabkit_camera::{Camera, CameraEstimate, InvalidCamera, InvalidCovariance, JointEstimate};
 use fabkit_depth::truth::{PixelRays, Uncertainty};
-use fabkit_geometry::{Matrix3, NominalCamera, Pose, Vector3};
+use fabkit_geometry::{Matrix3, NominalCamera, Point3, Pose, Sensor, Vector3};
+use fabkit_optics::{InvalidStack, Stack};
 use serde_json::{Value, json};
 
 /// A camera, where it is, and how sure both are.
@@ -73,6 +74,22 @@ impl Viewpoint {
         Ok(Self { estimate, sensor_from_camera, is_nominal })
     }
 
+    /// Whether the camera is a lens alone, so that the drawn bodies bend its rays. A camera from a file was
+    /// fitted to what it saw through them: its own model says how its rays are bent.
+    pub fn is_drawn(&self) -> bool {
+        self.is_nominal[0]
+    }
+
+    /// A sensor's bodies as the camera's rays meet them.
+    ///
+    /// # Errors
+    /// As for [`Stack::of`]; a pose that puts the pupil inside what light does not pass.
+    pub fn stack(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
+        let stack = if self.is_drawn() { Stack::of(sensor) } else { Stack::straight(sensor) }?;
+        stack.check_pupil(&self.sensor_from_camera.point(Point3::origin()))?;
+        Ok(stack)
+    }
+
     /// The camera.
     pub fn camera(&self) -> &Camera {
         self.estimate.camera()
@@ -116,7 +133,7 @@ impl Viewpoint {
             "width_px": camera.width_px(),
             "height_px": camera.height_px(),
             "lens": camera.lens().model_name(),
-            "interface": camera.interface().kind_name(),
+            "interface": if self.is_drawn() { "drawn" } else { camera.interface().kind_name() },
             "parameters": parameters,
             "sensor_from_camera": self.sensor_from_camera,
         })

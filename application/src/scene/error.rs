@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use fabkit_fixtures::PressError;
+use fabkit_optics::InvalidStack;
 
 use super::{MAX_RAYS, MAX_SAMPLES};
 use crate::bodies::UnknownName;
 use crate::error::{Error, ErrorKind, Explained, listed};
-use crate::ground_truth::{InvalidViewpoint, SurfaceCoverage};
+use crate::ground_truth::{BESIDE_PICTURE, InvalidViewpoint, REFRACTION, SurfaceCoverage};
 use crate::source::Source;
 
 /// Why there is no ground truth.
@@ -19,6 +20,15 @@ pub enum SceneError {
     NoSurface {
         /// Its name.
         sensor: String,
+    },
+    /// Bodies that no light can be followed through.
+    #[error(transparent)]
+    Light(InvalidStack),
+    /// A camera of which all is hidden.
+    #[error("the camera sees none of the surface: {}", words(.lost))]
+    Hidden {
+        /// By what, with shares of the surface.
+        lost: Vec<(String, f64)>,
     },
     /// A camera that looks elsewhere.
     #[error(
@@ -87,7 +97,12 @@ pub enum SceneError {
 
 impl SceneError {
     pub(super) fn unseen(coverage: &SurfaceCoverage) -> Self {
-        Self::Unseen { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad }
+        // What lies beside the picture is a matter of the pose.
+        let is_beside = coverage.lost.first().is_none_or(|(by, _)| by == BESIDE_PICTURE);
+        match is_beside {
+            true => Self::Unseen { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad },
+            false => Self::Hidden { lost: coverage.lost.clone() },
+        }
     }
 
     /// What is wrong with a file, or with what was given without one.
@@ -110,6 +125,10 @@ impl Explained for SceneError {
             | Self::Viewpoint { .. }
             | Self::Samples { .. }
             | Self::Length { .. } => return None,
+            Self::Light(error) => return Some(error.hint().to_owned()).filter(|h| !h.is_empty()),
+            Self::Hidden { .. } => {
+                "is the pose `camera_from_sensor`, and from the camera's place in this design?"
+            }
             Self::Unseen { .. } => "is the pose `camera_from_sensor`, in mm, and not its inverse?",
             Self::TooManyRays { .. } => "ask for fewer samples",
             Self::Press(error) => return press_hint(error),
@@ -122,6 +141,19 @@ impl Explained for SceneError {
         };
         Some(hint.into())
     }
+}
+
+/// What hides a surface, as one sentence.
+pub fn words(lost: &[(String, f64)]) -> String {
+    let part = |(by, share): &(String, f64)| {
+        let percent = 100.0 * share;
+        match by.as_str() {
+            BESIDE_PICTURE => format!("{percent:.1} % lies beside the picture"),
+            REFRACTION => format!("{percent:.1} % is bent or reflected away"),
+            body => format!("{body} hides {percent:.1} %"),
+        }
+    };
+    lost.iter().map(part).collect::<Vec<_>>().join(", ")
 }
 
 /// Why a press of a sensor cannot be had; `sensor` is a name or a path, whose texts may be to blame.

@@ -44,7 +44,7 @@ impl<'a> ReferenceSurface<'a> {
             Scratch::default,
             |scratch, (row, values)| {
                 for (column, value) in values.iter_mut().enumerate() {
-                    let Some(ray) = self.rays.ray(row * width + column) else { continue };
+                    let Some(ray) = self.rays.free_ray(row * width + column) else { continue };
                     if let Some((range_mm, outward)) = self.inside.exit(&ray, scratch) {
                         *value = of(range_mm, outward);
                     }

@@ -55,6 +55,18 @@ impl DepthMap<'_> {
         &self.names
     }
 
+    /// What of the sensor each ray sees, contact or not, and what the numbers mean: see
+    /// [`PixelRays::seen_by`](super::PixelRays::seen_by). Of rays that were not followed through a sensor's
+    /// bodies: the surface, or nothing.
+    pub fn seen_by(&self) -> (Vec<u8>, Vec<String>) {
+        let rays = self.surface.rays();
+        if !rays.seen_by().is_empty() {
+            return (rays.seen_by().to_vec(), rays.seen_by_names().to_vec());
+        }
+        let is_seen = self.surface.range_mm().iter().map(|range| u8::from(range.is_finite()));
+        (is_seen.collect(), vec!["nothing".into(), "surface".into()])
+    }
+
     /// Where each ray ends, mm in the sensor frame.
     pub fn point_in_sensor(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
         let rays = self.surface.rays();

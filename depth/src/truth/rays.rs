@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use fabkit_camera::{Camera, Interface, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use fabkit_optics::{Bundles, End, LightPath, Stack, TILE, TileTracer};
 use rayon::prelude::*;
 
 use super::tiles::{Tile, tiles};
@@ -23,7 +24,18 @@ pub struct PixelRays {
     origins: Origins,
     camera_from_sensor: Pose,
     tiles: Vec<Tile>,
+    /// What each sees in a sensor's bodies; empty if it was not followed through them.
+    seen_by: Vec<u8>,
+    /// What the numbers in that mean.
+    seen_by_names: Vec<String>,
 }
+
+/// What a ray sees that has no direction or leaves the sensor, in [`PixelRays::seen_by`].
+const SEES_NOTHING: u8 = 0;
+/// The sensing surface, in the same.
+const SEES_SURFACE: u8 = 1;
+/// The first body.
+const FIRST_BODY: u8 = 2;
 
 /// Where rays start, sensor frame. Most cameras have one centre; reading it for each ray again
 /// would take longer than casting the ray.
@@ -89,9 +101,74 @@ impl PixelRays {
             origins,
             camera_from_sensor: sensor_from_camera.inverse(),
             tiles: Vec::new(),
+            seen_by: Vec::new(),
+            seen_by_names: Vec::new(),
         };
         rays.tiles = tiles(&rays);
         rays
+    }
+
+    /// The same rays behind the media of a sensor: each starts where it was bent last, and those that do not
+    /// reach the sensing surface know what they see instead.
+    #[must_use]
+    pub fn through(mut self, stack: &Stack) -> Self {
+        let width = self.width_px as usize;
+        let pupil = self.camera_from_sensor.inverse().point(Point3::origin());
+        let common = match &self.origins {
+            Origins::Common(origin) => Some(*origin),
+            Origins::Own(_) => None,
+        };
+        let mut origins = match self.origins {
+            Origins::Own(origins) => origins,
+            Origins::Common(origin) => vec![origin; self.directions.len()],
+        };
+        let bodies = stack.names().len() as u8;
+        let mut seen_by = vec![SEES_NOTHING; self.directions.len()];
+        let bundles = Bundles::new(stack);
+        // Strips as high as a tile: each belongs to one thread. Bands of rows begin where strips do, so that
+        // bundles are the same in a band as in the whole.
+        let strip = TILE as usize * width;
+        let strips = origins.par_chunks_mut(strip).zip(self.directions.par_chunks_mut(strip));
+        strips.zip(seen_by.par_chunks_mut(strip)).for_each_init(
+            || bundles.tracer(),
+            |tracer, ((origins, directions), seen_by)| {
+                let mut strip = Strip { width, origins, directions, seen_by, bodies };
+                if common.is_none() {
+                    strip.look_for_what_hides(tracer, &pupil);
+                }
+                strip.follow(tracer);
+            },
+        );
+        self.origins = match common {
+            Some(origin) if origins.iter().all(|own| *own == origin) => Origins::Common(origin),
+            _ => Origins::Own(origins),
+        };
+        self.seen_by = seen_by;
+        let words =
+            |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+        let bodies = stack.names().iter().cloned();
+        let names = words(&["nothing", "surface"]).into_iter().chain(bodies);
+        self.seen_by_names = names.chain(words(&["total reflection"])).collect();
+        self.tiles = tiles(&self);
+        self
+    }
+
+    /// What each ray sees: an index into [`PixelRays::seen_by_names`], row by row; empty if the rays were
+    /// not followed through a sensor's bodies.
+    pub fn seen_by(&self) -> &[u8] {
+        &self.seen_by
+    }
+
+    /// `nothing`, `surface`, then bodies, and `total reflection`.
+    pub fn seen_by_names(&self) -> &[String] {
+        &self.seen_by_names
+    }
+
+    /// The ray of a pixel that nothing keeps from the sensing surface, as far as that is known.
+    #[inline]
+    pub(super) fn free_ray(&self, pixel: usize) -> Option<Ray> {
+        let is_free = self.seen_by.get(pixel).is_none_or(|by| *by == SEES_SURFACE);
+        if is_free { self.ray(pixel) } else { None }
     }
 
     /// Columns.
@@ -152,6 +229,76 @@ impl PixelRays {
     /// Neighbouring rays together.
     pub(super) fn tiles(&self) -> &[Tile] {
         &self.tiles
+    }
+}
+
+/// Rows of rays that one thread follows.
+struct Strip<'a> {
+    width: usize,
+    origins: &'a mut [Point3<f64>],
+    directions: &'a mut [Vector3<f64>],
+    seen_by: &'a mut [u8],
+    /// How many kinds of bodies there are.
+    bodies: u8,
+}
+
+impl Strip<'_> {
+    /// Follows all rays of which nothing is known yet to their ends.
+    fn follow(&mut self, tracer: &mut TileTracer) {
+        for columns in self.tiles() {
+            let mut paths = Vec::new();
+            let ray = |column: u32, row: u32| {
+                let at = row as usize * self.width + column as usize;
+                let (origin, direction) = (self.origins[at], self.directions[at]);
+                let is_open = self.seen_by[at] == SEES_NOTHING && !direction.x.is_nan();
+                is_open.then_some(Ray { origin, direction })
+            };
+            tracer.cast(columns, 0..self.rows(), &ray, &mut |column, row, path| {
+                paths.push((row as usize * self.width + column as usize, path));
+            });
+            for (at, path) in paths {
+                (self.origins[at], self.directions[at]) = (path.last.origin, path.last.direction);
+                self.seen_by[at] = self.code(path.end);
+            }
+        }
+    }
+
+    /// Between the pupil and where rays start, for a camera with an interface of its own.
+    fn look_for_what_hides(&mut self, tracer: &mut TileTracer, pupil: &Point3<f64>) {
+        for columns in self.tiles() {
+            let mut hidden = Vec::new();
+            let ray = |column: u32, row: u32| {
+                let to = self.origins[row as usize * self.width + column as usize] - pupil;
+                Some(Ray { origin: *pupil, direction: to.try_normalize(0.0)? })
+            };
+            tracer.cast(columns, 0..self.rows(), &ray, &mut |column, row, path: LightPath| {
+                let at = row as usize * self.width + column as usize;
+                if path.lead_mm + path.end_mm < (self.origins[at] - pupil).norm() {
+                    hidden.push((at, path.end));
+                }
+            });
+            for (at, end) in hidden {
+                self.seen_by[at] = self.code(end);
+            }
+        }
+    }
+
+    fn rows(&self) -> u32 {
+        (self.seen_by.len() / self.width) as u32
+    }
+
+    fn tiles(&self) -> impl Iterator<Item = Range<u32>> + use<> {
+        let width = self.width as u32;
+        (0..width).step_by(TILE as usize).map(move |left| left..(left + TILE).min(width))
+    }
+
+    fn code(&self, end: End) -> u8 {
+        match end {
+            End::Nothing => SEES_NOTHING,
+            End::Surface => SEES_SURFACE,
+            End::Body(name) => FIRST_BODY + name,
+            End::Mirror(_) => FIRST_BODY + self.bodies,
+        }
     }
 }
 

@@ -102,6 +102,8 @@ fn write(
         "files": listed,
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": documents::coverage(&scene.coverage),
+        "coverage": scene.coverage.area,
+        "coverage_lost": documents::lost(&scene.coverage),
         "width_px": width,
         "height_px": height,
         "pixels_seen": surface_px,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fabkit_application::ground_truth::SurfaceCoverage;
-use fabkit_application::scene::{SensorView, viewpoint_from_files};
+use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
@@ -33,10 +33,12 @@ pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure>
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
 
-/// More of it where something may be wrong.
+/// With what keeps it from the rest; more of it where something may be wrong.
 pub(super) fn coverage_text(coverage: &SurfaceCoverage) -> String {
-    let SurfaceCoverage { area, area_mm2, angles_rad, lens_rad } = coverage;
-    let share = format!("the camera sees {:.1} % of the surface's {area_mm2:.0} mm2", 100.0 * area);
+    let SurfaceCoverage { area, lost, area_mm2, angles_rad, lens_rad } = coverage;
+    let rest = if lost.is_empty() { String::new() } else { format!("; {}", words(lost)) };
+    let share =
+        format!("the camera sees {:.1} % of the surface's {area_mm2:.0} mm2{rest}", 100.0 * area);
     if *area >= LITTLE {
         return format!("{share}\n");
     }

@@ -48,7 +48,7 @@ pub struct SensorView {
     /// What it sees of the surface: something.
     pub coverage: SurfaceCoverage,
     /// The sensor's bodies as its rays meet them.
-    sights: Sights,
+    sights: Arc<Sights>,
 }
 
 /// What to cast.
@@ -88,7 +88,7 @@ impl SensorView {
     pub fn new(project: Arc<Project>, viewpoint: Viewpoint) -> Result<Self, Error> {
         let touch = touch(&project)?;
         let stack = viewpoint.stack(&project.design.sensor).map_err(SceneError::Light)?;
-        let sights = Sights::new(stack);
+        let sights = Arc::new(Sights::new(stack));
         let coverage = coverage(touch, &viewpoint, &sights).map_err(Error::bug)?;
         if coverage.area == 0.0 {
             return Err(SceneError::unseen(&coverage).into());
@@ -99,7 +99,7 @@ impl SensorView {
     /// The rays of some rows of all pixels, each split into `samples` x `samples`, behind the sensor's
     /// bodies.
     pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
-        self.viewpoint.rays_of_rows(samples, rows).through(self.sights.stack())
+        self.viewpoint.rays_of_rows(samples, rows).through(&self.sights)
     }
 
     /// The surface.

@@ -40,7 +40,7 @@ pub use manifest::{
 };
 pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use parquet::{Column, parquet};
-pub use picture::{grey16_png, png};
+pub use picture::{grey8_png, grey16_png, png};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{Cloud, CloudPoint};
 pub use runs::{Run, RunContent, zstd_of_runs};

@@ -13,22 +13,20 @@ use crate::ExportError;
 /// # Ok::<(), fabkit_export::ExportError>(())
 /// ```
 pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportError> {
-    let needed = 3 * u64::from(width_px) * u64::from(height_px);
-    if needed == 0 || needed != rgb.len() as u64 {
-        return Err(ExportError::PictureSize { width_px, height_px, needed, found: rgb.len() });
-    }
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    // Named, so that another version's defaults do not change the bytes.
-    encoder.set_filter(png::Filter::Adaptive);
-    encoder.set_deflate_compression(png::DeflateCompression::Level(6));
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(rgb)?;
-    writer.finish()?;
-    Ok(bytes)
+    check(width_px, height_px, 3, rgb.len())?;
+    encoded(width_px, height_px, rgb, |encoder| {
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    })
+}
+
+/// Writes an 8-bit grey PNG, for masks. Row by row from the top.
+///
+/// # Errors
+/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, ExportError> {
+    check(width_px, height_px, 1, grey.len())?;
+    encoded(width_px, height_px, grey, |encoder| encoder.set_color(png::ColorType::Grayscale))
 }
 
 /// Writes a 16-bit grey PNG, for values with a stated scale. Row by row from the top.
@@ -36,20 +34,38 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
 /// # Errors
 /// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
 pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
-    let needed = u64::from(width_px) * u64::from(height_px);
-    if needed == 0 || needed != grey.len() as u64 {
-        return Err(ExportError::PictureSize { width_px, height_px, needed, found: grey.len() });
+    check(width_px, height_px, 1, grey.len())?;
+    // PNG is big-endian.
+    let data: Vec<u8> = grey.iter().flat_map(|value| value.to_be_bytes()).collect();
+    encoded(width_px, height_px, &data, |encoder| {
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+    })
+}
+
+fn check(width_px: u32, height_px: u32, channels: u64, found: usize) -> Result<(), ExportError> {
+    let needed = channels * u64::from(width_px) * u64::from(height_px);
+    if needed == 0 || needed != found as u64 {
+        return Err(ExportError::PictureSize { width_px, height_px, needed, found });
     }
+    Ok(())
+}
+
+fn encoded(
+    width_px: u32,
+    height_px: u32,
+    data: &[u8],
+    set: impl FnOnce(&mut png::Encoder<&mut Vec<u8>>),
+) -> Result<Vec<u8>, ExportError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_depth(png::BitDepth::Eight);
+    set(&mut encoder);
+    // Named, so that another version's defaults do not change the bytes.
     encoder.set_filter(png::Filter::Adaptive);
     encoder.set_deflate_compression(png::DeflateCompression::Level(6));
     let mut writer = encoder.write_header()?;
-    // PNG is big-endian.
-    let data: Vec<u8> = grey.iter().flat_map(|value| value.to_be_bytes()).collect();
-    writer.write_image_data(&data)?;
+    writer.write_image_data(data)?;
     writer.finish()?;
     Ok(bytes)
 }

@@ -24,6 +24,9 @@ const MOST_HALVINGS: usize = 12;
 /// Step of differences, rad: that of the least error of central ones.
 const STEP_RAD: f64 = 1e-5;
 
+/// The same where one side is enough.
+const SLOPE_STEP_RAD: f64 = 1e-7;
+
 /// Directions that are tried where the straight one leads nowhere.
 const STARTS: usize = 96;
 
@@ -72,6 +75,16 @@ impl Sights {
     /// All of it.
     pub fn stack(&self) -> &Stack {
         &self.stack
+    }
+
+    /// Whether anything in it bends light.
+    pub fn bends(&self) -> bool {
+        self.stack.bends()
+    }
+
+    /// Follows rays through what is clear, as if nothing stood in their way; for those of one thread.
+    pub fn media_tracer(&self) -> Tracer<'_> {
+        Tracer::new(&self.clear)
     }
 
     /// For the places of one thread.
@@ -144,7 +157,7 @@ impl Seeker<'_> {
             let is_old = inverse.is_some();
             let by_place = match inverse {
                 Some(inverse) => inverse,
-                None => self.by_direction(pupil, place, &direction, 1e-7)?.try_inverse()?,
+                None => self.slope(pupil, place, &direction, &miss)?.try_inverse()?,
             };
             let step = by_place * (Sight::across(&miss.direction).transpose() * miss.off);
             let next = self.shorter(pupil, place, &direction, step, off_mm);
@@ -161,6 +174,24 @@ impl Seeker<'_> {
             }
         }
         (miss.off.norm() <= NEAR_ENOUGH_MM).then_some((direction, miss))
+    }
+
+    /// [`Seeker::by_direction`] to one side, which is enough to get nearer, for half as many rays.
+    fn slope(
+        &mut self,
+        pupil: &Point3<f64>,
+        place: &Point3<f64>,
+        direction: &Vector3<f64>,
+        miss: &Miss,
+    ) -> Option<Matrix2<f64>> {
+        let across = Sight::across(direction);
+        let there = Sight::across(&miss.direction).transpose();
+        let mut column = |axis: usize| {
+            let moved = (direction + SLOPE_STEP_RAD * across.column(axis)).normalize();
+            let moved = self.miss(pupil, place, &moved)?;
+            Some(there * (miss.off - moved.off) / SLOPE_STEP_RAD)
+        };
+        Some(Matrix2::from_columns(&[column(0)?, column(1)?]))
     }
 
     /// The first of a step and its halves that leads nearer.

@@ -110,6 +110,12 @@ impl Stack {
         Self::of(&sensor)
     }
 
+    /// Whether any medium differs from air.
+    pub(crate) fn bends(&self) -> bool {
+        let bends = |item: &Item| matches!(item.part, Part::Medium { index, .. } if index != AIR);
+        self.items.iter().any(bends)
+    }
+
     /// What light passes, and skin.
     pub(crate) fn without_stops(&self) -> Self {
         let mut clear = self.clone();

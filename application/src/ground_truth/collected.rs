@@ -1,7 +1,7 @@
 //! Files of a map that comes in pieces, from the top down: what is large is in memory once.
 
-use fabkit_depth::truth::DepthMap;
-use fabkit_export::{Cloud, ExportError, NpzPieces, png};
+use fabkit_depth::truth::{DepthMap, NO_LABEL};
+use fabkit_export::{Cloud, ExportError, NpzPieces, grey8_png, png};
 
 use super::files::{self, Shown};
 use super::{Deepest, arrays};
@@ -19,6 +19,8 @@ pub struct Wanted {
     pub grey: bool,
     /// A TIFF.
     pub tiff: bool,
+    /// Which pixels see the surface.
+    pub mask: bool,
     /// A cloud of points.
     pub cloud: bool,
 }
@@ -38,6 +40,8 @@ pub struct Collected {
     /// Where there are no arrays that have it.
     sigma_mm: Vec<f64>,
     shown_mm: Vec<f64>,
+    /// White where the surface is seen.
+    mask: Vec<u8>,
     cloud: Option<Cloud>,
     /// What labels mean.
     pub names: Vec<String>,
@@ -57,7 +61,8 @@ impl Wanted {
         let maps = if self.npz { 92 } else { 8 };
         let shown = if_so(self.shown.is_some(), 8);
         // Files that stay, at worst as large as what they hold.
-        let files = [(self.png, 3), (self.grey, 2), (self.tiff, 4), (self.cloud, 53)];
+        let files =
+            [(self.png, 3), (self.grey, 2), (self.tiff, 4), (self.mask, 2), (self.cloud, 53)];
         let files: u64 = files.map(|(so, bytes)| if_so(so, bytes)).iter().sum();
         // Values to be written and the same filtered, of one file after the other.
         let passing = [(self.png, 6), (self.grey, 6), (self.tiff, 4)];
@@ -76,6 +81,7 @@ impl Collected {
             sigma_at: 0,
             sigma_mm: Vec::new(),
             shown_mm: Vec::new(),
+            mask: Vec::new(),
             cloud: wanted.cloud.then(files::cloud),
             names: Vec::new(),
             deepest: None,
@@ -100,6 +106,11 @@ impl Collected {
         }
         if let Some(shown) = self.wanted.shown {
             self.shown_mm.extend(shown.values_mm(map, sigma_mm));
+        }
+        if self.wanted.mask {
+            self.mask.extend(
+                map.label().iter().map(|&label| if label == NO_LABEL { 0 } else { u8::MAX }),
+            );
         }
         if let Some(cloud) = &mut self.cloud {
             files::add_points(map, cloud);
@@ -165,6 +176,14 @@ impl Collected {
     /// [`ExportError`].
     pub fn grey(&self) -> Result<Vec<u8>, ExportError> {
         files::grey(self.size_px[0], self.size_px[1], &self.shown_mm)
+    }
+
+    /// The bytes of a mask: white where the surface is seen, black elsewhere.
+    ///
+    /// # Errors
+    /// [`ExportError`].
+    pub fn mask(&self) -> Result<Vec<u8>, ExportError> {
+        grey8_png(self.size_px[0], self.size_px[1], &self.mask)
     }
 
     /// The bytes of a TIFF.

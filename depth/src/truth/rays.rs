@@ -1,10 +1,11 @@
 //! One ray for each pixel of a calibrated camera.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use fabkit_camera::{Camera, Interface, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
-use fabkit_optics::{Bundles, End, LightPath, Stack, TILE, TileTracer};
+use fabkit_optics::{Bundles, End, LightPath, Sights, TILE, TileTracer};
 use rayon::prelude::*;
 
 use super::tiles::{Tile, tiles};
@@ -28,6 +29,8 @@ pub struct PixelRays {
     seen_by: Vec<u8>,
     /// What the numbers in that mean.
     seen_by_names: Vec<String>,
+    /// What bent them, if anything did but the camera's own interface.
+    media: Option<Arc<Sights>>,
 }
 
 /// What a ray sees that has no direction or leaves the sensor, in [`PixelRays::seen_by`].
@@ -103,6 +106,7 @@ impl PixelRays {
             tiles: Vec::new(),
             seen_by: Vec::new(),
             seen_by_names: Vec::new(),
+            media: None,
         };
         rays.tiles = tiles(&rays);
         rays
@@ -111,7 +115,8 @@ impl PixelRays {
     /// The same rays behind the media of a sensor: each starts where it was bent last, and those that do not
     /// reach the sensing surface know what they see instead.
     #[must_use]
-    pub fn through(mut self, stack: &Stack) -> Self {
+    pub fn through(mut self, sights: &Arc<Sights>) -> Self {
+        let stack = sights.stack();
         let width = self.width_px as usize;
         let pupil = self.camera_from_sensor.inverse().point(Point3::origin());
         let common = match &self.origins {
@@ -149,8 +154,14 @@ impl PixelRays {
         let bodies = stack.names().iter().cloned();
         let names = words(&["nothing", "surface"]).into_iter().chain(bodies);
         self.seen_by_names = names.chain(words(&["total reflection"])).collect();
+        self.media = sights.bends().then(|| Arc::clone(sights));
         self.tiles = tiles(&self);
         self
+    }
+
+    /// What bent the rays on their way from the pupil, if anything did but the camera's own interface.
+    pub(super) fn media(&self) -> Option<&Sights> {
+        self.media.as_deref()
     }
 
     /// What each ray sees: an index into [`PixelRays::seen_by_names`], row by row; empty if the rays were

@@ -8,20 +8,27 @@
 //! dt = n . (dx - do - t dd) / (n . d)
 //! ```
 //!
-//! because the ray then meets the moved tangent plane. A row of such derivatives on both sides of a
+//! because the ray then meets the moved tangent plane. Behind media that bend it, o and d are those of its
+//! last piece, and their changes are found by following it again from a pupil and in a direction a step to
+//! either side. A row of such derivatives on both sides of a
 //! covariance is the variance. Errors of the shape itself act along the normal, so that a ray sees
 //! them divided by `|n . d|`. All of it is of first order: it holds where the surface is smooth over
 //! the width of the error, not at creases, and grows without bound where a ray only grazes.
 
 use fabkit_camera::{Camera, DMatrix, JointEstimate, POSE_COUNT, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use fabkit_optics::{Sights, Tracer};
 use rayon::prelude::*;
 
+use super::PixelRays;
 use super::map::{DepthMap, NO_LABEL};
 
 /// Step of central differences in units of a parameter, or of its value where that is above 1.
 /// Rays are good to 1e-15 and bend little over it, so that derivatives are good to 1e-8.
 const STEP: f64 = 1e-6;
+
+/// A step moves the start of a last piece by far less than that, unless it leads through another face, mm.
+const NEIGHBOUR_MM: f64 = 1e-3;
 
 /// What is known about the errors of camera, pose and shape.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,24 +63,94 @@ impl DepthMap<'_> {
             None => (Vec::new(), DMatrix::zeros(0, 0)),
         };
         let normals = self.normal_in_sensor();
-        let pixel = |pixel: usize| -> f64 {
+        let pixel = |tracer: &mut Option<Tracer>, pixel: usize| -> f64 {
             let (Some(ray), true) = (rays.ray(pixel), self.label[pixel] != NO_LABEL) else {
                 return f64::NAN;
             };
             let camera_from_sensor = rays.camera_from_sensor();
             let seen = Seen::new(camera_from_sensor, &ray, self.range_mm[pixel], &normals[pixel]);
-            let by_pose = seen.by_pose(camera_from_sensor);
             let at = rays.at_px(pixel);
-            let by = |cause: &Cause| match cause {
-                Cause::Pose(i) => by_pose[*i],
-                Cause::Camera(stepped) => seen.by_camera(stepped, &at),
+            let row: Vec<f64> = match tracer {
+                Some(tracer) => {
+                    let bent = Bent { rays, at, ray, tangent: normals[pixel] };
+                    causes.iter().map(|by| bent.by(by, self.range_mm[pixel], tracer)).collect()
+                }
+                None => {
+                    let by_pose = seen.by_pose(camera_from_sensor);
+                    let by = |cause: &Cause| match cause {
+                        Cause::Pose(i) => by_pose[*i],
+                        Cause::Camera(stepped) => seen.by_camera(stepped, &at),
+                    };
+                    causes.iter().map(by).collect()
+                }
             };
-            let row: Vec<f64> = causes.iter().map(by).collect();
             let variance = (uncertainty.shape_mm / seen.cosine).powi(2)
                 + quadratic(&row, |r, c| covariance[(r, c)]);
             variance.max(0.0).sqrt()
         };
-        (0..rays.len()).into_par_iter().map(pixel).collect()
+        let tracer = || rays.media().map(Sights::media_tracer);
+        (0..rays.len()).into_par_iter().map_init(tracer, pixel).collect()
+    }
+}
+
+/// A pixel whose ray was bent on its way.
+struct Bent<'a> {
+    rays: &'a PixelRays,
+    at: Point2<f64>,
+    /// Its last piece, sensor frame.
+    ray: Ray,
+    /// Normal of what it ends at, sensor frame.
+    tangent: Vector3<f64>,
+}
+
+impl Bent<'_> {
+    /// Range by a cause; NaN where a step leads through other faces on both sides, as at an edge.
+    fn by(&self, cause: &Cause, range_mm: f64, tracer: &mut Tracer) -> f64 {
+        let here = (self.ray.origin.coords, self.ray.direction);
+        let width = match cause {
+            Cause::Pose(_) => 2.0 * STEP,
+            Cause::Camera(stepped) => stepped.width,
+        };
+        let mut side = |is_after: bool| {
+            let path = tracer.follow(&self.moved(cause, is_after)?);
+            // Rays of one kind begin their last piece near each other.
+            let is_near = (path.last.origin.coords - here.0).norm() < NEIGHBOUR_MM;
+            is_near.then_some((path.last.origin.coords, path.last.direction))
+        };
+        let (before, after, width) = match (side(false), side(true)) {
+            (Some(before), Some(after)) => (before, after, width),
+            (Some(before), None) => (before, here, 0.5 * width),
+            (None, Some(after)) => (here, after, 0.5 * width),
+            (None, None) => return f64::NAN,
+        };
+        let moved = (after.0 - before.0) + range_mm * (after.1 - before.1);
+        -self.tangent.dot(&moved) / (width * self.tangent.dot(&self.ray.direction))
+    }
+
+    /// The ray from the pupil, sensor frame, after a step of a cause, or before it.
+    fn moved(&self, cause: &Cause, is_after: bool) -> Option<Ray> {
+        let camera_from_sensor = self.rays.camera_from_sensor();
+        let (rotation, translation) =
+            (camera_from_sensor.rotation(), camera_from_sensor.translation_mm());
+        // Rotation of the camera by a small vector, and the translation.
+        let (camera, turned, shifted) = match cause {
+            Cause::Pose(i) => {
+                let step = if is_after { STEP } else { -STEP };
+                let by = Vector3::ith(i % 3, step);
+                let none = Vector3::zeros();
+                let (turned, shifted) = if *i < 3 { (by, none) } else { (none, by) };
+                (self.rays.camera(), turned, shifted)
+            }
+            Cause::Camera(stepped) => {
+                let camera = if is_after { &stepped.after } else { &stepped.before };
+                (camera, Vector3::zeros(), Vector3::zeros())
+            }
+        };
+        let direction = camera.unproject(&self.at).ok()?.direction;
+        let back = |v: Vector3<f64>| rotation.tr_mul(&(v - turned.cross(&v)));
+        // The translation is not turned with the rest.
+        let pupil = -rotation.tr_mul(&(translation + shifted - turned.cross(translation)));
+        Some(Ray { origin: Point3::from(pupil), direction: back(direction).normalize() })
     }
 }
 

@@ -23,6 +23,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
         .writes("--png", &args.png)
         .writes("--grey", &args.grey)
         .writes("--tiff", &args.tiff)
+        .writes("--mask", &args.mask)
         .writes("--ply", &args.ply)
         .check()?;
     let scene = view::scene(&args.design, &args.view)?;
@@ -42,6 +43,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
         png: args.png.is_some(),
         grey: args.grey.is_some(),
         tiff: args.tiff.is_some(),
+        mask: args.mask.is_some(),
         cloud: args.ply.is_some(),
     };
     let camera = scene.viewpoint.camera();
@@ -155,6 +157,7 @@ fn files(args: &Depth, collected: &mut Collected) -> Result<Vec<(PathBuf, Vec<u8
     add(&args.png, &["png"], &|collected| collected.picture())?;
     add(&args.grey, &["png"], &|collected| collected.grey())?;
     add(&args.tiff, &["tiff", "tif"], &|collected| collected.tiff())?;
+    add(&args.mask, &["png"], &|collected| collected.mask())?;
     add(&args.ply, &["ply"], &|collected| Ok(collected.take_cloud()))?;
     Ok(files)
 }

@@ -14,6 +14,9 @@
 //! - All else ends a ray. The bodies around the nominal pupil are the camera's own, and see themselves not.
 //! - Light that is totally reflected ends where that happens: what a mirror shows is no ground truth.
 //!
+//! A [`Viewer`] is a camera in such a place: from pixels to paths, and back from places to pixels. Of
+//! several rays to one place it finds the one next to the straight line.
+//!
 //! # Conventions
 //!
 //! Sensor frame, mm. Rays have unit directions and run from the pupil outwards, against the light. A path is
@@ -52,6 +55,7 @@ mod sensing;
 mod snell;
 mod stack;
 mod trace;
+mod viewer;
 
 pub use bundle::{Bundles, TILE, TileTracer};
 pub use error::InvalidStack;
@@ -60,3 +64,4 @@ pub use sensing::{START_MM, SensingSurface};
 pub use snell::refract;
 pub use stack::{MAX_NAMES, Stack};
 pub use trace::{End, LightPath, Tracer};
+pub use viewer::{Look, Unseen, Viewer};

@@ -6,7 +6,7 @@ use fabkit_geometry::{
 
 use crate::InvalidStack;
 use crate::sensing::SensingSurface;
-use crate::trace::Tracer;
+use crate::trace::{End, Tracer};
 
 /// Of what is around all bodies.
 pub(crate) const AIR: f64 = 1.0;
@@ -128,6 +128,16 @@ impl Stack {
         &self.names
     }
 
+    /// What a ray ended at, in words.
+    pub fn name_of(&self, end: End) -> &str {
+        match end {
+            End::Surface => "surface",
+            End::Body(name) => &self.names[usize::from(name)],
+            End::Mirror(_) => "total reflection",
+            End::Nothing => "nothing",
+        }
+    }
+
     /// Refuses a camera whose pupil lies in what light does not pass.
     ///
     /// # Errors
@@ -143,11 +153,12 @@ impl Stack {
 
     /// Looks along straight rays for places that two media claim.
     fn find_overlap(&self, pupil: Point3<f64>) -> Result<(), InvalidStack> {
-        let mut tracer = Tracer::new(self);
+        let media = self.without_stops();
+        let mut tracer = Tracer::new(&media);
         for number in 0..OVERLAP_RAYS {
             let ray = Ray { origin: pupil, direction: direction(number) };
             if let Some((from_mm, to_mm, [a, b])) = tracer.overlap(&ray, LEAST_OVERLAP_MM) {
-                let name = |item: usize| self.names[usize::from(self.items[item].name)].clone();
+                let name = |item: usize| self.names[usize::from(media.items[item].name)].clone();
                 return Err(InvalidStack::Overlap {
                     bodies: [name(a), name(b)],
                     place_in_sensor: ray.at(from_mm),

@@ -1,10 +1,14 @@
 //! Light through the built-in sensors as they are drawn.
 
+use std::sync::Arc;
+
+use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, Uncertainty};
 use fabkit_application::fixtures;
 use fabkit_application::ground_truth::Viewpoint;
+use fabkit_camera::{JointEstimate, Point2};
 use fabkit_designs::{builtin_names, builtin_yaml};
-use fabkit_geometry::{Ray, Sensor};
-use fabkit_optics::{Bundles, End, Stack, TILE, Tracer};
+use fabkit_geometry::{Angle, NominalCamera, Pose, Ray, Sensor, Vector3};
+use fabkit_optics::{Bundles, End, Look, Sights, Stack, TILE, Tracer, Viewer};
 use fabkit_tests::built;
 
 /// The ray of each pixel, row by row, with columns and rows.
@@ -12,16 +16,6 @@ fn rays(sensor: &Sensor) -> (Vec<Option<Ray>>, [u32; 2]) {
     let rays = Viewpoint::new(&sensor.camera, None, None).unwrap().rays(1);
     let size = [rays.width_px(), rays.height_px()];
     ((0..rays.len()).map(|pixel| rays.ray(pixel)).collect(), size)
-}
-
-/// What a pixel sees, by name.
-fn seen(stack: &Stack, end: End) -> &str {
-    match end {
-        End::Surface => "surface",
-        End::Body(body) => &stack.names()[usize::from(body)],
-        End::Mirror(_) => "mirror",
-        End::Nothing => "nothing",
-    }
 }
 
 #[test]
@@ -68,7 +62,7 @@ fn together_and_alone_rays_end_at_the_same_points() {
                 count += 1;
                 let expected = alone.follow(&ray(column, row).unwrap());
                 let place = format!("{name} ({column}, {row}): {path:?} {expected:?}");
-                assert_eq!(seen(&stack, path.end), seen(&stack, expected.end), "{place}");
+                assert_eq!(stack.name_of(path.end), stack.name_of(expected.end), "{place}");
                 assert_eq!(path.bends, expected.bends, "{place}");
                 if path.end_mm.is_finite() {
                     let apart = path.last.at(path.end_mm) - expected.last.at(expected.end_mm);
@@ -94,11 +88,119 @@ fn a_narrow_diffuser_hides_the_surface() {
         let ends: Vec<End> =
             rays.iter().step_by(211).flatten().map(|ray| tracer.follow(ray).end).collect();
         let by = |name: &str| {
-            let count = ends.iter().filter(|end| seen(&stack, **end) == name).count();
+            let count = ends.iter().filter(|end| stack.name_of(**end) == name).count();
             count as f64 / ends.len() as f64
         };
         [by("surface"), by("diffuser")]
     };
     let [usual, narrow] = [share(&[]), share(&["diffuser.bore_radius=4.5mm"])];
     assert!(narrow[0] < usual[0] - 0.2 && narrow[1] > usual[1] + 0.2, "{usual:?} {narrow:?}");
+}
+
+/// A small picture, so that all of it is looked at in a moment.
+fn small(sensor: &Sensor) -> NominalCamera {
+    NominalCamera { width_px: 32, height_px: 24, ..sensor.camera.clone() }
+}
+
+/// From pixel to surface and back to the pixel; with what differences say of how it moves.
+#[test]
+fn places_are_seen_at_the_pixels_that_see_them() {
+    for name in builtin_names() {
+        let sensor = built(name, &[]).sensor;
+        let viewpoint = Viewpoint::new(&small(&sensor), None, None).unwrap();
+        let sights = Sights::new(viewpoint.stack(&sensor).unwrap());
+        let mut viewer = Viewer::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+        let mut count = 0;
+        for (column, row) in (0..24).flat_map(|row| (0..32).map(move |column| (column, row))) {
+            let pixel = Point2::new(f64::from(column) + 0.31, f64::from(row) - 0.17);
+            let Ok(path) = viewer.path(&pixel) else { continue };
+            if path.end != End::Surface {
+                continue;
+            }
+            let place = path.last.at(path.end_mm);
+            let look = viewer.look_at(&place).unwrap_or_else(|e| panic!("{name} {pixel}: {e}"));
+            // Curved faces may focus: a place can have a second pixel, which then sees the same place.
+            let back = viewer.path(&look.pixel).unwrap();
+            let off = (back.last.at(back.end_mm) - place).norm();
+            let apart = (look.pixel - pixel).norm();
+            assert!(apart < 1e-9 || off < 1e-9, "{name} {pixel}: {apart:.1e} px, {off:.1e} mm");
+            assert!(look.sight.hidden_by(1e-6).is_none(), "{name} {pixel}");
+            count += 1;
+            if count % 16 != 0 {
+                continue;
+            }
+            let Some(by_place) = viewer.by_place(&place, &look) else { continue };
+            // Half a micrometre to either side; at a seam between faces nothing is smooth.
+            for axis in 0..3 {
+                let by = Vector3::ith(axis, 5e-4);
+                let sides = [place - by, place + by].map(|place| viewer.look_at(&place));
+                let [Ok(before), Ok(after)] = sides else { continue };
+                // Past other faces, or another of several rays.
+                let is_other = |side: &Look| {
+                    side.sight.path.bends != look.sight.path.bends
+                        || (side.pixel - look.pixel).norm() > 0.1
+                };
+                if is_other(&before) || is_other(&after) {
+                    continue;
+                }
+                let error = by_place.column(axis) - (after.pixel - before.pixel) / 1e-3;
+                assert!(error.norm() < 1e-6 * by_place.norm(), "{name} {pixel} {axis}: {error}");
+            }
+        }
+        assert!(count > 50 || name == "fluidic", "{name}: {count}");
+    }
+}
+
+/// The sigma of each pose parameter alone is what the range changes by, bent rays included.
+#[test]
+fn sigma_is_by_how_much_the_pose_moves_the_range() {
+    const STEP: f64 = 1e-4;
+    let sensor = built("rtac0", &[]).sensor;
+    let touch = sensor.touch.as_ref().unwrap();
+    let viewpoint = Viewpoint::new(&small(&sensor), None, None).unwrap();
+    let sights = Arc::new(Sights::new(viewpoint.stack(&sensor).unwrap()));
+    let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
+    let seen_from = |pose: &Pose| PixelRays::new(camera, pose).through(&sights);
+    let rays = seen_from(pose);
+    let surface = ReferenceSurface::cast(touch, &rays).unwrap();
+    let camera_from_sensor = pose.inverse();
+    for parameter in 0..6 {
+        let mut covariance = [[0.0; 6]; 6];
+        covariance[parameter][parameter] = 1.0;
+        let joint = JointEstimate::independent(&(*camera).into(), Some(&covariance)).unwrap();
+        let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
+        let sigma_mm = surface.untouched().sigma_mm(&uncertainty);
+        let moved = |by: f64| {
+            let turn = Vector3::ith(parameter % 3, by);
+            let translation = camera_from_sensor.translation_mm();
+            let angle = Angle::from_rad(by).unwrap();
+            let (turned, shift) = match parameter {
+                0 => (Pose::rotation_x(angle), Vector3::zeros()),
+                1 => (Pose::rotation_y(angle), Vector3::zeros()),
+                2 => (Pose::rotation_z(angle), Vector3::zeros()),
+                _ => (Pose::identity(), turn),
+            };
+            let rotation = turned.rotation() * camera_from_sensor.rotation();
+            let moved = Pose::new(rotation, translation + shift).unwrap();
+            let rays = seen_from(&moved.inverse());
+            ReferenceSurface::cast(touch, &rays).unwrap().range_mm().to_vec()
+        };
+        let (before, after) = (moved(-STEP), moved(STEP));
+        let mut compared = 0;
+        for pixel in 0..rays.len() {
+            let expected = ((after[pixel] - before[pixel]) / (2.0 * STEP)).abs();
+            // Where a step leads over an edge, or around the place where it changes nothing.
+            let is_smooth = expected.is_finite() && sigma_mm[pixel].is_finite();
+            if !is_smooth {
+                continue;
+            }
+            let error = (sigma_mm[pixel] - expected).abs();
+            if error < 1e-4 * (1.0 + expected) {
+                compared += 1;
+            }
+        }
+        // All but those at creases of the surface and of the gel.
+        let seen = surface.seen();
+        assert!(compared * 100 > seen * 97, "{parameter}: {compared} of {seen}");
+    }
 }

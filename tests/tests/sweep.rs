@@ -9,6 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use fabkit_application::sweep::{Plan, PlanSource, Row, Status};
+use fabkit_optics::{Sights, Viewer};
 use fabkit_tests::{Run, command, fabkit};
 
 const SMALL: &str = "
@@ -296,7 +297,7 @@ fn metrics_agree_with_other_ways_to_them() {
     let told = format!("seating offset to {:.4} mm", of("seating_offset_sigma_mm"));
     assert!(run.stdout.contains(&told), "no `{told}` in {}", run.stdout);
 
-    // The coverage that `fabkit depth` tells from 20 000 other places.
+    // The coverage that `fabkit depth` tells from four times as many other places.
     let touch = |sensor: &str| {
         let yaml = fabkit_application::designs::builtin_yaml(sensor).unwrap();
         fabkit_application::designs::load(sensor, yaml, &[], &["fixtures"]).unwrap().sensor
@@ -304,9 +305,9 @@ fn metrics_agree_with_other_ways_to_them() {
     let sensor = touch("rtac0");
     let viewpoint =
         fabkit_application::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
-    let coverage =
-        fabkit_application::ground_truth::coverage(sensor.touch.as_ref().unwrap(), &viewpoint)
-            .unwrap();
+    let sights = Sights::new(viewpoint.stack(&sensor).unwrap());
+    let touch = sensor.touch.as_ref().unwrap();
+    let coverage = fabkit_application::ground_truth::coverage(touch, &viewpoint, &sights).unwrap();
     assert!((of("coverage") - coverage.area).abs() < 4e-3, "{} {}", of("coverage"), coverage.area);
 }
 
@@ -335,9 +336,17 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
         from_axis(a).total_cmp(&from_axis(b))
     });
     let camera = &sensor.camera;
-    let eye = camera.sensor_from_camera.point(fabkit_application::geometry::Point3::origin());
+    let viewpoint = fabkit_application::ground_truth::Viewpoint::new(camera, None, None).unwrap();
+    let sights = Sights::new(viewpoint.stack(&sensor).unwrap());
+    let mut viewer = Viewer::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+    let look = viewer.look_at(&tip.unwrap()).unwrap();
+    let way = viewer.way(&tip.unwrap(), &look);
+    // Behind flat faces a thing looks nearer: each length counts by its index. Air, window, gel.
+    let pieces = way.windows(2).map(|piece| (piece[1] - piece[0]).norm());
+    let looks_mm: f64 = pieces.zip([1.0, 1.491, 1.41]).map(|(mm, index)| mm / index).sum();
+    assert_eq!(way.len(), 4);
     let focal_px = 30f64.hypot(30.0) / camera.field_of_view.rad();
-    let expected_px = focal_px / (tip.unwrap() - eye).norm();
+    let expected_px = focal_px / looks_mm;
     let found_px = tactip.metrics["marker_px_max"];
     assert!((found_px / expected_px - 1.0).abs() < 0.02, "{found_px} {expected_px}");
     // Twice the pixels: twice as wide, and hiding as much.

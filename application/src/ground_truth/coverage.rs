@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use fabkit_camera::Camera;
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::{InvalidSolid, Point3, Ray, TouchSurface};
-use fabkit_optics::{End, Seeker, Sights};
+use fabkit_optics::{End, Sights, Tracer, Unseen, Viewer};
 use rayon::prelude::*;
 
 use super::Viewpoint;
@@ -67,12 +68,12 @@ pub fn coverage(
     let fates: Vec<(Fate, f64)> = (0..PLACES)
         .into_par_iter()
         .map_init(
-            || sights.seeker(),
-            |seeker, number| {
+            || Looking::new(viewpoint, sights),
+            |looking, number| {
                 let point = point(number)?;
                 let in_camera = camera_from_sensor.point(point);
                 let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
-                Some((fate(viewpoint, seeker, &point), angle_rad))
+                Some((looking.fate(&point), angle_rad))
             },
         )
         .flatten()
@@ -101,31 +102,37 @@ pub fn coverage(
     })
 }
 
-fn fate(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f64>) -> Fate {
-    match viewpoint.is_drawn() {
-        true => through_the_bodies(viewpoint, seeker, place),
-        false => by_its_own_model(viewpoint, seeker, place),
+/// One thread's way to look.
+enum Looking<'a> {
+    /// A lens and nothing else: bodies bend what it sees.
+    Lens(&'a Camera, Box<Viewer<'a>>),
+    /// A camera that knows by itself how light is bent on its way: bodies only hide.
+    Model(&'a Viewpoint, Box<Tracer<'a>>),
+}
+
+impl<'a> Looking<'a> {
+    fn new(viewpoint: &'a Viewpoint, sights: &'a Sights) -> Self {
+        let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
+        match viewpoint.is_drawn() {
+            true => Self::Lens(camera, Box::new(Viewer::new(camera, pose, sights))),
+            false => Self::Model(viewpoint, Box::new(Tracer::new(sights.stack()))),
+        }
+    }
+
+    fn fate(&mut self, place: &Point3<f64>) -> Fate {
+        match self {
+            Self::Lens(camera, viewer) => match viewer.look_at(place) {
+                Err(Unseen::NoLight { .. }) => Fate::Refraction,
+                Err(Unseen::Lens(_)) => Fate::BesidePicture,
+                Ok(look) if !camera.sees(&look.pixel) => Fate::BesidePicture,
+                Ok(look) => look.sight.hidden_by(THERE_MM).map_or(Fate::Seen, by),
+            },
+            Self::Model(viewpoint, tracer) => by_its_own_model(viewpoint, tracer, place),
+        }
     }
 }
 
-/// Of a camera that is a lens and nothing else.
-fn through_the_bodies(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f64>) -> Fate {
-    let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
-    let pupil = pose.point(Point3::origin());
-    let Some(sight) = seeker.seek(&pupil, place) else { return Fate::Refraction };
-    let in_camera = pose.inverse().vector(sight.direction);
-    if !camera.project(&Point3::from(in_camera)).is_ok_and(|pixel| camera.sees(&pixel)) {
-        return Fate::BesidePicture;
-    }
-    match sight.hidden_by(THERE_MM) {
-        Some(End::Body(name)) => Fate::Hidden(name),
-        Some(_) => Fate::Refraction,
-        None => Fate::Seen,
-    }
-}
-
-/// Of a camera that knows by itself how light is bent on its way: bodies only hide.
-fn by_its_own_model(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f64>) -> Fate {
+fn by_its_own_model(viewpoint: &Viewpoint, tracer: &mut Tracer, place: &Point3<f64>) -> Fate {
     let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
     let seen = camera.project(&pose.inverse().point(*place)).ok();
     let seen = seen.filter(|pixel| camera.sees(pixel));
@@ -136,13 +143,18 @@ fn by_its_own_model(viewpoint: &Viewpoint, seeker: &mut Seeker, place: &Point3<f
     let (pupil, start) = (pose.point(Point3::origin()), pose.point(ray.origin_in_camera));
     for (from, to) in [(pupil, start), (start, *place)] {
         let Some(direction) = (to - from).try_normalize(0.0) else { continue };
-        let path = seeker.follow(&Ray { origin: from, direction });
+        let path = tracer.follow(&Ray { origin: from, direction });
         if path.lead_mm + path.end_mm < (to - from).norm() - THERE_MM {
-            return match path.end {
-                End::Body(name) => Fate::Hidden(name),
-                _ => Fate::Refraction,
-            };
+            return by(path.end);
         }
     }
     Fate::Seen
+}
+
+/// What keeps a place from being seen by ending its ray.
+fn by(end: End) -> Fate {
+    match end {
+        End::Body(name) => Fate::Hidden(name),
+        End::Surface | End::Mirror(_) | End::Nothing => Fate::Refraction,
+    }
 }

@@ -13,6 +13,7 @@
 //! Rays for which that fails get an itinerary of their own; tiles that need many are quartered; what is left
 //! is followed ray by ray.
 
+mod chain;
 mod faces;
 mod itinerary;
 mod quadric;
@@ -21,6 +22,7 @@ use std::ops::Range;
 
 use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 
+pub(crate) use self::chain::{Chain, Surfaces};
 use self::faces::{Cell, Faces, radius_of};
 use self::itinerary::Itinerary;
 use self::quadric::Meetings;

@@ -1,88 +1,137 @@
-//! What the camera sees of the surface, as designed: equidistant, without refraction.
+//! What the camera sees of the surface, as designed: through the drawn bodies.
 
 use fabkit_camera::Camera;
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::sequences::GOLDEN_SHARE;
 use fabkit_geometry::{InvalidSolid, Point3, Sensor, Vector3};
-use nalgebra::{Matrix3x2, Vector2};
+use fabkit_optics::{InvalidStack, Look, Sights, Stack, Viewer};
+use nalgebra::{Matrix2x3, Matrix3x2, Vector2};
 
 use super::Computed;
 
 /// Places on the surface; shares of its area are good to about a thousandth.
 const PLACES: u32 = 1024;
 
-/// A place on the surface that lies in the picture.
-pub(super) struct Seen {
-    /// mm, sensor frame.
-    pub point_in_sensor: Point3<f64>,
+/// A ray that ends that near to a place ends there, mm.
+const THERE_MM: f64 = 1e-6;
+
+/// The camera of a design, and the bodies that it looks through.
+pub(super) struct View<'a> {
+    sensor: &'a Sensor,
+    camera: Camera,
+    sights: Sights,
+    /// Spread evenly over the area of the surface, with that area, mm2; `None` where its shape is not known.
+    places: Option<(Vec<Place>, f64)>,
+}
+
+/// A place on the surface that lies in the picture, and light from which reaches the camera if no body is
+/// in its way.
+pub(super) struct Place {
+    /// Sensor frame, mm.
+    pub point: Point3<f64>,
+    pub look: Look,
+    /// What is in its way, if anything.
+    pub hidden_by: Option<String>,
+    scale: Option<Scale>,
+}
+
+/// What one pixel is on the surface.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
     /// Edge of the square on the surface that one pixel sees, mm.
     mm_per_px: f64,
     /// Change of the distance from one pixel to the next, in the direction where it is largest, mm.
     range_mm_per_px: f64,
 }
 
-/// The camera as designed; `None` where it cannot be.
-pub(super) fn nominal(sensor: &Sensor) -> Option<Camera> {
-    let camera = &sensor.camera;
-    Camera::equidistant(camera.width_px, camera.height_px, camera.field_of_view.rad()).ok()
-}
-
-/// Places spread evenly over the area of the surface that lie in the picture, and that area, mm2;
-/// `None` for flat sensors.
-pub(super) fn seen(
-    sensor: &Sensor,
-    camera: &Camera,
-) -> Result<Option<(Vec<Seen>, f64)>, InvalidSolid> {
-    let Some(touch) = &sensor.touch else { return Ok(None) };
-    let surface = SurfacePoints::new(touch)?;
-    let camera_from_sensor = sensor.camera.sensor_from_camera.inverse();
-    let places = (0..PLACES).filter_map(|i| {
-        let shares =
-            [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_SHARE).fract()];
-        let (point, normal) = surface.by_area(shares)?;
-        let normal_in_camera = camera_from_sensor.vector(normal);
-        look(camera, point, &camera_from_sensor.point(point), &normal_in_camera)
-    });
-    Ok(Some((places.collect(), surface.area_mm2())))
-}
-
-fn look(
-    camera: &Camera,
-    point_in_sensor: Point3<f64>,
-    point: &Point3<f64>,
-    normal: &Vector3<f64>,
-) -> Option<Seen> {
-    let projection = camera.project_with_jacobians(point).ok()?;
-    if !camera.sees(&projection.pixel) {
-        return None;
+impl<'a> View<'a> {
+    /// `None` where the camera cannot be.
+    ///
+    /// # Errors
+    /// Bodies that no light can be followed through.
+    pub(super) fn new(sensor: &'a Sensor) -> Result<Option<Self>, InvalidStack> {
+        let design = &sensor.camera;
+        let (width, height) = (design.width_px, design.height_px);
+        let Ok(camera) = Camera::equidistant(width, height, design.field_of_view.rad()) else {
+            return Ok(None);
+        };
+        let sights = Sights::new(Stack::of(sensor)?);
+        let mut view = Self { sensor, camera, sights, places: None };
+        let of_surface = |source| InvalidStack::Solid { body: "surface".into(), source };
+        view.places = view.look_around().map_err(of_surface)?;
+        Ok(Some(view))
     }
+
+    pub(super) fn sensor(&self) -> &Sensor {
+        self.sensor
+    }
+
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Through the bodies.
+    pub(super) fn viewer(&self) -> Viewer<'_> {
+        Viewer::new(&self.camera, &self.sensor.camera.sensor_from_camera, &self.sights)
+    }
+
+    /// Those that lie in the picture, and the whole area of the surface, mm2.
+    pub(super) fn places(&self) -> Option<(&[Place], f64)> {
+        self.places.as_ref().map(|(places, area_mm2)| (&places[..], *area_mm2))
+    }
+
+    fn look_around(&self) -> Result<Option<(Vec<Place>, f64)>, InvalidSolid> {
+        let Some(touch) = &self.sensor.touch else { return Ok(None) };
+        let surface = SurfacePoints::new(touch)?;
+        let mut viewer = self.viewer();
+        let places = (0..PLACES).filter_map(|i| {
+            let shares =
+                [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_SHARE).fract()];
+            let (point, normal) = surface.by_area(shares)?;
+            let look = viewer.look_at(&point).ok().filter(|look| self.camera.sees(&look.pixel))?;
+            let hidden = look.sight.hidden_by(THERE_MM);
+            let hidden_by = hidden.map(|end| self.sights.stack().name_of(end).to_owned());
+            let by_place = viewer.by_place(&point, &look);
+            let scale = by_place.and_then(|by| scale(&by, &look.sight.direction_there, &normal));
+            Some(Place { point, look, hidden_by, scale })
+        });
+        Ok(Some((places.collect(), surface.area_mm2())))
+    }
+}
+
+/// From the change of the pixel with the place, px per mm.
+fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>) -> Option<Scale> {
     // Two directions along the surface.
     let u = Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize();
     let along = Matrix3x2::from_columns(&[u, normal.cross(&u)]);
-    let px_per_mm = projection.by_point * along;
+    let px_per_mm = by_place * along;
     let mm_per_px = 1.0 / px_per_mm.determinant().abs().sqrt();
     // The distance grows by the line of sight's part along the surface; by pixels, through the
     // inverse of the above.
-    let sight = point.coords.normalize();
     let by_mm: Vector2<f64> = along.transpose() * sight;
     let by_px = px_per_mm.transpose().try_inverse()? * by_mm;
-    Some(Seen { point_in_sensor, mm_per_px, range_mm_per_px: by_px.norm() })
+    Some(Scale { mm_per_px, range_mm_per_px: by_px.norm() })
 }
 
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
-    let Some(camera) = nominal(sensor) else { return Ok(()) };
-    let Some((seen, area_mm2)) = seen(sensor, &camera)? else { return Ok(()) };
+pub(super) fn compute(view: &View, computed: &mut Computed) {
+    let Some((places, area_mm2)) = view.places() else { return };
+    let seen: Vec<&Place> = places.iter().filter(|place| place.hidden_by.is_none()).collect();
     computed.put("surface_area_mm2", area_mm2);
     computed.put("coverage", seen.len() as f64 / f64::from(PLACES));
-    computed.put_spread("mm_per_px", seen.iter().map(|place| place.mm_per_px).collect());
-    computed
-        .put_spread("range_mm_per_px", seen.iter().map(|place| place.range_mm_per_px).collect());
-    Ok(())
+    let scales = || seen.iter().filter_map(|place| place.scale);
+    computed.put_spread("mm_per_px", scales().map(|scale| scale.mm_per_px).collect());
+    computed.put_spread("range_mm_per_px", scales().map(|scale| scale.range_mm_per_px).collect());
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// With nothing in between.
+    fn look(camera: &Camera, point: &Point3<f64>, normal: &Vector3<f64>) -> Scale {
+        let by_place = camera.project_with_jacobians(point).unwrap().by_point;
+        scale(&by_place, &point.coords.normalize(), normal).unwrap()
+    }
 
     /// A camera in the middle of a sphere: one pixel sees `radius / focal`, and no depth changes.
     #[test]
@@ -91,14 +140,14 @@ mod tests {
         let focal_px = 800.0 / 2.0;
         let radius_mm = 15.0;
         let point = Point3::new(0.0, 0.0, radius_mm);
-        let seen = look(&camera, point, &point, &Vector3::z()).unwrap();
+        let seen = look(&camera, &point, &Vector3::z());
         assert!((seen.mm_per_px - radius_mm / focal_px).abs() < 1e-12);
         assert!(seen.range_mm_per_px < 1e-12);
         // Off the axis an equidistant lens stretches circles by angle / sine.
         let angle = 0.6f64;
         let normal = Vector3::new(angle.sin(), 0.0, angle.cos());
         let point = Point3::from(radius_mm * normal);
-        let seen = look(&camera, point, &point, &normal).unwrap();
+        let seen = look(&camera, &point, &normal);
         let expected = radius_mm / focal_px * (angle.sin() / angle).sqrt();
         assert!((seen.mm_per_px - expected).abs() < 1e-9, "{} {expected}", seen.mm_per_px);
         assert!(seen.range_mm_per_px < 1e-12);
@@ -110,7 +159,7 @@ mod tests {
         let camera = Camera::equidistant(640, 480, 2.0).unwrap();
         let normal = Vector3::new(0.3, -0.2, 1.0).normalize();
         let point = Point3::new(2.0, 1.0, 10.0);
-        let seen = look(&camera, point, &point, &normal).unwrap();
+        let seen = look(&camera, &point, &normal);
         let pixel = camera.project(&point).unwrap();
         let range = |dx: f64, dy: f64| {
             let ray = camera.unproject(&(pixel + Vector2::new(dx, dy))).unwrap();

@@ -7,7 +7,8 @@ use fabkit_geometry::{
 };
 use nalgebra::Matrix3x2;
 
-use super::{Computed, camera};
+use super::Computed;
+use super::camera::{Place, View};
 
 /// How sensors call what their camera follows; a number comes after it.
 const WORDS: [&str; 3] = ["marker", "dimple", "dot"];
@@ -24,25 +25,25 @@ struct Marker {
     widths_mm: [f64; 2],
 }
 
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
-    let markers = markers(sensor)?;
-    let Some(camera) = camera::nominal(sensor) else { return Ok(()) };
+pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), InvalidSolid> {
+    let markers = markers(view.sensor())?;
     if markers.is_empty() {
         return Ok(());
     }
-    let sensor_from_camera = &sensor.camera.sensor_from_camera;
-    let camera_from_sensor = sensor_from_camera.inverse();
+    let mut viewer = view.viewer();
     let widths: Vec<f64> = markers
         .iter()
         .filter_map(|marker| {
-            let at =
-                camera.project_with_jacobians(&camera_from_sensor.point(marker.centre)).ok()?;
-            if !camera.sees(&at.pixel) {
+            let look = viewer.look_at(&marker.centre).ok()?;
+            // Of the marker itself the half before its centre is in the way.
+            let is_hidden = look.sight.hidden_by(marker.reach_mm).is_some();
+            if is_hidden || !view.camera().sees(&look.pixel) {
                 return None;
             }
-            let across = [Vector3::x(), Vector3::y()]
-                .map(|axis| camera_from_sensor.vector(marker.sensor_from_marker.vector(axis)));
-            let px_per_mm = at.by_point * Matrix3x2::from_columns(&across);
+            let by_place = viewer.by_place(&marker.centre, &look)?;
+            let across =
+                [Vector3::x(), Vector3::y()].map(|axis| marker.sensor_from_marker.vector(axis));
+            let px_per_mm = by_place * Matrix3x2::from_columns(&across);
             let [a, b] = marker.widths_mm;
             Some((a * b * px_per_mm.determinant().abs()).sqrt())
         })
@@ -50,12 +51,16 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
     computed.put("marker_count", markers.len() as f64);
     computed.put("markers_seen", widths.len() as f64);
     computed.put_spread("marker_px", widths);
-    if let Some((seen, _)) = camera::seen(sensor, &camera)?
-        && !seen.is_empty()
-    {
-        let eye = sensor_from_camera.point(Point3::origin());
-        let hidden = seen.iter().filter(|place| hides(&markers, &eye, &place.point_in_sensor));
-        computed.put("occlusion", hidden.count() as f64 / seen.len() as f64);
+    if let Some((places, _)) = view.places() {
+        let mut is_behind = |place: &Place| hides(&markers, &viewer.way(&place.point, &place.look));
+        // What other bodies hide is lost either way.
+        let (behind, open): (Vec<&Place>, Vec<&Place>) =
+            places.iter().partition(|place| is_behind(place));
+        let hidden = behind.len();
+        let seen = open.iter().filter(|place| place.hidden_by.is_none()).count();
+        if hidden + seen > 0 {
+            computed.put("occlusion", hidden as f64 / (hidden + seen) as f64);
+        }
     }
     Ok(())
 }
@@ -103,8 +108,12 @@ fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, Invali
     Ok(markers)
 }
 
-/// Whether a marker stands between the eye and a place.
-fn hides(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
+/// Whether a marker stands on the way of light.
+fn hides(markers: &[Marker], way: &[Point3<f64>]) -> bool {
+    way.windows(2).any(|piece| stands_on(markers, &piece[0], &piece[1]))
+}
+
+fn stands_on(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
     let sight = place - eye;
     let length_mm = sight.norm();
     let direction = sight / length_mm;

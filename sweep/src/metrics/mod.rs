@@ -14,10 +14,12 @@ use std::collections::BTreeMap;
 use fabkit_fixtures::Project;
 use fabkit_geometry::InvalidSolid;
 
+use self::camera::View;
+
 /// What is computed together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
-    /// What the camera sees of the surface, as designed and without refraction.
+    /// What the camera sees of the surface, as designed.
     Camera,
     /// Markers, dimples, dots: whatever the camera follows.
     Markers,
@@ -100,7 +102,11 @@ const fn per_material(name: &'static str, summary: &'static str) -> Metric {
 /// Every built-in metric, in the order of tables.
 pub const METRICS: &[Metric] = &[
     metric(Group::Camera, "surface_area_mm2", "area of the sensing surface"),
-    metric(Group::Camera, "coverage", "share of that area that lies in the picture"),
+    metric(
+        Group::Camera,
+        "coverage",
+        "share of that area that is seen: in the picture, through the drawn bodies, with nothing in the way",
+    ),
     metric(
         Group::Camera,
         "mm_per_px_min",
@@ -116,7 +122,11 @@ pub const METRICS: &[Metric] = &[
     metric(Group::Camera, "range_mm_per_px_median", "the same, for half of the area seen"),
     metric(Group::Camera, "range_mm_per_px_max", "the same, where that is most"),
     metric(Group::Markers, "marker_count", "number of markers, dimples or dots"),
-    metric(Group::Markers, "markers_seen", "how many of them have their centre in the picture"),
+    metric(
+        Group::Markers,
+        "markers_seen",
+        "how many of them are seen: their centre in the picture, with nothing in the way",
+    ),
     metric(
         Group::Markers,
         "marker_px_min",
@@ -245,13 +255,24 @@ pub(crate) fn compute(
     computed: &mut Computed,
 ) -> Result<(), InvalidSolid> {
     let sensor = &project.design.sensor;
+    let looks = |metric: &&Metric| matches!(metric.group, Group::Camera | Group::Markers);
+    let view = if wanted.iter().any(looks) { View::new(sensor) } else { Ok(None) };
+    let view = view.unwrap_or_else(|error| {
+        computed.notes.push(format!("nothing is known of what the camera sees: {error}"));
+        None
+    });
     for group in GROUPS {
         if !wanted.iter().any(|metric| metric.group == group) {
             continue;
         }
         match group {
-            Group::Camera => camera::compute(sensor, computed)?,
-            Group::Markers => markers::compute(sensor, computed)?,
+            Group::Camera | Group::Markers => {
+                let Some(view) = &view else { continue };
+                match group {
+                    Group::Camera => camera::compute(view, computed),
+                    _ => markers::compute(view, computed)?,
+                }
+            }
             Group::Masses => masses::compute(sensor, computed)?,
             Group::Walls => walls::compute(sensor, computed)?,
             Group::Calibration => calibration::compute(project, computed),

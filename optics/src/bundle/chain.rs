@@ -1,0 +1,98 @@
+//! The surfaces that bend a ray, in order: where its neighbours go as well, in closed form, if they meet them.
+
+use fabkit_geometry::{Point3, Ray, Vector3};
+
+use super::faces::Faces;
+use super::quadric::Surface;
+use crate::snell::refract;
+use crate::stack::Stack;
+use crate::trace::{Event, TOUCH_MM, Tracer};
+
+/// Surfaces of a stack, by face.
+#[derive(Clone, Debug)]
+pub(crate) struct Surfaces(Faces);
+
+/// One after the other, those at which a ray is bent.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    bends: Vec<Bend>,
+}
+
+#[derive(Clone, Debug)]
+struct Bend {
+    surface: Surface,
+    face: u32,
+    grows: bool,
+    /// Index before over index behind.
+    ratio: f64,
+}
+
+impl Surfaces {
+    pub(crate) fn of(stack: &Stack) -> Self {
+        Self(Faces::of(&stack.items))
+    }
+}
+
+impl Chain {
+    /// That of a ray until it has gone some way, mm; `None` if one of its surfaces has no closed form.
+    pub(crate) fn of(
+        tracer: &mut Tracer,
+        Surfaces(faces): &Surfaces,
+        ray: &Ray,
+        way_mm: f64,
+    ) -> Option<Self> {
+        let (mut line, mut index, mut left_mm) = (*ray, None, way_mm);
+        let (mut bends, mut scratch, mut passed) = (Vec::new(), Default::default(), Vec::new());
+        loop {
+            let event = tracer.piece(&line, &mut index);
+            left_mm -= event.at_mm();
+            let Event::Bend { at_mm, normal, to_index, .. } = event else { break };
+            if left_mm <= 0.0 {
+                break;
+            }
+            passed.clear();
+            for &item in tracer.looked_into() {
+                faces.passed(item, &line, &mut scratch, &mut passed);
+            }
+            // Of faces that touch, all lie in one surface.
+            let there = passed.iter().filter(|face| (face.t_mm - at_mm).abs() <= TOUCH_MM);
+            let face =
+                there.map(|passed| passed.face).find(|face| faces.surface(*face).is_some())?;
+            let surface = faces.surface(face)?.clone();
+            let grows = surface.grows(&line, at_mm);
+            let ratio = index? / to_index;
+            let Some(direction) = refract(&line.direction, &normal, ratio) else { break };
+            bends.push(Bend { surface, face, grows, ratio });
+            line = Ray { origin: line.at(at_mm), direction };
+            index = Some(to_index);
+        }
+        Some(Self { bends })
+    }
+
+    /// Whether both are of the same faces.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let faces = |chain: &Self| chain.bends.iter().map(|bend| bend.face).collect::<Vec<_>>();
+        faces(self) == faces(other)
+    }
+
+    /// The last piece of a ray, and the length of those before it, mm; `None` where it misses a surface or is
+    /// totally reflected.
+    pub(crate) fn follow(
+        &self,
+        pupil: &Point3<f64>,
+        direction: &Vector3<f64>,
+    ) -> Option<(Ray, f64)> {
+        let (mut line, mut lead_mm) = (Ray { origin: *pupil, direction: *direction }, 0.0);
+        for bend in &self.bends {
+            let t_mm = bend.surface.pass(&line, bend.grows).t_mm;
+            if !(t_mm > 0.0 && t_mm.is_finite()) {
+                return None;
+            }
+            let origin = line.at(t_mm);
+            let direction = refract(&line.direction, &bend.surface.normal(&origin), bend.ratio)?;
+            line = Ray { origin, direction };
+            lead_mm += t_mm;
+        }
+        Some((line, lead_mm))
+    }
+}

@@ -2,11 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
+use std::sync::Arc;
 
 use fabkit_geometry::{
-    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, Path, PlacedPrimitive, Point3, Pose,
-    Ray, Scratch, Segment, Solid, Vector3,
+    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, Extrusion, Path, PlacedPrimitive,
+    Point3, Pose, Ray, Scratch, Segment, Solid, Vector3,
 };
+
+use nalgebra::Vector2;
 
 use super::quadric::{Quadric, Surface};
 use crate::stack::Item;
@@ -48,6 +51,8 @@ pub(super) struct Trim {
     room: Cell,
     /// Of what is upright in a frame of its own: the room is in that.
     leaf_from_sensor: Option<Pose>,
+    /// Of a plate's face.
+    outline: Option<Arc<Outline>>,
     /// Whether the surface within that room is the face; else others of its primitive bound it there.
     pub(super) is_exact: bool,
     /// All cells of its primitive.
@@ -63,7 +68,12 @@ impl Trim {
 
     /// Whether a point of the surface surely lies off the face.
     pub(super) fn misses(&self, point: &Point3<f64>) -> bool {
-        !self.is_within(point, 0.0)
+        if !self.is_within(point, 0.0) {
+            return true;
+        }
+        let Some(outline) = &self.outline else { return false };
+        let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
+        outline.misses(&point)
     }
 
     /// The room has some slack already.
@@ -82,6 +92,70 @@ impl Trim {
             && is_in(radius_mm, near, *far)
             && is_in(point.x, bounds.min.x, bounds.max.x)
             && is_in(point.y, bounds.min.y, bounds.max.y)
+    }
+}
+
+/// What a plate's faces end at.
+#[derive(Clone, Debug)]
+struct Outline {
+    /// With the plate upright from z = 0.
+    own_from_room: Pose,
+    plate: CompiledSolid,
+    middle_mm: f64,
+    borders: Vec<Border>,
+}
+
+/// A piece of an outline.
+#[derive(Clone, Copy, Debug)]
+enum Border {
+    Line([Vector2<f64>; 2]),
+    /// Centre and radius, of the whole circle.
+    Arc(Vector2<f64>, f64),
+    Other,
+}
+
+impl Outline {
+    fn of(extrusion: &Extrusion, edges: &[Edge], pose: &Pose) -> Option<Arc<Self>> {
+        let plate = CompiledSolid::new(&Solid::Extrusion(extrusion.clone())).ok()?;
+        let border = |edge: &Edge| {
+            let (from, to) = (Vector2::from(edge.from), Vector2::from(edge.segment.to()));
+            match edge.segment {
+                Segment::Line { .. } => Border::Line([from, to]),
+                Segment::Arc { centre, .. } => {
+                    let centre = Vector2::from(*centre);
+                    Border::Arc(centre, (from - centre).norm())
+                }
+                Segment::EllipticArc { .. } => Border::Other,
+            }
+        };
+        Some(Arc::new(Self {
+            own_from_room: pose.inverse(),
+            plate,
+            middle_mm: extrusion.height_mm / 2.0,
+            borders: edges.iter().map(border).collect(),
+        }))
+    }
+
+    /// Whether a point of the plane of a face surely lies outside of the outline.
+    fn misses(&self, point: &Point3<f64>) -> bool {
+        let point = self.own_from_room.point(*point).coords.xy();
+        self.borders.iter().all(|border| border.distance_mm(&point) > 2.0 * SLACK_MM)
+            && !self.plate.contains(&Point3::new(point.x, point.y, self.middle_mm))
+    }
+}
+
+impl Border {
+    /// At least so far away a point is.
+    fn distance_mm(&self, point: &Vector2<f64>) -> f64 {
+        match self {
+            Self::Line([from, to]) => {
+                let along = to - from;
+                let share = ((point - from).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+                (point - from - share * along).norm()
+            }
+            Self::Arc(centre, radius_mm) => ((point - centre).norm() - radius_mm).abs(),
+            Self::Other => 0.0,
+        }
     }
 }
 
@@ -191,7 +265,7 @@ impl Faces {
             Solid::Cone(cone) if is_along => {
                 self.frustum(&up, [cone.bottom_radius_mm, cone.top_radius_mm], cone.height_mm);
             }
-            Solid::Cuboid(cuboid) => self.cuboid(pose, cuboid.size_mm),
+            Solid::Cuboid(cuboid) if is_square(pose) => self.cuboid(pose, cuboid.size_mm),
             Solid::Extrusion(extrusion) if is_along => {
                 let height = extrusion.height_mm;
                 let edges = edges(&extrusion.profile.outer, &extrusion.profile.holes);
@@ -203,15 +277,25 @@ impl Faces {
                 });
                 let nearest =
                     edges.iter().map(|edge| edge.distance(&up)).fold(f64::INFINITY, f64::min);
+                let outline = Outline::of(extrusion, &edges, pose);
                 for z in [0.0, height] {
                     let plane =
                         Quadric::plane(Vector3::z(), pose.point(Point3::new(0.0, 0.0, z)).coords);
                     let mut cell = up.cell([span[0], span[1]], [z, z]);
                     cell.radius_mm[0] = if holds { 0.0 } else { nearest };
                     self.face(Some(plane), false, vec![cell]);
+                    self.trims.last_mut().expect("of the face just added").outline =
+                        outline.clone();
                 }
+                // The box around a quarter of a circle holds no more of that, unless it is turned.
+                let is_square = is_square(pose);
+                let is_exact =
+                    |edge: &Edge| edge.is_line() || (is_square && edge.is_within_quarter());
                 for edge in &edges {
-                    self.face(edge.wall_quadric(&up), edge.is_line(), edge.wall(&up, height));
+                    self.face(edge.wall_quadric(&up), is_exact(edge), edge.wall(&up, height));
+                    // The box alone, since an arc around z would lie at the end of its distances.
+                    let trim = self.trims.last_mut().expect("of the face just added");
+                    trim.room.radius_mm = [0.0, f64::INFINITY];
                 }
             }
             Solid::Revolution(revolution) if is_along => {
@@ -227,6 +311,7 @@ impl Faces {
             }
             // Upright in a frame of its own.
             Solid::Ellipsoid(_)
+            | Solid::Cuboid(_)
             | Solid::Cylinder(_)
             | Solid::Cone(_)
             | Solid::Extrusion(_)
@@ -279,7 +364,13 @@ impl Faces {
                 room.radius_mm[1].max(cell.radius_mm[1]),
             ],
         });
-        self.trims.push(Trim { room, leaf_from_sensor: None, is_exact, cells: 0..0 });
+        self.trims.push(Trim {
+            room,
+            leaf_from_sensor: None,
+            outline: None,
+            is_exact,
+            cells: 0..0,
+        });
         self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
     }
 
@@ -323,8 +414,7 @@ impl Faces {
             let mut normal = Vector3::zeros();
             normal[axis] = 1.0;
             let plane = Quadric::plane(pose.vector(normal), pose.point(Point3::from(low)).coords);
-            let is_square = bounds.size_mm().contains(&0.0);
-            self.face(Some(plane), is_square, vec![boxed(bounds)]);
+            self.face(Some(plane), true, vec![boxed(bounds)]);
         }
     }
 
@@ -336,6 +426,11 @@ impl Faces {
             self.face(None, false, vec![boxed(bounds)]);
         }
     }
+}
+
+/// Whether the axes go along the sensor's, exactly.
+fn is_square(pose: &Pose) -> bool {
+    pose.rotation().iter().all(|value| value.fract() == 0.0)
 }
 
 /// How many faces a primitive has at most.

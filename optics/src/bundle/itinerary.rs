@@ -17,6 +17,8 @@ pub(super) struct Step {
     pub(super) trims: Vec<Trim>,
     /// Index before over index behind, where light is bent.
     pub(super) ratio: Option<f64>,
+    /// Whether the step before is through the same surface, so that where either meets it again is the other.
+    pub(super) is_same_surface: bool,
     /// Numbers of the faces.
     pub(super) faces: Vec<u32>,
 }
@@ -56,7 +58,11 @@ impl Itinerary {
                         break;
                     }
                 }
-                steps.push(step(faces, &line, group)?);
+                let mut step = step(faces, &line, group)?;
+                let last = steps.last();
+                step.is_same_surface =
+                    last.is_some_and(|last: &Step| last.surface.is_same(&step.surface));
+                steps.push(step);
             }
             let reaches = passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_MM);
             match event {
@@ -95,6 +101,7 @@ fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
         grows: surface.grows(line, group[0].t_mm),
         trims: trims.filter(|trim| trim.is_exact).cloned().collect(),
         ratio: None,
+        is_same_surface: false,
         faces: group.iter().map(|passed| passed.face).collect(),
     })
 }

@@ -190,7 +190,10 @@ impl TileTracer<'_> {
         let is_worth_it = !is_large || 8 * self.followed.len() > rays.len();
         // Outlines are between the first ray and the others: its points are in the boxes.
         let is_first_there = self.followed.first().is_some_and(|(number, _)| *number == 0);
-        if !(is_first_there && is_worth_it && self.are_outlines_clear(plan)) {
+        if !(is_first_there && is_worth_it) {
+            return false;
+        }
+        if !self.drop_outside(plan) {
             return false;
         }
         self.drop_others(plan);
@@ -198,20 +201,31 @@ impl TileTracer<'_> {
     }
 
     /// A ray along an itinerary; `None` if it does not pass all of it in order.
-    #[inline]
     fn follow(&mut self, plan: &Itinerary, ray: &Ray) -> Option<LightPath> {
         let mut path = LightPath { last: *ray, lead_mm: 0.0, end_mm: 0.0, end: plan.end, bends: 0 };
         // Where on the line the last face was, and where the line meets that face's surface again.
         let (mut at_mm, mut again_mm) = (0.0, f64::NAN);
+        let mut before = &[][..];
         self.points.push(ray.origin);
         for step in &plan.steps {
             let pass = step.surface.pass(&path.last, step.grows);
             let t_mm = pass.t_mm;
-            let is_between = |other_mm: f64| at_mm < other_mm && other_mm < t_mm;
-            let is_ahead = t_mm > at_mm && t_mm.is_finite();
-            if !is_ahead || is_between(pass.back_mm) || is_between(again_mm) {
+            if !(t_mm > at_mm && t_mm.is_finite()) {
                 return None;
             }
+            // Between the two faces a surface may be met again, off its faces.
+            let is_between = |other_mm: f64| at_mm < other_mm && other_mm < t_mm;
+            let misses = |faces: &[u32], other_mm: f64| {
+                let point = path.last.at(other_mm);
+                faces.iter().all(|face| self.of.faces.trim(*face).misses(&point))
+            };
+            let is_met_again = !step.is_same_surface
+                && (is_between(pass.back_mm) && !misses(&step.faces, pass.back_mm)
+                    || is_between(again_mm) && !misses(before, again_mm));
+            if is_met_again {
+                return None;
+            }
+            before = &step.faces;
             let point = path.last.at(t_mm);
             if !step.trims.iter().all(|trim| trim.holds(&point)) {
                 return None;
@@ -231,7 +245,10 @@ impl TileTracer<'_> {
         if plan.end == End::Surface {
             let (exit_mm, _) =
                 self.of.stack.sensing.as_ref()?.exit(&path.last, &mut self.scratch)?;
-            if exit_mm <= at_mm || (at_mm < again_mm && again_mm < exit_mm) {
+            let is_between = at_mm < again_mm && again_mm < exit_mm;
+            let again = path.last.at(again_mm);
+            let misses = |face: &u32| self.of.faces.trim(*face).misses(&again);
+            if exit_mm <= at_mm || (is_between && !before.iter().all(misses)) {
                 return None;
             }
             self.points.push(path.last.at(exit_mm));
@@ -240,18 +257,38 @@ impl TileTracer<'_> {
         Some(path)
     }
 
-    /// Whether faces with outlines are met inside these.
-    fn are_outlines_clear(&self, plan: &Itinerary) -> bool {
+    /// Drops the rays that may meet a face with an outline of its own outside of that: the first meets it
+    /// inside, and no wall of its primitive lies between that place and theirs. `false` where that way does
+    /// not lie within the face.
+    fn drop_outside(&mut self, plan: &Itinerary) -> bool {
         let faces = &self.of.faces;
-        plan.steps.iter().zip(&self.boxes[1..]).all(|(step, bounds)| {
+        for (number, step) in plan.steps.iter().enumerate() {
+            let bounds = &self.boxes[number + 1];
             let radius_mm = radius_of(bounds);
-            step.faces.iter().filter(|face| !faces.trim(**face).is_exact).all(|face| {
+            for face in step.faces.iter().filter(|face| !faces.trim(**face).is_exact) {
                 let Range { start, end } = faces.trim(*face).cells;
-                let cells = &faces.cells[start as usize..end as usize];
-                let others = cells.iter().filter(|cell| cell.face != *face);
-                !others.into_iter().any(|cell| touches(cell, bounds, radius_mm))
-            })
-        })
+                let mut asked = None;
+                for cell in &faces.cells[start as usize..end as usize] {
+                    let is_other = cell.face != *face && asked != Some(cell.face);
+                    if is_other && touches(cell, bounds, radius_mm) {
+                        if !step.surface.is_flat() {
+                            return false;
+                        }
+                        asked = Some(cell.face);
+                        let (count, at) = (self.boxes.len(), number + 1);
+                        let inside = self.points[at];
+                        let ways = self.points.iter().skip(at).step_by(count);
+                        drop_those_that_meet(
+                            faces,
+                            cell.face,
+                            ways.map(|to| (&inside, to)),
+                            &mut self.followed,
+                        );
+                    }
+                }
+            }
+        }
+        true
     }
 
     /// Drops the rays that may meet another face than those of their itinerary.
@@ -276,30 +313,33 @@ impl TileTracer<'_> {
                         |(slice, radius_mm): &(Aabb, _)| touches(cell, slice, *radius_mm);
                     if asked != Some(cell.face) && slices.iter().any(is_touched) {
                         asked = Some(cell.face);
-                        self.drop_those_that_meet(cell.face, number);
+                        let ways = self.points.chunks_exact(self.boxes.len());
+                        let ways = ways.map(|points| (&points[number], &points[number + 1]));
+                        drop_those_that_meet(&self.of.faces, cell.face, ways, &mut self.followed);
                     }
                 }
             }
             self.near = near;
         }
     }
+}
 
-    /// Drops the rays that may meet a face between two of their points.
-    fn drop_those_that_meet(&mut self, face: u32, number: usize) {
-        let faces = &self.of.faces;
-        let (surface, trim) = (faces.surface(face), faces.trim(face));
-        let rays = self.points.chunks_exact(self.boxes.len());
-        for (points, (_, path)) in rays.zip(&mut self.followed) {
-            let meetings =
-                surface.map(|surface| surface.meetings(&points[number], &points[number + 1]));
-            let is_missed = match meetings {
-                Some(Meetings::None) => true,
-                Some(Meetings::At(places)) => places.iter().flatten().all(|at| trim.misses(at)),
-                Some(Meetings::Unclear) | None => false,
-            };
-            if !is_missed {
-                *path = None;
-            }
+/// Drops the rays that may meet a face on their ways from one point to another.
+fn drop_those_that_meet<'p>(
+    faces: &Faces,
+    face: u32,
+    ways: impl Iterator<Item = (&'p Point3<f64>, &'p Point3<f64>)>,
+    followed: &mut [(u32, Option<LightPath>)],
+) {
+    let (surface, trim) = (faces.surface(face), faces.trim(face));
+    for ((from, to), (_, path)) in ways.zip(followed) {
+        let is_missed = match surface.map(|surface| surface.meetings(from, to)) {
+            Some(Meetings::None) => true,
+            Some(Meetings::At(places)) => places.iter().flatten().all(|at| trim.misses(at)),
+            Some(Meetings::Unclear) | None => false,
+        };
+        if !is_missed {
+            *path = None;
         }
     }
 }

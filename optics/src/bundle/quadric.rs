@@ -91,6 +91,10 @@ impl Surface {
         }
     }
 
+    pub(super) fn is_flat(&self) -> bool {
+        self.quadric.a == 0.0 && self.quadric.b == 0.0
+    }
+
     /// Whether both are the same surface, whichever side either calls its inside.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (self.matrix(), other.matrix());
@@ -185,15 +189,22 @@ impl Quadric {
         self.across(&ray.at(t_mm).coords).dot(&ray.direction) > 0.0
     }
 
-    /// Where the function passes 0 along a line while it grows, or while it falls; not a number where it
-    /// does not.
+    /// `[h, m, c]` of the function `h t^2 + 2 m t + c` along a line.
     #[inline]
-    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+    fn along(&self, ray: &Ray) -> [f64; 3] {
         let Self { a, b, l, d } = self;
         let (p, v) = (&ray.origin, &ray.direction);
         let h = a * (v.x * v.x + v.y * v.y) + b * v.z * v.z;
         let m = a * (p.x * v.x + p.y * v.y) + b * p.z * v.z + 0.5 * l.dot(v);
         let c = a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p.coords) + d;
+        [h, m, c]
+    }
+
+    /// Where the function passes 0 along a line while it grows, or while it falls; not a number where it
+    /// does not.
+    #[inline]
+    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+        let [h, m, c] = self.along(ray);
         let root = (m * m - h * c).sqrt();
         // h t^2 + 2 m t + c = 0; its derivative is 2 root or -2 root. Of two forms, the one without cancellation.
         let up = if m >= 0.0 { -c / (root + m) } else { (root - m) / h };
@@ -227,15 +238,25 @@ impl Quadric {
         below || p.min(q) - (h / 4.0).max(0.0) > NEAR
     }
 
-    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes, or nearly, so that
-    /// rounding decides.
+    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes,
+    /// or nearly, so that rounding decides.
     fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<[Option<f64>; 2]> {
         // In lengths of the way, with room for rounding at both ends.
         let ray = Ray { origin: *from, direction: to - from };
+        if self.misses_line(&ray) {
+            return Some([None; 2]);
+        }
         let Pass { t_mm, back_mm } = self.pass(&ray, true);
         let is_between = |share: &f64| (-1e-6..=1.0 + 1e-6).contains(share);
         let is_plain = !(t_mm.is_nan() || back_mm.is_nan() || (t_mm - back_mm).abs() < 1e-6);
         is_plain.then(|| [t_mm, back_mm].map(|share| Some(share).filter(is_between)))
+    }
+
+    /// Whether all of a line is surely on one side: where the function's extreme is of the sign that it has
+    /// far away.
+    fn misses_line(&self, ray: &Ray) -> bool {
+        let [h, m, c] = self.along(ray);
+        (c - m * m / h) * h.signum() > NEAR
     }
 }
 

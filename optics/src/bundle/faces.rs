@@ -60,39 +60,42 @@ pub(super) struct Trim {
 }
 
 impl Trim {
-    /// Whether a point of the surface surely lies on the face.
-    #[inline]
-    pub(super) fn holds(&self, point: &Point3<f64>) -> bool {
-        self.is_within(point, -2.0 * SLACK_MM)
+    /// Where a point of the surface surely lies on the face.
+    pub(super) fn room(&self) -> Room {
+        let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
+        let within = |low: f64, high: f64| {
+            // The room has some slack already. Of a plane across z, or the axis itself, one side of it is thin.
+            let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { 2.0 * SLACK_MM };
+            [low + by_mm, high - by_mm]
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| within(bounds.min[axis], bounds.max[axis]));
+        let [near, far] = within(if *near <= 0.0 { -1.0 } else { *near }, *far);
+        Room {
+            low: [x[0], y[0], z[0]],
+            high: [x[1], y[1], z[1]],
+            squared_mm2: [near.max(0.0).powi(2), far * far],
+            own_from_sensor: self.leaf_from_sensor,
+        }
     }
 
     /// Whether a point of the surface surely lies off the face.
     pub(super) fn misses(&self, point: &Point3<f64>) -> bool {
-        if !self.is_within(point, 0.0) {
-            return true;
-        }
-        let Some(outline) = &self.outline else { return false };
-        let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
-        outline.misses(&point)
-    }
-
-    /// The room has some slack already.
-    #[inline]
-    fn is_within(&self, point: &Point3<f64>, by_mm: f64) -> bool {
         let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
         let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
-        let radius_mm = (point.x * point.x + point.y * point.y).sqrt();
-        // Of a plane across z, or the axis itself, one side of the room is thin or at its end.
-        let is_in = |value: f64, low: f64, high: f64| {
-            let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { by_mm };
-            low - by_mm <= value && value <= high + by_mm
-        };
-        let near = if *near <= 0.0 { -1.0 } else { *near };
-        is_in(point.z, bounds.min.z, bounds.max.z)
-            && is_in(radius_mm, near, *far)
-            && is_in(point.x, bounds.min.x, bounds.max.x)
-            && is_in(point.y, bounds.min.y, bounds.max.y)
+        let squared = point.x * point.x + point.y * point.y;
+        let is_in =
+            bounds.contains(&point) && near.max(0.0).powi(2) <= squared && squared <= far * far;
+        !is_in || self.outline.as_ref().is_some_and(|outline| outline.misses(&point))
     }
+}
+
+/// Between what coordinates, and squares of distances from the z axis, in a frame of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Room {
+    pub(super) low: [f64; 3],
+    pub(super) high: [f64; 3],
+    pub(super) squared_mm2: [f64; 2],
+    pub(super) own_from_sensor: Option<Pose>,
 }
 
 /// What a plate's faces end at.
@@ -217,6 +220,11 @@ impl Faces {
             let of = |crossing: &Crossing| Passed { t_mm: crossing.t, face: first + crossing.face };
             passed.extend(crossings.iter().filter(within).map(of));
         }
+    }
+
+    /// Whether a point surely lies on none of the faces whose surface it is on.
+    pub(super) fn miss(&self, faces: &[u32], point: &Point3<f64>) -> bool {
+        faces.iter().all(|face| self.trim(*face).misses(point))
     }
 
     /// The surface of a face, if it is a quadric.

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::Ray;
 
-use super::faces::{Faces, Passed, Trim};
+use super::faces::{Faces, Passed, Room, Trim};
 use super::quadric::Surface;
 use crate::snell::refract;
 use crate::trace::{End, Event, TOUCH_MM, Tracer};
@@ -13,8 +13,8 @@ pub(super) struct Step {
     pub(super) surface: Surface,
     /// Whether its function grows along the ray.
     pub(super) grows: bool,
-    /// The faces' trims of which a ray must meet the inside; of others neighbours see to it.
-    pub(super) trims: Vec<Trim>,
+    /// Of the faces that a ray must meet within; of others neighbours see to it.
+    pub(super) rooms: Vec<Room>,
     /// Index before over index behind, where light is bent.
     pub(super) ratio: Option<f64>,
     /// Whether the step before is through the same surface, so that where either meets it again is the other.
@@ -99,7 +99,7 @@ fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
     Some(Step {
         surface: surface.clone(),
         grows: surface.grows(line, group[0].t_mm),
-        trims: trims.filter(|trim| trim.is_exact).cloned().collect(),
+        rooms: trims.filter(|trim| trim.is_exact).map(Trim::room).collect(),
         ratio: None,
         is_same_surface: false,
         faces: group.iter().map(|passed| passed.face).collect(),

@@ -15,6 +15,7 @@
 
 mod faces;
 mod itinerary;
+mod lanes;
 mod quadric;
 
 use std::ops::Range;
@@ -23,10 +24,9 @@ use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 
 use self::faces::{Cell, Faces, radius_of};
 use self::itinerary::Itinerary;
-use self::quadric::Meetings;
-use crate::snell::refract;
+use self::lanes::Lanes;
 use crate::stack::Stack;
-use crate::trace::{End, LightPath, Tracer};
+use crate::trace::{LightPath, Tracer};
 
 /// Edge of a tile, rays. Larger ones have wider boxes, smaller ones more itineraries.
 pub const TILE: u32 = 32;
@@ -56,12 +56,7 @@ pub struct TileTracer<'a> {
     of: &'a Bundles<'a>,
     tracer: Tracer<'a>,
     scratch: Scratch,
-    /// Boxes around where the rays of an itinerary are at each step.
-    boxes: Vec<Aabb>,
-    /// The same ray by ray, as many for each as there are boxes.
-    points: Vec<Point3<f64>>,
-    /// The rays that these are of, with their paths; nothing for those that were dropped.
-    followed: Vec<(u32, Option<LightPath>)>,
+    lanes: Lanes,
     near: Vec<Cell>,
     singles: usize,
 }
@@ -81,9 +76,7 @@ impl<'a> Bundles<'a> {
             of: self,
             tracer: Tracer::new(self.stack),
             scratch: Scratch::default(),
-            boxes: Vec::new(),
-            points: Vec::new(),
-            followed: Vec::new(),
+            lanes: Lanes::default(),
             near: Vec::new(),
             singles: 0,
         }
@@ -155,10 +148,9 @@ impl TileTracer<'_> {
         rays: &mut Vec<Numbered>,
         take: &mut impl FnMut(u32, u32, LightPath),
     ) {
-        let mut followed = self.followed.iter().peekable();
         let mut number = 0;
         rays.retain(|(column, row, _)| {
-            let path = followed.next_if(|(ray, _)| *ray == number).and_then(|(_, path)| *path);
+            let path = self.lanes.path(number);
             number += 1;
             path.is_none_or(|path| {
                 take(*column, *row, path);
@@ -170,91 +162,15 @@ impl TileTracer<'_> {
     /// Follows along the itinerary of the first of them all rays that it surely is the itinerary of. `false`:
     /// of too few of them it is worth while, or of the first itself it cannot be said.
     fn follow_all(&mut self, plan: &Itinerary, rays: &[Numbered], is_large: bool) -> bool {
-        let count = plan.steps.len() + 1 + usize::from(plan.end == End::Surface);
-        self.boxes.clear();
-        self.boxes.resize(count, Aabb::nothing());
-        self.points.clear();
-        self.followed.clear();
-        for (number, (_, _, ray)) in rays.iter().enumerate() {
-            let from = self.points.len();
-            match self.follow(plan, ray) {
-                Some(path) => {
-                    for (bounds, point) in self.boxes.iter_mut().zip(&self.points[from..]) {
-                        grow(bounds, point);
-                    }
-                    self.followed.push((number as u32, Some(path)));
-                }
-                None => self.points.truncate(from),
-            }
-        }
-        let is_worth_it = !is_large || 8 * self.followed.len() > rays.len();
+        let sensing = self.of.stack.sensing.as_ref();
+        self.lanes.follow(plan, rays, &self.of.faces, sensing, &mut self.scratch);
+        let is_worth_it = !is_large || 8 * self.lanes.count() > rays.len();
         // Outlines are between the first ray and the others: its points are in the boxes.
-        let is_first_there = self.followed.first().is_some_and(|(number, _)| *number == 0);
-        if !(is_first_there && is_worth_it) {
-            return false;
-        }
-        if !self.drop_outside(plan) {
+        if self.lanes.is_lost(0) || !is_worth_it || !self.drop_outside(plan) {
             return false;
         }
         self.drop_others(plan);
-        self.followed[0].1.is_some()
-    }
-
-    /// A ray along an itinerary; `None` if it does not pass all of it in order.
-    fn follow(&mut self, plan: &Itinerary, ray: &Ray) -> Option<LightPath> {
-        let mut path = LightPath { last: *ray, lead_mm: 0.0, end_mm: 0.0, end: plan.end, bends: 0 };
-        // Where on the line the last face was, and where the line meets that face's surface again.
-        let (mut at_mm, mut again_mm) = (0.0, f64::NAN);
-        let mut before = &[][..];
-        self.points.push(ray.origin);
-        for step in &plan.steps {
-            let pass = step.surface.pass(&path.last, step.grows);
-            let t_mm = pass.t_mm;
-            if !(t_mm > at_mm && t_mm.is_finite()) {
-                return None;
-            }
-            // Between the two faces a surface may be met again, off its faces.
-            let is_between = |other_mm: f64| at_mm < other_mm && other_mm < t_mm;
-            let misses = |faces: &[u32], other_mm: f64| {
-                let point = path.last.at(other_mm);
-                faces.iter().all(|face| self.of.faces.trim(*face).misses(&point))
-            };
-            let is_met_again = !step.is_same_surface
-                && (is_between(pass.back_mm) && !misses(&step.faces, pass.back_mm)
-                    || is_between(again_mm) && !misses(before, again_mm));
-            if is_met_again {
-                return None;
-            }
-            before = &step.faces;
-            let point = path.last.at(t_mm);
-            if !step.trims.iter().all(|trim| trim.holds(&point)) {
-                return None;
-            }
-            self.points.push(point);
-            (at_mm, again_mm) = (t_mm, pass.back_mm);
-            if let Some(ratio) = step.ratio {
-                let normal = step.surface.normal(&point);
-                let direction = refract(&path.last.direction, &normal, ratio)?;
-                path.last = Ray { origin: point, direction };
-                path.lead_mm += t_mm;
-                path.bends += 1;
-                (at_mm, again_mm) = (0.0, step.surface.again(&path.last));
-            }
-        }
-        path.end_mm = at_mm;
-        if plan.end == End::Surface {
-            let (exit_mm, _) =
-                self.of.stack.sensing.as_ref()?.exit(&path.last, &mut self.scratch)?;
-            let is_between = at_mm < again_mm && again_mm < exit_mm;
-            let again = path.last.at(again_mm);
-            let misses = |face: &u32| self.of.faces.trim(*face).misses(&again);
-            if exit_mm <= at_mm || (is_between && !before.iter().all(misses)) {
-                return None;
-            }
-            self.points.push(path.last.at(exit_mm));
-            path.end_mm = exit_mm;
-        }
-        Some(path)
+        !self.lanes.is_lost(0)
     }
 
     /// Drops the rays that may meet a face with an outline of its own outside of that: the first meets it
@@ -263,7 +179,7 @@ impl TileTracer<'_> {
     fn drop_outside(&mut self, plan: &Itinerary) -> bool {
         let faces = &self.of.faces;
         for (number, step) in plan.steps.iter().enumerate() {
-            let bounds = &self.boxes[number + 1];
+            let bounds = &self.lanes.boxes[number + 1].clone();
             let radius_mm = radius_of(bounds);
             for face in step.faces.iter().filter(|face| !faces.trim(**face).is_exact) {
                 let Range { start, end } = faces.trim(*face).cells;
@@ -275,15 +191,8 @@ impl TileTracer<'_> {
                             return false;
                         }
                         asked = Some(cell.face);
-                        let (count, at) = (self.boxes.len(), number + 1);
-                        let inside = self.points[at];
-                        let ways = self.points.iter().skip(at).step_by(count);
-                        drop_those_that_meet(
-                            faces,
-                            cell.face,
-                            ways.map(|to| (&inside, to)),
-                            &mut self.followed,
-                        );
+                        let inside = self.lanes.point(0, number + 1);
+                        self.lanes.lose_those_that_meet(faces, cell.face, Err(inside), number + 1);
                     }
                 }
             }
@@ -293,8 +202,8 @@ impl TileTracer<'_> {
 
     /// Drops the rays that may meet another face than those of their itinerary.
     fn drop_others(&mut self, plan: &Itinerary) {
-        for number in 0..self.boxes.len() - 1 {
-            let pair = [self.boxes[number], self.boxes[number + 1]];
+        for number in 0..self.lanes.boxes.len() - 1 {
+            let pair = [self.lanes.boxes[number], self.lanes.boxes[number + 1]];
             let before = number.checked_sub(1).map_or(&[][..], |n| &plan.steps[n].faces);
             let after = plan.steps.get(number).map_or(&plan.last_faces[..], |step| &step.faces);
             let is_passed = |cell: &Cell| before.contains(&cell.face) || after.contains(&cell.face);
@@ -313,33 +222,12 @@ impl TileTracer<'_> {
                         |(slice, radius_mm): &(Aabb, _)| touches(cell, slice, *radius_mm);
                     if asked != Some(cell.face) && slices.iter().any(is_touched) {
                         asked = Some(cell.face);
-                        let ways = self.points.chunks_exact(self.boxes.len());
-                        let ways = ways.map(|points| (&points[number], &points[number + 1]));
-                        drop_those_that_meet(&self.of.faces, cell.face, ways, &mut self.followed);
+                        let (face, faces) = (cell.face, &self.of.faces);
+                        self.lanes.lose_those_that_meet(faces, face, Ok(number), number + 1);
                     }
                 }
             }
             self.near = near;
-        }
-    }
-}
-
-/// Drops the rays that may meet a face on their ways from one point to another.
-fn drop_those_that_meet<'p>(
-    faces: &Faces,
-    face: u32,
-    ways: impl Iterator<Item = (&'p Point3<f64>, &'p Point3<f64>)>,
-    followed: &mut [(u32, Option<LightPath>)],
-) {
-    let (surface, trim) = (faces.surface(face), faces.trim(face));
-    for ((from, to), (_, path)) in ways.zip(followed) {
-        let is_missed = match surface.map(|surface| surface.meetings(from, to)) {
-            Some(Meetings::None) => true,
-            Some(Meetings::At(places)) => places.iter().flatten().all(|at| trim.misses(at)),
-            Some(Meetings::Unclear) | None => false,
-        };
-        if !is_missed {
-            *path = None;
         }
     }
 }
@@ -381,12 +269,4 @@ fn touches(cell: &Cell, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
         && radius_mm[0] <= cell.radius_mm[1]
         && overlap(0)
         && overlap(1)
-}
-
-#[inline]
-fn grow(bounds: &mut Aabb, point: &Point3<f64>) {
-    for axis in 0..3 {
-        bounds.min[axis] = bounds.min[axis].min(point[axis]);
-        bounds.max[axis] = bounds.max[axis].max(point[axis]);
-    }
 }

@@ -1,16 +1,28 @@
 //! Surfaces of second order: those of nearly all faces that light passes.
 
+use std::ops::Neg;
+
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 use nalgebra::Matrix4;
+
+use super::faces::Trim;
 
 /// Where `a (x^2 + y^2) + b z^2 + l . p + d` is 0: planes of any orientation, spheres anywhere, cylinders,
 /// cones and ellipsoids of revolution along z.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quadric {
-    a: f64,
-    b: f64,
-    l: Vector3<f64>,
-    d: f64,
+    pub(super) a: f64,
+    pub(super) b: f64,
+    pub(super) l: Vector3<f64>,
+    pub(super) d: f64,
+}
+
+impl Neg for Quadric {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self { a: -self.a, b: -self.b, l: -self.l, d: -self.d }
+    }
 }
 
 /// A quadric, in the sensor's frame or in one of its own.
@@ -47,28 +59,14 @@ impl Surface {
         self.own_from_sensor.as_ref().map_or(*point, |pose| pose.point(*point))
     }
 
-    /// See [`Quadric::pass`].
-    #[inline]
-    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
-        self.quadric.pass(&self.own(ray), grows)
+    /// In which it is upright, if that is not the sensor's.
+    pub(super) fn frame(&self) -> Option<&Pose> {
+        self.own_from_sensor.as_deref()
     }
 
-    /// See [`Quadric::again`].
-    #[inline]
-    pub(super) fn again(&self, ray: &Ray) -> f64 {
-        self.quadric.again(&self.own(ray))
-    }
-
-    /// Unit normal at a point of it, on either side.
-    #[inline]
-    pub(super) fn normal(&self, point: &Point3<f64>) -> Vector3<f64> {
-        match &self.own_from_sensor {
-            None => self.quadric.across(&point.coords).normalize(),
-            Some(pose) => {
-                let across = self.quadric.across(&pose.point(*point).coords);
-                pose.rotation().tr_mul(&across).normalize()
-            }
-        }
+    /// In that frame.
+    pub(super) fn quadric(&self) -> &Quadric {
+        &self.quadric
     }
 
     /// See [`Quadric::grows`].
@@ -76,13 +74,9 @@ impl Surface {
         self.quadric.grows(&self.own(ray), t_mm)
     }
 
-    /// Whether it surely misses the straight way between two points, or where it may meet that, as shares of
-    /// the way: see [`Quadric::is_passed_by`], [`Quadric::meetings`].
+    /// Where it may meet the straight way between two points.
     pub(super) fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Meetings {
         let (own_from, own_to) = (self.own_point(from), self.own_point(to));
-        if self.quadric.is_passed_by(&own_from, &own_to) {
-            return Meetings::None;
-        }
         match self.quadric.meetings(&own_from, &own_to) {
             None => Meetings::Unclear,
             Some(shares) => {
@@ -126,12 +120,20 @@ impl Surface {
 
 /// Where a straight way may meet a surface.
 pub(super) enum Meetings {
-    /// Nowhere.
-    None,
-    /// There.
+    /// At most there.
     At([Option<Point3<f64>>; 2]),
     /// It grazes, so that rounding decides.
     Unclear,
+}
+
+impl Meetings {
+    /// Whether they surely lie off a face of the surface.
+    pub(super) fn are_off(&self, trim: &Trim) -> bool {
+        match self {
+            Self::At(places) => places.iter().flatten().all(|at| trim.misses(at)),
+            Self::Unclear => false,
+        }
+    }
 }
 
 /// A line through a quadric in the direction that is asked for.
@@ -143,7 +145,7 @@ pub(super) struct Pass {
 }
 
 /// Values nearer to 0 than that may be rounding; of lengths in mm.
-const NEAR: f64 = 1e-9;
+pub(super) const NEAR: f64 = 1e-9;
 
 /// Coefficients of the same surface agree to that, relative to the largest.
 const SAME: f64 = 1e-10;
@@ -212,32 +214,6 @@ impl Quadric {
         if grows { Pass { t_mm: up, back_mm: down } } else { Pass { t_mm: down, back_mm: up } }
     }
 
-    /// Where a line that begins on the surface meets it again, mm.
-    #[inline]
-    pub(super) fn again(&self, ray: &Ray) -> f64 {
-        let Self { a, b, .. } = self;
-        let v = &ray.direction;
-        let h = a * (v.x * v.x + v.y * v.y) + b * v.z * v.z;
-        -self.across(&ray.origin.coords).dot(v) / h
-    }
-
-    fn value(&self, p: &Point3<f64>) -> f64 {
-        let Self { a, b, l, d } = self;
-        a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p.coords) + d
-    }
-
-    /// Whether all of the straight way between two points is surely on one side.
-    ///
-    /// At the share s of the way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at
-    /// the ends: nowhere further from the line between these than a quarter of h.
-    #[inline]
-    fn is_passed_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
-        let (p, q, way) = (self.value(from), self.value(to), to - from);
-        let h = self.a * (way.x * way.x + way.y * way.y) + self.b * way.z * way.z;
-        let below = p.max(q) + (-h / 4.0).max(0.0) < -NEAR;
-        below || p.min(q) - (h / 4.0).max(0.0) > NEAR
-    }
-
     /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes,
     /// or nearly, so that rounding decides.
     fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<[Option<f64>; 2]> {
@@ -303,9 +279,8 @@ mod tests {
             assert!(formula(ray().at(pass.t_mm)).abs() < 1e-12, "{quadric:?} {pass:?}");
             assert!(formula(ray().at(pass.t_mm + 1e-3)) > 0.0 && quadric.grows(&ray(), pass.t_mm));
             if pass.back_mm.is_finite() {
-                let beyond = Ray { origin: ray().at(pass.t_mm), ..ray() };
-                let again = quadric.again(&beyond);
-                assert!((again - (pass.back_mm - pass.t_mm)).abs() < 1e-9, "{quadric:?} {again}");
+                assert!(formula(ray().at(pass.back_mm)).abs() < 1e-12, "{quadric:?} {pass:?}");
+                assert!(!quadric.grows(&ray(), pass.back_mm));
             }
         }
     }

@@ -1,0 +1,442 @@
+//! Rays side by side along one itinerary: what is done for one is done for its neighbours in the same breath.
+
+use fabkit_geometry::{Aabb, Point3, Pose, Ray, Scratch, Vector3};
+
+use super::Numbered;
+use super::faces::{Faces, Room};
+use super::itinerary::{Itinerary, Step};
+use super::quadric::{NEAR, Quadric, Surface};
+use crate::sensing::SensingSurface;
+use crate::trace::{End, LightPath};
+
+/// Rays of a block: few enough that all that is known of them is at hand, enough that loops over them pay.
+const LANES: usize = 64;
+
+type Lane = [f64; LANES];
+
+/// Coordinates of places or directions.
+type Triple = [Lane; 3];
+
+/// Whether something is so of each ray: 0 where it is not.
+type Mask = [u64; LANES];
+
+const ZERO: Triple = [[0.0; LANES]; 3];
+
+/// The rays of a tile along an itinerary.
+#[derive(Debug, Default)]
+pub(super) struct Lanes {
+    blocks: Vec<Block>,
+    /// Of each block, one for each place: the start, each step, and the sensing surface if it ends there.
+    points: Vec<Triple>,
+    places: usize,
+    /// Around where the rays are at each place.
+    pub(super) boxes: Vec<Aabb>,
+    end: Option<End>,
+    bends: u32,
+}
+
+/// Some rays where they are.
+#[derive(Clone, Debug)]
+struct Block {
+    origin: Triple,
+    direction: Triple,
+    lead_mm: Lane,
+    /// Where on the line the last face was, and where the line meets that face's surface again.
+    at_mm: Lane,
+    again_mm: Lane,
+    /// Those that do not go along the itinerary, or may not.
+    is_lost: Mask,
+}
+
+impl Lanes {
+    /// Follows rays along an itinerary.
+    pub(super) fn follow(
+        &mut self,
+        plan: &Itinerary,
+        rays: &[Numbered],
+        faces: &Faces,
+        sensing: Option<&SensingSurface>,
+        scratch: &mut Scratch,
+    ) {
+        let ends_at_surface = plan.end == End::Surface;
+        self.places = plan.steps.len() + 1 + usize::from(ends_at_surface);
+        self.end = Some(plan.end);
+        self.bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count() as u32;
+        self.blocks.clear();
+        self.points.clear();
+        self.boxes.clear();
+        self.boxes.resize(self.places, Aabb::nothing());
+        for rays in rays.chunks(LANES) {
+            let mut block = Block::of(rays);
+            let from = self.points.len();
+            self.points.push(block.origin);
+            let mut before = &[][..];
+            for step in &plan.steps {
+                self.points.push(block.pass(step, before, faces));
+                before = &step.faces;
+            }
+            if ends_at_surface {
+                self.points.push(block.reach(sensing, before, faces, scratch));
+            }
+            for (bounds, points) in self.boxes.iter_mut().zip(&self.points[from..]) {
+                around(bounds, points, &block.is_lost);
+            }
+            self.blocks.push(block);
+        }
+    }
+
+    /// How many rays are not lost.
+    pub(super) fn count(&self) -> usize {
+        let kept = |block: &Block| block.is_lost.iter().filter(|lost| **lost == 0).count();
+        self.blocks.iter().map(kept).sum()
+    }
+
+    pub(super) fn is_lost(&self, ray: usize) -> bool {
+        self.blocks[ray / LANES].is_lost[ray % LANES] != 0
+    }
+
+    /// Where a ray is.
+    pub(super) fn point(&self, ray: usize, place: usize) -> Point3<f64> {
+        at(&self.points[ray / LANES * self.places + place], ray % LANES)
+    }
+
+    /// The path of a ray that is not lost.
+    pub(super) fn path(&self, ray: usize) -> Option<LightPath> {
+        let (block, lane) = (&self.blocks[ray / LANES], ray % LANES);
+        let last = block.ray(lane);
+        (block.is_lost[lane] == 0).then_some(LightPath {
+            last,
+            lead_mm: block.lead_mm[lane],
+            end_mm: block.at_mm[lane],
+            end: self.end?,
+            bends: self.bends,
+        })
+    }
+
+    /// Loses the rays that may meet a face on their ways from where they are at one place, or from one point,
+    /// to where they are at another.
+    pub(super) fn lose_those_that_meet(
+        &mut self,
+        faces: &Faces,
+        face: u32,
+        from: Result<usize, Point3<f64>>,
+        to: usize,
+    ) {
+        let (surface, trim) = (faces.surface(face), faces.trim(face));
+        for (number, block) in self.blocks.iter_mut().enumerate() {
+            let Some(surface) = surface else {
+                block.is_lost = [1; LANES];
+                continue;
+            };
+            let points = &self.points[number * self.places..];
+            let constant;
+            let from = match from {
+                Ok(place) => &points[place],
+                Err(point) => {
+                    constant = [[point.x; LANES], [point.y; LANES], [point.z; LANES]];
+                    &constant
+                }
+            };
+            let to = &points[to];
+            let is_near = near(surface, from, to);
+            for (lane, is_lost) in block.is_lost.iter_mut().enumerate() {
+                if is_near[lane] != 0
+                    && *is_lost == 0
+                    && !surface.meetings(&at(from, lane), &at(to, lane)).are_off(trim)
+                {
+                    *is_lost = 1;
+                }
+            }
+        }
+    }
+}
+
+impl Block {
+    fn of(rays: &[Numbered]) -> Self {
+        let mut block = Self {
+            origin: ZERO,
+            direction: ZERO,
+            lead_mm: [0.0; LANES],
+            at_mm: [0.0; LANES],
+            again_mm: [f64::NAN; LANES],
+            is_lost: [0; LANES],
+        };
+        for lane in 0..LANES {
+            // What is over is a ray like another, and lost.
+            let (_, _, ray) = &rays[lane.min(rays.len() - 1)];
+            for axis in 0..3 {
+                block.origin[axis][lane] = ray.origin[axis];
+                block.direction[axis][lane] = ray.direction[axis];
+            }
+            block.is_lost[lane] = u64::from(lane >= rays.len());
+        }
+        block
+    }
+
+    fn ray(&self, lane: usize) -> Ray {
+        let direction = at(&self.direction, lane).coords;
+        Ray { origin: at(&self.origin, lane), direction }
+    }
+
+    /// Goes on to the faces of a step, `before` being those of the one before; returns where that is.
+    fn pass(&mut self, step: &Step, before: &[u32], faces: &Faces) -> Triple {
+        let (own_origin, own_direction);
+        let (origin, direction) = match step.surface.frame() {
+            None => (&self.origin, &self.direction),
+            Some(pose) => {
+                own_origin = moved(pose, &self.origin);
+                own_direction = turned(pose, &self.direction);
+                (&own_origin, &own_direction)
+            }
+        };
+        // Where it is passed, its function grows.
+        let quadric = if step.grows { *step.surface.quadric() } else { -*step.surface.quadric() };
+        let [t_mm, back_mm] = meet(&quadric, origin, direction);
+        self.check(step, before, faces, &t_mm, &back_mm);
+        let points = ahead(&self.origin, &self.direction, &t_mm);
+        for room in &step.rooms {
+            lose_outside(room, &points, &mut self.is_lost);
+        }
+        (self.at_mm, self.again_mm) = (t_mm, back_mm);
+        if let Some(ratio) = step.ratio {
+            let own_points = step.surface.frame().map(|pose| moved(pose, &points));
+            let across = across(&quadric, own_points.as_ref().unwrap_or(&points));
+            let normal = match step.surface.frame() {
+                None => across,
+                Some(pose) => turned(&pose.inverse(), &across),
+            };
+            bend(&mut self.direction, &normal, ratio, &mut self.is_lost);
+            let own_direction = step.surface.frame().map(|pose| turned(pose, &self.direction));
+            let direction = own_direction.as_ref().unwrap_or(&self.direction);
+            self.again_mm = again(&quadric, &across, direction);
+            self.origin = points;
+            for (lead_mm, t_mm) in self.lead_mm.iter_mut().zip(&t_mm) {
+                *lead_mm += t_mm;
+            }
+            self.at_mm = [0.0; LANES];
+        }
+        points
+    }
+
+    /// Loses the rays that do not meet a face ahead, or meet its surface, or that of the faces before, between
+    /// these on a face.
+    fn check(&mut self, step: &Step, before: &[u32], faces: &Faces, t_mm: &Lane, back_mm: &Lane) {
+        let mut is_between = [0u64; LANES];
+        for lane in 0..LANES {
+            let (at, t) = (self.at_mm[lane], t_mm[lane]);
+            let between = |other: f64| (at < other) & (other < t);
+            self.is_lost[lane] |= u64::from(!((t > at) & (t < f64::INFINITY)));
+            is_between[lane] = u64::from(between(back_mm[lane]) | between(self.again_mm[lane]));
+        }
+        if step.is_same_surface || is_between.iter().all(|is| *is == 0) {
+            return;
+        }
+        for lane in 0..LANES {
+            if is_between[lane] == 0 || self.is_lost[lane] != 0 {
+                continue;
+            }
+            let (at, t, ray) = (self.at_mm[lane], t_mm[lane], self.ray(lane));
+            let is_off = |faces_of: &[u32], other: f64| {
+                !(at < other && other < t) || faces.miss(faces_of, &ray.at(other))
+            };
+            let is_clear =
+                is_off(&step.faces, back_mm[lane]) && is_off(before, self.again_mm[lane]);
+            self.is_lost[lane] |= u64::from(!is_clear);
+        }
+    }
+
+    /// Goes on to the sensing surface.
+    fn reach(
+        &mut self,
+        sensing: Option<&SensingSurface>,
+        before: &[u32],
+        faces: &Faces,
+        scratch: &mut Scratch,
+    ) -> Triple {
+        let mut exits_mm = [0.0; LANES];
+        for (lane, exit) in exits_mm.iter_mut().enumerate() {
+            if self.is_lost[lane] != 0 {
+                continue;
+            }
+            let (ray, at_mm, again_mm) = (self.ray(lane), self.at_mm[lane], self.again_mm[lane]);
+            let exit_mm = sensing.and_then(|sensing| sensing.exit(&ray, scratch));
+            let exit_mm = exit_mm.map_or(f64::NEG_INFINITY, |(exit_mm, _)| exit_mm);
+            let is_between = at_mm < again_mm && again_mm < exit_mm;
+            let is_clear =
+                exit_mm > at_mm && (!is_between || faces.miss(before, &ray.at(again_mm)));
+            self.is_lost[lane] |= u64::from(!is_clear);
+            *exit = exit_mm;
+        }
+        self.at_mm = exits_mm;
+        ahead(&self.origin, &self.direction, &exits_mm)
+    }
+}
+
+fn at(points: &Triple, lane: usize) -> Point3<f64> {
+    Point3::new(points[0][lane], points[1][lane], points[2][lane])
+}
+
+fn turned(pose: &Pose, vectors: &Triple) -> Triple {
+    let [x, y, z] = vectors;
+    let mut turned = ZERO;
+    for (axis, turned) in turned.iter_mut().enumerate() {
+        let row = pose.rotation().row(axis);
+        let [a, b, c] = [row[0], row[1], row[2]];
+        for lane in 0..LANES {
+            turned[lane] = a * x[lane] + b * y[lane] + c * z[lane];
+        }
+    }
+    turned
+}
+
+fn moved(pose: &Pose, points: &Triple) -> Triple {
+    let mut moved = turned(pose, points);
+    for (axis, values) in moved.iter_mut().enumerate() {
+        let by_mm = pose.translation_mm()[axis];
+        values.iter_mut().for_each(|value| *value += by_mm);
+    }
+    moved
+}
+
+fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane) -> Triple {
+    let mut points = ZERO;
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            points[axis][lane] = origin[axis][lane] + t_mm[lane] * direction[axis][lane];
+        }
+    }
+    points
+}
+
+/// Where the function grows through 0, and where it falls: see [`Quadric::pass`], whose two forms are one here.
+fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [Lane; 2] {
+    let Quadric { a, b, l, d } = *quadric;
+    let ([px, py, pz], [vx, vy, vz]) = (origin, direction);
+    let [mut up, mut down] = [[0.0; LANES]; 2];
+    for i in 0..LANES {
+        let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
+        let m = a * (px[i] * vx[i] + py[i] * vy[i])
+            + b * pz[i] * vz[i]
+            + 0.5 * (l.x * vx[i] + l.y * vy[i] + l.z * vz[i]);
+        let c = a * (px[i] * px[i] + py[i] * py[i])
+            + b * pz[i] * pz[i]
+            + (l.x * px[i] + l.y * py[i] + l.z * pz[i])
+            + d;
+        let q = (m * m - h * c).sqrt() + m.abs();
+        let (near, far) = (c / q, q / h);
+        up[i] = if m >= 0.0 { -near } else { far };
+        down[i] = if m >= 0.0 { -far } else { near };
+    }
+    [up, down]
+}
+
+fn across(quadric: &Quadric, points: &Triple) -> Triple {
+    let Quadric { a, b, l, .. } = *quadric;
+    let mut across = ZERO;
+    for (axis, factor) in [a, a, b].into_iter().enumerate() {
+        for lane in 0..LANES {
+            across[axis][lane] = 2.0 * factor * points[axis][lane] + l[axis];
+        }
+    }
+    across
+}
+
+/// See [`Quadric::again`].
+fn again(quadric: &Quadric, across: &Triple, direction: &Triple) -> Lane {
+    let Quadric { a, b, .. } = *quadric;
+    let ([gx, gy, gz], [vx, vy, vz]) = (across, direction);
+    let mut again_mm = [0.0; LANES];
+    for i in 0..LANES {
+        let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
+        again_mm[i] = -(gx[i] * vx[i] + gy[i] * vy[i] + gz[i] * vz[i]) / h;
+    }
+    again_mm
+}
+
+/// Snell's law: see [`refract`](crate::refract). The normals' length does not matter.
+fn bend(direction: &mut Triple, normal: &Triple, ratio: f64, is_lost: &mut Mask) {
+    let [dx, dy, dz] = direction;
+    let [nx, ny, nz] = normal;
+    for i in 0..LANES {
+        let per_length = 1.0 / (nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]).sqrt();
+        let [x, y, z] = [nx[i] * per_length, ny[i] * per_length, nz[i] * per_length];
+        let cosine = dx[i] * x + dy[i] * y + dz[i] * z;
+        let [ax, ay, az] = [
+            ratio * (dx[i] - cosine * x),
+            ratio * (dy[i] - cosine * y),
+            ratio * (dz[i] - cosine * z),
+        ];
+        let squared = 1.0 - (ax * ax + ay * ay + az * az);
+        // Else it is totally reflected.
+        is_lost[i] |= u64::from((squared <= 0.0) | squared.is_nan());
+        let along = squared.sqrt().copysign(cosine);
+        let [bx, by, bz] = [ax + along * x, ay + along * y, az + along * z];
+        let per_length = 1.0 / (bx * bx + by * by + bz * bz).sqrt();
+        (dx[i], dy[i], dz[i]) = (bx * per_length, by * per_length, bz * per_length);
+    }
+}
+
+/// Loses the rays that may be outside of a face that fills some room.
+fn lose_outside(room: &Room, points: &Triple, is_lost: &mut Mask) {
+    let own = room.own_from_sensor.as_ref().map(|pose| moved(pose, points));
+    let [x, y, z] = own.as_ref().unwrap_or(points);
+    let Room { low, high, squared_mm2: [near, far], .. } = *room;
+    for i in 0..LANES {
+        let squared = x[i] * x[i] + y[i] * y[i];
+        let is_in = (low[0] <= x[i])
+            & (x[i] <= high[0])
+            & (low[1] <= y[i])
+            & (y[i] <= high[1])
+            & (low[2] <= z[i])
+            & (z[i] <= high[2])
+            & (near <= squared)
+            & (squared <= far);
+        is_lost[i] |= u64::from(!is_in);
+    }
+}
+
+/// Which of the straight ways between points do not surely lie on one side of a surface.
+///
+/// At the share s of a way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at the ends:
+/// nowhere further from the line between these than a quarter of h.
+fn near(surface: &Surface, from: &Triple, to: &Triple) -> Mask {
+    let own = surface.frame().map(|pose| (moved(pose, from), moved(pose, to)));
+    let (from, to) = own.as_ref().map_or((from, to), |(from, to)| (from, to));
+    let Quadric { a, b, l, d } = *surface.quadric();
+    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+    let value = |x: f64, y: f64, z: f64| {
+        a * (x * x + y * y) + b * z * z + (l.x * x + l.y * y + l.z * z) + d
+    };
+    let mut is_near = [0; LANES];
+    for i in 0..LANES {
+        let (p, q) = (value(fx[i], fy[i], fz[i]), value(tx[i], ty[i], tz[i]));
+        let [x, y, z] = [tx[i] - fx[i], ty[i] - fy[i], tz[i] - fz[i]];
+        let quarter = 0.25 * (a * (x * x + y * y) + b * z * z);
+        let (least, most) = if p < q { (p, q) } else { (q, p) };
+        let is_below = most + if quarter < 0.0 { -quarter } else { 0.0 } < -NEAR;
+        let is_above = least - if quarter > 0.0 { quarter } else { 0.0 } > NEAR;
+        is_near[i] = u64::from(!(is_below | is_above));
+    }
+    is_near
+}
+
+/// Grows a box around the points of the rays that are not lost.
+fn around(bounds: &mut Aabb, points: &Triple, is_lost: &Mask) {
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for axis in 0..3 {
+        let [mut lows, mut highs] = [[f64::INFINITY; 4], [f64::NEG_INFINITY; 4]];
+        for (points, is_lost) in points[axis].chunks_exact(4).zip(is_lost.chunks_exact(4)) {
+            for i in 0..4 {
+                let is_kept = is_lost[i] == 0;
+                lows[i] = if is_kept & (points[i] < lows[i]) { points[i] } else { lows[i] };
+                highs[i] = if is_kept & (points[i] > highs[i]) { points[i] } else { highs[i] };
+            }
+        }
+        low[axis] = lows.into_iter().fold(f64::INFINITY, f64::min);
+        high[axis] = highs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    }
+    // Else all are lost.
+    if low.x <= high.x {
+        *bounds = bounds.hull(&Aabb { min: low.into(), max: high.into() });
+    }
+}

@@ -32,7 +32,7 @@ pub(super) struct Cell {
 
 /// All faces of the primitives of all items, also where others have taken them away: a ray that passes the
 /// same faces of primitives as another one is in the same bodies.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Faces {
     pub(super) cells: Vec<Cell>,
     surfaces: Vec<Option<Surface>>,
@@ -42,6 +42,8 @@ pub(super) struct Faces {
     leaves: Vec<Vec<(CompiledSolid, u32)>>,
     /// Of each item.
     bounds: Vec<Aabb>,
+    /// Around all cells.
+    pub(super) around: Aabb,
 }
 
 /// How much of a surface its face is.
@@ -171,7 +173,14 @@ pub(super) struct Passed {
 
 impl Faces {
     pub(super) fn of(items: &[Item]) -> Self {
-        let mut faces = Self::default();
+        let mut faces = Self {
+            cells: Vec::new(),
+            surfaces: Vec::new(),
+            trims: Vec::new(),
+            leaves: Vec::new(),
+            bounds: Vec::new(),
+            around: Aabb::nothing(),
+        };
         for item in items {
             let mut leaves = Vec::new();
             for leaf in item.solid.leaves() {
@@ -189,6 +198,8 @@ impl Faces {
             faces.leaves.push(leaves);
             faces.bounds.push(item.bounds);
         }
+        let all = faces.cells.iter().map(|cell| cell.bounds);
+        faces.around = all.fold(Aabb::nothing(), |hull, bounds| hull.hull(&bounds));
         faces
     }
 

@@ -28,12 +28,14 @@ pub(super) struct Step {
 pub(super) struct Itinerary {
     pub(super) steps: Vec<Step>,
     pub(super) end: End,
+    /// Whether it ends at skin, which hides the sensing surface only from rays that do not go there.
+    pub(super) ends_at_skin: bool,
     /// At the sensing surface: the faces that lie in it.
     pub(super) last_faces: Vec<u32>,
 }
 
 impl Itinerary {
-    /// That of one ray; `None` where it passes other surfaces than quadrics, an edge, or ends nowhere.
+    /// That of one ray; `None` where it passes other surfaces than quadrics or an edge.
     pub(super) fn of(tracer: &mut Tracer, faces: &Faces, ray: &Ray) -> Option<Self> {
         let mut steps = Vec::new();
         let (mut line, mut index, mut from_mm) = (*ray, None, 0.0);
@@ -66,21 +68,22 @@ impl Itinerary {
             }
             let reaches = passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_MM);
             match event {
-                Event::Bend { normal, to_index, .. } if reaches => {
+                Event::Bend { normal, to_index, item, .. } if reaches => {
                     let ratio = index? / to_index;
                     steps.last_mut()?.ratio = Some(ratio);
-                    let direction = refract(&line.direction, &normal, ratio)?;
+                    let Some(direction) = refract(&line.direction, &normal, ratio) else {
+                        let end = End::Mirror(tracer.name(item));
+                        return Some(Self { steps, end, ends_at_skin: false, last_faces });
+                    };
                     line = Ray { origin: line.at(at_mm), direction };
                     (index, from_mm) = (Some(to_index), TOUCH_MM);
                 }
-                // Whether skin shows the surface depends on what lies behind its face.
-                Event::End { end: end @ End::Body(name), .. }
-                    if reaches && !tracer.is_skin(name) =>
-                {
-                    return Some(Self { steps, end, last_faces });
+                Event::End { end: end @ End::Body(name), .. } if reaches => {
+                    let ends_at_skin = tracer.is_skin(name);
+                    return Some(Self { steps, end, ends_at_skin, last_faces });
                 }
-                Event::End { end: End::Surface, .. } => {
-                    return Some(Self { steps, end: End::Surface, last_faces });
+                Event::End { end: end @ (End::Surface | End::Nothing), .. } => {
+                    return Some(Self { steps, end, ends_at_skin: false, last_faces });
                 }
                 _ => return None,
             }

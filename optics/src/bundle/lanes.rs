@@ -26,7 +26,7 @@ const ZERO: Triple = [[0.0; LANES]; 3];
 #[derive(Debug, Default)]
 pub(super) struct Lanes {
     blocks: Vec<Block>,
-    /// Of each block, one for each place: the start, each step, and the sensing surface if it ends there.
+    /// Of each block, one for each place: the start, each step, and where it ends if that is no step.
     points: Vec<Triple>,
     places: usize,
     /// Around where the rays are at each place.
@@ -58,10 +58,12 @@ impl Lanes {
         sensing: Option<&SensingSurface>,
         scratch: &mut Scratch,
     ) {
-        let ends_at_surface = plan.end == End::Surface;
-        self.places = plan.steps.len() + 1 + usize::from(ends_at_surface);
+        let goes_on = matches!(plan.end, End::Surface | End::Nothing);
+        self.places = plan.steps.len() + 1 + usize::from(goes_on);
         self.end = Some(plan.end);
-        self.bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count() as u32;
+        let is_mirror = matches!(plan.end, End::Mirror(_));
+        let bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count();
+        self.bends = bends as u32 - u32::from(is_mirror);
         self.blocks.clear();
         self.points.clear();
         self.boxes.clear();
@@ -71,12 +73,21 @@ impl Lanes {
             let from = self.points.len();
             self.points.push(block.origin);
             let mut before = &[][..];
-            for step in &plan.steps {
-                self.points.push(block.pass(step, before, faces));
+            for (number, step) in plan.steps.iter().enumerate() {
+                let is_mirror = is_mirror && number + 1 == plan.steps.len();
+                self.points.push(block.pass(step, is_mirror, before, faces));
                 before = &step.faces;
             }
-            if ends_at_surface {
-                self.points.push(block.reach(sensing, before, faces, scratch));
+            if let (true, Some(sensing)) = (plan.ends_at_skin, sensing) {
+                block.lose(|ray| sensing.exit(&ray, scratch).is_some());
+            }
+            if plan.end == End::Surface {
+                let mut exit = |ray: &Ray, _| Some(sensing?.exit(ray, scratch)?.0);
+                self.points.push(block.reach(&mut exit, before, faces));
+            } else if plan.end == End::Nothing {
+                let mut exit = |ray: &Ray, at_mm| Some(beyond(&faces.around, ray, at_mm));
+                self.points.push(block.reach(&mut exit, before, faces));
+                block.at_mm = [f64::INFINITY; LANES];
             }
             for (bounds, points) in self.boxes.iter_mut().zip(&self.points[from..]) {
                 around(bounds, points, &block.is_lost);
@@ -178,8 +189,18 @@ impl Block {
         Ray { origin: at(&self.origin, lane), direction }
     }
 
-    /// Goes on to the faces of a step, `before` being those of the one before; returns where that is.
-    fn pass(&mut self, step: &Step, before: &[u32], faces: &Faces) -> Triple {
+    /// Loses the rays of which something is so.
+    fn lose(&mut self, mut is_so: impl FnMut(Ray) -> bool) {
+        for lane in 0..LANES {
+            if self.is_lost[lane] == 0 {
+                self.is_lost[lane] = u64::from(is_so(self.ray(lane)));
+            }
+        }
+    }
+
+    /// Goes on to the faces of a step, `before` being those of the one before; returns where that is. A mirror ends
+    /// all there.
+    fn pass(&mut self, step: &Step, is_mirror: bool, before: &[u32], faces: &Faces) -> Triple {
         let (own_origin, own_direction);
         let (origin, direction) = match step.surface.frame() {
             None => (&self.origin, &self.direction),
@@ -205,7 +226,17 @@ impl Block {
                 None => across,
                 Some(pose) => turned(&pose.inverse(), &across),
             };
-            bend(&mut self.direction, &normal, ratio, &mut self.is_lost);
+            let mut direction = self.direction;
+            let squared = bend(&mut direction, &normal, ratio);
+            // Near to total reflection each is asked by itself.
+            let side = if is_mirror { -1.0 } else { 1.0 };
+            for (is_lost, squared) in self.is_lost.iter_mut().zip(&squared) {
+                *is_lost |= u64::from((side * squared < NEAR) | squared.is_nan());
+            }
+            if is_mirror {
+                return points;
+            }
+            self.direction = direction;
             let own_direction = step.surface.frame().map(|pose| turned(pose, &self.direction));
             let direction = own_direction.as_ref().unwrap_or(&self.direction);
             self.again_mm = again(&quadric, &across, direction);
@@ -245,31 +276,38 @@ impl Block {
         }
     }
 
-    /// Goes on to the sensing surface.
+    /// Goes on without a step, to where `exit` says by the ray and where the last step was.
     fn reach(
         &mut self,
-        sensing: Option<&SensingSurface>,
+        exit: &mut impl FnMut(&Ray, f64) -> Option<f64>,
         before: &[u32],
         faces: &Faces,
-        scratch: &mut Scratch,
     ) -> Triple {
         let mut exits_mm = [0.0; LANES];
-        for (lane, exit) in exits_mm.iter_mut().enumerate() {
+        for (lane, exit_mm) in exits_mm.iter_mut().enumerate() {
             if self.is_lost[lane] != 0 {
                 continue;
             }
             let (ray, at_mm, again_mm) = (self.ray(lane), self.at_mm[lane], self.again_mm[lane]);
-            let exit_mm = sensing.and_then(|sensing| sensing.exit(&ray, scratch));
-            let exit_mm = exit_mm.map_or(f64::NEG_INFINITY, |(exit_mm, _)| exit_mm);
-            let is_between = at_mm < again_mm && again_mm < exit_mm;
-            let is_clear =
-                exit_mm > at_mm && (!is_between || faces.miss(before, &ray.at(again_mm)));
+            *exit_mm = exit(&ray, at_mm).unwrap_or(f64::NEG_INFINITY);
+            let is_between = at_mm < again_mm && again_mm < *exit_mm;
+            let is_ahead = at_mm < *exit_mm && exit_mm.is_finite();
+            let is_clear = is_ahead && (!is_between || faces.miss(before, &ray.at(again_mm)));
             self.is_lost[lane] |= u64::from(!is_clear);
-            *exit = exit_mm;
         }
         self.at_mm = exits_mm;
         ahead(&self.origin, &self.direction, &exits_mm)
     }
+}
+
+/// Somewhere on a ray beyond a place and beyond a box.
+fn beyond(bounds: &Aabb, ray: &Ray, at_mm: f64) -> f64 {
+    let exit = |axis: usize| {
+        let side = if ray.direction[axis] > 0.0 { bounds.max } else { bounds.min };
+        // Not a number in the plane of a side.
+        ((side[axis] - ray.origin[axis]) / ray.direction[axis]).max(0.0)
+    };
+    exit(0).min(exit(1)).min(exit(2)).max(at_mm) + 1.0
 }
 
 fn at(points: &Triple, lane: usize) -> Point3<f64> {
@@ -354,7 +392,10 @@ fn again(quadric: &Quadric, across: &Triple, direction: &Triple) -> Lane {
 }
 
 /// Snell's law: see [`refract`](crate::refract). The normals' length does not matter.
-fn bend(direction: &mut Triple, normal: &Triple, ratio: f64, is_lost: &mut Mask) {
+///
+/// Returns the squares of the cosines behind the surface: where they are below 0, light is totally reflected.
+fn bend(direction: &mut Triple, normal: &Triple, ratio: f64) -> Lane {
+    let mut squares = [0.0; LANES];
     let [dx, dy, dz] = direction;
     let [nx, ny, nz] = normal;
     for i in 0..LANES {
@@ -367,13 +408,13 @@ fn bend(direction: &mut Triple, normal: &Triple, ratio: f64, is_lost: &mut Mask)
             ratio * (dz[i] - cosine * z),
         ];
         let squared = 1.0 - (ax * ax + ay * ay + az * az);
-        // Else it is totally reflected.
-        is_lost[i] |= u64::from((squared <= 0.0) | squared.is_nan());
+        squares[i] = squared;
         let along = squared.sqrt().copysign(cosine);
         let [bx, by, bz] = [ax + along * x, ay + along * y, az + along * z];
         let per_length = 1.0 / (bx * bx + by * by + bz * bz).sqrt();
         (dx[i], dy[i], dz[i]) = (bx * per_length, by * per_length, bz * per_length);
     }
+    squares
 }
 
 /// Loses the rays that may be outside of a face that fills some room.

@@ -30,6 +30,20 @@ pub(super) struct Cell {
     pub(super) radius_mm: [f64; 2],
 }
 
+impl Cell {
+    #[inline]
+    pub(super) fn touches(&self, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
+        let overlap = |axis: usize| {
+            self.bounds.min[axis] <= bounds.max[axis] && bounds.min[axis] <= self.bounds.max[axis]
+        };
+        overlap(2)
+            && self.radius_mm[0] <= radius_mm[1]
+            && radius_mm[0] <= self.radius_mm[1]
+            && overlap(0)
+            && overlap(1)
+    }
+}
+
 /// All faces of the primitives of all items, also where others have taken them away: a ray that passes the
 /// same faces of primitives as another one is in the same bodies.
 #[derive(Clone, Debug)]
@@ -38,12 +52,23 @@ pub(super) struct Faces {
     surfaces: Vec<Option<Surface>>,
     /// Of each face.
     trims: Vec<Trim>,
-    /// Of each item, its primitives, each with the number of its first face.
-    leaves: Vec<Vec<(CompiledSolid, u32)>>,
+    /// Of primitives, the cells with what these lie in.
+    groups: Vec<(Cell, Range<u32>)>,
+    /// Of each item, its primitives.
+    leaves: Vec<Vec<Leaf>>,
     /// Of each item.
     bounds: Vec<Aabb>,
     /// Around all cells.
     pub(super) around: Aabb,
+}
+
+/// A primitive in its place.
+#[derive(Clone, Debug)]
+struct Leaf {
+    solid: CompiledSolid,
+    /// Somewhat larger than it.
+    bounds: Aabb,
+    first_face: u32,
 }
 
 /// How much of a surface its face is.
@@ -175,6 +200,7 @@ impl Faces {
     pub(super) fn of(items: &[Item]) -> Self {
         let mut faces = Self {
             cells: Vec::new(),
+            groups: Vec::new(),
             surfaces: Vec::new(),
             trims: Vec::new(),
             leaves: Vec::new(),
@@ -187,13 +213,20 @@ impl Faces {
                 let (first, cells) = (faces.surfaces.len() as u32, faces.cells.len());
                 faces.add(leaf);
                 faces.clip(cells, &item.bounds);
+                faces
+                    .groups
+                    .push((room_of(&faces.cells[cells..]), cells as u32..faces.cells.len() as u32));
                 let cells = cells as u32..faces.cells.len() as u32;
                 faces.trims[first as usize..]
                     .iter_mut()
                     .for_each(|trim| trim.cells = cells.clone());
                 let placed = leaf.primitive.clone().placed(leaf.body_from_leaf);
                 // A primitive of a valid solid is valid.
-                leaves.extend(CompiledSolid::new(&placed).ok().map(|solid| (solid, first)));
+                leaves.extend(CompiledSolid::new(&placed).ok().map(|solid| Leaf {
+                    bounds: solid.bounds().grown(SLACK_MM),
+                    solid,
+                    first_face: first,
+                }));
             }
             faces.leaves.push(leaves);
             faces.bounds.push(item.bounds);
@@ -221,16 +254,30 @@ impl Faces {
     ) {
         let (scratch, crossings) = scratch;
         let inverse = line.direction.map(f64::recip);
-        for (solid, first) in &self.leaves[item as usize] {
-            if box_entry(&solid.bounds().grown(SLACK_MM), &line.origin, &inverse).is_none() {
+        for Leaf { solid, bounds, first_face } in &self.leaves[item as usize] {
+            if box_entry(bounds, &line.origin, &inverse).is_none() {
                 continue;
             }
             solid.crossings_into(line, scratch, crossings);
             let within =
                 |crossing: &&Crossing| self.bounds[item as usize].contains(&line.at(crossing.t));
-            let of = |crossing: &Crossing| Passed { t_mm: crossing.t, face: first + crossing.face };
+            let of =
+                |crossing: &Crossing| Passed { t_mm: crossing.t, face: first_face + crossing.face };
             passed.extend(crossings.iter().filter(within).map(of));
         }
+    }
+
+    /// The cells that touch a box with its least and most distance from the z axis, in order.
+    pub(super) fn touching(
+        &self,
+        bounds: &Aabb,
+        radius_mm: [f64; 2],
+    ) -> impl Iterator<Item = &Cell> {
+        let bounds = *bounds;
+        let near = self.groups.iter().filter(move |(room, _)| room.touches(&bounds, radius_mm));
+        let cells =
+            near.flat_map(|(_, cells)| &self.cells[cells.start as usize..cells.end as usize]);
+        cells.filter(move |cell| cell.touches(&bounds, radius_mm))
     }
 
     /// Whether a point surely lies on none of the faces whose surface it is on.
@@ -374,15 +421,7 @@ impl Faces {
     fn face(&mut self, quadric: Option<Quadric>, is_exact: bool, cells: Vec<Cell>) {
         let face = self.surfaces.len() as u32;
         self.surfaces.push(quadric.map(Surface::from));
-        let start = Cell { face, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
-        let room = cells.iter().fold(start, |room, cell| Cell {
-            face,
-            bounds: room.bounds.hull(&cell.bounds),
-            radius_mm: [
-                room.radius_mm[0].min(cell.radius_mm[0]),
-                room.radius_mm[1].max(cell.radius_mm[1]),
-            ],
-        });
+        let room = Cell { face, ..room_of(&cells) };
         self.trims.push(Trim {
             room,
             leaf_from_sensor: None,
@@ -520,6 +559,19 @@ impl Up {
 fn boxed(bounds: Aabb) -> Cell {
     let bounds = bounds.grown(SLACK_MM);
     Cell { face: 0, bounds, radius_mm: radius_of(&bounds) }
+}
+
+/// What some cells lie in.
+fn room_of(cells: &[Cell]) -> Cell {
+    let nothing = Cell { face: 0, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
+    cells.iter().fold(nothing, |room, cell| Cell {
+        face: 0,
+        bounds: room.bounds.hull(&cell.bounds),
+        radius_mm: [
+            room.radius_mm[0].min(cell.radius_mm[0]),
+            room.radius_mm[1].max(cell.radius_mm[1]),
+        ],
+    })
 }
 
 /// Least and most distance from the z axis within a box, mm.

@@ -58,6 +58,8 @@ pub struct TileTracer<'a> {
     scratch: Scratch,
     lanes: Lanes,
     near: Vec<Cell>,
+    /// Of a tile.
+    rays: Vec<Numbered>,
     singles: usize,
 }
 
@@ -78,6 +80,7 @@ impl<'a> Bundles<'a> {
             scratch: Scratch::default(),
             lanes: Lanes::default(),
             near: Vec::new(),
+            rays: Vec::new(),
             singles: 0,
         }
     }
@@ -101,10 +104,12 @@ impl TileTracer<'_> {
         take: &mut impl FnMut(u32, u32, LightPath),
     ) {
         let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (column, row)));
-        let mut rays: Vec<Numbered> = places
-            .filter_map(|(column, row)| ray(column, row).map(|ray| (column, row, ray)))
-            .collect();
+        let mut rays = std::mem::take(&mut self.rays);
+        rays.extend(
+            places.filter_map(|(column, row)| ray(column, row).map(|ray| (column, row, ray))),
+        );
         self.cast_rays(&mut rays, take);
+        self.rays = rays;
     }
 
     /// The same; `rays` ends up empty.
@@ -186,7 +191,7 @@ impl TileTracer<'_> {
                 let mut asked = None;
                 for cell in &faces.cells[start as usize..end as usize] {
                     let is_other = cell.face != *face && asked != Some(cell.face);
-                    if is_other && touches(cell, bounds, radius_mm) {
+                    if is_other && cell.touches(bounds, radius_mm) {
                         if !step.surface.is_flat() {
                             return false;
                         }
@@ -211,15 +216,15 @@ impl TileTracer<'_> {
             let radius_mm = radius_of(&hull);
             let mut near = std::mem::take(&mut self.near);
             near.clear();
-            let cells = self.of.faces.cells.iter();
-            near.extend(cells.filter(|c| touches(c, &hull, radius_mm) && !is_passed(c)));
+            let cells = self.of.faces.touching(&hull, radius_mm);
+            near.extend(cells.filter(|cell| !is_passed(cell)));
             if !near.is_empty() {
                 let slices = slices(&pair);
                 // The cells of a face follow one another.
                 let mut asked = None;
                 for cell in &near {
                     let is_touched =
-                        |(slice, radius_mm): &(Aabb, _)| touches(cell, slice, *radius_mm);
+                        |(slice, radius_mm): &(Aabb, _)| cell.touches(slice, *radius_mm);
                     if asked != Some(cell.face) && slices.iter().any(is_touched) {
                         asked = Some(cell.face);
                         let (face, faces) = (cell.face, &self.of.faces);
@@ -257,16 +262,4 @@ fn quarters(rays: &mut Vec<Numbered>) -> [Vec<Numbered>; 4] {
         quarters[usize::from(ray.0 >= column) + 2 * usize::from(ray.1 >= row)].push(ray);
     }
     quarters
-}
-
-#[inline]
-fn touches(cell: &Cell, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
-    let overlap = |axis: usize| {
-        cell.bounds.min[axis] <= bounds.max[axis] && bounds.min[axis] <= cell.bounds.max[axis]
-    };
-    overlap(2)
-        && cell.radius_mm[0] <= radius_mm[1]
-        && radius_mm[0] <= cell.radius_mm[1]
-        && overlap(0)
-        && overlap(1)
 }

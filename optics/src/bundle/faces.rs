@@ -112,7 +112,24 @@ impl Trim {
         let squared = point.x * point.x + point.y * point.y;
         let is_in =
             bounds.contains(&point) && near.max(0.0).powi(2) <= squared && squared <= far * far;
-        !is_in || self.outline.as_ref().is_some_and(|outline| outline.misses(&point))
+        !is_in || self.outline.as_ref().is_some_and(|outline| outline.misses(&point, 0.0))
+    }
+}
+
+impl Trim {
+    pub(super) fn has_outline(&self) -> bool {
+        self.outline.is_some()
+    }
+
+    /// Whether all points of a plate's plane within a box surely lie outside of its outline.
+    pub(super) fn misses_all(&self, bounds: &Aabb) -> bool {
+        if bounds.is_empty() {
+            return true;
+        }
+        let middle = bounds.min + 0.5 * (bounds.max - bounds.min);
+        let room_point = self.leaf_from_sensor.map_or(middle, |pose| pose.point(middle));
+        let reach_mm = 0.5 * (bounds.max - bounds.min).norm();
+        self.outline.as_ref().is_some_and(|outline| outline.misses(&room_point, reach_mm))
     }
 }
 
@@ -123,6 +140,19 @@ pub(super) struct Room {
     pub(super) high: [f64; 3],
     pub(super) squared_mm2: [f64; 2],
     pub(super) own_from_sensor: Option<Pose>,
+}
+
+impl Room {
+    /// Whether all of a box lies within; `false` too where that is not plain.
+    pub(super) fn holds(&self, bounds: &Aabb) -> bool {
+        let [near, far] = radius_of(bounds);
+        self.own_from_sensor.is_none()
+            && (0..3).all(|axis| {
+                self.low[axis] <= bounds.min[axis] && bounds.max[axis] <= self.high[axis]
+            })
+            && self.squared_mm2[0] <= near * near
+            && far * far <= self.squared_mm2[1]
+    }
 }
 
 /// What a plate's faces end at.
@@ -166,10 +196,10 @@ impl Outline {
         }))
     }
 
-    /// Whether a point of the plane of a face surely lies outside of the outline.
-    fn misses(&self, point: &Point3<f64>) -> bool {
+    /// Whether all within some distance of a point, in the plane of a face, surely lie outside of the outline.
+    fn misses(&self, point: &Point3<f64>, reach_mm: f64) -> bool {
         let point = self.own_from_room.point(*point).coords.xy();
-        self.borders.iter().all(|border| border.distance_mm(&point) > 2.0 * SLACK_MM)
+        self.borders.iter().all(|border| border.distance_mm(&point) > reach_mm + 2.0 * SLACK_MM)
             && !self.plate.contains(&Point3::new(point.x, point.y, self.middle_mm))
     }
 }

@@ -1,11 +1,11 @@
 //! Rays side by side along one itinerary: what is done for one is done for its neighbours in the same breath.
 
-use fabkit_geometry::{Aabb, Point3, Pose, Ray, Scratch, Vector3};
+use fabkit_geometry::{Aabb, Point3, Pose, Ray, Scratch};
 
 use super::Numbered;
 use super::faces::{Faces, Room};
 use super::itinerary::{Itinerary, Step};
-use super::quadric::{NEAR, Quadric, Surface};
+use super::quadric::{Meetings, NEAR, Quadric, Surface};
 use crate::sensing::SensingSurface;
 use crate::trace::{End, LightPath};
 
@@ -64,35 +64,53 @@ impl Lanes {
         let is_mirror = matches!(plan.end, End::Mirror(_));
         let bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count();
         self.bends = bends as u32 - u32::from(is_mirror);
-        self.blocks.clear();
-        self.points.clear();
         self.boxes.clear();
         self.boxes.resize(self.places, Aabb::nothing());
-        for rays in rays.chunks(LANES) {
-            let mut block = Block::of(rays);
-            let from = self.points.len();
-            self.points.push(block.origin);
+        let count = rays.len().div_ceil(LANES);
+        self.blocks.resize(count, Block::EMPTY);
+        // What is there is written over.
+        if self.points.len() < count * self.places {
+            self.points.resize(count * self.places, ZERO);
+        }
+        let points = self.points.chunks_exact_mut(self.places);
+        for ((block, points), rays) in self.blocks.iter_mut().zip(points).zip(rays.chunks(LANES)) {
+            block.start(rays);
+            points[0] = block.origin;
             let mut before = &[][..];
             for (number, step) in plan.steps.iter().enumerate() {
                 let is_mirror = is_mirror && number + 1 == plan.steps.len();
-                self.points.push(block.pass(step, is_mirror, before, faces));
+                block.pass(step, is_mirror, before, faces, &mut points[number + 1]);
                 before = &step.faces;
+                if block.is_all_lost() {
+                    break;
+                }
             }
             if let (true, Some(sensing)) = (plan.ends_at_skin, sensing) {
                 block.lose(|ray| sensing.exit(&ray, scratch).is_some());
             }
             if plan.end == End::Surface {
                 let mut exit = |ray: &Ray, _| Some(sensing?.exit(ray, scratch)?.0);
-                self.points.push(block.reach(&mut exit, before, faces));
+                points[self.places - 1] = block.reach(&mut exit, before, faces);
             } else if plan.end == End::Nothing {
                 let mut exit = |ray: &Ray, at_mm| Some(beyond(&faces.around, ray, at_mm));
-                self.points.push(block.reach(&mut exit, before, faces));
+                points[self.places - 1] = block.reach(&mut exit, before, faces);
                 block.at_mm = [f64::INFINITY; LANES];
             }
-            for (bounds, points) in self.boxes.iter_mut().zip(&self.points[from..]) {
-                around(bounds, points, &block.is_lost);
+            if block.is_all_lost() {
+                continue;
             }
-            self.blocks.push(block);
+            for (step, points) in plan.steps.iter().zip(&points[1..]) {
+                if step.rooms.is_empty() {
+                    continue;
+                }
+                let bounds = around(points, &block.is_lost);
+                for room in step.rooms.iter().filter(|room| !room.holds(&bounds)) {
+                    lose_outside(room, points, &mut block.is_lost);
+                }
+            }
+            for (bounds, points) in self.boxes.iter_mut().zip(&*points) {
+                *bounds = bounds.hull(&around(points, &block.is_lost));
+            }
         }
     }
 
@@ -150,6 +168,15 @@ impl Lanes {
             };
             let to = &points[to];
             let is_near = near(surface, from, to);
+            if trim.has_outline() {
+                let is_asked = |lane: &usize| is_near[*lane] != 0 && block.is_lost[*lane] == 0;
+                let meetings = (0..LANES)
+                    .filter(is_asked)
+                    .map(|lane| surface.meetings(&at(from, lane), &at(to, lane)));
+                if Meetings::box_around(meetings).is_some_and(|bounds| trim.misses_all(&bounds)) {
+                    continue;
+                }
+            }
             for (lane, is_lost) in block.is_lost.iter_mut().enumerate() {
                 if is_near[lane] != 0
                     && *is_lost == 0
@@ -163,15 +190,21 @@ impl Lanes {
 }
 
 impl Block {
-    fn of(rays: &[Numbered]) -> Self {
-        let mut block = Self {
-            origin: ZERO,
-            direction: ZERO,
-            lead_mm: [0.0; LANES],
-            at_mm: [0.0; LANES],
-            again_mm: [f64::NAN; LANES],
-            is_lost: [0; LANES],
-        };
+    const EMPTY: Self = Self {
+        origin: ZERO,
+        direction: ZERO,
+        lead_mm: [0.0; LANES],
+        at_mm: [0.0; LANES],
+        again_mm: [f64::NAN; LANES],
+        is_lost: [1; LANES],
+    };
+
+    /// At the beginning of rays.
+    fn start(&mut self, rays: &[Numbered]) {
+        let block = self;
+        block.lead_mm = [0.0; LANES];
+        block.at_mm = [0.0; LANES];
+        block.again_mm = [f64::NAN; LANES];
         for lane in 0..LANES {
             // What is over is a ray like another, and lost.
             let (_, _, ray) = &rays[lane.min(rays.len() - 1)];
@@ -181,7 +214,10 @@ impl Block {
             }
             block.is_lost[lane] = u64::from(lane >= rays.len());
         }
-        block
+    }
+
+    fn is_all_lost(&self) -> bool {
+        self.is_lost.iter().fold(1, |all, is_lost| all & is_lost) != 0
     }
 
     fn ray(&self, lane: usize) -> Ray {
@@ -198,55 +234,61 @@ impl Block {
         }
     }
 
-    /// Goes on to the faces of a step, `before` being those of the one before; returns where that is. A mirror ends
-    /// all there.
-    fn pass(&mut self, step: &Step, is_mirror: bool, before: &[u32], faces: &Faces) -> Triple {
-        let (own_origin, own_direction);
-        let (origin, direction) = match step.surface.frame() {
-            None => (&self.origin, &self.direction),
-            Some(pose) => {
-                own_origin = moved(pose, &self.origin);
-                own_direction = turned(pose, &self.direction);
-                (&own_origin, &own_direction)
-            }
-        };
+    /// Goes on to the faces of a step, `before` being those of the one before, which is at `points`. A mirror
+    /// ends all there. Whether that is on the faces is not asked.
+    fn pass(
+        &mut self,
+        step: &Step,
+        is_mirror: bool,
+        before: &[u32],
+        faces: &Faces,
+        points: &mut Triple,
+    ) {
+        let frame = step.surface.frame();
         // Where it is passed, its function grows.
         let quadric = if step.grows { *step.surface.quadric() } else { -*step.surface.quadric() };
-        let [t_mm, back_mm] = meet(&quadric, origin, direction);
+        let [t_mm, back_mm] = match frame {
+            None => meet(&quadric, &self.origin, &self.direction),
+            Some(pose) => {
+                meet(&quadric, &moved(pose, &self.origin), &turned(pose, &self.direction))
+            }
+        };
         self.check(step, before, faces, &t_mm, &back_mm);
-        let points = ahead(&self.origin, &self.direction, &t_mm);
-        for room in &step.rooms {
-            lose_outside(room, &points, &mut self.is_lost);
+        ahead(&self.origin, &self.direction, &t_mm, points);
+        let across = step.ratio.map(|_| match frame {
+            None => across(&quadric, points),
+            Some(pose) => across(&quadric, &moved(pose, points)),
+        });
+        let Some((ratio, across)) = step.ratio.zip(across) else {
+            (self.at_mm, self.again_mm) = (t_mm, back_mm);
+            return;
+        };
+        let turned_back = frame.map(|pose| turned(&pose.inverse(), &across));
+        let normal = turned_back.as_ref().unwrap_or(&across);
+        if is_mirror {
+            let squared = bend(&mut self.direction.clone(), normal, ratio);
+            self.lose_unless(|lane| squared[lane] < -NEAR);
+            self.at_mm = t_mm;
+            return;
         }
-        (self.at_mm, self.again_mm) = (t_mm, back_mm);
-        if let Some(ratio) = step.ratio {
-            let own_points = step.surface.frame().map(|pose| moved(pose, &points));
-            let across = across(&quadric, own_points.as_ref().unwrap_or(&points));
-            let normal = match step.surface.frame() {
-                None => across,
-                Some(pose) => turned(&pose.inverse(), &across),
-            };
-            let mut direction = self.direction;
-            let squared = bend(&mut direction, &normal, ratio);
-            // Near to total reflection each is asked by itself.
-            let side = if is_mirror { -1.0 } else { 1.0 };
-            for (is_lost, squared) in self.is_lost.iter_mut().zip(&squared) {
-                *is_lost |= u64::from((side * squared < NEAR) | squared.is_nan());
-            }
-            if is_mirror {
-                return points;
-            }
-            self.direction = direction;
-            let own_direction = step.surface.frame().map(|pose| turned(pose, &self.direction));
-            let direction = own_direction.as_ref().unwrap_or(&self.direction);
-            self.again_mm = again(&quadric, &across, direction);
-            self.origin = points;
-            for (lead_mm, t_mm) in self.lead_mm.iter_mut().zip(&t_mm) {
-                *lead_mm += t_mm;
-            }
-            self.at_mm = [0.0; LANES];
+        let squared = bend(&mut self.direction, normal, ratio);
+        // Near to total reflection each is asked by itself.
+        self.lose_unless(|lane| squared[lane] > NEAR);
+        self.again_mm = match frame {
+            None => again(&quadric, &across, &self.direction),
+            Some(pose) => again(&quadric, &across, &turned(pose, &self.direction)),
+        };
+        self.origin = *points;
+        for (lead_mm, t_mm) in self.lead_mm.iter_mut().zip(&t_mm) {
+            *lead_mm += t_mm;
         }
-        points
+        self.at_mm = [0.0; LANES];
+    }
+
+    fn lose_unless(&mut self, is_so: impl Fn(usize) -> bool) {
+        for (lane, is_lost) in self.is_lost.iter_mut().enumerate() {
+            *is_lost |= u64::from(!is_so(lane));
+        }
     }
 
     /// Loses the rays that do not meet a face ahead, or meet its surface, or that of the faces before, between
@@ -296,7 +338,9 @@ impl Block {
             self.is_lost[lane] |= u64::from(!is_clear);
         }
         self.at_mm = exits_mm;
-        ahead(&self.origin, &self.direction, &exits_mm)
+        let mut points = ZERO;
+        ahead(&self.origin, &self.direction, &exits_mm, &mut points);
+        points
     }
 }
 
@@ -336,21 +380,28 @@ fn moved(pose: &Pose, points: &Triple) -> Triple {
     moved
 }
 
-fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane) -> Triple {
-    let mut points = ZERO;
+fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane, points: &mut Triple) {
     for axis in 0..3 {
         for lane in 0..LANES {
             points[axis][lane] = origin[axis][lane] + t_mm[lane] * direction[axis][lane];
         }
     }
-    points
 }
 
 /// Where the function grows through 0, and where it falls: see [`Quadric::pass`], whose two forms are one here.
 fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [Lane; 2] {
     let Quadric { a, b, l, d } = *quadric;
     let ([px, py, pz], [vx, vy, vz]) = (origin, direction);
-    let [mut up, mut down] = [[0.0; LANES]; 2];
+    let mut up = [0.0; LANES];
+    if quadric.is_flat() {
+        for i in 0..LANES {
+            let m = l.x * vx[i] + l.y * vy[i] + l.z * vz[i];
+            let c = (l.x * px[i] + l.y * py[i] + l.z * pz[i]) + d;
+            up[i] = if m > 0.0 { -c / m } else { f64::INFINITY };
+        }
+        return [up, [f64::NEG_INFINITY; LANES]];
+    }
+    let mut down = [0.0; LANES];
     for i in 0..LANES {
         let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
         let m = a * (px[i] * vx[i] + py[i] * vy[i])
@@ -461,23 +512,24 @@ fn near(surface: &Surface, from: &Triple, to: &Triple) -> Mask {
     is_near
 }
 
-/// Grows a box around the points of the rays that are not lost.
-fn around(bounds: &mut Aabb, points: &Triple, is_lost: &Mask) {
-    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    for axis in 0..3 {
+/// A box around the points of the rays that are not lost.
+fn around(points: &Triple, is_lost: &Mask) -> Aabb {
+    let is_whole = is_lost.iter().fold(0, |any, is_lost| any | is_lost) == 0;
+    let [x, y, z] = [0, 1, 2].map(|axis| {
         let [mut lows, mut highs] = [[f64::INFINITY; 4], [f64::NEG_INFINITY; 4]];
         for (points, is_lost) in points[axis].chunks_exact(4).zip(is_lost.chunks_exact(4)) {
             for i in 0..4 {
-                let is_kept = is_lost[i] == 0;
+                let is_kept = is_whole || is_lost[i] == 0;
                 lows[i] = if is_kept & (points[i] < lows[i]) { points[i] } else { lows[i] };
                 highs[i] = if is_kept & (points[i] > highs[i]) { points[i] } else { highs[i] };
             }
         }
-        low[axis] = lows.into_iter().fold(f64::INFINITY, f64::min);
-        high[axis] = highs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let low = lows.into_iter().fold(f64::INFINITY, f64::min);
+        [low, highs.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+    });
+    if x[0] > x[1] {
+        // All are lost.
+        return Aabb::nothing();
     }
-    // Else all are lost.
-    if low.x <= high.x {
-        *bounds = bounds.hull(&Aabb { min: low.into(), max: high.into() });
-    }
+    Aabb { min: Point3::new(x[0], y[0], z[0]), max: Point3::new(x[1], y[1], z[1]) }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Neg;
 
-use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use fabkit_geometry::{Aabb, Point3, Pose, Ray, Vector3};
 use nalgebra::Matrix4;
 
 use super::faces::Trim;
@@ -86,7 +86,7 @@ impl Surface {
     }
 
     pub(super) fn is_flat(&self) -> bool {
-        self.quadric.a == 0.0 && self.quadric.b == 0.0
+        self.quadric.is_flat()
     }
 
     /// Whether both are the same surface, whichever side either calls its inside.
@@ -127,6 +127,18 @@ pub(super) enum Meetings {
 }
 
 impl Meetings {
+    /// `None` where some are unclear.
+    pub(super) fn box_around(meetings: impl Iterator<Item = Self>) -> Option<Aabb> {
+        let mut bounds = Aabb::nothing();
+        for meetings in meetings {
+            let Self::At(places) = meetings else { return None };
+            for place in places.into_iter().flatten() {
+                bounds = bounds.hull(&Aabb { min: place, max: place });
+            }
+        }
+        Some(bounds)
+    }
+
     /// Whether they surely lie off a face of the surface.
     pub(super) fn are_off(&self, trim: &Trim) -> bool {
         match self {
@@ -154,6 +166,10 @@ impl Quadric {
     /// The plane through a point.
     pub(super) fn plane(normal: Vector3<f64>, point: Vector3<f64>) -> Self {
         Self { a: 0.0, b: 0.0, l: normal, d: -normal.dot(&point) }
+    }
+
+    pub(super) fn is_flat(&self) -> bool {
+        self.a == 0.0 && self.b == 0.0
     }
 
     /// An ellipsoid of revolution along z: half axes across and along it.

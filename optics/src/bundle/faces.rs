@@ -310,6 +310,13 @@ impl Faces {
         cells.filter(move |cell| cell.touches(&bounds, radius_mm))
     }
 
+    /// Whether a face surely does not pass a box.
+    pub(super) fn is_off(&self, face: u32, bounds: &Aabb) -> bool {
+        let is_missed = |surface: &Surface| surface.misses_box(bounds);
+        let trim = self.trim(face);
+        self.surface(face).is_some_and(is_missed) || (trim.has_outline() && trim.misses_all(bounds))
+    }
+
     /// Whether a point surely lies on none of the faces whose surface it is on.
     pub(super) fn miss(&self, faces: &[u32], point: &Point3<f64>) -> bool {
         faces.iter().all(|face| self.trim(*face).misses(point))

@@ -31,6 +31,8 @@ pub(super) struct Lanes {
     places: usize,
     /// Around where the rays are at each place.
     pub(super) boxes: Vec<Aabb>,
+    /// The same of a block.
+    own_boxes: Vec<Aabb>,
     end: Option<End>,
     bends: u32,
 }
@@ -99,17 +101,22 @@ impl Lanes {
             if block.is_all_lost() {
                 continue;
             }
-            for (step, points) in plan.steps.iter().zip(&points[1..]) {
-                if step.rooms.is_empty() {
-                    continue;
-                }
-                let bounds = around(points, &block.is_lost);
-                for room in step.rooms.iter().filter(|room| !room.holds(&bounds)) {
+            let own = &mut self.own_boxes;
+            own.clear();
+            own.extend(points.iter().map(|points| around(points, &block.is_lost)));
+            let mut is_inside = true;
+            for ((step, points), bounds) in plan.steps.iter().zip(&points[1..]).zip(&own[1..]) {
+                for room in step.rooms.iter().filter(|room| !room.holds(bounds)) {
+                    is_inside = false;
                     lose_outside(room, points, &mut block.is_lost);
                 }
             }
-            for (bounds, points) in self.boxes.iter_mut().zip(&*points) {
-                *bounds = bounds.hull(&around(points, &block.is_lost));
+            if !is_inside {
+                own.clear();
+                own.extend(points.iter().map(|points| around(points, &block.is_lost)));
+            }
+            for (bounds, own) in self.boxes.iter_mut().zip(own) {
+                *bounds = bounds.hull(own);
             }
         }
     }
@@ -462,7 +469,8 @@ fn bend(direction: &mut Triple, normal: &Triple, ratio: f64) -> Lane {
         squares[i] = squared;
         let along = squared.sqrt().copysign(cosine);
         let [bx, by, bz] = [ax + along * x, ay + along * y, az + along * z];
-        let per_length = 1.0 / (bx * bx + by * by + bz * bz).sqrt();
+        // One step towards length 1, from which it is off by rounding.
+        let per_length = 1.5 - 0.5 * (bx * bx + by * by + bz * bz);
         (dx[i], dy[i], dz[i]) = (bx * per_length, by * per_length, bz * per_length);
     }
     squares

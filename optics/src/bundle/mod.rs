@@ -223,8 +223,9 @@ impl TileTracer<'_> {
                 // The cells of a face follow one another.
                 let mut asked = None;
                 for cell in &near {
-                    let is_touched =
-                        |(slice, radius_mm): &(Aabb, _)| cell.touches(slice, *radius_mm);
+                    let is_touched = |(slice, radius_mm): &(Aabb, _)| {
+                        cell.touches(slice, *radius_mm) && !self.of.faces.is_off(cell.face, slice)
+                    };
                     if asked != Some(cell.face) && slices.iter().any(is_touched) {
                         asked = Some(cell.face);
                         let (face, faces) = (cell.face, &self.of.faces);

@@ -89,6 +89,11 @@ impl Surface {
         self.quadric.is_flat()
     }
 
+    /// Whether a box surely lies on one side of it; `false` too where that takes a frame of its own.
+    pub(super) fn misses_box(&self, bounds: &Aabb) -> bool {
+        self.own_from_sensor.is_none() && self.quadric.misses_box(bounds)
+    }
+
     /// Whether both are the same surface, whichever side either calls its inside.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (self.matrix(), other.matrix());
@@ -170,6 +175,19 @@ impl Quadric {
 
     pub(super) fn is_flat(&self) -> bool {
         self.a == 0.0 && self.b == 0.0
+    }
+
+    /// From the middle by no more than the gradient there takes it, and the squares.
+    fn misses_box(&self, bounds: &Aabb) -> bool {
+        let Self { a, b, l, d } = self;
+        let half = 0.5 * (bounds.max - bounds.min);
+        let p = bounds.min.coords + half;
+        let value = a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p) + d;
+        let slope = self.across(&p).abs().dot(&half);
+        let (flat, tall) = (a * (half.x * half.x + half.y * half.y), b * half.z * half.z);
+        let above = value - slope + flat.min(0.0) + tall.min(0.0);
+        let below = value + slope + flat.max(0.0) + tall.max(0.0);
+        above > NEAR || below < -NEAR
     }
 
     /// An ellipsoid of revolution along z: half axes across and along it.
@@ -299,6 +317,44 @@ mod tests {
                 assert!(!quadric.grows(&ray(), pass.back_mm));
             }
         }
+    }
+
+    /// What is said to miss a box has one sign at all of its points.
+    #[test]
+    fn a_surface_misses_boxes_beside_it() {
+        let centre = Vector3::new(0.5, -0.3, 0.2);
+        let quadrics = [
+            Quadric::ellipsoid(centre, 3.0, 5.0),
+            Quadric::cone(centre, 2.0, 0.25),
+            Quadric::plane(Vector3::new(0.0, 0.6, 0.8), centre),
+        ];
+        let (mut missed, mut met) = (0, 0);
+        for number in 0..3_000 {
+            let at = |k: i32| (f64::from(number * 7 + k * 13) * 0.618).fract() * 8.0 - 4.0;
+            let min = Point3::new(at(1), at(2), at(3));
+            let bounds = Aabb { min, max: min + Vector3::new(0.9, 0.4, 0.7) };
+            for quadric in &quadrics {
+                let corner = |i: usize| {
+                    let pick =
+                        |axis: usize| f64::from((i / 3_usize.pow(axis as u32) % 3) as u8) / 2.0;
+                    let share = Vector3::new(pick(0), pick(1), pick(2));
+                    min + (bounds.max - min).component_mul(&share)
+                };
+                let signs: Vec<bool> = (0..27)
+                    .map(|i| {
+                        let ray = Ray { origin: corner(i), direction: Vector3::z() };
+                        quadric.along(&ray)[2] > 0.0
+                    })
+                    .collect();
+                if quadric.misses_box(&bounds) {
+                    missed += 1;
+                    assert!(signs.iter().all(|sign| *sign == signs[0]), "{quadric:?} {bounds:?}");
+                } else {
+                    met += 1;
+                }
+            }
+        }
+        assert!(missed > 3_000 && met > 500, "{missed} {met}");
     }
 
     #[test]

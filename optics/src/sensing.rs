@@ -1,8 +1,10 @@
 //! Where rays from within leave through the sensing surface.
 
+use std::f64::consts::TAU;
+
 use fabkit_geometry::{
-    CompiledSolid, DomeSurface, EllipsoidOffset, InvalidSolid, PlaneSurface, Point3, Ray, Scratch,
-    Solid, TouchSurface, Vector3,
+    CompiledSolid, DomeSurface, EllipsoidOffset, InvalidSolid, Path, PlaneSurface, Point3, Ray,
+    Scratch, Segment, Solid, TouchSurface, Vector3,
 };
 
 /// A crossing nearer than this to where a ray starts is that start itself, mm.
@@ -10,6 +12,9 @@ pub const START_MM: f64 = 1e-9;
 
 /// How far down the prism below a flat pad goes, mm: farther than any camera.
 const DOWN_MM: f64 = 1e4;
+
+/// Edges are taken to be wider than they are by this, for rounding, mm.
+const CORE_SLACK_MM: f64 = 1e-6;
 
 /// What lies within the surface, endlessly far down: every ray from a camera starts in it.
 #[derive(Clone, Debug)]
@@ -49,19 +54,104 @@ impl SensingSurface {
 #[derive(Clone, Debug)]
 struct InsidePlane {
     prism: Box<CompiledSolid>,
+    top_z_mm: f64,
     foot_z_mm: f64,
+    /// A box within the outline, as its least and largest x and y: from there to there rays leave through the
+    /// top. Empty where none was found.
+    core: [[f64; 2]; 2],
 }
 
 impl InsidePlane {
     fn new(plane: &PlaneSurface) -> Result<Self, InvalidSolid> {
-        let prism = CompiledSolid::new(&plane.solid(0.0, plane.foot_z_mm - DOWN_MM))?;
-        Ok(Self { prism: Box::new(prism), foot_z_mm: plane.foot_z_mm })
+        let &PlaneSurface { top_z_mm, foot_z_mm, .. } = plane;
+        let prism = CompiledSolid::new(&plane.solid(0.0, foot_z_mm - DOWN_MM))?;
+        let core = core(&plane.outline, &prism, foot_z_mm - 0.5 * DOWN_MM);
+        Ok(Self { prism: Box::new(prism), top_z_mm, foot_z_mm, core })
     }
 
+    #[inline(always)]
     fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
+        let rise_mm = self.top_z_mm - ray.origin.z;
+        let range_mm = rise_mm / ray.direction.z;
+        let is_in = |x: f64, y: f64| {
+            let [low, high] = &self.core;
+            low[0] <= x && x <= high[0] && low[1] <= y && y <= high[1]
+        };
+        let (from, to) = (&ray.origin, ray.at(range_mm));
+        // Not from below the prism.
+        let is_upwards = range_mm > START_MM && rise_mm > 0.0 && rise_mm < DOWN_MM;
+        if is_upwards && is_in(from.x, from.y) && is_in(to.x, to.y) {
+            return Some((range_mm, Vector3::z()));
+        }
         let exit = exit_body(&self.prism, ray, scratch)?;
         (ray.at(exit.0).z >= self.foot_z_mm).then_some(exit)
     }
+}
+
+/// The largest box within an outline of those that are its own box less an equal margin: where no edge comes
+/// near to a box and its middle lies within the outline, all of it does.
+fn core(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
+    const NONE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    let Some(edges) = boxes_along(outline) else { return NONE };
+    let (min, max) = (prism.bounds().min, prism.bounds().max);
+    let middle = Point3::new(0.5 * (min.x + max.x), 0.5 * (min.y + max.y), z_mm);
+    if !prism.contains(&middle) {
+        return NONE;
+    }
+    let half_mm = 0.5 * (max.x - min.x).min(max.y - min.y);
+    let boxes = (1..100).map(|percent| {
+        let by_mm = f64::from(percent) / 100.0 * half_mm;
+        [[min.x + by_mm, min.y + by_mm], [max.x - by_mm, max.y - by_mm]]
+    });
+    let is_clear = |[low, high]: &[[f64; 2]; 2]| {
+        let touches = |edge: &[[f64; 2]; 2]| {
+            (0..2).all(|axis| edge[0][axis] <= high[axis] && low[axis] <= edge[1][axis])
+        };
+        !edges.iter().any(touches)
+    };
+    boxes.into_iter().find(is_clear).unwrap_or(NONE)
+}
+
+/// Boxes that the edges of an outline lie in; `None` for other curves than circles.
+fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
+    const PARTS: u32 = 32;
+    let (mut boxes, mut from) = (Vec::new(), outline.start);
+    for segment in &outline.segments {
+        let to = segment.to();
+        let (points, sagitta_mm): (Vec<[f64; 2]>, f64) = match segment {
+            Segment::Line { .. } => {
+                let at = |part: u32| {
+                    let share = f64::from(part) / f64::from(PARTS);
+                    [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+                };
+                ((0..=PARTS).map(at).collect(), 0.0)
+            }
+            Segment::Arc { centre, ccw, .. } => {
+                let angle = |p: [f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
+                let turn = if *ccw { 1.0 } else { -1.0 };
+                let sweep = (turn * (angle(to) - angle(from))).rem_euclid(TAU);
+                // A full circle ends where it starts.
+                let step = turn * if sweep == 0.0 { TAU } else { sweep } / f64::from(PARTS);
+                let radius_mm = (from[0] - centre[0]).hypot(from[1] - centre[1]);
+                let at = |part: u32| {
+                    let (sin, cos) = (angle(from) + f64::from(part) * step).sin_cos();
+                    [centre[0] + radius_mm * cos, centre[1] + radius_mm * sin]
+                };
+                ((0..=PARTS).map(at).collect(), radius_mm * (1.0 - (0.5 * step).cos()))
+            }
+            Segment::EllipticArc { .. } => return None,
+        };
+        let by_mm = sagitta_mm + CORE_SLACK_MM;
+        boxes.extend(points.windows(2).map(|ends| {
+            let (low, high) = (
+                [0, 1].map(|k| ends[0][k].min(ends[1][k]) - by_mm),
+                [0, 1].map(|k| ends[0][k].max(ends[1][k]) + by_mm),
+            );
+            [low, high]
+        }));
+        from = to;
+    }
+    Some(boxes)
 }
 
 /// Dome and wall together are convex, so that a ray leaves through the dome if it is above the
@@ -190,4 +280,57 @@ fn exit_body(
     scratch: &mut Scratch,
 ) -> Option<(f64, Vector3<f64>)> {
     body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fabkit_geometry::Grip;
+
+    /// Through the middle in closed form, at the rim by the solid: both say the same.
+    #[test]
+    fn a_pad_is_left_where_its_prism_is() {
+        let arc = |to, centre| Segment::Arc { to, centre, ccw: true };
+        let outline = Path {
+            start: [-4.0, -5.0],
+            segments: vec![
+                Segment::Line { to: [4.0, -5.0] },
+                arc([6.0, -3.0], [4.0, -3.0]),
+                Segment::Line { to: [6.0, 5.0] },
+                Segment::Line { to: [-6.0, 5.0] },
+                Segment::Line { to: [-6.0, -3.0] },
+                arc([-4.0, -5.0], [-4.0, -3.0]),
+            ],
+        };
+        let grip = Grip {
+            outline: outline.clone(),
+            top_z_mm: 0.0,
+            bottom_z_mm: -3.0,
+            clear_radius_mm: 5.0,
+            key: None,
+            threads: Vec::new(),
+        };
+        let surface = PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, soft_mm: 2.0, grip };
+        let plane = InsidePlane::new(&surface).unwrap();
+        let [low, high] = plane.core;
+        assert!(low[0] < -5.0 && high[0] > 5.0 && low[1] < -4.0 && high[1] > 4.0);
+        let mut scratch = Scratch::default();
+        let mut tops = 0;
+        for number in 0..10_000 {
+            let turn = f64::from(number) * 2.4;
+            let out = f64::from(number) / 5_000.0;
+            let direction = Vector3::new(out * turn.cos(), out * turn.sin(), 1.0).normalize();
+            let ray = Ray { origin: Point3::new(0.5, -1.0, -2.0), direction };
+            let by_prism = exit_body(&plane.prism, &ray, &mut scratch);
+            let by_prism = by_prism.filter(|(range_mm, _)| ray.at(*range_mm).z >= 1.0);
+            let exit = plane.exit(&ray, &mut scratch);
+            assert_eq!(exit.is_some(), by_prism.is_some(), "{ray:?}");
+            if let (Some(exit), Some(expected)) = (exit, by_prism) {
+                assert!((exit.0 - expected.0).abs() < 1e-9, "{exit:?} {expected:?}");
+                assert!((exit.1 - expected.1).norm() < 1e-9, "{exit:?} {expected:?}");
+                tops += usize::from(exit.1.z == 1.0);
+            }
+        }
+        assert!((1_000..9_000).contains(&tops), "{tops}");
+    }
 }

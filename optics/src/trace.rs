@@ -213,6 +213,11 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Which of the stack's names an item has.
+    pub(crate) fn name(&self, item: u32) -> u8 {
+        self.stack.items[item as usize].name
+    }
+
     /// Whether bodies of a name are skin and nothing else.
     pub(crate) fn is_skin(&self, name: u8) -> bool {
         self.stack.items.iter().any(|item| item.name == name && item.part == Part::Skin)

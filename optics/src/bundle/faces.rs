@@ -2,11 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
+use std::sync::Arc;
 
 use fabkit_geometry::{
-    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, Path, PlacedPrimitive, Point3, Pose,
-    Ray, Scratch, Segment, Solid, Vector3,
+    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, Extrusion, Path, PlacedPrimitive,
+    Point3, Pose, Ray, Scratch, Segment, Solid, Vector3,
 };
+
+use nalgebra::Vector2;
 
 use super::quadric::{Quadric, Surface};
 use crate::stack::Item;
@@ -27,18 +30,45 @@ pub(super) struct Cell {
     pub(super) radius_mm: [f64; 2],
 }
 
+impl Cell {
+    #[inline]
+    pub(super) fn touches(&self, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
+        let overlap = |axis: usize| {
+            self.bounds.min[axis] <= bounds.max[axis] && bounds.min[axis] <= self.bounds.max[axis]
+        };
+        overlap(2)
+            && self.radius_mm[0] <= radius_mm[1]
+            && radius_mm[0] <= self.radius_mm[1]
+            && overlap(0)
+            && overlap(1)
+    }
+}
+
 /// All faces of the primitives of all items, also where others have taken them away: a ray that passes the
 /// same faces of primitives as another one is in the same bodies.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Faces {
     pub(super) cells: Vec<Cell>,
     surfaces: Vec<Option<Surface>>,
     /// Of each face.
     trims: Vec<Trim>,
-    /// Of each item, its primitives, each with the number of its first face.
-    leaves: Vec<Vec<(CompiledSolid, u32)>>,
+    /// Of primitives, the cells with what these lie in.
+    groups: Vec<(Cell, Range<u32>)>,
+    /// Of each item, its primitives.
+    leaves: Vec<Vec<Leaf>>,
     /// Of each item.
     bounds: Vec<Aabb>,
+    /// Around all cells.
+    pub(super) around: Aabb,
+}
+
+/// A primitive in its place.
+#[derive(Clone, Debug)]
+struct Leaf {
+    solid: CompiledSolid,
+    /// Somewhat larger than it.
+    bounds: Aabb,
+    first_face: u32,
 }
 
 /// How much of a surface its face is.
@@ -48,6 +78,8 @@ pub(super) struct Trim {
     room: Cell,
     /// Of what is upright in a frame of its own: the room is in that.
     leaf_from_sensor: Option<Pose>,
+    /// Of a plate's face.
+    outline: Option<Arc<Outline>>,
     /// Whether the surface within that room is the face; else others of its primitive bound it there.
     pub(super) is_exact: bool,
     /// All cells of its primitive.
@@ -55,33 +87,135 @@ pub(super) struct Trim {
 }
 
 impl Trim {
-    /// Whether a point of the surface surely lies on the face.
-    #[inline]
-    pub(super) fn holds(&self, point: &Point3<f64>) -> bool {
-        self.is_within(point, -2.0 * SLACK_MM)
+    /// Where a point of the surface surely lies on the face.
+    pub(super) fn room(&self) -> Room {
+        let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
+        let within = |low: f64, high: f64| {
+            // The room has some slack already. Of a plane across z, or the axis itself, one side of it is thin.
+            let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { 2.0 * SLACK_MM };
+            [low + by_mm, high - by_mm]
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| within(bounds.min[axis], bounds.max[axis]));
+        let [near, far] = within(if *near <= 0.0 { -1.0 } else { *near }, *far);
+        Room {
+            low: [x[0], y[0], z[0]],
+            high: [x[1], y[1], z[1]],
+            squared_mm2: [near.max(0.0).powi(2), far * far],
+            own_from_sensor: self.leaf_from_sensor,
+        }
     }
 
     /// Whether a point of the surface surely lies off the face.
     pub(super) fn misses(&self, point: &Point3<f64>) -> bool {
-        !self.is_within(point, 0.0)
-    }
-
-    /// The room has some slack already.
-    #[inline]
-    fn is_within(&self, point: &Point3<f64>, by_mm: f64) -> bool {
         let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
         let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
-        let radius_mm = (point.x * point.x + point.y * point.y).sqrt();
-        // Of a plane across z, or the axis itself, one side of the room is thin or at its end.
-        let is_in = |value: f64, low: f64, high: f64| {
-            let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { by_mm };
-            low - by_mm <= value && value <= high + by_mm
+        let squared = point.x * point.x + point.y * point.y;
+        let is_in =
+            bounds.contains(&point) && near.max(0.0).powi(2) <= squared && squared <= far * far;
+        !is_in || self.outline.as_ref().is_some_and(|outline| outline.misses(&point, 0.0))
+    }
+}
+
+impl Trim {
+    pub(super) fn has_outline(&self) -> bool {
+        self.outline.is_some()
+    }
+
+    /// Whether all points of a plate's plane within a box surely lie outside of its outline.
+    pub(super) fn misses_all(&self, bounds: &Aabb) -> bool {
+        if bounds.is_empty() {
+            return true;
+        }
+        let middle = bounds.min + 0.5 * (bounds.max - bounds.min);
+        let room_point = self.leaf_from_sensor.map_or(middle, |pose| pose.point(middle));
+        let reach_mm = 0.5 * (bounds.max - bounds.min).norm();
+        self.outline.as_ref().is_some_and(|outline| outline.misses(&room_point, reach_mm))
+    }
+}
+
+/// Between what coordinates, and squares of distances from the z axis, in a frame of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Room {
+    pub(super) low: [f64; 3],
+    pub(super) high: [f64; 3],
+    pub(super) squared_mm2: [f64; 2],
+    pub(super) own_from_sensor: Option<Pose>,
+}
+
+impl Room {
+    /// Whether all of a box lies within; `false` too where that is not plain.
+    pub(super) fn holds(&self, bounds: &Aabb) -> bool {
+        let [near, far] = radius_of(bounds);
+        self.own_from_sensor.is_none()
+            && (0..3).all(|axis| {
+                self.low[axis] <= bounds.min[axis] && bounds.max[axis] <= self.high[axis]
+            })
+            && self.squared_mm2[0] <= near * near
+            && far * far <= self.squared_mm2[1]
+    }
+}
+
+/// What a plate's faces end at.
+#[derive(Clone, Debug)]
+struct Outline {
+    /// With the plate upright from z = 0.
+    own_from_room: Pose,
+    plate: CompiledSolid,
+    middle_mm: f64,
+    borders: Vec<Border>,
+}
+
+/// A piece of an outline.
+#[derive(Clone, Copy, Debug)]
+enum Border {
+    Line([Vector2<f64>; 2]),
+    /// Centre and radius, of the whole circle.
+    Arc(Vector2<f64>, f64),
+    Other,
+}
+
+impl Outline {
+    fn of(extrusion: &Extrusion, edges: &[Edge], pose: &Pose) -> Option<Arc<Self>> {
+        let plate = CompiledSolid::new(&Solid::Extrusion(extrusion.clone())).ok()?;
+        let border = |edge: &Edge| {
+            let (from, to) = (Vector2::from(edge.from), Vector2::from(edge.segment.to()));
+            match edge.segment {
+                Segment::Line { .. } => Border::Line([from, to]),
+                Segment::Arc { centre, .. } => {
+                    let centre = Vector2::from(*centre);
+                    Border::Arc(centre, (from - centre).norm())
+                }
+                Segment::EllipticArc { .. } => Border::Other,
+            }
         };
-        let near = if *near <= 0.0 { -1.0 } else { *near };
-        is_in(point.z, bounds.min.z, bounds.max.z)
-            && is_in(radius_mm, near, *far)
-            && is_in(point.x, bounds.min.x, bounds.max.x)
-            && is_in(point.y, bounds.min.y, bounds.max.y)
+        Some(Arc::new(Self {
+            own_from_room: pose.inverse(),
+            plate,
+            middle_mm: extrusion.height_mm / 2.0,
+            borders: edges.iter().map(border).collect(),
+        }))
+    }
+
+    /// Whether all within some distance of a point, in the plane of a face, surely lie outside of the outline.
+    fn misses(&self, point: &Point3<f64>, reach_mm: f64) -> bool {
+        let point = self.own_from_room.point(*point).coords.xy();
+        self.borders.iter().all(|border| border.distance_mm(&point) > reach_mm + 2.0 * SLACK_MM)
+            && !self.plate.contains(&Point3::new(point.x, point.y, self.middle_mm))
+    }
+}
+
+impl Border {
+    /// At least so far away a point is.
+    fn distance_mm(&self, point: &Vector2<f64>) -> f64 {
+        match self {
+            Self::Line([from, to]) => {
+                let along = to - from;
+                let share = ((point - from).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+                (point - from - share * along).norm()
+            }
+            Self::Arc(centre, radius_mm) => ((point - centre).norm() - radius_mm).abs(),
+            Self::Other => 0.0,
+        }
     }
 }
 
@@ -94,24 +228,41 @@ pub(super) struct Passed {
 
 impl Faces {
     pub(super) fn of(items: &[Item]) -> Self {
-        let mut faces = Self::default();
+        let mut faces = Self {
+            cells: Vec::new(),
+            groups: Vec::new(),
+            surfaces: Vec::new(),
+            trims: Vec::new(),
+            leaves: Vec::new(),
+            bounds: Vec::new(),
+            around: Aabb::nothing(),
+        };
         for item in items {
             let mut leaves = Vec::new();
             for leaf in item.solid.leaves() {
                 let (first, cells) = (faces.surfaces.len() as u32, faces.cells.len());
                 faces.add(leaf);
                 faces.clip(cells, &item.bounds);
+                faces
+                    .groups
+                    .push((room_of(&faces.cells[cells..]), cells as u32..faces.cells.len() as u32));
                 let cells = cells as u32..faces.cells.len() as u32;
                 faces.trims[first as usize..]
                     .iter_mut()
                     .for_each(|trim| trim.cells = cells.clone());
                 let placed = leaf.primitive.clone().placed(leaf.body_from_leaf);
                 // A primitive of a valid solid is valid.
-                leaves.extend(CompiledSolid::new(&placed).ok().map(|solid| (solid, first)));
+                leaves.extend(CompiledSolid::new(&placed).ok().map(|solid| Leaf {
+                    bounds: solid.bounds().grown(SLACK_MM),
+                    solid,
+                    first_face: first,
+                }));
             }
             faces.leaves.push(leaves);
             faces.bounds.push(item.bounds);
         }
+        let all = faces.cells.iter().map(|cell| cell.bounds);
+        faces.around = all.fold(Aabb::nothing(), |hull, bounds| hull.hull(&bounds));
         faces
     }
 
@@ -133,16 +284,42 @@ impl Faces {
     ) {
         let (scratch, crossings) = scratch;
         let inverse = line.direction.map(f64::recip);
-        for (solid, first) in &self.leaves[item as usize] {
-            if box_entry(&solid.bounds().grown(SLACK_MM), &line.origin, &inverse).is_none() {
+        for Leaf { solid, bounds, first_face } in &self.leaves[item as usize] {
+            if box_entry(bounds, &line.origin, &inverse).is_none() {
                 continue;
             }
             solid.crossings_into(line, scratch, crossings);
             let within =
                 |crossing: &&Crossing| self.bounds[item as usize].contains(&line.at(crossing.t));
-            let of = |crossing: &Crossing| Passed { t_mm: crossing.t, face: first + crossing.face };
+            let of =
+                |crossing: &Crossing| Passed { t_mm: crossing.t, face: first_face + crossing.face };
             passed.extend(crossings.iter().filter(within).map(of));
         }
+    }
+
+    /// The cells that touch a box with its least and most distance from the z axis, in order.
+    pub(super) fn touching(
+        &self,
+        bounds: &Aabb,
+        radius_mm: [f64; 2],
+    ) -> impl Iterator<Item = &Cell> {
+        let bounds = *bounds;
+        let near = self.groups.iter().filter(move |(room, _)| room.touches(&bounds, radius_mm));
+        let cells =
+            near.flat_map(|(_, cells)| &self.cells[cells.start as usize..cells.end as usize]);
+        cells.filter(move |cell| cell.touches(&bounds, radius_mm))
+    }
+
+    /// Whether a face surely does not pass a box.
+    pub(super) fn is_off(&self, face: u32, bounds: &Aabb) -> bool {
+        let is_missed = |surface: &Surface| surface.misses_box(bounds);
+        let trim = self.trim(face);
+        self.surface(face).is_some_and(is_missed) || (trim.has_outline() && trim.misses_all(bounds))
+    }
+
+    /// Whether a point surely lies on none of the faces whose surface it is on.
+    pub(super) fn miss(&self, faces: &[u32], point: &Point3<f64>) -> bool {
+        faces.iter().all(|face| self.trim(*face).misses(point))
     }
 
     /// The surface of a face, if it is a quadric.
@@ -191,7 +368,7 @@ impl Faces {
             Solid::Cone(cone) if is_along => {
                 self.frustum(&up, [cone.bottom_radius_mm, cone.top_radius_mm], cone.height_mm);
             }
-            Solid::Cuboid(cuboid) => self.cuboid(pose, cuboid.size_mm),
+            Solid::Cuboid(cuboid) if is_square(pose) => self.cuboid(pose, cuboid.size_mm),
             Solid::Extrusion(extrusion) if is_along => {
                 let height = extrusion.height_mm;
                 let edges = edges(&extrusion.profile.outer, &extrusion.profile.holes);
@@ -203,15 +380,25 @@ impl Faces {
                 });
                 let nearest =
                     edges.iter().map(|edge| edge.distance(&up)).fold(f64::INFINITY, f64::min);
+                let outline = Outline::of(extrusion, &edges, pose);
                 for z in [0.0, height] {
                     let plane =
                         Quadric::plane(Vector3::z(), pose.point(Point3::new(0.0, 0.0, z)).coords);
                     let mut cell = up.cell([span[0], span[1]], [z, z]);
                     cell.radius_mm[0] = if holds { 0.0 } else { nearest };
                     self.face(Some(plane), false, vec![cell]);
+                    self.trims.last_mut().expect("of the face just added").outline =
+                        outline.clone();
                 }
+                // The box around a quarter of a circle holds no more of that, unless it is turned.
+                let is_square = is_square(pose);
+                let is_exact =
+                    |edge: &Edge| edge.is_line() || (is_square && edge.is_within_quarter());
                 for edge in &edges {
-                    self.face(edge.wall_quadric(&up), edge.is_line(), edge.wall(&up, height));
+                    self.face(edge.wall_quadric(&up), is_exact(edge), edge.wall(&up, height));
+                    // The box alone, since an arc around z would lie at the end of its distances.
+                    let trim = self.trims.last_mut().expect("of the face just added");
+                    trim.room.radius_mm = [0.0, f64::INFINITY];
                 }
             }
             Solid::Revolution(revolution) if is_along => {
@@ -227,6 +414,7 @@ impl Faces {
             }
             // Upright in a frame of its own.
             Solid::Ellipsoid(_)
+            | Solid::Cuboid(_)
             | Solid::Cylinder(_)
             | Solid::Cone(_)
             | Solid::Extrusion(_)
@@ -270,16 +458,14 @@ impl Faces {
     fn face(&mut self, quadric: Option<Quadric>, is_exact: bool, cells: Vec<Cell>) {
         let face = self.surfaces.len() as u32;
         self.surfaces.push(quadric.map(Surface::from));
-        let start = Cell { face, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
-        let room = cells.iter().fold(start, |room, cell| Cell {
-            face,
-            bounds: room.bounds.hull(&cell.bounds),
-            radius_mm: [
-                room.radius_mm[0].min(cell.radius_mm[0]),
-                room.radius_mm[1].max(cell.radius_mm[1]),
-            ],
+        let room = Cell { face, ..room_of(&cells) };
+        self.trims.push(Trim {
+            room,
+            leaf_from_sensor: None,
+            outline: None,
+            is_exact,
+            cells: 0..0,
         });
-        self.trims.push(Trim { room, leaf_from_sensor: None, is_exact, cells: 0..0 });
         self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
     }
 
@@ -323,8 +509,7 @@ impl Faces {
             let mut normal = Vector3::zeros();
             normal[axis] = 1.0;
             let plane = Quadric::plane(pose.vector(normal), pose.point(Point3::from(low)).coords);
-            let is_square = bounds.size_mm().contains(&0.0);
-            self.face(Some(plane), is_square, vec![boxed(bounds)]);
+            self.face(Some(plane), true, vec![boxed(bounds)]);
         }
     }
 
@@ -336,6 +521,11 @@ impl Faces {
             self.face(None, false, vec![boxed(bounds)]);
         }
     }
+}
+
+/// Whether the axes go along the sensor's, exactly.
+fn is_square(pose: &Pose) -> bool {
+    pose.rotation().iter().all(|value| value.fract() == 0.0)
 }
 
 /// How many faces a primitive has at most.
@@ -406,6 +596,19 @@ impl Up {
 fn boxed(bounds: Aabb) -> Cell {
     let bounds = bounds.grown(SLACK_MM);
     Cell { face: 0, bounds, radius_mm: radius_of(&bounds) }
+}
+
+/// What some cells lie in.
+fn room_of(cells: &[Cell]) -> Cell {
+    let nothing = Cell { face: 0, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
+    cells.iter().fold(nothing, |room, cell| Cell {
+        face: 0,
+        bounds: room.bounds.hull(&cell.bounds),
+        radius_mm: [
+            room.radius_mm[0].min(cell.radius_mm[0]),
+            room.radius_mm[1].max(cell.radius_mm[1]),
+        ],
+    })
 }
 
 /// Least and most distance from the z axis within a box, mm.

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::Ray;
 
-use super::faces::{Faces, Passed, Trim};
+use super::faces::{Faces, Passed, Room, Trim};
 use super::quadric::Surface;
 use crate::snell::refract;
 use crate::trace::{End, Event, TOUCH_MM, Tracer};
@@ -13,10 +13,12 @@ pub(super) struct Step {
     pub(super) surface: Surface,
     /// Whether its function grows along the ray.
     pub(super) grows: bool,
-    /// The faces' trims of which a ray must meet the inside; of others neighbours see to it.
-    pub(super) trims: Vec<Trim>,
+    /// Of the faces that a ray must meet within; of others neighbours see to it.
+    pub(super) rooms: Vec<Room>,
     /// Index before over index behind, where light is bent.
     pub(super) ratio: Option<f64>,
+    /// Whether the step before is through the same surface, so that where either meets it again is the other.
+    pub(super) is_same_surface: bool,
     /// Numbers of the faces.
     pub(super) faces: Vec<u32>,
 }
@@ -26,12 +28,14 @@ pub(super) struct Step {
 pub(super) struct Itinerary {
     pub(super) steps: Vec<Step>,
     pub(super) end: End,
+    /// Whether it ends at skin, which hides the sensing surface only from rays that do not go there.
+    pub(super) ends_at_skin: bool,
     /// At the sensing surface: the faces that lie in it.
     pub(super) last_faces: Vec<u32>,
 }
 
 impl Itinerary {
-    /// That of one ray; `None` where it passes other surfaces than quadrics, an edge, or ends nowhere.
+    /// That of one ray; `None` where it passes other surfaces than quadrics or an edge.
     pub(super) fn of(tracer: &mut Tracer, faces: &Faces, ray: &Ray) -> Option<Self> {
         let mut steps = Vec::new();
         let (mut line, mut index, mut from_mm) = (*ray, None, 0.0);
@@ -56,25 +60,30 @@ impl Itinerary {
                         break;
                     }
                 }
-                steps.push(step(faces, &line, group)?);
+                let mut step = step(faces, &line, group)?;
+                let last = steps.last();
+                step.is_same_surface =
+                    last.is_some_and(|last: &Step| last.surface.is_same(&step.surface));
+                steps.push(step);
             }
             let reaches = passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_MM);
             match event {
-                Event::Bend { normal, to_index, .. } if reaches => {
+                Event::Bend { normal, to_index, item, .. } if reaches => {
                     let ratio = index? / to_index;
                     steps.last_mut()?.ratio = Some(ratio);
-                    let direction = refract(&line.direction, &normal, ratio)?;
+                    let Some(direction) = refract(&line.direction, &normal, ratio) else {
+                        let end = End::Mirror(tracer.name(item));
+                        return Some(Self { steps, end, ends_at_skin: false, last_faces });
+                    };
                     line = Ray { origin: line.at(at_mm), direction };
                     (index, from_mm) = (Some(to_index), TOUCH_MM);
                 }
-                // Whether skin shows the surface depends on what lies behind its face.
-                Event::End { end: end @ End::Body(name), .. }
-                    if reaches && !tracer.is_skin(name) =>
-                {
-                    return Some(Self { steps, end, last_faces });
+                Event::End { end: end @ End::Body(name), .. } if reaches => {
+                    let ends_at_skin = tracer.is_skin(name);
+                    return Some(Self { steps, end, ends_at_skin, last_faces });
                 }
-                Event::End { end: End::Surface, .. } => {
-                    return Some(Self { steps, end: End::Surface, last_faces });
+                Event::End { end: end @ (End::Surface | End::Nothing), .. } => {
+                    return Some(Self { steps, end, ends_at_skin: false, last_faces });
                 }
                 _ => return None,
             }
@@ -93,8 +102,9 @@ fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
     Some(Step {
         surface: surface.clone(),
         grows: surface.grows(line, group[0].t_mm),
-        trims: trims.filter(|trim| trim.is_exact).cloned().collect(),
+        rooms: trims.filter(|trim| trim.is_exact).map(Trim::room).collect(),
         ratio: None,
+        is_same_surface: false,
         faces: group.iter().map(|passed| passed.face).collect(),
     })
 }

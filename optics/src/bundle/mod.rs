@@ -16,6 +16,7 @@
 mod chain;
 mod faces;
 mod itinerary;
+mod lanes;
 mod quadric;
 
 use std::ops::Range;
@@ -25,10 +26,9 @@ use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 pub(crate) use self::chain::{Chain, Surfaces};
 use self::faces::{Cell, Faces, radius_of};
 use self::itinerary::Itinerary;
-use self::quadric::Meetings;
-use crate::snell::refract;
+use self::lanes::Lanes;
 use crate::stack::Stack;
-use crate::trace::{End, LightPath, Tracer};
+use crate::trace::{LightPath, Tracer};
 
 /// Edge of a tile, rays. Larger ones have wider boxes, smaller ones more itineraries.
 pub const TILE: u32 = 32;
@@ -58,13 +58,10 @@ pub struct TileTracer<'a> {
     of: &'a Bundles<'a>,
     tracer: Tracer<'a>,
     scratch: Scratch,
-    /// Boxes around where the rays of an itinerary are at each step.
-    boxes: Vec<Aabb>,
-    /// The same ray by ray, as many for each as there are boxes.
-    points: Vec<Point3<f64>>,
-    /// The rays that these are of, with their paths; nothing for those that were dropped.
-    followed: Vec<(u32, Option<LightPath>)>,
+    lanes: Lanes,
     near: Vec<Cell>,
+    /// Of a tile.
+    rays: Vec<Numbered>,
     singles: usize,
 }
 
@@ -83,10 +80,9 @@ impl<'a> Bundles<'a> {
             of: self,
             tracer: Tracer::new(self.stack),
             scratch: Scratch::default(),
-            boxes: Vec::new(),
-            points: Vec::new(),
-            followed: Vec::new(),
+            lanes: Lanes::default(),
             near: Vec::new(),
+            rays: Vec::new(),
             singles: 0,
         }
     }
@@ -110,10 +106,12 @@ impl TileTracer<'_> {
         take: &mut impl FnMut(u32, u32, LightPath),
     ) {
         let places = rows.clone().flat_map(|row| columns.clone().map(move |column| (column, row)));
-        let mut rays: Vec<Numbered> = places
-            .filter_map(|(column, row)| ray(column, row).map(|ray| (column, row, ray)))
-            .collect();
+        let mut rays = std::mem::take(&mut self.rays);
+        rays.extend(
+            places.filter_map(|(column, row)| ray(column, row).map(|ray| (column, row, ray))),
+        );
         self.cast_rays(&mut rays, take);
+        self.rays = rays;
     }
 
     /// The same; `rays` ends up empty.
@@ -157,10 +155,9 @@ impl TileTracer<'_> {
         rays: &mut Vec<Numbered>,
         take: &mut impl FnMut(u32, u32, LightPath),
     ) {
-        let mut followed = self.followed.iter().peekable();
         let mut number = 0;
         rays.retain(|(column, row, _)| {
-            let path = followed.next_if(|(ray, _)| *ray == number).and_then(|(_, path)| *path);
+            let path = self.lanes.path(number);
             number += 1;
             path.is_none_or(|path| {
                 take(*column, *row, path);
@@ -172,94 +169,48 @@ impl TileTracer<'_> {
     /// Follows along the itinerary of the first of them all rays that it surely is the itinerary of. `false`:
     /// of too few of them it is worth while, or of the first itself it cannot be said.
     fn follow_all(&mut self, plan: &Itinerary, rays: &[Numbered], is_large: bool) -> bool {
-        let count = plan.steps.len() + 1 + usize::from(plan.end == End::Surface);
-        self.boxes.clear();
-        self.boxes.resize(count, Aabb::nothing());
-        self.points.clear();
-        self.followed.clear();
-        for (number, (_, _, ray)) in rays.iter().enumerate() {
-            let from = self.points.len();
-            match self.follow(plan, ray) {
-                Some(path) => {
-                    for (bounds, point) in self.boxes.iter_mut().zip(&self.points[from..]) {
-                        grow(bounds, point);
-                    }
-                    self.followed.push((number as u32, Some(path)));
-                }
-                None => self.points.truncate(from),
-            }
-        }
-        let is_worth_it = !is_large || 8 * self.followed.len() > rays.len();
+        let sensing = self.of.stack.sensing.as_ref();
+        self.lanes.follow(plan, rays, &self.of.faces, sensing, &mut self.scratch);
+        let is_worth_it = !is_large || 8 * self.lanes.count() > rays.len();
         // Outlines are between the first ray and the others: its points are in the boxes.
-        let is_first_there = self.followed.first().is_some_and(|(number, _)| *number == 0);
-        if !(is_first_there && is_worth_it && self.are_outlines_clear(plan)) {
+        if self.lanes.is_lost(0) || !is_worth_it || !self.drop_outside(plan) {
             return false;
         }
         self.drop_others(plan);
-        self.followed[0].1.is_some()
+        !self.lanes.is_lost(0)
     }
 
-    /// A ray along an itinerary; `None` if it does not pass all of it in order.
-    #[inline]
-    fn follow(&mut self, plan: &Itinerary, ray: &Ray) -> Option<LightPath> {
-        let mut path = LightPath { last: *ray, lead_mm: 0.0, end_mm: 0.0, end: plan.end, bends: 0 };
-        // Where on the line the last face was, and where the line meets that face's surface again.
-        let (mut at_mm, mut again_mm) = (0.0, f64::NAN);
-        self.points.push(ray.origin);
-        for step in &plan.steps {
-            let pass = step.surface.pass(&path.last, step.grows);
-            let t_mm = pass.t_mm;
-            let is_between = |other_mm: f64| at_mm < other_mm && other_mm < t_mm;
-            let is_ahead = t_mm > at_mm && t_mm.is_finite();
-            if !is_ahead || is_between(pass.back_mm) || is_between(again_mm) {
-                return None;
-            }
-            let point = path.last.at(t_mm);
-            if !step.trims.iter().all(|trim| trim.holds(&point)) {
-                return None;
-            }
-            self.points.push(point);
-            (at_mm, again_mm) = (t_mm, pass.back_mm);
-            if let Some(ratio) = step.ratio {
-                let normal = step.surface.normal(&point);
-                let direction = refract(&path.last.direction, &normal, ratio)?;
-                path.last = Ray { origin: point, direction };
-                path.lead_mm += t_mm;
-                path.bends += 1;
-                (at_mm, again_mm) = (0.0, step.surface.again(&path.last));
-            }
-        }
-        path.end_mm = at_mm;
-        if plan.end == End::Surface {
-            let (exit_mm, _) =
-                self.of.stack.sensing.as_ref()?.exit(&path.last, &mut self.scratch)?;
-            if exit_mm <= at_mm || (at_mm < again_mm && again_mm < exit_mm) {
-                return None;
-            }
-            self.points.push(path.last.at(exit_mm));
-            path.end_mm = exit_mm;
-        }
-        Some(path)
-    }
-
-    /// Whether faces with outlines are met inside these.
-    fn are_outlines_clear(&self, plan: &Itinerary) -> bool {
+    /// Drops the rays that may meet a face with an outline of its own outside of that: the first meets it
+    /// inside, and no wall of its primitive lies between that place and theirs. `false` where that way does
+    /// not lie within the face.
+    fn drop_outside(&mut self, plan: &Itinerary) -> bool {
         let faces = &self.of.faces;
-        plan.steps.iter().zip(&self.boxes[1..]).all(|(step, bounds)| {
+        for (number, step) in plan.steps.iter().enumerate() {
+            let bounds = &self.lanes.boxes[number + 1].clone();
             let radius_mm = radius_of(bounds);
-            step.faces.iter().filter(|face| !faces.trim(**face).is_exact).all(|face| {
+            for face in step.faces.iter().filter(|face| !faces.trim(**face).is_exact) {
                 let Range { start, end } = faces.trim(*face).cells;
-                let cells = &faces.cells[start as usize..end as usize];
-                let others = cells.iter().filter(|cell| cell.face != *face);
-                !others.into_iter().any(|cell| touches(cell, bounds, radius_mm))
-            })
-        })
+                let mut asked = None;
+                for cell in &faces.cells[start as usize..end as usize] {
+                    let is_other = cell.face != *face && asked != Some(cell.face);
+                    if is_other && cell.touches(bounds, radius_mm) {
+                        if !step.surface.is_flat() {
+                            return false;
+                        }
+                        asked = Some(cell.face);
+                        let inside = self.lanes.point(0, number + 1);
+                        self.lanes.lose_those_that_meet(faces, cell.face, Err(inside), number + 1);
+                    }
+                }
+            }
+        }
+        true
     }
 
     /// Drops the rays that may meet another face than those of their itinerary.
     fn drop_others(&mut self, plan: &Itinerary) {
-        for number in 0..self.boxes.len() - 1 {
-            let pair = [self.boxes[number], self.boxes[number + 1]];
+        for number in 0..self.lanes.boxes.len() - 1 {
+            let pair = [self.lanes.boxes[number], self.lanes.boxes[number + 1]];
             let before = number.checked_sub(1).map_or(&[][..], |n| &plan.steps[n].faces);
             let after = plan.steps.get(number).map_or(&plan.last_faces[..], |step| &step.faces);
             let is_passed = |cell: &Cell| before.contains(&cell.face) || after.contains(&cell.face);
@@ -267,41 +218,24 @@ impl TileTracer<'_> {
             let radius_mm = radius_of(&hull);
             let mut near = std::mem::take(&mut self.near);
             near.clear();
-            let cells = self.of.faces.cells.iter();
-            near.extend(cells.filter(|c| touches(c, &hull, radius_mm) && !is_passed(c)));
+            let cells = self.of.faces.touching(&hull, radius_mm);
+            near.extend(cells.filter(|cell| !is_passed(cell)));
             if !near.is_empty() {
                 let slices = slices(&pair);
                 // The cells of a face follow one another.
                 let mut asked = None;
                 for cell in &near {
-                    let is_touched =
-                        |(slice, radius_mm): &(Aabb, _)| touches(cell, slice, *radius_mm);
+                    let is_touched = |(slice, radius_mm): &(Aabb, _)| {
+                        cell.touches(slice, *radius_mm) && !self.of.faces.is_off(cell.face, slice)
+                    };
                     if asked != Some(cell.face) && slices.iter().any(is_touched) {
                         asked = Some(cell.face);
-                        self.drop_those_that_meet(cell.face, number);
+                        let (face, faces) = (cell.face, &self.of.faces);
+                        self.lanes.lose_those_that_meet(faces, face, Ok(number), number + 1);
                     }
                 }
             }
             self.near = near;
-        }
-    }
-
-    /// Drops the rays that may meet a face between two of their points.
-    fn drop_those_that_meet(&mut self, face: u32, number: usize) {
-        let faces = &self.of.faces;
-        let (surface, trim) = (faces.surface(face), faces.trim(face));
-        let rays = self.points.chunks_exact(self.boxes.len());
-        for (points, (_, path)) in rays.zip(&mut self.followed) {
-            let meetings =
-                surface.map(|surface| surface.meetings(&points[number], &points[number + 1]));
-            let is_missed = match meetings {
-                Some(Meetings::None) => true,
-                Some(Meetings::At(places)) => places.iter().flatten().all(|at| trim.misses(at)),
-                Some(Meetings::Unclear) | None => false,
-            };
-            if !is_missed {
-                *path = None;
-            }
         }
     }
 }
@@ -331,24 +265,4 @@ fn quarters(rays: &mut Vec<Numbered>) -> [Vec<Numbered>; 4] {
         quarters[usize::from(ray.0 >= column) + 2 * usize::from(ray.1 >= row)].push(ray);
     }
     quarters
-}
-
-#[inline]
-fn touches(cell: &Cell, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
-    let overlap = |axis: usize| {
-        cell.bounds.min[axis] <= bounds.max[axis] && bounds.min[axis] <= cell.bounds.max[axis]
-    };
-    overlap(2)
-        && cell.radius_mm[0] <= radius_mm[1]
-        && radius_mm[0] <= cell.radius_mm[1]
-        && overlap(0)
-        && overlap(1)
-}
-
-#[inline]
-fn grow(bounds: &mut Aabb, point: &Point3<f64>) {
-    for axis in 0..3 {
-        bounds.min[axis] = bounds.min[axis].min(point[axis]);
-        bounds.max[axis] = bounds.max[axis].max(point[axis]);
-    }
 }

@@ -1,16 +1,28 @@
 //! Surfaces of second order: those of nearly all faces that light passes.
 
-use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use std::ops::Neg;
+
+use fabkit_geometry::{Aabb, Point3, Pose, Ray, Vector3};
 use nalgebra::Matrix4;
+
+use super::faces::Trim;
 
 /// Where `a (x^2 + y^2) + b z^2 + l . p + d` is 0: planes of any orientation, spheres anywhere, cylinders,
 /// cones and ellipsoids of revolution along z.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quadric {
-    a: f64,
-    b: f64,
-    l: Vector3<f64>,
-    d: f64,
+    pub(super) a: f64,
+    pub(super) b: f64,
+    pub(super) l: Vector3<f64>,
+    pub(super) d: f64,
+}
+
+impl Neg for Quadric {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self { a: -self.a, b: -self.b, l: -self.l, d: -self.d }
+    }
 }
 
 /// A quadric, in the sensor's frame or in one of its own.
@@ -47,28 +59,14 @@ impl Surface {
         self.own_from_sensor.as_ref().map_or(*point, |pose| pose.point(*point))
     }
 
-    /// See [`Quadric::pass`].
-    #[inline]
-    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
-        self.quadric.pass(&self.own(ray), grows)
+    /// In which it is upright, if that is not the sensor's.
+    pub(super) fn frame(&self) -> Option<&Pose> {
+        self.own_from_sensor.as_deref()
     }
 
-    /// See [`Quadric::again`].
-    #[inline]
-    pub(super) fn again(&self, ray: &Ray) -> f64 {
-        self.quadric.again(&self.own(ray))
-    }
-
-    /// Unit normal at a point of it, on either side.
-    #[inline]
-    pub(super) fn normal(&self, point: &Point3<f64>) -> Vector3<f64> {
-        match &self.own_from_sensor {
-            None => self.quadric.across(&point.coords).normalize(),
-            Some(pose) => {
-                let across = self.quadric.across(&pose.point(*point).coords);
-                pose.rotation().tr_mul(&across).normalize()
-            }
-        }
+    /// In that frame.
+    pub(super) fn quadric(&self) -> &Quadric {
+        &self.quadric
     }
 
     /// See [`Quadric::grows`].
@@ -76,19 +74,24 @@ impl Surface {
         self.quadric.grows(&self.own(ray), t_mm)
     }
 
-    /// Whether it surely misses the straight way between two points, or where it may meet that, as shares of
-    /// the way: see [`Quadric::is_passed_by`], [`Quadric::meetings`].
+    /// Where it may meet the straight way between two points.
     pub(super) fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Meetings {
         let (own_from, own_to) = (self.own_point(from), self.own_point(to));
-        if self.quadric.is_passed_by(&own_from, &own_to) {
-            return Meetings::None;
-        }
         match self.quadric.meetings(&own_from, &own_to) {
             None => Meetings::Unclear,
             Some(shares) => {
                 Meetings::At(shares.map(|share| share.map(|share| from + share * (to - from))))
             }
         }
+    }
+
+    pub(super) fn is_flat(&self) -> bool {
+        self.quadric.is_flat()
+    }
+
+    /// Whether a box surely lies on one side of it; `false` too where that takes a frame of its own.
+    pub(super) fn misses_box(&self, bounds: &Aabb) -> bool {
+        self.own_from_sensor.is_none() && self.quadric.misses_box(bounds)
     }
 
     /// Whether both are the same surface, whichever side either calls its inside.
@@ -122,12 +125,32 @@ impl Surface {
 
 /// Where a straight way may meet a surface.
 pub(super) enum Meetings {
-    /// Nowhere.
-    None,
-    /// There.
+    /// At most there.
     At([Option<Point3<f64>>; 2]),
     /// It grazes, so that rounding decides.
     Unclear,
+}
+
+impl Meetings {
+    /// `None` where some are unclear.
+    pub(super) fn box_around(meetings: impl Iterator<Item = Self>) -> Option<Aabb> {
+        let mut bounds = Aabb::nothing();
+        for meetings in meetings {
+            let Self::At(places) = meetings else { return None };
+            for place in places.into_iter().flatten() {
+                bounds = bounds.hull(&Aabb { min: place, max: place });
+            }
+        }
+        Some(bounds)
+    }
+
+    /// Whether they surely lie off a face of the surface.
+    pub(super) fn are_off(&self, trim: &Trim) -> bool {
+        match self {
+            Self::At(places) => places.iter().flatten().all(|at| trim.misses(at)),
+            Self::Unclear => false,
+        }
+    }
 }
 
 /// A line through a quadric in the direction that is asked for.
@@ -139,7 +162,7 @@ pub(super) struct Pass {
 }
 
 /// Values nearer to 0 than that may be rounding; of lengths in mm.
-const NEAR: f64 = 1e-9;
+pub(super) const NEAR: f64 = 1e-9;
 
 /// Coefficients of the same surface agree to that, relative to the largest.
 const SAME: f64 = 1e-10;
@@ -148,6 +171,23 @@ impl Quadric {
     /// The plane through a point.
     pub(super) fn plane(normal: Vector3<f64>, point: Vector3<f64>) -> Self {
         Self { a: 0.0, b: 0.0, l: normal, d: -normal.dot(&point) }
+    }
+
+    pub(super) fn is_flat(&self) -> bool {
+        self.a == 0.0 && self.b == 0.0
+    }
+
+    /// From the middle by no more than the gradient there takes it, and the squares.
+    fn misses_box(&self, bounds: &Aabb) -> bool {
+        let Self { a, b, l, d } = self;
+        let half = 0.5 * (bounds.max - bounds.min);
+        let p = bounds.min.coords + half;
+        let value = a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p) + d;
+        let slope = self.across(&p).abs().dot(&half);
+        let (flat, tall) = (a * (half.x * half.x + half.y * half.y), b * half.z * half.z);
+        let above = value - slope + flat.min(0.0) + tall.min(0.0);
+        let below = value + slope + flat.max(0.0) + tall.max(0.0);
+        above > NEAR || below < -NEAR
     }
 
     /// An ellipsoid of revolution along z: half axes across and along it.
@@ -185,15 +225,22 @@ impl Quadric {
         self.across(&ray.at(t_mm).coords).dot(&ray.direction) > 0.0
     }
 
-    /// Where the function passes 0 along a line while it grows, or while it falls; not a number where it
-    /// does not.
+    /// `[h, m, c]` of the function `h t^2 + 2 m t + c` along a line.
     #[inline]
-    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+    fn along(&self, ray: &Ray) -> [f64; 3] {
         let Self { a, b, l, d } = self;
         let (p, v) = (&ray.origin, &ray.direction);
         let h = a * (v.x * v.x + v.y * v.y) + b * v.z * v.z;
         let m = a * (p.x * v.x + p.y * v.y) + b * p.z * v.z + 0.5 * l.dot(v);
         let c = a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p.coords) + d;
+        [h, m, c]
+    }
+
+    /// Where the function passes 0 along a line while it grows, or while it falls; not a number where it
+    /// does not.
+    #[inline]
+    pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
+        let [h, m, c] = self.along(ray);
         let root = (m * m - h * c).sqrt();
         // h t^2 + 2 m t + c = 0; its derivative is 2 root or -2 root. Of two forms, the one without cancellation.
         let up = if m >= 0.0 { -c / (root + m) } else { (root - m) / h };
@@ -201,41 +248,25 @@ impl Quadric {
         if grows { Pass { t_mm: up, back_mm: down } } else { Pass { t_mm: down, back_mm: up } }
     }
 
-    /// Where a line that begins on the surface meets it again, mm.
-    #[inline]
-    pub(super) fn again(&self, ray: &Ray) -> f64 {
-        let Self { a, b, .. } = self;
-        let v = &ray.direction;
-        let h = a * (v.x * v.x + v.y * v.y) + b * v.z * v.z;
-        -self.across(&ray.origin.coords).dot(v) / h
-    }
-
-    fn value(&self, p: &Point3<f64>) -> f64 {
-        let Self { a, b, l, d } = self;
-        a * (p.x * p.x + p.y * p.y) + b * p.z * p.z + l.dot(&p.coords) + d
-    }
-
-    /// Whether all of the straight way between two points is surely on one side.
-    ///
-    /// At the share s of the way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at
-    /// the ends: nowhere further from the line between these than a quarter of h.
-    #[inline]
-    fn is_passed_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
-        let (p, q, way) = (self.value(from), self.value(to), to - from);
-        let h = self.a * (way.x * way.x + way.y * way.y) + self.b * way.z * way.z;
-        let below = p.max(q) + (-h / 4.0).max(0.0) < -NEAR;
-        below || p.min(q) - (h / 4.0).max(0.0) > NEAR
-    }
-
-    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes, or nearly, so that
-    /// rounding decides.
+    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes,
+    /// or nearly, so that rounding decides.
     fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<[Option<f64>; 2]> {
         // In lengths of the way, with room for rounding at both ends.
         let ray = Ray { origin: *from, direction: to - from };
+        if self.misses_line(&ray) {
+            return Some([None; 2]);
+        }
         let Pass { t_mm, back_mm } = self.pass(&ray, true);
         let is_between = |share: &f64| (-1e-6..=1.0 + 1e-6).contains(share);
         let is_plain = !(t_mm.is_nan() || back_mm.is_nan() || (t_mm - back_mm).abs() < 1e-6);
         is_plain.then(|| [t_mm, back_mm].map(|share| Some(share).filter(is_between)))
+    }
+
+    /// Whether all of a line is surely on one side: where the function's extreme is of the sign that it has
+    /// far away.
+    fn misses_line(&self, ray: &Ray) -> bool {
+        let [h, m, c] = self.along(ray);
+        (c - m * m / h) * h.signum() > NEAR
     }
 }
 
@@ -282,11 +313,48 @@ mod tests {
             assert!(formula(ray().at(pass.t_mm)).abs() < 1e-12, "{quadric:?} {pass:?}");
             assert!(formula(ray().at(pass.t_mm + 1e-3)) > 0.0 && quadric.grows(&ray(), pass.t_mm));
             if pass.back_mm.is_finite() {
-                let beyond = Ray { origin: ray().at(pass.t_mm), ..ray() };
-                let again = quadric.again(&beyond);
-                assert!((again - (pass.back_mm - pass.t_mm)).abs() < 1e-9, "{quadric:?} {again}");
+                assert!(formula(ray().at(pass.back_mm)).abs() < 1e-12, "{quadric:?} {pass:?}");
+                assert!(!quadric.grows(&ray(), pass.back_mm));
             }
         }
+    }
+
+    /// What is said to miss a box has one sign at all of its points.
+    #[test]
+    fn a_surface_misses_boxes_beside_it() {
+        let centre = Vector3::new(0.5, -0.3, 0.2);
+        let quadrics = [
+            Quadric::ellipsoid(centre, 3.0, 5.0),
+            Quadric::cone(centre, 2.0, 0.25),
+            Quadric::plane(Vector3::new(0.0, 0.6, 0.8), centre),
+        ];
+        let (mut missed, mut met) = (0, 0);
+        for number in 0..3_000 {
+            let at = |k: i32| (f64::from(number * 7 + k * 13) * 0.618).fract() * 8.0 - 4.0;
+            let min = Point3::new(at(1), at(2), at(3));
+            let bounds = Aabb { min, max: min + Vector3::new(0.9, 0.4, 0.7) };
+            for quadric in &quadrics {
+                let corner = |i: usize| {
+                    let pick =
+                        |axis: usize| f64::from((i / 3_usize.pow(axis as u32) % 3) as u8) / 2.0;
+                    let share = Vector3::new(pick(0), pick(1), pick(2));
+                    min + (bounds.max - min).component_mul(&share)
+                };
+                let signs: Vec<bool> = (0..27)
+                    .map(|i| {
+                        let ray = Ray { origin: corner(i), direction: Vector3::z() };
+                        quadric.along(&ray)[2] > 0.0
+                    })
+                    .collect();
+                if quadric.misses_box(&bounds) {
+                    missed += 1;
+                    assert!(signs.iter().all(|sign| *sign == signs[0]), "{quadric:?} {bounds:?}");
+                } else {
+                    met += 1;
+                }
+            }
+        }
+        assert!(missed > 3_000 && met > 500, "{missed} {met}");
     }
 
     #[test]

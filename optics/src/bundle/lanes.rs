@@ -1,0 +1,543 @@
+//! Rays side by side along one itinerary: what is done for one is done for its neighbours in the same breath.
+
+use fabkit_geometry::{Aabb, Point3, Pose, Ray, Scratch};
+
+use super::Numbered;
+use super::faces::{Faces, Room};
+use super::itinerary::{Itinerary, Step};
+use super::quadric::{Meetings, NEAR, Quadric, Surface};
+use crate::sensing::SensingSurface;
+use crate::trace::{End, LightPath};
+
+/// Rays of a block: few enough that all that is known of them is at hand, enough that loops over them pay.
+const LANES: usize = 64;
+
+type Lane = [f64; LANES];
+
+/// Coordinates of places or directions.
+type Triple = [Lane; 3];
+
+/// Whether something is so of each ray: 0 where it is not.
+type Mask = [u64; LANES];
+
+const ZERO: Triple = [[0.0; LANES]; 3];
+
+/// The rays of a tile along an itinerary.
+#[derive(Debug, Default)]
+pub(super) struct Lanes {
+    blocks: Vec<Block>,
+    /// Of each block, one for each place: the start, each step, and where it ends if that is no step.
+    points: Vec<Triple>,
+    places: usize,
+    /// Around where the rays are at each place.
+    pub(super) boxes: Vec<Aabb>,
+    /// The same of a block.
+    own_boxes: Vec<Aabb>,
+    end: Option<End>,
+    bends: u32,
+}
+
+/// Some rays where they are.
+#[derive(Clone, Debug)]
+struct Block {
+    origin: Triple,
+    direction: Triple,
+    lead_mm: Lane,
+    /// Where on the line the last face was, and where the line meets that face's surface again.
+    at_mm: Lane,
+    again_mm: Lane,
+    /// Those that do not go along the itinerary, or may not.
+    is_lost: Mask,
+}
+
+impl Lanes {
+    /// Follows rays along an itinerary.
+    pub(super) fn follow(
+        &mut self,
+        plan: &Itinerary,
+        rays: &[Numbered],
+        faces: &Faces,
+        sensing: Option<&SensingSurface>,
+        scratch: &mut Scratch,
+    ) {
+        let goes_on = matches!(plan.end, End::Surface | End::Nothing);
+        self.places = plan.steps.len() + 1 + usize::from(goes_on);
+        self.end = Some(plan.end);
+        let is_mirror = matches!(plan.end, End::Mirror(_));
+        let bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count();
+        self.bends = bends as u32 - u32::from(is_mirror);
+        self.boxes.clear();
+        self.boxes.resize(self.places, Aabb::nothing());
+        let count = rays.len().div_ceil(LANES);
+        self.blocks.resize(count, Block::EMPTY);
+        // What is there is written over.
+        if self.points.len() < count * self.places {
+            self.points.resize(count * self.places, ZERO);
+        }
+        let points = self.points.chunks_exact_mut(self.places);
+        for ((block, points), rays) in self.blocks.iter_mut().zip(points).zip(rays.chunks(LANES)) {
+            block.start(rays);
+            points[0] = block.origin;
+            let mut before = &[][..];
+            for (number, step) in plan.steps.iter().enumerate() {
+                let is_mirror = is_mirror && number + 1 == plan.steps.len();
+                block.pass(step, is_mirror, before, faces, &mut points[number + 1]);
+                before = &step.faces;
+                if block.is_all_lost() {
+                    break;
+                }
+            }
+            if let (true, Some(sensing)) = (plan.ends_at_skin, sensing) {
+                block.lose(|ray| sensing.exit(&ray, scratch).is_some());
+            }
+            if plan.end == End::Surface {
+                let mut exit = |ray: &Ray, _| Some(sensing?.exit(ray, scratch)?.0);
+                points[self.places - 1] = block.reach(&mut exit, before, faces);
+            } else if plan.end == End::Nothing {
+                let mut exit = |ray: &Ray, at_mm| Some(beyond(&faces.around, ray, at_mm));
+                points[self.places - 1] = block.reach(&mut exit, before, faces);
+                block.at_mm = [f64::INFINITY; LANES];
+            }
+            if block.is_all_lost() {
+                continue;
+            }
+            let own = &mut self.own_boxes;
+            own.clear();
+            own.extend(points.iter().map(|points| around(points, &block.is_lost)));
+            let mut is_inside = true;
+            for ((step, points), bounds) in plan.steps.iter().zip(&points[1..]).zip(&own[1..]) {
+                for room in step.rooms.iter().filter(|room| !room.holds(bounds)) {
+                    is_inside = false;
+                    lose_outside(room, points, &mut block.is_lost);
+                }
+            }
+            if !is_inside {
+                own.clear();
+                own.extend(points.iter().map(|points| around(points, &block.is_lost)));
+            }
+            for (bounds, own) in self.boxes.iter_mut().zip(own) {
+                *bounds = bounds.hull(own);
+            }
+        }
+    }
+
+    /// How many rays are not lost.
+    pub(super) fn count(&self) -> usize {
+        let kept = |block: &Block| block.is_lost.iter().filter(|lost| **lost == 0).count();
+        self.blocks.iter().map(kept).sum()
+    }
+
+    pub(super) fn is_lost(&self, ray: usize) -> bool {
+        self.blocks[ray / LANES].is_lost[ray % LANES] != 0
+    }
+
+    /// Where a ray is.
+    pub(super) fn point(&self, ray: usize, place: usize) -> Point3<f64> {
+        at(&self.points[ray / LANES * self.places + place], ray % LANES)
+    }
+
+    /// The path of a ray that is not lost.
+    pub(super) fn path(&self, ray: usize) -> Option<LightPath> {
+        let (block, lane) = (&self.blocks[ray / LANES], ray % LANES);
+        let last = block.ray(lane);
+        (block.is_lost[lane] == 0).then_some(LightPath {
+            last,
+            lead_mm: block.lead_mm[lane],
+            end_mm: block.at_mm[lane],
+            end: self.end?,
+            bends: self.bends,
+        })
+    }
+
+    /// Loses the rays that may meet a face on their ways from where they are at one place, or from one point,
+    /// to where they are at another.
+    pub(super) fn lose_those_that_meet(
+        &mut self,
+        faces: &Faces,
+        face: u32,
+        from: Result<usize, Point3<f64>>,
+        to: usize,
+    ) {
+        let (surface, trim) = (faces.surface(face), faces.trim(face));
+        for (number, block) in self.blocks.iter_mut().enumerate() {
+            let Some(surface) = surface else {
+                block.is_lost = [1; LANES];
+                continue;
+            };
+            let points = &self.points[number * self.places..];
+            let constant;
+            let from = match from {
+                Ok(place) => &points[place],
+                Err(point) => {
+                    constant = [[point.x; LANES], [point.y; LANES], [point.z; LANES]];
+                    &constant
+                }
+            };
+            let to = &points[to];
+            let is_near = near(surface, from, to);
+            if trim.has_outline() {
+                let is_asked = |lane: &usize| is_near[*lane] != 0 && block.is_lost[*lane] == 0;
+                let meetings = (0..LANES)
+                    .filter(is_asked)
+                    .map(|lane| surface.meetings(&at(from, lane), &at(to, lane)));
+                if Meetings::box_around(meetings).is_some_and(|bounds| trim.misses_all(&bounds)) {
+                    continue;
+                }
+            }
+            for (lane, is_lost) in block.is_lost.iter_mut().enumerate() {
+                if is_near[lane] != 0
+                    && *is_lost == 0
+                    && !surface.meetings(&at(from, lane), &at(to, lane)).are_off(trim)
+                {
+                    *is_lost = 1;
+                }
+            }
+        }
+    }
+}
+
+impl Block {
+    const EMPTY: Self = Self {
+        origin: ZERO,
+        direction: ZERO,
+        lead_mm: [0.0; LANES],
+        at_mm: [0.0; LANES],
+        again_mm: [f64::NAN; LANES],
+        is_lost: [1; LANES],
+    };
+
+    /// At the beginning of rays.
+    fn start(&mut self, rays: &[Numbered]) {
+        let block = self;
+        block.lead_mm = [0.0; LANES];
+        block.at_mm = [0.0; LANES];
+        block.again_mm = [f64::NAN; LANES];
+        for lane in 0..LANES {
+            // What is over is a ray like another, and lost.
+            let (_, _, ray) = &rays[lane.min(rays.len() - 1)];
+            for axis in 0..3 {
+                block.origin[axis][lane] = ray.origin[axis];
+                block.direction[axis][lane] = ray.direction[axis];
+            }
+            block.is_lost[lane] = u64::from(lane >= rays.len());
+        }
+    }
+
+    fn is_all_lost(&self) -> bool {
+        self.is_lost.iter().fold(1, |all, is_lost| all & is_lost) != 0
+    }
+
+    fn ray(&self, lane: usize) -> Ray {
+        let direction = at(&self.direction, lane).coords;
+        Ray { origin: at(&self.origin, lane), direction }
+    }
+
+    /// Loses the rays of which something is so.
+    fn lose(&mut self, mut is_so: impl FnMut(Ray) -> bool) {
+        for lane in 0..LANES {
+            if self.is_lost[lane] == 0 {
+                self.is_lost[lane] = u64::from(is_so(self.ray(lane)));
+            }
+        }
+    }
+
+    /// Goes on to the faces of a step, `before` being those of the one before, which is at `points`. A mirror
+    /// ends all there. Whether that is on the faces is not asked.
+    fn pass(
+        &mut self,
+        step: &Step,
+        is_mirror: bool,
+        before: &[u32],
+        faces: &Faces,
+        points: &mut Triple,
+    ) {
+        let frame = step.surface.frame();
+        // Where it is passed, its function grows.
+        let quadric = if step.grows { *step.surface.quadric() } else { -*step.surface.quadric() };
+        let [t_mm, back_mm] = match frame {
+            None => meet(&quadric, &self.origin, &self.direction),
+            Some(pose) => {
+                meet(&quadric, &moved(pose, &self.origin), &turned(pose, &self.direction))
+            }
+        };
+        self.check(step, before, faces, &t_mm, &back_mm);
+        ahead(&self.origin, &self.direction, &t_mm, points);
+        let across = step.ratio.map(|_| match frame {
+            None => across(&quadric, points),
+            Some(pose) => across(&quadric, &moved(pose, points)),
+        });
+        let Some((ratio, across)) = step.ratio.zip(across) else {
+            (self.at_mm, self.again_mm) = (t_mm, back_mm);
+            return;
+        };
+        let turned_back = frame.map(|pose| turned(&pose.inverse(), &across));
+        let normal = turned_back.as_ref().unwrap_or(&across);
+        if is_mirror {
+            let squared = bend(&mut self.direction.clone(), normal, ratio);
+            self.lose_unless(|lane| squared[lane] < -NEAR);
+            self.at_mm = t_mm;
+            return;
+        }
+        let squared = bend(&mut self.direction, normal, ratio);
+        // Near to total reflection each is asked by itself.
+        self.lose_unless(|lane| squared[lane] > NEAR);
+        self.again_mm = match frame {
+            None => again(&quadric, &across, &self.direction),
+            Some(pose) => again(&quadric, &across, &turned(pose, &self.direction)),
+        };
+        self.origin = *points;
+        for (lead_mm, t_mm) in self.lead_mm.iter_mut().zip(&t_mm) {
+            *lead_mm += t_mm;
+        }
+        self.at_mm = [0.0; LANES];
+    }
+
+    fn lose_unless(&mut self, is_so: impl Fn(usize) -> bool) {
+        for (lane, is_lost) in self.is_lost.iter_mut().enumerate() {
+            *is_lost |= u64::from(!is_so(lane));
+        }
+    }
+
+    /// Loses the rays that do not meet a face ahead, or meet its surface, or that of the faces before, between
+    /// these on a face.
+    fn check(&mut self, step: &Step, before: &[u32], faces: &Faces, t_mm: &Lane, back_mm: &Lane) {
+        let mut is_between = [0u64; LANES];
+        for lane in 0..LANES {
+            let (at, t) = (self.at_mm[lane], t_mm[lane]);
+            let between = |other: f64| (at < other) & (other < t);
+            self.is_lost[lane] |= u64::from(!((t > at) & (t < f64::INFINITY)));
+            is_between[lane] = u64::from(between(back_mm[lane]) | between(self.again_mm[lane]));
+        }
+        if step.is_same_surface || is_between.iter().all(|is| *is == 0) {
+            return;
+        }
+        for lane in 0..LANES {
+            if is_between[lane] == 0 || self.is_lost[lane] != 0 {
+                continue;
+            }
+            let (at, t, ray) = (self.at_mm[lane], t_mm[lane], self.ray(lane));
+            let is_off = |faces_of: &[u32], other: f64| {
+                !(at < other && other < t) || faces.miss(faces_of, &ray.at(other))
+            };
+            let is_clear =
+                is_off(&step.faces, back_mm[lane]) && is_off(before, self.again_mm[lane]);
+            self.is_lost[lane] |= u64::from(!is_clear);
+        }
+    }
+
+    /// Goes on without a step, to where `exit` says by the ray and where the last step was.
+    fn reach(
+        &mut self,
+        exit: &mut impl FnMut(&Ray, f64) -> Option<f64>,
+        before: &[u32],
+        faces: &Faces,
+    ) -> Triple {
+        let mut exits_mm = [0.0; LANES];
+        for (lane, exit_mm) in exits_mm.iter_mut().enumerate() {
+            if self.is_lost[lane] != 0 {
+                continue;
+            }
+            let (ray, at_mm, again_mm) = (self.ray(lane), self.at_mm[lane], self.again_mm[lane]);
+            *exit_mm = exit(&ray, at_mm).unwrap_or(f64::NEG_INFINITY);
+            let is_between = at_mm < again_mm && again_mm < *exit_mm;
+            let is_ahead = at_mm < *exit_mm && exit_mm.is_finite();
+            let is_clear = is_ahead && (!is_between || faces.miss(before, &ray.at(again_mm)));
+            self.is_lost[lane] |= u64::from(!is_clear);
+        }
+        self.at_mm = exits_mm;
+        let mut points = ZERO;
+        ahead(&self.origin, &self.direction, &exits_mm, &mut points);
+        points
+    }
+}
+
+/// Somewhere on a ray beyond a place and beyond a box.
+fn beyond(bounds: &Aabb, ray: &Ray, at_mm: f64) -> f64 {
+    let exit = |axis: usize| {
+        let side = if ray.direction[axis] > 0.0 { bounds.max } else { bounds.min };
+        // Not a number in the plane of a side.
+        ((side[axis] - ray.origin[axis]) / ray.direction[axis]).max(0.0)
+    };
+    exit(0).min(exit(1)).min(exit(2)).max(at_mm) + 1.0
+}
+
+fn at(points: &Triple, lane: usize) -> Point3<f64> {
+    Point3::new(points[0][lane], points[1][lane], points[2][lane])
+}
+
+fn turned(pose: &Pose, vectors: &Triple) -> Triple {
+    let [x, y, z] = vectors;
+    let mut turned = ZERO;
+    for (axis, turned) in turned.iter_mut().enumerate() {
+        let row = pose.rotation().row(axis);
+        let [a, b, c] = [row[0], row[1], row[2]];
+        for lane in 0..LANES {
+            turned[lane] = a * x[lane] + b * y[lane] + c * z[lane];
+        }
+    }
+    turned
+}
+
+fn moved(pose: &Pose, points: &Triple) -> Triple {
+    let mut moved = turned(pose, points);
+    for (axis, values) in moved.iter_mut().enumerate() {
+        let by_mm = pose.translation_mm()[axis];
+        values.iter_mut().for_each(|value| *value += by_mm);
+    }
+    moved
+}
+
+fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane, points: &mut Triple) {
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            points[axis][lane] = origin[axis][lane] + t_mm[lane] * direction[axis][lane];
+        }
+    }
+}
+
+/// Where the function grows through 0, and where it falls: see [`Quadric::pass`], whose two forms are one here.
+fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [Lane; 2] {
+    let Quadric { a, b, l, d } = *quadric;
+    let ([px, py, pz], [vx, vy, vz]) = (origin, direction);
+    let mut up = [0.0; LANES];
+    if quadric.is_flat() {
+        for i in 0..LANES {
+            let m = l.x * vx[i] + l.y * vy[i] + l.z * vz[i];
+            let c = (l.x * px[i] + l.y * py[i] + l.z * pz[i]) + d;
+            up[i] = if m > 0.0 { -c / m } else { f64::INFINITY };
+        }
+        return [up, [f64::NEG_INFINITY; LANES]];
+    }
+    let mut down = [0.0; LANES];
+    for i in 0..LANES {
+        let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
+        let m = a * (px[i] * vx[i] + py[i] * vy[i])
+            + b * pz[i] * vz[i]
+            + 0.5 * (l.x * vx[i] + l.y * vy[i] + l.z * vz[i]);
+        let c = a * (px[i] * px[i] + py[i] * py[i])
+            + b * pz[i] * pz[i]
+            + (l.x * px[i] + l.y * py[i] + l.z * pz[i])
+            + d;
+        let q = (m * m - h * c).sqrt() + m.abs();
+        let (near, far) = (c / q, q / h);
+        up[i] = if m >= 0.0 { -near } else { far };
+        down[i] = if m >= 0.0 { -far } else { near };
+    }
+    [up, down]
+}
+
+fn across(quadric: &Quadric, points: &Triple) -> Triple {
+    let Quadric { a, b, l, .. } = *quadric;
+    let mut across = ZERO;
+    for (axis, factor) in [a, a, b].into_iter().enumerate() {
+        for lane in 0..LANES {
+            across[axis][lane] = 2.0 * factor * points[axis][lane] + l[axis];
+        }
+    }
+    across
+}
+
+/// See [`Quadric::again`].
+fn again(quadric: &Quadric, across: &Triple, direction: &Triple) -> Lane {
+    let Quadric { a, b, .. } = *quadric;
+    let ([gx, gy, gz], [vx, vy, vz]) = (across, direction);
+    let mut again_mm = [0.0; LANES];
+    for i in 0..LANES {
+        let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
+        again_mm[i] = -(gx[i] * vx[i] + gy[i] * vy[i] + gz[i] * vz[i]) / h;
+    }
+    again_mm
+}
+
+/// Snell's law: see [`refract`](crate::refract). The normals' length does not matter.
+///
+/// Returns the squares of the cosines behind the surface: where they are below 0, light is totally reflected.
+fn bend(direction: &mut Triple, normal: &Triple, ratio: f64) -> Lane {
+    let mut squares = [0.0; LANES];
+    let [dx, dy, dz] = direction;
+    let [nx, ny, nz] = normal;
+    for i in 0..LANES {
+        let per_length = 1.0 / (nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]).sqrt();
+        let [x, y, z] = [nx[i] * per_length, ny[i] * per_length, nz[i] * per_length];
+        let cosine = dx[i] * x + dy[i] * y + dz[i] * z;
+        let [ax, ay, az] = [
+            ratio * (dx[i] - cosine * x),
+            ratio * (dy[i] - cosine * y),
+            ratio * (dz[i] - cosine * z),
+        ];
+        let squared = 1.0 - (ax * ax + ay * ay + az * az);
+        squares[i] = squared;
+        let along = squared.sqrt().copysign(cosine);
+        let [bx, by, bz] = [ax + along * x, ay + along * y, az + along * z];
+        // One step towards length 1, from which it is off by rounding.
+        let per_length = 1.5 - 0.5 * (bx * bx + by * by + bz * bz);
+        (dx[i], dy[i], dz[i]) = (bx * per_length, by * per_length, bz * per_length);
+    }
+    squares
+}
+
+/// Loses the rays that may be outside of a face that fills some room.
+fn lose_outside(room: &Room, points: &Triple, is_lost: &mut Mask) {
+    let own = room.own_from_sensor.as_ref().map(|pose| moved(pose, points));
+    let [x, y, z] = own.as_ref().unwrap_or(points);
+    let Room { low, high, squared_mm2: [near, far], .. } = *room;
+    for i in 0..LANES {
+        let squared = x[i] * x[i] + y[i] * y[i];
+        let is_in = (low[0] <= x[i])
+            & (x[i] <= high[0])
+            & (low[1] <= y[i])
+            & (y[i] <= high[1])
+            & (low[2] <= z[i])
+            & (z[i] <= high[2])
+            & (near <= squared)
+            & (squared <= far);
+        is_lost[i] |= u64::from(!is_in);
+    }
+}
+
+/// Which of the straight ways between points do not surely lie on one side of a surface.
+///
+/// At the share s of a way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at the ends:
+/// nowhere further from the line between these than a quarter of h.
+fn near(surface: &Surface, from: &Triple, to: &Triple) -> Mask {
+    let own = surface.frame().map(|pose| (moved(pose, from), moved(pose, to)));
+    let (from, to) = own.as_ref().map_or((from, to), |(from, to)| (from, to));
+    let Quadric { a, b, l, d } = *surface.quadric();
+    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+    let value = |x: f64, y: f64, z: f64| {
+        a * (x * x + y * y) + b * z * z + (l.x * x + l.y * y + l.z * z) + d
+    };
+    let mut is_near = [0; LANES];
+    for i in 0..LANES {
+        let (p, q) = (value(fx[i], fy[i], fz[i]), value(tx[i], ty[i], tz[i]));
+        let [x, y, z] = [tx[i] - fx[i], ty[i] - fy[i], tz[i] - fz[i]];
+        let quarter = 0.25 * (a * (x * x + y * y) + b * z * z);
+        let (least, most) = if p < q { (p, q) } else { (q, p) };
+        let is_below = most + if quarter < 0.0 { -quarter } else { 0.0 } < -NEAR;
+        let is_above = least - if quarter > 0.0 { quarter } else { 0.0 } > NEAR;
+        is_near[i] = u64::from(!(is_below | is_above));
+    }
+    is_near
+}
+
+/// A box around the points of the rays that are not lost.
+fn around(points: &Triple, is_lost: &Mask) -> Aabb {
+    let is_whole = is_lost.iter().fold(0, |any, is_lost| any | is_lost) == 0;
+    let [x, y, z] = [0, 1, 2].map(|axis| {
+        let [mut lows, mut highs] = [[f64::INFINITY; 4], [f64::NEG_INFINITY; 4]];
+        for (points, is_lost) in points[axis].chunks_exact(4).zip(is_lost.chunks_exact(4)) {
+            for i in 0..4 {
+                let is_kept = is_whole || is_lost[i] == 0;
+                lows[i] = if is_kept & (points[i] < lows[i]) { points[i] } else { lows[i] };
+                highs[i] = if is_kept & (points[i] > highs[i]) { points[i] } else { highs[i] };
+            }
+        }
+        let low = lows.into_iter().fold(f64::INFINITY, f64::min);
+        [low, highs.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+    });
+    if x[0] > x[1] {
+        // All are lost.
+        return Aabb::nothing();
+    }
+    Aabb { min: Point3::new(x[0], y[0], z[0]), max: Point3::new(x[1], y[1], z[1]) }
+}

@@ -84,7 +84,7 @@ impl Chain {
     ) -> Option<(Ray, f64)> {
         let (mut line, mut lead_mm) = (Ray { origin: *pupil, direction: *direction }, 0.0);
         for bend in &self.bends {
-            let t_mm = bend.surface.pass(&line, bend.grows).t_mm;
+            let t_mm = bend.surface.pass_mm(&line, bend.grows);
             if !(t_mm > 0.0 && t_mm.is_finite()) {
                 return None;
             }

@@ -69,6 +69,18 @@ impl Surface {
         &self.quadric
     }
 
+    /// Where a line passes it that way, mm; not a number where it does not.
+    pub(super) fn pass_mm(&self, ray: &Ray, grows: bool) -> f64 {
+        self.quadric.pass(&self.own(ray), grows).t_mm
+    }
+
+    /// Unit normal at a point of it, on either side.
+    pub(super) fn normal(&self, point: &Point3<f64>) -> Vector3<f64> {
+        let across = self.quadric.across(&self.own_point(point).coords);
+        let turned = self.own_from_sensor.as_ref().map(|pose| pose.rotation().tr_mul(&across));
+        turned.unwrap_or(across).normalize()
+    }
+
     /// See [`Quadric::grows`].
     pub(super) fn grows(&self, ray: &Ray, t_mm: f64) -> bool {
         self.quadric.grows(&self.own(ray), t_mm)

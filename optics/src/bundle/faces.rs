@@ -227,8 +227,8 @@ pub(super) struct Passed {
 }
 
 impl Faces {
-    pub(super) fn of(items: &[Item]) -> Self {
-        let mut faces = Self {
+    fn empty() -> Self {
+        Self {
             cells: Vec::new(),
             groups: Vec::new(),
             surfaces: Vec::new(),
@@ -236,7 +236,11 @@ impl Faces {
             leaves: Vec::new(),
             bounds: Vec::new(),
             around: Aabb::nothing(),
-        };
+        }
+    }
+
+    pub(super) fn of(items: &[Item]) -> Self {
+        let mut faces = Self::empty();
         for item in items {
             let mut leaves = Vec::new();
             for leaf in item.solid.leaves() {
@@ -328,6 +332,7 @@ impl Faces {
     }
 
     fn add(&mut self, leaf: &PlacedPrimitive) {
+        let first = self.trims.len();
         let pose = &leaf.body_from_leaf;
         let axis = pose.vector(Vector3::z());
         // Along z and, for what turns around it, upright on it; both exactly, as designs place them.
@@ -424,6 +429,21 @@ impl Faces {
                 self.tilt(first, cells, pose);
             }
             other => self.whole(other, pose),
+        }
+        let is_round =
+            matches!(leaf.primitive, Solid::Cylinder(_) | Solid::Cone(_) | Solid::Revolution(_));
+        if is_round && is_along && !up.is_on_axis() {
+            self.trim_around_own_axis(first, leaf);
+        }
+    }
+
+    /// Distances from its own axis say more of what is round than those from the sensor's.
+    fn trim_around_own_axis(&mut self, first: usize, leaf: &PlacedPrimitive) {
+        let mut own = Self::empty();
+        own.add(&PlacedPrimitive { body_from_leaf: Pose::identity(), ..leaf.clone() });
+        let leaf_from_sensor = Some(leaf.body_from_leaf.inverse());
+        for (trim, own) in self.trims[first..].iter_mut().zip(own.trims) {
+            *trim = Trim { leaf_from_sensor, ..own };
         }
     }
 

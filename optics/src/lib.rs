@@ -47,6 +47,7 @@
 
 mod bundle;
 mod error;
+mod hollow;
 mod sensing;
 mod snell;
 mod stack;

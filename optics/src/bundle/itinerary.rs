@@ -44,7 +44,7 @@ impl Itinerary {
             let event = tracer.piece(&line, &mut index);
             let at_mm = event.at_mm();
             let mut passed = Vec::new();
-            for &item in tracer.looked_into() {
+            for item in tracer.boxes_before(at_mm + TOUCH_MM) {
                 faces.passed(item, &line, &mut scratch, &mut passed);
             }
             passed.retain(|face| face.t_mm > from_mm && face.t_mm <= at_mm + TOUCH_MM);

@@ -40,6 +40,10 @@ const MOST_PLANS: usize = 3;
 /// Tiles of so many rays are not quartered.
 const SMALL: usize = 64;
 
+/// Rays without an itinerary after which their few neighbours are not asked for one: finding none takes as long
+/// as following them.
+const MOST_NONES: usize = 2;
+
 /// Slices of the room between two faces.
 const SLICES: usize = 8;
 
@@ -115,7 +119,7 @@ impl TileTracer<'_> {
     /// The same; `rays` ends up empty.
     fn cast_rays(&mut self, rays: &mut Vec<Numbered>, take: &mut impl FnMut(u32, u32, LightPath)) {
         let is_small = rays.len() <= SMALL;
-        let mut plans = 0;
+        let (mut plans, mut nones) = (0, 0);
         while rays.len() > FEW && (plans < MOST_PLANS || is_small) {
             plans += 1;
             // One in the middle of what is left; its own path is known as that of the others, or by itself.
@@ -131,11 +135,12 @@ impl TileTracer<'_> {
                 self.singles += 1;
                 take(column, row, self.tracer.follow(&ray));
             }
-            if !is_small && plan.is_none() {
+            nones += usize::from(plan.is_none());
+            if nones >= if is_small { MOST_NONES } else { 1 } {
                 break;
             }
         }
-        if rays.len() <= FEW {
+        if rays.len() <= FEW || is_small {
             self.singles += rays.len();
             for (column, row, ray) in rays.drain(..) {
                 take(column, row, self.tracer.follow(&ray));

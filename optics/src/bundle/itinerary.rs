@@ -2,8 +2,9 @@
 
 use fabkit_geometry::Ray;
 
-use super::faces::{Faces, Passed, Room, Trim};
+use super::faces::{Faces, Passed};
 use super::quadric::Surface;
+use super::trim::{Room, Trim};
 use crate::snell::refract;
 use crate::trace::{End, Event, TOUCH_MM, Tracer};
 

@@ -7,16 +7,19 @@
 //! - It meets each surface of the itinerary once between its neighbours, and on the face itself.
 //! - It meets no other face. Rays of a tile between two faces lie in the hull of the boxes around where they
 //!   pass these, cut into slices; what no slice touches is not met. Of what one touches each ray is asked.
-//! - A face with an outline of its own, such as a plate's, is met inside that: no wall of the plate touches
-//!   the box around where the rays meet it.
+//! - A face with an outline of its own, such as a plate's, is met inside that: on the plate's plane, between
+//!   where the first ray meets it and where another does, there is no wall of it.
 //!
 //! Rays for which that fails get an itinerary of their own; tiles that need many are quartered; what is left
 //! is followed ray by ray.
 
+mod edges;
 mod faces;
 mod itinerary;
 mod lanes;
 mod quadric;
+mod trim;
+mod wide;
 
 use std::ops::Range;
 

@@ -50,6 +50,7 @@
 
 mod bundle;
 mod error;
+mod hollow;
 mod inverse;
 mod sensing;
 mod snell;

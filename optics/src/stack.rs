@@ -5,6 +5,7 @@ use fabkit_geometry::{
 };
 
 use crate::InvalidStack;
+use crate::hollow::Hollow;
 use crate::sensing::SensingSurface;
 use crate::trace::{End, Tracer};
 
@@ -42,6 +43,8 @@ pub(crate) enum Part {
 pub(crate) struct Item {
     pub(crate) solid: CompiledSolid,
     pub(crate) bounds: Aabb,
+    /// Where it surely is not.
+    pub(crate) hollows: Vec<Hollow>,
     pub(crate) part: Part,
     /// Which of the stack's names.
     pub(crate) name: u8,
@@ -76,7 +79,10 @@ impl Stack {
                 let solid = CompiledSolid::new(&solid).map_err(of_body)?;
                 if part != Part::Stop || !solid.contains(&pupil) {
                     let bounds = solid.bounds().grown(BOX_SLACK_MM);
-                    stack.items.push(Item { solid, bounds, part, name: count as u8 });
+                    // Others may be many, and rays do not start there.
+                    let mut hollows = Hollow::of(&body.solid, &placement.assembly_from_body);
+                    hollows.retain(|hollow| hollow.holds(&pupil));
+                    stack.items.push(Item { solid, bounds, hollows, part, name: count as u8 });
                 } else if body.kind != Kind::Bought {
                     let body = body.name.clone();
                     return Err(InvalidStack::CameraInside { body, place_in_sensor: pupil });

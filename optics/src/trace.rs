@@ -67,10 +67,10 @@ impl Event {
 #[derive(Debug)]
 pub struct Tracer<'a> {
     stack: &'a Stack,
-    /// Where the line enters boxes that have not been looked into, the nearest last.
+    /// Before where the line meets nothing of bodies that have not been looked into, the nearest last.
     waiting: Vec<(f64, u32)>,
-    /// Of those that have been looked into, which.
-    entered: Vec<u32>,
+    /// Where the line enters boxes, whatever is hollow there.
+    boxes: Vec<(f64, u32)>,
     insides: Vec<Inside>,
     stretches: Vec<[f64; 2]>,
     scratch: Scratch,
@@ -83,7 +83,7 @@ impl<'a> Tracer<'a> {
         Self {
             stack,
             waiting: Vec::new(),
-            entered: Vec::new(),
+            boxes: Vec::new(),
             insides: Vec::new(),
             stretches: Vec::new(),
             scratch: Scratch::default(),
@@ -223,9 +223,10 @@ impl<'a> Tracer<'a> {
         self.stack.items.iter().any(|item| item.name == name && item.part == Part::Skin)
     }
 
-    /// The items whose boxes the last line has entered before it ended, each once.
-    pub(crate) fn looked_into(&self) -> &[u32] {
-        &self.entered
+    /// The items whose boxes the last line enters before a place, each once.
+    pub(crate) fn boxes_before(&self, at_mm: f64) -> impl Iterator<Item = u32> {
+        let before = self.boxes.iter().filter(move |(entry_mm, _)| *entry_mm <= at_mm);
+        before.map(|(_, item)| *item)
     }
 
     /// From where skin is met: does skin alone lie between there and the sensing surface?
@@ -264,12 +265,14 @@ impl<'a> Tracer<'a> {
     /// Begins a line: nothing is known of it but which boxes it enters.
     fn aim(&mut self, ray: &Ray) {
         self.insides.clear();
-        self.entered.clear();
+        self.boxes.clear();
         self.waiting.clear();
         let inverse = ray.direction.map(f64::recip);
         for (item, of) in self.stack.items.iter().enumerate() {
             if let Some(entry_mm) = box_entry(&of.bounds, &ray.origin, &inverse) {
-                self.waiting.push((entry_mm, item as u32));
+                self.boxes.push((entry_mm, item as u32));
+                let free_mm = of.hollows.iter().map(|hollow| hollow.exit_mm(ray));
+                self.waiting.push((free_mm.fold(entry_mm, f64::max), item as u32));
             }
         }
         // The nearest last, to be taken from there; the number settles ties.
@@ -282,7 +285,6 @@ impl<'a> Tracer<'a> {
             && entry_mm <= t_mm
         {
             self.waiting.pop();
-            self.entered.push(item);
             let solid = &self.stack.items[item as usize].solid;
             solid.stretches_into(ray, &mut self.scratch, &mut self.stretches);
             let ahead = self.stretches.iter().filter(|[_, to_mm]| *to_mm > START_MM);

@@ -54,7 +54,16 @@ fn together_and_alone_rays_end_at_the_same_points() {
         let at = |share: f64, length: u32| (share * f64::from(length.saturating_sub(TILE))) as u32;
         let mut together = bundles.tracer();
         let mut count = 0;
-        for [x, y] in [[0.5, 0.5], [0.0, 0.0], [0.1, 0.45], [0.62, 0.8]] {
+        let tiles = [
+            [0.5, 0.5],
+            [0.0, 0.0],
+            [0.1, 0.45],
+            [0.62, 0.8],
+            [0.9, 0.1],
+            [0.3, 0.33],
+            [0.75, 0.5],
+        ];
+        for [x, y] in tiles {
             let (left, top) = (at(x, width), at(y, height));
             let (right, bottom) = ((left + TILE).min(width), (top + TILE).min(height));
             let ray = |column: u32, row: u32| rays[(row * width + column) as usize];

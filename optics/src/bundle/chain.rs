@@ -51,7 +51,7 @@ impl Chain {
                 break;
             }
             passed.clear();
-            for &item in tracer.looked_into() {
+            for item in tracer.boxes_before(at_mm + TOUCH_MM) {
                 faces.passed(item, &line, &mut scratch, &mut passed);
             }
             // Of faces that touch, all lie in one surface.

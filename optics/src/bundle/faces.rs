@@ -2,24 +2,23 @@
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
-use std::sync::Arc;
 
 use fabkit_geometry::{
-    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, Extrusion, Path, PlacedPrimitive,
-    Point3, Pose, Ray, Scratch, Segment, Solid, Vector3,
+    Aabb, Angle, CompiledSolid, Crossing, EllipsoidOffset, PlacedPrimitive, Point3, Pose, Ray,
+    Scratch, Solid, Vector3,
 };
 
-use nalgebra::Vector2;
-
+use super::edges::{Edge, edges, reach};
 use super::quadric::{Quadric, Surface};
+use super::trim::{Outline, Trim};
 use crate::stack::Item;
 use crate::trace::box_entry;
 
 /// Curved edges are split into so many parts a quarter, so that boxes are near to them.
-const PARTS: usize = 12;
+pub(super) const PARTS: usize = 12;
 
 /// Boxes grow by this much, so that rounding hides nothing, mm.
-const SLACK_MM: f64 = 1e-6;
+pub(super) const SLACK_MM: f64 = 1e-6;
 
 /// Room that a part of a face lies in.
 #[derive(Clone, Copy, Debug)]
@@ -71,154 +70,6 @@ struct Leaf {
     first_face: u32,
 }
 
-/// How much of a surface its face is.
-#[derive(Clone, Debug)]
-pub(super) struct Trim {
-    /// Room that the whole face lies in.
-    room: Cell,
-    /// Of what is upright in a frame of its own: the room is in that.
-    leaf_from_sensor: Option<Pose>,
-    /// Of a plate's face.
-    outline: Option<Arc<Outline>>,
-    /// Whether the surface within that room is the face; else others of its primitive bound it there.
-    pub(super) is_exact: bool,
-    /// All cells of its primitive.
-    pub(super) cells: Range<u32>,
-}
-
-impl Trim {
-    /// Where a point of the surface surely lies on the face.
-    pub(super) fn room(&self) -> Room {
-        let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
-        let within = |low: f64, high: f64| {
-            // The room has some slack already. Of a plane across z, or the axis itself, one side of it is thin.
-            let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { 2.0 * SLACK_MM };
-            [low + by_mm, high - by_mm]
-        };
-        let [x, y, z] = [0, 1, 2].map(|axis| within(bounds.min[axis], bounds.max[axis]));
-        let [near, far] = within(if *near <= 0.0 { -1.0 } else { *near }, *far);
-        Room {
-            low: [x[0], y[0], z[0]],
-            high: [x[1], y[1], z[1]],
-            squared_mm2: [near.max(0.0).powi(2), far * far],
-            own_from_sensor: self.leaf_from_sensor,
-        }
-    }
-
-    /// Whether a point of the surface surely lies off the face.
-    pub(super) fn misses(&self, point: &Point3<f64>) -> bool {
-        let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
-        let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
-        let squared = point.x * point.x + point.y * point.y;
-        let is_in =
-            bounds.contains(&point) && near.max(0.0).powi(2) <= squared && squared <= far * far;
-        !is_in || self.outline.as_ref().is_some_and(|outline| outline.misses(&point, 0.0))
-    }
-}
-
-impl Trim {
-    pub(super) fn has_outline(&self) -> bool {
-        self.outline.is_some()
-    }
-
-    /// Whether all points of a plate's plane within a box surely lie outside of its outline.
-    pub(super) fn misses_all(&self, bounds: &Aabb) -> bool {
-        if bounds.is_empty() {
-            return true;
-        }
-        let middle = bounds.min + 0.5 * (bounds.max - bounds.min);
-        let room_point = self.leaf_from_sensor.map_or(middle, |pose| pose.point(middle));
-        let reach_mm = 0.5 * (bounds.max - bounds.min).norm();
-        self.outline.as_ref().is_some_and(|outline| outline.misses(&room_point, reach_mm))
-    }
-}
-
-/// Between what coordinates, and squares of distances from the z axis, in a frame of its own.
-#[derive(Clone, Debug)]
-pub(super) struct Room {
-    pub(super) low: [f64; 3],
-    pub(super) high: [f64; 3],
-    pub(super) squared_mm2: [f64; 2],
-    pub(super) own_from_sensor: Option<Pose>,
-}
-
-impl Room {
-    /// Whether all of a box lies within; `false` too where that is not plain.
-    pub(super) fn holds(&self, bounds: &Aabb) -> bool {
-        let [near, far] = radius_of(bounds);
-        self.own_from_sensor.is_none()
-            && (0..3).all(|axis| {
-                self.low[axis] <= bounds.min[axis] && bounds.max[axis] <= self.high[axis]
-            })
-            && self.squared_mm2[0] <= near * near
-            && far * far <= self.squared_mm2[1]
-    }
-}
-
-/// What a plate's faces end at.
-#[derive(Clone, Debug)]
-struct Outline {
-    /// With the plate upright from z = 0.
-    own_from_room: Pose,
-    plate: CompiledSolid,
-    middle_mm: f64,
-    borders: Vec<Border>,
-}
-
-/// A piece of an outline.
-#[derive(Clone, Copy, Debug)]
-enum Border {
-    Line([Vector2<f64>; 2]),
-    /// Centre and radius, of the whole circle.
-    Arc(Vector2<f64>, f64),
-    Other,
-}
-
-impl Outline {
-    fn of(extrusion: &Extrusion, edges: &[Edge], pose: &Pose) -> Option<Arc<Self>> {
-        let plate = CompiledSolid::new(&Solid::Extrusion(extrusion.clone())).ok()?;
-        let border = |edge: &Edge| {
-            let (from, to) = (Vector2::from(edge.from), Vector2::from(edge.segment.to()));
-            match edge.segment {
-                Segment::Line { .. } => Border::Line([from, to]),
-                Segment::Arc { centre, .. } => {
-                    let centre = Vector2::from(*centre);
-                    Border::Arc(centre, (from - centre).norm())
-                }
-                Segment::EllipticArc { .. } => Border::Other,
-            }
-        };
-        Some(Arc::new(Self {
-            own_from_room: pose.inverse(),
-            plate,
-            middle_mm: extrusion.height_mm / 2.0,
-            borders: edges.iter().map(border).collect(),
-        }))
-    }
-
-    /// Whether all within some distance of a point, in the plane of a face, surely lie outside of the outline.
-    fn misses(&self, point: &Point3<f64>, reach_mm: f64) -> bool {
-        let point = self.own_from_room.point(*point).coords.xy();
-        self.borders.iter().all(|border| border.distance_mm(&point) > reach_mm + 2.0 * SLACK_MM)
-            && !self.plate.contains(&Point3::new(point.x, point.y, self.middle_mm))
-    }
-}
-
-impl Border {
-    /// At least so far away a point is.
-    fn distance_mm(&self, point: &Vector2<f64>) -> f64 {
-        match self {
-            Self::Line([from, to]) => {
-                let along = to - from;
-                let share = ((point - from).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-                (point - from - share * along).norm()
-            }
-            Self::Arc(centre, radius_mm) => ((point - centre).norm() - radius_mm).abs(),
-            Self::Other => 0.0,
-        }
-    }
-}
-
 /// A face that a line passes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed {
@@ -227,8 +78,8 @@ pub(super) struct Passed {
 }
 
 impl Faces {
-    pub(super) fn of(items: &[Item]) -> Self {
-        let mut faces = Self {
+    fn empty() -> Self {
+        Self {
             cells: Vec::new(),
             groups: Vec::new(),
             surfaces: Vec::new(),
@@ -236,7 +87,11 @@ impl Faces {
             leaves: Vec::new(),
             bounds: Vec::new(),
             around: Aabb::nothing(),
-        };
+        }
+    }
+
+    pub(super) fn of(items: &[Item]) -> Self {
+        let mut faces = Self::empty();
         for item in items {
             let mut leaves = Vec::new();
             for leaf in item.solid.leaves() {
@@ -328,6 +183,7 @@ impl Faces {
     }
 
     fn add(&mut self, leaf: &PlacedPrimitive) {
+        let first = self.trims.len();
         let pose = &leaf.body_from_leaf;
         let axis = pose.vector(Vector3::z());
         // Along z and, for what turns around it, upright on it; both exactly, as designs place them.
@@ -424,6 +280,21 @@ impl Faces {
                 self.tilt(first, cells, pose);
             }
             other => self.whole(other, pose),
+        }
+        let is_round =
+            matches!(leaf.primitive, Solid::Cylinder(_) | Solid::Cone(_) | Solid::Revolution(_));
+        if is_round && is_along && !up.is_on_axis() {
+            self.trim_around_own_axis(first, leaf);
+        }
+    }
+
+    /// Distances from its own axis say more of what is round than those from the sensor's.
+    fn trim_around_own_axis(&mut self, first: usize, leaf: &PlacedPrimitive) {
+        let mut own = Self::empty();
+        own.add(&PlacedPrimitive { body_from_leaf: Pose::identity(), ..leaf.clone() });
+        let leaf_from_sensor = Some(leaf.body_from_leaf.inverse());
+        for (trim, own) in self.trims[first..].iter_mut().zip(own.trims) {
+            *trim = Trim { leaf_from_sensor, ..own };
         }
     }
 
@@ -543,11 +414,11 @@ fn primitive_faces(primitive: &Solid) -> usize {
 }
 
 /// Where a leaf stands whose axis is along the sensor's.
-struct Up {
-    pose: Pose,
+pub(super) struct Up {
+    pub(super) pose: Pose,
     is_along: bool,
     /// -1 where it stands on its head.
-    sign: f64,
+    pub(super) sign: f64,
 }
 
 impl Up {
@@ -557,12 +428,12 @@ impl Up {
         at.x.hypot(at.y)
     }
 
-    fn is_on_axis(&self) -> bool {
+    pub(super) fn is_on_axis(&self) -> bool {
         self.offset() == 0.0
     }
 
     /// Between two corners of the leaf's xy plane and two of its heights.
-    fn cell(&self, corners: [[f64; 2]; 2], z: [f64; 2]) -> Cell {
+    pub(super) fn cell(&self, corners: [[f64; 2]; 2], z: [f64; 2]) -> Cell {
         let [low, high] = corners;
         let points = (0..8).map(|i| {
             let pick = |bit: usize, a: f64, b: f64| if i >> bit & 1 == 0 { a } else { b };
@@ -639,170 +510,8 @@ fn meridian(up: &Up, at: impl Fn(f64) -> [f64; 2]) -> Vec<Cell> {
     (0..2 * PARTS).map(|k| between(up, point(k), point(k + 1))).collect()
 }
 
-fn between(up: &Up, a: [f64; 2], b: [f64; 2]) -> Cell {
+pub(super) fn between(up: &Up, a: [f64; 2], b: [f64; 2]) -> Cell {
     let sort = |a: f64, b: f64| [a.min(b), a.max(b)];
     let radius = sort(a[0], b[0]).map(|r| r.max(0.0));
     up.ring(radius, sort(a[1], b[1]))
-}
-
-/// One edge of a profile.
-struct Edge<'a> {
-    from: [f64; 2],
-    segment: &'a Segment,
-}
-
-fn edges<'a>(outer: &'a Path, holes: &'a [Path]) -> Vec<Edge<'a>> {
-    let of = |path: &'a Path| {
-        let froms = std::iter::once(path.start).chain(path.segments.iter().map(Segment::to));
-        froms.zip(&path.segments).map(|(from, segment)| Edge { from, segment })
-    };
-    std::iter::once(outer).chain(holes).flat_map(of).collect()
-}
-
-/// A box around all edges.
-fn reach(edges: &[Edge]) -> [[f64; 2]; 2] {
-    let corners: Vec<[f64; 2]> = edges.iter().flat_map(Edge::bounds).collect();
-    box_around(&corners)
-}
-
-fn box_around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
-        [0, 1].map(|axis| points.iter().fold(start, |so_far, point| pick(so_far, point[axis])))
-    };
-    [fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max)]
-}
-
-impl Edge<'_> {
-    fn is_line(&self) -> bool {
-        matches!(self.segment, Segment::Line { .. })
-    }
-
-    /// Whether the box around it holds nothing else of the curve that it lies on.
-    fn is_within_quarter(&self) -> bool {
-        let [low, high] = self.bounds();
-        let around = match self.segment {
-            Segment::Line { .. } => return true,
-            Segment::Arc { centre, .. } | Segment::EllipticArc { centre, .. } => centre,
-        };
-        (0..2).all(|axis| low[axis] >= around[axis] || high[axis] <= around[axis])
-    }
-
-    /// A box around it.
-    fn bounds(&self) -> [[f64; 2]; 2] {
-        box_around(self.parts().as_flattened())
-    }
-
-    /// In the plane of an extrusion: least distance from the sensor's axis, mm; for an arc, of its circle.
-    fn distance(&self, up: &Up) -> f64 {
-        let place = |p: [f64; 2]| up.pose.point(Point3::new(p[0], p[1], 0.0)).coords.xy();
-        let (a, b) = (place(self.from), place(self.segment.to()));
-        match self.segment {
-            Segment::Line { .. } => {
-                let along = b - a;
-                let share = (-a.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-                (a + share * along).norm()
-            }
-            Segment::Arc { centre, .. } => {
-                let centre = place(*centre);
-                (centre.norm() - (a - centre).norm()).abs()
-            }
-            Segment::EllipticArc { .. } => 0.0,
-        }
-    }
-
-    /// The wall of an extrusion.
-    fn wall(&self, up: &Up, height: f64) -> Vec<Cell> {
-        let least_mm = self.distance(up) - SLACK_MM;
-        let wall = |ends: [[f64; 2]; 2]| {
-            let cell = up.cell(box_around(&ends), [0.0, height]);
-            let [near, far] = cell.radius_mm;
-            Cell { radius_mm: [near.max(least_mm), far], ..cell }
-        };
-        self.parts().into_iter().map(wall).collect()
-    }
-
-    fn wall_quadric(&self, up: &Up) -> Option<Quadric> {
-        let (a, b) = (self.from, self.segment.to());
-        let point = up.pose.point(Point3::new(a[0], a[1], 0.0)).coords;
-        match self.segment {
-            Segment::Line { .. } => {
-                let across = up.pose.vector(Vector3::new(b[1] - a[1], a[0] - b[0], 0.0));
-                Some(Quadric::plane(across.normalize(), point))
-            }
-            Segment::Arc { centre, .. } => {
-                let on_axis = up.pose.point(Point3::new(centre[0], centre[1], 0.0)).coords;
-                let radius = (a[0] - centre[0]).hypot(a[1] - centre[1]);
-                Some(Quadric::cone(on_axis, radius, 0.0))
-            }
-            Segment::EllipticArc { .. } => None,
-        }
-    }
-
-    /// The face that it sweeps around the axis.
-    fn spun_quadric(&self, up: &Up) -> Option<Quadric> {
-        let (a, b) = (self.from, self.segment.to());
-        let on_axis = |z: f64| up.pose.point(Point3::new(0.0, 0.0, z)).coords;
-        match self.segment {
-            Segment::Line { .. } if a[1] == b[1] => {
-                Some(Quadric::plane(Vector3::z(), on_axis(a[1])))
-            }
-            Segment::Line { .. } => {
-                let growth = up.sign * (b[0] - a[0]) / (b[1] - a[1]);
-                Some(Quadric::cone(on_axis(a[1]), a[0], growth))
-            }
-            Segment::Arc { centre, .. } if centre[0] == 0.0 => {
-                let r = a[0].hypot(a[1] - centre[1]);
-                Some(Quadric::ellipsoid(on_axis(centre[1]), r, r))
-            }
-            Segment::EllipticArc { centre, semi_axes_mm: [x, z], .. } if centre[0] == 0.0 => {
-                Some(Quadric::ellipsoid(on_axis(centre[1]), *x, *z))
-            }
-            _ => None,
-        }
-    }
-
-    /// Where the swept face lies.
-    fn spun(&self, up: &Up) -> Vec<Cell> {
-        let parts = match self.segment {
-            Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => PARTS,
-            _ => 1,
-        };
-        let split = |[a, b]: [[f64; 2]; 2]| {
-            let at = move |k: usize| {
-                let s = k as f64 / parts as f64;
-                [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
-            };
-            (0..parts).map(move |k| [at(k), at(k + 1)])
-        };
-        self.parts().into_iter().flat_map(split).map(|[a, b]| between(up, a, b)).collect()
-    }
-
-    /// Ends of pieces on which neither coordinate turns round, so that the box around a piece is that around
-    /// its ends.
-    fn parts(&self) -> Vec<[[f64; 2]; 2]> {
-        let (a, b) = (self.from, self.segment.to());
-        let (centre, half, ccw) = match *self.segment {
-            Segment::Line { .. } => return vec![[a, b]],
-            Segment::Arc { centre, ccw, .. } => {
-                let r = (a[0] - centre[0]).hypot(a[1] - centre[1]);
-                (centre, [r, r], ccw)
-            }
-            Segment::EllipticArc { centre, semi_axes_mm, ccw, .. } => (centre, semi_axes_mm, ccw),
-        };
-        let angle =
-            |p: [f64; 2]| ((p[1] - centre[1]) / half[1]).atan2((p[0] - centre[0]) / half[0]);
-        let (from, to) = if ccw { (angle(a), angle(b)) } else { (angle(b), angle(a)) };
-        let turn = (to - from).rem_euclid(4.0 * FRAC_PI_2);
-        let to = from + if turn == 0.0 { 4.0 * FRAC_PI_2 } else { turn };
-        let step = FRAC_PI_2 / PARTS as f64;
-        // Pieces end at multiples of the step, so that none goes over a turning point.
-        let (first, last) = ((from / step).floor() as i64 + 1, (to / step).ceil() as i64);
-        let cuts = (first..last).map(|k| k as f64 * step);
-        let cuts: Vec<f64> = std::iter::once(from).chain(cuts).chain(std::iter::once(to)).collect();
-        let at = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
-            [centre[0] + half[0] * cos, centre[1] + half[1] * sin]
-        };
-        cuts.windows(2).map(|pair| [at(pair[0]), at(pair[1])]).collect()
-    }
 }

@@ -2,8 +2,9 @@
 
 use fabkit_geometry::Ray;
 
-use super::faces::{Faces, Passed, Room, Trim};
+use super::faces::{Faces, Passed};
 use super::quadric::Surface;
+use super::trim::{Room, Trim};
 use crate::snell::refract;
 use crate::trace::{End, Event, TOUCH_MM, Tracer};
 
@@ -44,7 +45,7 @@ impl Itinerary {
             let event = tracer.piece(&line, &mut index);
             let at_mm = event.at_mm();
             let mut passed = Vec::new();
-            for &item in tracer.looked_into() {
+            for item in tracer.boxes_before(at_mm + TOUCH_MM) {
                 faces.passed(item, &line, &mut scratch, &mut passed);
             }
             passed.retain(|face| face.t_mm > from_mm && face.t_mm <= at_mm + TOUCH_MM);

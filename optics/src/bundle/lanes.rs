@@ -1,26 +1,17 @@
 //! Rays side by side along one itinerary: what is done for one is done for its neighbours in the same breath.
 
-use fabkit_geometry::{Aabb, Point3, Pose, Ray, Scratch};
+use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 
 use super::Numbered;
-use super::faces::{Faces, Room};
+use super::faces::Faces;
 use super::itinerary::{Itinerary, Step};
-use super::quadric::{Meetings, NEAR, Quadric, Surface};
+use super::quadric::{Meetings, NEAR};
+use super::wide::{
+    LANES, Lane, Mask, Triple, ZERO, across, again, ahead, around, at, bend, lose_outside, meet,
+    moved, near, turned,
+};
 use crate::sensing::SensingSurface;
 use crate::trace::{End, LightPath};
-
-/// Rays of a block: few enough that all that is known of them is at hand, enough that loops over them pay.
-const LANES: usize = 64;
-
-type Lane = [f64; LANES];
-
-/// Coordinates of places or directions.
-type Triple = [Lane; 3];
-
-/// Whether something is so of each ray: 0 where it is not.
-type Mask = [u64; LANES];
-
-const ZERO: Triple = [[0.0; LANES]; 3];
 
 /// The rays of a tile along an itinerary.
 #[derive(Debug, Default)]
@@ -359,185 +350,4 @@ fn beyond(bounds: &Aabb, ray: &Ray, at_mm: f64) -> f64 {
         ((side[axis] - ray.origin[axis]) / ray.direction[axis]).max(0.0)
     };
     exit(0).min(exit(1)).min(exit(2)).max(at_mm) + 1.0
-}
-
-fn at(points: &Triple, lane: usize) -> Point3<f64> {
-    Point3::new(points[0][lane], points[1][lane], points[2][lane])
-}
-
-fn turned(pose: &Pose, vectors: &Triple) -> Triple {
-    let [x, y, z] = vectors;
-    let mut turned = ZERO;
-    for (axis, turned) in turned.iter_mut().enumerate() {
-        let row = pose.rotation().row(axis);
-        let [a, b, c] = [row[0], row[1], row[2]];
-        for lane in 0..LANES {
-            turned[lane] = a * x[lane] + b * y[lane] + c * z[lane];
-        }
-    }
-    turned
-}
-
-fn moved(pose: &Pose, points: &Triple) -> Triple {
-    let mut moved = turned(pose, points);
-    for (axis, values) in moved.iter_mut().enumerate() {
-        let by_mm = pose.translation_mm()[axis];
-        values.iter_mut().for_each(|value| *value += by_mm);
-    }
-    moved
-}
-
-fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane, points: &mut Triple) {
-    for axis in 0..3 {
-        for lane in 0..LANES {
-            points[axis][lane] = origin[axis][lane] + t_mm[lane] * direction[axis][lane];
-        }
-    }
-}
-
-/// Where the function grows through 0, and where it falls: see [`Quadric::pass`], whose two forms are one here.
-fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [Lane; 2] {
-    let Quadric { a, b, l, d } = *quadric;
-    let ([px, py, pz], [vx, vy, vz]) = (origin, direction);
-    let mut up = [0.0; LANES];
-    if quadric.is_flat() {
-        for i in 0..LANES {
-            let m = l.x * vx[i] + l.y * vy[i] + l.z * vz[i];
-            let c = (l.x * px[i] + l.y * py[i] + l.z * pz[i]) + d;
-            up[i] = if m > 0.0 { -c / m } else { f64::INFINITY };
-        }
-        return [up, [f64::NEG_INFINITY; LANES]];
-    }
-    let mut down = [0.0; LANES];
-    for i in 0..LANES {
-        let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
-        let m = a * (px[i] * vx[i] + py[i] * vy[i])
-            + b * pz[i] * vz[i]
-            + 0.5 * (l.x * vx[i] + l.y * vy[i] + l.z * vz[i]);
-        let c = a * (px[i] * px[i] + py[i] * py[i])
-            + b * pz[i] * pz[i]
-            + (l.x * px[i] + l.y * py[i] + l.z * pz[i])
-            + d;
-        let q = (m * m - h * c).sqrt() + m.abs();
-        let (near, far) = (c / q, q / h);
-        up[i] = if m >= 0.0 { -near } else { far };
-        down[i] = if m >= 0.0 { -far } else { near };
-    }
-    [up, down]
-}
-
-fn across(quadric: &Quadric, points: &Triple) -> Triple {
-    let Quadric { a, b, l, .. } = *quadric;
-    let mut across = ZERO;
-    for (axis, factor) in [a, a, b].into_iter().enumerate() {
-        for lane in 0..LANES {
-            across[axis][lane] = 2.0 * factor * points[axis][lane] + l[axis];
-        }
-    }
-    across
-}
-
-/// See [`Quadric::again`].
-fn again(quadric: &Quadric, across: &Triple, direction: &Triple) -> Lane {
-    let Quadric { a, b, .. } = *quadric;
-    let ([gx, gy, gz], [vx, vy, vz]) = (across, direction);
-    let mut again_mm = [0.0; LANES];
-    for i in 0..LANES {
-        let h = a * (vx[i] * vx[i] + vy[i] * vy[i]) + b * vz[i] * vz[i];
-        again_mm[i] = -(gx[i] * vx[i] + gy[i] * vy[i] + gz[i] * vz[i]) / h;
-    }
-    again_mm
-}
-
-/// Snell's law: see [`refract`](crate::refract). The normals' length does not matter.
-///
-/// Returns the squares of the cosines behind the surface: where they are below 0, light is totally reflected.
-fn bend(direction: &mut Triple, normal: &Triple, ratio: f64) -> Lane {
-    let mut squares = [0.0; LANES];
-    let [dx, dy, dz] = direction;
-    let [nx, ny, nz] = normal;
-    for i in 0..LANES {
-        let per_length = 1.0 / (nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]).sqrt();
-        let [x, y, z] = [nx[i] * per_length, ny[i] * per_length, nz[i] * per_length];
-        let cosine = dx[i] * x + dy[i] * y + dz[i] * z;
-        let [ax, ay, az] = [
-            ratio * (dx[i] - cosine * x),
-            ratio * (dy[i] - cosine * y),
-            ratio * (dz[i] - cosine * z),
-        ];
-        let squared = 1.0 - (ax * ax + ay * ay + az * az);
-        squares[i] = squared;
-        let along = squared.sqrt().copysign(cosine);
-        let [bx, by, bz] = [ax + along * x, ay + along * y, az + along * z];
-        // One step towards length 1, from which it is off by rounding.
-        let per_length = 1.5 - 0.5 * (bx * bx + by * by + bz * bz);
-        (dx[i], dy[i], dz[i]) = (bx * per_length, by * per_length, bz * per_length);
-    }
-    squares
-}
-
-/// Loses the rays that may be outside of a face that fills some room.
-fn lose_outside(room: &Room, points: &Triple, is_lost: &mut Mask) {
-    let own = room.own_from_sensor.as_ref().map(|pose| moved(pose, points));
-    let [x, y, z] = own.as_ref().unwrap_or(points);
-    let Room { low, high, squared_mm2: [near, far], .. } = *room;
-    for i in 0..LANES {
-        let squared = x[i] * x[i] + y[i] * y[i];
-        let is_in = (low[0] <= x[i])
-            & (x[i] <= high[0])
-            & (low[1] <= y[i])
-            & (y[i] <= high[1])
-            & (low[2] <= z[i])
-            & (z[i] <= high[2])
-            & (near <= squared)
-            & (squared <= far);
-        is_lost[i] |= u64::from(!is_in);
-    }
-}
-
-/// Which of the straight ways between points do not surely lie on one side of a surface.
-///
-/// At the share s of a way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at the ends:
-/// nowhere further from the line between these than a quarter of h.
-fn near(surface: &Surface, from: &Triple, to: &Triple) -> Mask {
-    let own = surface.frame().map(|pose| (moved(pose, from), moved(pose, to)));
-    let (from, to) = own.as_ref().map_or((from, to), |(from, to)| (from, to));
-    let Quadric { a, b, l, d } = *surface.quadric();
-    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
-    let value = |x: f64, y: f64, z: f64| {
-        a * (x * x + y * y) + b * z * z + (l.x * x + l.y * y + l.z * z) + d
-    };
-    let mut is_near = [0; LANES];
-    for i in 0..LANES {
-        let (p, q) = (value(fx[i], fy[i], fz[i]), value(tx[i], ty[i], tz[i]));
-        let [x, y, z] = [tx[i] - fx[i], ty[i] - fy[i], tz[i] - fz[i]];
-        let quarter = 0.25 * (a * (x * x + y * y) + b * z * z);
-        let (least, most) = if p < q { (p, q) } else { (q, p) };
-        let is_below = most + if quarter < 0.0 { -quarter } else { 0.0 } < -NEAR;
-        let is_above = least - if quarter > 0.0 { quarter } else { 0.0 } > NEAR;
-        is_near[i] = u64::from(!(is_below | is_above));
-    }
-    is_near
-}
-
-/// A box around the points of the rays that are not lost.
-fn around(points: &Triple, is_lost: &Mask) -> Aabb {
-    let is_whole = is_lost.iter().fold(0, |any, is_lost| any | is_lost) == 0;
-    let [x, y, z] = [0, 1, 2].map(|axis| {
-        let [mut lows, mut highs] = [[f64::INFINITY; 4], [f64::NEG_INFINITY; 4]];
-        for (points, is_lost) in points[axis].chunks_exact(4).zip(is_lost.chunks_exact(4)) {
-            for i in 0..4 {
-                let is_kept = is_whole || is_lost[i] == 0;
-                lows[i] = if is_kept & (points[i] < lows[i]) { points[i] } else { lows[i] };
-                highs[i] = if is_kept & (points[i] > highs[i]) { points[i] } else { highs[i] };
-            }
-        }
-        let low = lows.into_iter().fold(f64::INFINITY, f64::min);
-        [low, highs.into_iter().fold(f64::NEG_INFINITY, f64::max)]
-    });
-    if x[0] > x[1] {
-        // All are lost.
-        return Aabb::nothing();
-    }
-    Aabb { min: Point3::new(x[0], y[0], z[0]), max: Point3::new(x[1], y[1], z[1]) }
 }

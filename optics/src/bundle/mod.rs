@@ -7,17 +7,20 @@
 //! - It meets each surface of the itinerary once between its neighbours, and on the face itself.
 //! - It meets no other face. Rays of a tile between two faces lie in the hull of the boxes around where they
 //!   pass these, cut into slices; what no slice touches is not met. Of what one touches each ray is asked.
-//! - A face with an outline of its own, such as a plate's, is met inside that: no wall of the plate touches
-//!   the box around where the rays meet it.
+//! - A face with an outline of its own, such as a plate's, is met inside that: on the plate's plane, between
+//!   where the first ray meets it and where another does, there is no wall of it.
 //!
 //! Rays for which that fails get an itinerary of their own; tiles that need many are quartered; what is left
 //! is followed ray by ray.
 
 mod chain;
+mod edges;
 mod faces;
 mod itinerary;
 mod lanes;
 mod quadric;
+mod trim;
+mod wide;
 
 use std::ops::Range;
 
@@ -41,6 +44,10 @@ const MOST_PLANS: usize = 3;
 
 /// Tiles of so many rays are not quartered.
 const SMALL: usize = 64;
+
+/// Rays without an itinerary after which their few neighbours are not asked for one: finding none takes as long
+/// as following them.
+const MOST_NONES: usize = 2;
 
 /// Slices of the room between two faces.
 const SLICES: usize = 8;
@@ -117,7 +124,7 @@ impl TileTracer<'_> {
     /// The same; `rays` ends up empty.
     fn cast_rays(&mut self, rays: &mut Vec<Numbered>, take: &mut impl FnMut(u32, u32, LightPath)) {
         let is_small = rays.len() <= SMALL;
-        let mut plans = 0;
+        let (mut plans, mut nones) = (0, 0);
         while rays.len() > FEW && (plans < MOST_PLANS || is_small) {
             plans += 1;
             // One in the middle of what is left; its own path is known as that of the others, or by itself.
@@ -133,11 +140,12 @@ impl TileTracer<'_> {
                 self.singles += 1;
                 take(column, row, self.tracer.follow(&ray));
             }
-            if !is_small && plan.is_none() {
+            nones += usize::from(plan.is_none());
+            if nones >= if is_small { MOST_NONES } else { 1 } {
                 break;
             }
         }
-        if rays.len() <= FEW {
+        if rays.len() <= FEW || is_small {
             self.singles += rays.len();
             for (column, row, ray) in rays.drain(..) {
                 take(column, row, self.tracer.follow(&ray));

@@ -5,7 +5,7 @@ use std::ops::Neg;
 use fabkit_geometry::{Aabb, Point3, Pose, Ray, Vector3};
 use nalgebra::Matrix4;
 
-use super::faces::Trim;
+use super::trim::Trim;
 
 /// Where `a (x^2 + y^2) + b z^2 + l . p + d` is 0: planes of any orientation, spheres anywhere, cylinders,
 /// cones and ellipsoids of revolution along z.

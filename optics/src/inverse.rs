@@ -172,7 +172,7 @@ impl Seeker<'_> {
         let starts = leads.into_iter().chain([straight]).chain(fan);
         let mut tried = Vec::new();
         for start in starts {
-            let Some(sight) = self.from_start(pupil, place, start, &mut tried) else { continue };
+            let Some(sight) = self.search(pupil, place, start, &mut tried) else { continue };
             if sight.hidden_by(THERE_MM).is_none() {
                 self.remember(pupil, &sight);
                 return Some(sight);
@@ -184,7 +184,7 @@ impl Seeker<'_> {
 
     /// Past the faces that a ray passes, then past those that the ray passes which that leads to, and so on;
     /// where these were never met before or have no closed form, with rays that are followed.
-    fn from_start(
+    fn search(
         &mut self,
         pupil: &Point3<f64>,
         place: &Point3<f64>,

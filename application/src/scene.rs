@@ -96,6 +96,11 @@ impl SensorView {
         Ok(Self { project, viewpoint, coverage, sights })
     }
 
+    /// The sensor's bodies as the camera's rays meet them.
+    pub fn sights(&self) -> &Sights {
+        &self.sights
+    }
+
     /// The rays of some rows of all pixels, each split into `samples` x `samples`, behind the sensor's
     /// bodies.
     pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {

@@ -4,6 +4,7 @@
 mod collected;
 mod coverage;
 mod files;
+mod looking;
 mod penetration;
 mod presses;
 pub mod probes;

@@ -14,11 +14,15 @@
 
 use std::fmt::Write;
 
+use fabkit_camera::Point2;
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
+use fabkit_optics::Sights;
+use rayon::prelude::*;
 
 use super::Viewpoint;
+use super::looking::Looking;
 
 /// UVDtact's count.
 pub const DEFAULT_COUNT: u32 = 33_803;
@@ -39,20 +43,15 @@ pub struct Probes {
 pub fn probes(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
+    sights: &Sights,
     count: u32,
     deepest_mm: f64,
     seed: u64,
 ) -> Result<Probes, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
-    let camera = viewpoint.camera();
-    let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
-    let pixel_of = |point: &Point3<f64>| {
-        let pixel = camera.project(&camera_from_sensor.point(*point)).ok()?;
-        camera.sees(&pixel).then_some(pixel)
-    };
     let apex = Point3::new(0.0, 0.0, touch.apex_z_mm());
     // The apex may lie outside the picture; it still has a direction there.
-    let centre = camera.project(&camera_from_sensor.point(apex)).ok();
+    let centre = Looking::new(viewpoint, sights).project(&apex);
     let mut csv = String::from(
         "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad\n",
     );
@@ -62,13 +61,19 @@ pub fn probes(
         // From just above 0 up to the deepest.
         Some((points.by_area([along, around])?, deepest_mm * (1.0 - deep)))
     });
-    for (index, ((point, outward), depth_mm)) in places.take(count as usize).enumerate() {
-        let tip = point - depth_mm * outward;
+    let tips = places
+        .take(count as usize)
+        .map(|((point, outward), depth_mm)| (point - depth_mm * outward, depth_mm));
+    let tips: Vec<(Point3<f64>, f64)> = tips.collect();
+    let pixels: Vec<Option<Point2<f64>>> = tips
+        .par_iter()
+        .map_init(|| Looking::new(viewpoint, sights), |looking, (tip, _)| looking.look(tip).ok())
+        .collect();
+    for (index, ((tip, depth_mm), pixel)) in tips.into_iter().zip(pixels).enumerate() {
         let (r_mm, across_mm) = (tip.coords.norm(), tip.x.hypot(tip.y));
         let (theta_rad, phi_rad) = (across_mm.atan2(tip.z), tip.y.atan2(tip.x));
         // Writing to a string cannot fail.
         let _ = write!(csv, "{index},{depth_mm},{},{},{},", tip.x, tip.y, tip.z);
-        let pixel = pixel_of(&tip);
         let _ = match pixel {
             Some(pixel) => write!(csv, "{},{},", pixel.x, pixel.y),
             None => write!(csv, ",,"),

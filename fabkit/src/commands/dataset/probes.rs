@@ -30,7 +30,7 @@ pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure
         );
         return Err(Failure::new(ErrorKind::BadInput, message, "ask for a smaller --depth"));
     }
-    let probes = probes(touch, &scene.viewpoint, args.count, deepest_mm, args.seed);
+    let probes = probes(touch, &scene.viewpoint, scene.sights(), args.count, deepest_mm, args.seed);
     let probes = probes.map_err(Failure::bug)?;
     if probes.seen == 0 && !args.allow_no_contact {
         let message =

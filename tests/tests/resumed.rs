@@ -24,7 +24,7 @@ const DATASET: &[&str] = &[
     "fixtures.semi_domes.count=3",
 ];
 const PLAN: &str = "format: 1\nsensor: rtac0\nsample: 40\naxes:\n  \
-                    camera.depth: {from: 6 mm, to: 7 mm}\nmetrics: [coverage]\n";
+                    camera.depth: {from: 6 mm, to: 7 mm}\nmetrics: [layers_mass_g]\n";
 const SWEEP: &[&str] = &["sweep", "plan.yaml", "-o", "out"];
 
 fn folder() -> tempfile::TempDir {

@@ -297,3 +297,16 @@ fn probes_are_spread_seen_and_limited() {
     }
     assert_says(&probes(&["--depth", "19mm"]), 2, &["probes of 19 mm are too deep", "begins"]);
 }
+
+/// A search through the bodies begins with what led to the places before: in an order that threads do not change.
+#[test]
+fn threads_change_no_byte_of_probes() {
+    let root = tempfile::tempdir().unwrap();
+    let probes = |threads: &str| {
+        let file = format!("{threads}.csv");
+        let options = ["--probes", "--count", "5000", "--threads", threads, "-o", &file];
+        fabkit(root.path(), &[&["dataset", "rtac0"], &options[..]].concat()).ok();
+        fs::read(root.path().join(file)).unwrap()
+    };
+    assert!(probes("1") == probes("2"));
+}

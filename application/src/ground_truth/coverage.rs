@@ -8,7 +8,7 @@ use fabkit_optics::Sights;
 use rayon::prelude::*;
 
 use super::Viewpoint;
-use super::looking::{Looking, Lost};
+use super::looking::{AT_ONCE, Looking, Lost};
 use super::probes::places_of_seed;
 
 /// Places that are looked at; the share is good to about a thousandth.
@@ -51,19 +51,18 @@ pub fn coverage(
         let [along, around, _] = places.at(number as usize);
         points.by_area([along, around]).map(|(point, _)| point)
     };
-    let looks: Vec<(Option<Lost>, f64)> = (0..PLACES)
-        .into_par_iter()
-        .map_init(
-            || Looking::new(viewpoint, sights),
-            |looking, number| {
-                let point = point(number)?;
-                let in_camera = camera_from_sensor.point(point);
-                let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
-                Some((looking.look(&point).err(), angle_rad))
-            },
-        )
-        .flatten()
-        .collect();
+    let numbers: Vec<u32> = (0..PLACES).collect();
+    let looks = numbers.par_chunks(AT_ONCE).flat_map_iter(|numbers| {
+        let mut looking = Looking::new(viewpoint, sights);
+        let look = |number: &u32| {
+            let point = point(*number)?;
+            let in_camera = camera_from_sensor.point(point);
+            let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
+            Some((looking.look(&point).err(), angle_rad))
+        };
+        numbers.iter().filter_map(look).collect::<Vec<_>>()
+    });
+    let looks: Vec<(Option<Lost>, f64)> = looks.collect();
     let share = |count: usize| count as f64 / f64::from(PLACES);
     let mut counts: BTreeMap<Lost, usize> = BTreeMap::new();
     for lost in looks.iter().filter_map(|(lost, _)| *lost) {

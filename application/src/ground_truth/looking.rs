@@ -9,7 +9,11 @@ use super::Viewpoint;
 /// A ray that ends that near to a place ends there, mm.
 const THERE_MM: f64 = 1e-6;
 
-/// One thread's way to look.
+/// Places that are looked at one after the other. What leads to one place is tried for the next, so that who
+/// comes after whom must not depend on threads.
+pub(super) const AT_ONCE: usize = 1_024;
+
+/// A way to look at places one after the other.
 pub(super) enum Looking<'a> {
     /// A lens and nothing else: bodies bend what it sees.
     Lens(&'a Camera, Box<Viewer<'a>>),

@@ -22,7 +22,7 @@ use fabkit_optics::Sights;
 use rayon::prelude::*;
 
 use super::Viewpoint;
-use super::looking::Looking;
+use super::looking::{AT_ONCE, Looking};
 
 /// UVDtact's count.
 pub const DEFAULT_COUNT: u32 = 33_803;
@@ -65,10 +65,11 @@ pub fn probes(
         .take(count as usize)
         .map(|((point, outward), depth_mm)| (point - depth_mm * outward, depth_mm));
     let tips: Vec<(Point3<f64>, f64)> = tips.collect();
-    let pixels: Vec<Option<Point2<f64>>> = tips
-        .par_iter()
-        .map_init(|| Looking::new(viewpoint, sights), |looking, (tip, _)| looking.look(tip).ok())
-        .collect();
+    let pixels = tips.par_chunks(AT_ONCE).flat_map_iter(|tips| {
+        let mut looking = Looking::new(viewpoint, sights);
+        tips.iter().map(|(tip, _)| looking.look(tip).ok()).collect::<Vec<_>>()
+    });
+    let pixels: Vec<Option<Point2<f64>>> = pixels.collect();
     for (index, ((tip, depth_mm), pixel)) in tips.into_iter().zip(pixels).enumerate() {
         let (r_mm, across_mm) = (tip.coords.norm(), tip.x.hypot(tip.y));
         let (theta_rad, phi_rad) = (across_mm.atan2(tip.z), tip.y.atan2(tip.x));

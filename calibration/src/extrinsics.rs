@@ -15,7 +15,7 @@ use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate};
 use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
-pub use candidates::{Optics, ParameterSet};
+pub use candidates::{Drawing, Medium, Optics, ParameterSet};
 pub use joint::{JointCovariance, joint_estimate};
 pub use refine::{Loss, PoseSolution, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
@@ -34,17 +34,19 @@ const MIN_SCATTER_FREEDOM: usize = 5;
 const PLANE: f64 = 0.02;
 
 /// How to calibrate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CalibrationOptions {
+#[derive(Clone, Copy, Debug)]
+pub struct CalibrationOptions<'a> {
     /// Refractive index of the gel behind an interface that is tried.
     pub gel_index: f64,
+    /// What the design draws between lens and pins, if that is known.
+    pub drawn: Option<Drawing<'a>>,
     /// How residuals count.
     pub loss: Loss,
 }
 
-impl Default for CalibrationOptions {
+impl Default for CalibrationOptions<'_> {
     fn default() -> Self {
-        Self { gel_index: SILICONE_INDEX, loss: Loss::Huber(HUBER) }
+        Self { gel_index: SILICONE_INDEX, drawn: None, loss: Loss::Huber(HUBER) }
     }
 }
 
@@ -135,7 +137,7 @@ pub fn calibrate(
     observations: &[Observation],
     start: &Pose,
     nominal: Option<&Pose>,
-    options: &CalibrationOptions,
+    options: &CalibrationOptions<'_>,
 ) -> Result<PoseCalibration, CalibrationError> {
     if in_one_plane(observations) {
         return Err(CalibrationError::OnePlane { pins: observations.len() });
@@ -151,9 +153,8 @@ pub fn calibrate(
         .collect();
     let mut model = Model::new(*camera.camera(), *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
-    let selection =
-        selection::select(&model, &observations, captures, options.gel_index, options.loss)
-            .map_err(|failed| CalibrationError::NoExplanation { failed })?;
+    let selection = selection::select(&model, &observations, captures, options)
+        .map_err(|failed| CalibrationError::NoExplanation { failed })?;
     let fit = &selection.trials[selection.chosen].fit;
     let coordinates = 2 * observations.len();
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
@@ -183,6 +184,26 @@ pub fn pose_without_start(camera: &Camera, observations: &[Observation]) -> Opti
         }
     }
     linear::pose_from_rays(&rays, &points)
+}
+
+/// Solves for the pose through the bodies that a design draws, from a pose near enough to see all pins; with
+/// it for what molds, prints and data sheets leave open of them.
+///
+/// # Errors
+/// As [`refine`]; an interface that is not before the camera.
+pub fn solve_drawn(
+    camera: &Camera,
+    observations: &[Observation],
+    start: &Pose,
+    drawing: &Drawing<'_>,
+    loss: Loss,
+) -> Result<PoseSolution, SolveError> {
+    let set = ParameterSet {
+        optics: Optics { medium: Medium::Drawn, radial_terms: 0 },
+        ..ParameterSet::PLAIN
+    };
+    let parameters = set.parameters(camera, 0);
+    candidates::fit_drawn(drawing, &Model::new(*camera, *start), &parameters, observations, loss)
 }
 
 /// Solves for the pose alone, from a linear solution if there is one and else from `nominal`.

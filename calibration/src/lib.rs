@@ -13,6 +13,7 @@
 pub mod assignment;
 pub mod board;
 pub mod captures;
+pub mod drawn;
 pub mod extrinsics;
 pub mod image;
 mod information;

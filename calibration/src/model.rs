@@ -4,11 +4,14 @@
 //! the lean around the sensor's axis, then moved with the dome as it was seated in that capture,
 //! then carried into the camera's frame and projected. Each of these has a derivative.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
-use fabkit_camera::{Camera, OutsideDomain, POSE_PARAMETERS};
+use fabkit_camera::{Camera, Interface, OutsideDomain, POSE_PARAMETERS};
 use fabkit_geometry::{Matrix3, Point3, Pose, Vector3};
-use nalgebra::{Matrix2x3, Point2, Rotation3, Vector2};
+use nalgebra::{Matrix2x3, Point2, Rotation3, SMatrix, Vector2};
+
+use crate::drawn::{self, DrawnInterface};
 
 /// Nearer to the sensor's axis than this there is no way round it, mm.
 const ON_AXIS_MM: f64 = 0.1;
@@ -16,6 +19,9 @@ const ON_AXIS_MM: f64 = 0.1;
 const RESEATING_SHIFT_MM: f64 = 0.3;
 /// How far a dome can turn on its seat, rad (one standard deviation): 1 degree.
 const RESEATING_TURN_RAD: f64 = 0.0175;
+
+/// Parameters of a lens before its coefficients: two focal lengths, two coordinates of the centre.
+const INTRINSICS: usize = 4;
 
 /// A coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -68,6 +74,8 @@ pub enum FitParameter {
     Lean,
     /// Both focal lengths by one factor: 0.01 is one percent longer.
     FocalScale,
+    /// How much farther from the lens than drawn the interface lies, mm: see [`Model::drawn`].
+    InterfaceShift,
     /// A parameter of the camera, by the name that [`Camera::parameters`] gives it.
     Camera(&'static str),
     /// How the dome sits in one capture.
@@ -96,6 +104,7 @@ impl FitParameter {
             Self::SeatingOffset => 2.0,
             Self::Lean => 1.0,
             Self::FocalScale => 0.3,
+            Self::InterfaceShift => drawn::PLACE_SIGMA_MM,
             Self::Camera("interface_distance_mm") => 10.0,
             Self::Camera("interface_index_outside") => 0.1,
             Self::Camera("fx_px" | "fy_px") => 100.0,
@@ -118,6 +127,8 @@ impl FitParameter {
             Self::Lean => "how far pins lean",
             Self::FocalScale => "the lens's focal length",
             Self::Camera("interface_distance_mm") => "the gel's distance from the lens",
+            Self::Camera("interface_index_outside") => "the gel's refractive index",
+            Self::InterfaceShift => "how far the gel's face lies from where it is drawn",
             Self::Camera(_) => "a parameter of the camera",
             Self::Reseating(..) => "how the dome sits",
         };
@@ -133,6 +144,7 @@ impl fmt::Display for FitParameter {
             Self::SeatingOffset => f.write_str("seating_offset_mm"),
             Self::Lean => f.write_str("lean_mm"),
             Self::FocalScale => f.write_str("focal_scale"),
+            Self::InterfaceShift => f.write_str("interface_shift_mm"),
             Self::Camera(name) => f.write_str(name),
             Self::Reseating(capture, MountingError::ShiftX) => {
                 write!(f, "capture_{capture}_shift_x_mm")
@@ -188,6 +200,36 @@ pub struct Model {
     /// Shift in x and y, mm, and turn, rad, for each capture; captures beyond the end sit as they
     /// should.
     pub reseatings: Vec<[f64; 3]>,
+    /// The interface that the design draws, if the camera's is that one: it stands still in the sensor, and
+    /// the camera's follows from the pose.
+    pub drawn: Option<DrawnInterface>,
+    /// See [`FitParameter::InterfaceShift`].
+    pub interface_shift_mm: f64,
+    /// How far from where they are contacts seem to be, because light is bent again behind the camera's
+    /// interface; the rest seem to be where they are.
+    pub displacements: Displacements,
+}
+
+/// By contacts, sensor frame, mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Displacements(BTreeMap<[u64; 3], Vector3<f64>>);
+
+impl Displacements {
+    /// Of each contact's nominal place.
+    pub fn new(all: impl IntoIterator<Item = (Point3<f64>, Vector3<f64>)>) -> Self {
+        Self(all.into_iter().map(|(place, by)| (key(&place), by)).collect())
+    }
+
+    fn of(&self, place: &Point3<f64>) -> Vector3<f64> {
+        match self.0.is_empty() {
+            true => Vector3::zeros(),
+            false => self.0.get(&key(place)).copied().unwrap_or_default(),
+        }
+    }
+}
+
+fn key(place: &Point3<f64>) -> [u64; 3] {
+    [place.x, place.y, place.z].map(f64::to_bits)
 }
 
 impl Model {
@@ -200,6 +242,36 @@ impl Model {
             lean_mm: 0.0,
             expected_translation_mm: None,
             reseatings: Vec::new(),
+            drawn: None,
+            interface_shift_mm: 0.0,
+            displacements: Displacements::default(),
+        }
+    }
+
+    /// The same behind an interface that the design draws, where it is drawn.
+    #[must_use]
+    pub fn behind(mut self, drawn: &DrawnInterface) -> Option<Self> {
+        self.drawn = Some(*drawn);
+        self.interface_shift_mm = 0.0;
+        self.camera = self.camera_behind(drawn.index_outside())?;
+        Some(self)
+    }
+
+    /// The camera with the drawn interface as it is seen from its pose.
+    fn camera_behind(&self, index_outside: f64) -> Option<Camera> {
+        let Some(drawn) = &self.drawn else { return Some(self.camera) };
+        let pose = &self.camera_from_sensor;
+        let interface = drawn.seen_from(pose, self.interface_shift_mm, index_outside);
+        let [width_px, height_px] = [self.camera.width_px(), self.camera.height_px()];
+        Camera::new(width_px, height_px, *self.camera.lens(), interface).ok()
+    }
+
+    /// Refractive index behind the camera's interface, if it has one.
+    fn index_outside(&self) -> Option<f64> {
+        match self.camera.interface() {
+            Interface::None => None,
+            Interface::Flat(flat) => Some(flat.index_outside),
+            Interface::Sphere(sphere) => Some(sphere.index_outside),
         }
     }
 
@@ -225,6 +297,7 @@ impl Model {
         let point = self.camera_from_sensor.point(seated);
         let projection = self.camera.project_with_jacobians(&point)?;
         let turned = point - self.camera_from_sensor.translation_mm();
+        let by_interface = self.by_interface(&projection.by_parameters);
         let by_sensor: Matrix2x3<f64> = projection.by_point * self.camera_from_sensor.rotation();
         let intrinsics = self.camera.lens().intrinsics();
         let turn = self.reseatings.get(contact.capture).map_or(0.0, |[_, _, turn]| *turn);
@@ -233,8 +306,12 @@ impl Model {
             *column = match parameter {
                 FitParameter::Rotation(axis) => {
                     projection.by_point * axis.unit().cross(&turned.coords)
+                        + by_interface.column(axis.index())
                 }
-                FitParameter::Translation(axis) => projection.by_point.column(axis.index()).into(),
+                FitParameter::Translation(axis) => {
+                    projection.by_point.column(axis.index()) + by_interface.column(3 + axis.index())
+                }
+                FitParameter::InterfaceShift => by_interface.column(6).into(),
                 FitParameter::SeatingOffset => {
                     by_sensor * turned_with_dome(contact.axis_in_sensor.unwrap_or_default())
                 }
@@ -262,6 +339,16 @@ impl Model {
         Ok(projection.pixel)
     }
 
+    /// Change of a pixel with pose and shift by way of the drawn interface, which they move before the lens.
+    fn by_interface(&self, by_parameters: &[Vector2<f64>]) -> SMatrix<f64, 2, 7> {
+        let Some(drawn) = &self.drawn else { return SMatrix::zeros() };
+        let by_pose = drawn.by_pose(&self.camera_from_sensor, self.interface_shift_mm);
+        let of_lens = INTRINSICS + self.camera.lens().coefficient_names().len();
+        let of_interface = by_parameters.iter().skip(of_lens);
+        let parts = of_interface.zip(by_pose.row_iter()).map(|(pixel, row)| pixel * row);
+        parts.sum()
+    }
+
     /// The same model with each parameter moved by its step; `None` where no such camera exists.
     #[must_use]
     pub fn stepped(&self, parameters: &[FitParameter], steps: &[f64]) -> Option<Self> {
@@ -280,6 +367,7 @@ impl Model {
                     values[0] *= 1.0 + step;
                     values[1] *= 1.0 + step;
                 }
+                FitParameter::InterfaceShift => next.interface_shift_mm += step,
                 FitParameter::Camera(name) => {
                     values.get_or_insert_with(current)[self.camera_index(name)?] += step;
                 }
@@ -297,6 +385,9 @@ impl Model {
         let rotation: Matrix3<f64> =
             Rotation3::new(turn).matrix() * self.camera_from_sensor.rotation();
         next.camera_from_sensor = Pose::new(rotation, shift)?;
+        if let Some(index_outside) = next.index_outside().filter(|_| next.drawn.is_some()) {
+            next.camera = next.camera_behind(index_outside)?;
+        }
         Some(next)
     }
 
@@ -315,6 +406,7 @@ impl Model {
             FitParameter::SeatingOffset => self.seating_offset_mm,
             FitParameter::Lean => self.lean_mm,
             FitParameter::FocalScale => 0.0,
+            FitParameter::InterfaceShift => self.interface_shift_mm,
             FitParameter::Camera(name) => {
                 self.camera.parameters().into_iter().find(|(found, _)| *found == name)?.1
             }
@@ -345,13 +437,25 @@ impl Model {
                 let expected = self.expected_translation_mm?;
                 (self.camera_from_sensor.translation_mm() - expected)[axis.index()]
             }
+            FitParameter::InterfaceShift => self.interface_shift_mm,
+            FitParameter::Camera("interface_index_outside") => {
+                let away = self.index_outside()? - self.drawn.as_ref()?.index_outside();
+                return Some((away, drawn::INDEX_SIGMA));
+            }
             _ => return None,
         };
         Some((away, parameter.prior_sigma()))
     }
 
+    /// Whether the drawing says beforehand what a parameter is.
+    pub(crate) fn is_drawn(&self, parameter: FitParameter) -> bool {
+        let index = FitParameter::Camera("interface_index_outside");
+        self.drawn.is_some() && (parameter == FitParameter::InterfaceShift || parameter == index)
+    }
+
     fn displaced(&self, contact: &Contact) -> Point3<f64> {
         contact.contact_in_sensor_mm
+            + self.displacements.of(&contact.contact_in_sensor_mm)
             + self.seating_offset_mm * contact.axis_in_sensor.unwrap_or_default()
             + self.lean_mm * way_round(contact.contact_in_sensor_mm)
     }

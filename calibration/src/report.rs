@@ -45,6 +45,8 @@ pub struct ExtrinsicsReport<'a> {
     pub discrepancies: &'a [Discrepancy],
     /// The result.
     pub calibration: &'a PoseCalibration,
+    /// Why the bodies that the design draws took no part, as a sentence.
+    pub not_drawn: Option<&'a str>,
 }
 
 impl ExtrinsicsReport<'_> {

@@ -63,16 +63,18 @@ pub fn surface_sigma(
     let mut by_pixel = DMatrix::zeros(2, count);
     let along = place.coords.normalize();
     for (i, parameter) in parameters.iter().enumerate() {
-        let (of_camera, of_pose) = match parameter {
-            FitParameter::Rotation(axis) => {
-                (nalgebra::Vector2::zeros(), axis.unit().cross(&turned.coords))
+        let of_pose = match parameter {
+            FitParameter::Rotation(axis) => axis.unit().cross(&turned.coords),
+            FitParameter::Translation(axis) => axis.unit(),
+            FitParameter::FocalScale | FitParameter::InterfaceShift | FitParameter::Camera(_) => {
+                Vector3::zeros()
             }
-            FitParameter::Translation(axis) => (nalgebra::Vector2::zeros(), axis.unit()),
-            FitParameter::FocalScale | FitParameter::Camera(_) => (columns[i], Vector3::zeros()),
             FitParameter::SeatingOffset | FitParameter::Lean | FitParameter::Reseating(..) => {
                 continue;
             }
         };
+        // What the place's own motion in the camera frame does not explain; a pose moves a drawn interface too.
+        let of_camera = columns[i] - by_point * of_pose;
         let moved = inverse * Vector3::new(-of_camera.x, -of_camera.y, normal.dot(&of_pose));
         by_z[i] = moved.z;
         by_range[i] = moved.dot(&along);

@@ -216,6 +216,12 @@ impl Camera {
         4 + self.lens.coefficients().len() + self.interface.parameters().1
     }
 
+    /// The same lens with nothing before it.
+    #[must_use]
+    pub fn in_air(&self) -> Self {
+        Self { interface: Interface::None, refraction: Refraction::None, ..*self }
+    }
+
     /// Names with units, and values, of everything that can be calibrated: `fx_px`, `fy_px`,
     /// `cx_px`, `cy_px`, the lens's coefficients, the interface's parameters.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {

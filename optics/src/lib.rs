@@ -51,6 +51,7 @@
 mod bundle;
 mod error;
 mod hollow;
+mod interface;
 mod inverse;
 mod sensing;
 mod snell;
@@ -60,9 +61,10 @@ mod viewer;
 
 pub use bundle::{Bundles, TILE, TileTracer};
 pub use error::InvalidStack;
+pub use interface::Window;
 pub use inverse::{Seeker, Sight, Sights};
 pub use sensing::{START_MM, SensingSurface};
 pub use snell::refract;
 pub use stack::{MAX_NAMES, Stack};
-pub use trace::{End, LightPath, Tracer};
+pub use trace::{Bend, End, LightPath, Tracer};
 pub use viewer::{Look, Unseen, Viewer};

@@ -41,6 +41,17 @@ pub struct LightPath {
     pub bends: u32,
 }
 
+/// Where a ray passes from one medium into another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bend {
+    /// Sensor frame, mm.
+    pub place: Point3<f64>,
+    /// Unit normal of the face, to either side.
+    pub normal: Vector3<f64>,
+    /// Refractive indices before and behind it.
+    pub indices: [f64; 2],
+}
+
 /// A stretch of a line in a body.
 #[derive(Clone, Copy, Debug)]
 struct Inside {
@@ -75,6 +86,7 @@ pub struct Tracer<'a> {
     stretches: Vec<[f64; 2]>,
     scratch: Scratch,
     corners: Vec<Point3<f64>>,
+    bends: Vec<Bend>,
 }
 
 impl<'a> Tracer<'a> {
@@ -88,6 +100,7 @@ impl<'a> Tracer<'a> {
             stretches: Vec::new(),
             scratch: Scratch::default(),
             corners: Vec::new(),
+            bends: Vec::new(),
         }
     }
 
@@ -96,8 +109,14 @@ impl<'a> Tracer<'a> {
         &self.corners
     }
 
+    /// Where and how the last ray that was followed was bent, in order.
+    pub fn bends(&self) -> &[Bend] {
+        &self.bends
+    }
+
     /// Follows a ray of unit direction from the pupil to its end.
     pub fn follow(&mut self, ray: &Ray) -> LightPath {
+        self.bends.clear();
         self.corners.clear();
         self.corners.push(ray.origin);
         let mut path = LightPath {
@@ -123,6 +142,8 @@ impl<'a> Tracer<'a> {
                     path.bends += 1;
                     index = Some(to_index);
                     self.corners.push(path.last.origin);
+                    let indices = [from_index, to_index];
+                    self.bends.push(Bend { place: path.last.origin, normal, indices });
                 }
             }
         }

@@ -5,7 +5,7 @@ use fabkit_geometry::{Point3, Pose, Ray};
 use nalgebra::Matrix2x3;
 
 use crate::inverse::{Seeker, Sight, Sights};
-use crate::trace::{LightPath, Tracer};
+use crate::trace::{Bend, LightPath, Tracer};
 
 /// A camera at its place; one per thread.
 #[derive(Debug)]
@@ -72,6 +72,11 @@ impl<'a> Viewer<'a> {
     /// Where the last pixel's ray began and was bent, sensor frame, mm.
     pub fn corners(&self) -> &[Point3<f64>] {
         self.tracer.corners()
+    }
+
+    /// Where and how the last pixel's ray was bent, sensor frame.
+    pub fn bends(&self) -> &[Bend] {
+        self.tracer.bends()
     }
 
     /// The pixel at which a place is seen, or would be if nothing opaque hid it.

@@ -119,6 +119,7 @@ impl Intrinsics {
             board: &self.board,
             pictures: &self.pictures,
             calibration: &self.calibration,
+            not_drawn: self.not_drawn.as_deref(),
         }
     }
 }
@@ -213,6 +214,7 @@ pub struct Extrinsics {
     captures: Vec<CaptureRecord>,
     discrepancies: Vec<Discrepancy>,
     calibration: pose::PoseCalibration,
+    not_drawn: Option<String>,
 }
 
 impl Extrinsics {
@@ -224,6 +226,7 @@ impl Extrinsics {
             captures: &self.captures,
             discrepancies: &self.discrepancies,
             calibration: &self.calibration,
+            not_drawn: self.not_drawn.as_deref(),
         }
     }
 }
@@ -300,6 +303,7 @@ pub fn extrinsics(
                 captures: report.captures.to_vec(),
                 discrepancies: report.discrepancies.to_vec(),
                 calibration: report.calibration.clone(),
+                not_drawn: report.not_drawn.map(str::to_owned),
             })
         })
     })

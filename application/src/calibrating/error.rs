@@ -10,6 +10,7 @@ use fabkit_calibration::image::ImageError;
 use fabkit_calibration::intrinsics::CalibrateError;
 use fabkit_calibration::pins::DetectionError;
 use fabkit_camera::files::InvalidCameraFile;
+use fabkit_optics::InvalidStack;
 use fabkit_text::InvalidDocument;
 
 use super::captures::{LIST, MAX_PICTURES};
@@ -30,6 +31,9 @@ pub enum CalibratingError {
     /// A list of corners with problems, each with the file it is in.
     #[error("{}", joined(.0))]
     Corners(Vec<String>),
+    /// Bodies that no light can be followed through.
+    #[error(transparent)]
+    Light(#[from] InvalidStack),
     /// A picture of another size than the sensor's camera takes.
     #[error(
         "{file}: {} x {} px; the sensor's camera has {} x {} px",
@@ -252,6 +256,7 @@ impl Explained for CalibratingError {
     fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::Board(_) => BOARD_HINT,
+            Self::Light(error) => return Some(error.hint().to_owned()).filter(|h| !h.is_empty()),
             Self::Corners(_) => CORNERS_HINT,
             Self::OtherSize { .. } => {
                 "take all pictures with the sensor's camera at its own size, or change the sensor's \

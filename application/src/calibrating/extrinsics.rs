@@ -3,16 +3,17 @@
 use std::path::Path;
 
 use fabkit_calibration::assignment::{Discrepancy, assign};
-use fabkit_calibration::extrinsics::{CalibrationOptions, calibrate};
+use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, calibrate};
 use fabkit_calibration::landmarks::{self, PinLandmarks};
 use fabkit_calibration::report::ExtrinsicsReport;
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
 use fabkit_designs::Design;
-use fabkit_geometry::Sensor;
+use fabkit_geometry::{Point3, Pose, Sensor};
 
 use super::CalibratingError;
 use super::captures::PinCaptures;
+use super::drawing::DrawnBodies;
 use crate::Error;
 use crate::reading::{self, Expected};
 
@@ -53,8 +54,13 @@ pub fn solve<R, E: From<CalibratingError>>(
     let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
     let mislabelled = |doubt: &&Discrepancy| !matches!(doubt, Discrepancy::Missing { .. });
     let doubtful = assignment.discrepancies.iter().filter(mislabelled).count();
+    let bodies = DrawnBodies::of(sensor, camera.camera()).map_err(CalibratingError::from)?;
+    let displacements =
+        |pose: &Pose, contacts: &[Point3<f64>]| bodies.displacements(pose, contacts);
+    let drawn = bodies.interface();
+    let drawn = drawn.map(|interface| Drawing { interface, displacements: &displacements });
     let options =
-        CalibrationOptions { gel_index: inputs.gel_index, ..CalibrationOptions::default() };
+        CalibrationOptions { gel_index: inputs.gel_index, drawn, ..CalibrationOptions::default() };
     let start = &assignment.model.camera_from_sensor;
     let calibration = calibrate(camera, &assignment.observations, start, Some(&nominal), &options)
         .map_err(CalibratingError::from)?;
@@ -65,6 +71,7 @@ pub fn solve<R, E: From<CalibratingError>>(
         captures: &captures.records,
         discrepancies: &assignment.discrepancies,
         calibration: &calibration,
+        not_drawn: bodies.why_not(),
     };
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
         let discrepancies = report.doubt_sentences();

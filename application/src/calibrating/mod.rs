@@ -2,6 +2,7 @@
 
 pub mod boards;
 pub mod captures;
+pub mod drawing;
 mod error;
 pub mod extrinsics;
 pub mod intrinsics;

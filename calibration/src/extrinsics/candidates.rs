@@ -3,24 +3,56 @@
 use std::fmt;
 
 use fabkit_camera::{Camera, Flat, Interface};
-use fabkit_geometry::Pose;
+use fabkit_geometry::{Point3, Pose};
 
+use super::CalibrationOptions;
 use super::refine::{Loss, PoseSolution, SolveError, refine};
-use crate::model::{FitParameter, Model, MountingError, Observation};
+use crate::drawn::DrawnInterface;
+use crate::model::{Displacements, FitParameter, Model, MountingError, Observation};
 
 /// Distances of the interface from which a fit is started, or at which it is held, mm.
 const INTERFACE_STARTS_MM: [f64; 14] =
     [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 15.0, 16.0, 17.0, 20.0];
 /// Pins press on gel: at least this much of it is between the interface and the nearest one, mm.
 const MIN_GEL_MM: f64 = 1.0;
+/// How often a fit through the drawn bodies is done: what lies behind their first interface moves pixels by
+/// half a pixel at most, and that changes by a hundredth with the pose.
+const DRAWN_ROUNDS: usize = 3;
 const INTERFACE_DISTANCE: FitParameter = FitParameter::Camera("interface_distance_mm");
+
+/// What is between lens and pins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Medium {
+    /// What the camera file says.
+    Given,
+    /// The bodies that the design draws, up to what molds, prints and data sheets leave open.
+    Drawn,
+    /// The lens stands in air before a flat surface of gel of this refractive index, at a distance
+    /// that is solved for.
+    Gel(f64),
+}
+
+/// The bodies that a design draws between lens and pins: what [`Medium::Drawn`] stands for.
+#[derive(Clone, Copy)]
+pub struct Drawing<'a> {
+    /// The interface that light passes first.
+    pub interface: DrawnInterface,
+    /// What is behind that, seen from a pose (sensor frame to camera frame), for contacts in the sensor
+    /// frame, mm.
+    pub displacements: &'a dyn Fn(&Pose, &[Point3<f64>]) -> Displacements,
+}
+
+impl fmt::Debug for Drawing<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Drawing").field("interface", &self.interface).finish_non_exhaustive()
+    }
+}
 
 /// What light does on its way, beyond what the camera file says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optics {
-    /// The lens stands in air before a flat surface of gel of this refractive index, at a distance
-    /// that is solved for.
-    pub gel_index: Option<f64>,
+    /// What it passes.
+    pub medium: Medium,
     /// This many of the lens's radial terms are solved for anew: the first scales both focal
     /// lengths, the others are its leading distortion coefficients. They stand for all that bends
     /// light and is not known in detail.
@@ -29,7 +61,7 @@ pub struct Optics {
 
 impl Optics {
     /// As the camera file says.
-    pub const GIVEN: Self = Self { gel_index: None, radial_terms: 0 };
+    pub const GIVEN: Self = Self { medium: Medium::Given, radial_terms: 0 };
 }
 
 /// One explanation of the pixels.
@@ -53,8 +85,13 @@ impl ParameterSet {
     /// What it solves for, pose first.
     pub fn parameters(&self, camera: &Camera, captures: usize) -> Vec<FitParameter> {
         let mut parameters = FitParameter::POSE.to_vec();
-        if self.optics.gel_index.is_some() {
-            parameters.push(INTERFACE_DISTANCE);
+        match self.optics.medium {
+            Medium::Given => {}
+            Medium::Drawn => {
+                let index = FitParameter::Camera("interface_index_outside");
+                parameters.extend([FitParameter::InterfaceShift, index]);
+            }
+            Medium::Gel(_) => parameters.push(INTERFACE_DISTANCE),
         }
         if self.optics.radial_terms > 0 {
             parameters.push(FitParameter::FocalScale);
@@ -84,11 +121,18 @@ impl ParameterSet {
         start: &Model,
         observations: &[Observation],
         captures: usize,
-        loss: Loss,
+        options: &CalibrationOptions<'_>,
     ) -> Result<PoseSolution, SolveError> {
+        let loss = options.loss;
         let parameters = self.parameters(&start.camera, captures);
-        let Some(index) = self.optics.gel_index else {
-            return refine(start, &parameters, observations, loss);
+        let index = match (self.optics.medium, &options.drawn) {
+            (Medium::Gel(index), _) => index,
+            (Medium::Drawn, Some(drawing)) => {
+                return fit_drawn(drawing, start, &parameters, observations, loss);
+            }
+            (Medium::Given | Medium::Drawn, _) => {
+                return refine(start, &parameters, observations, loss);
+            }
         };
         let held: Vec<FitParameter> =
             parameters.iter().copied().filter(|p| *p != INTERFACE_DISTANCE).collect();
@@ -115,16 +159,46 @@ impl ParameterSet {
     }
 }
 
-/// The model with the lens in air before a flat surface of gel, at the distance of the design: in
-/// this start refraction and distance cannot have been traded against each other.
-fn behind_gel(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
+/// Fits through the drawn bodies. What is behind their first interface is computed for a pose, and again
+/// for the pose which that gives.
+pub(super) fn fit_drawn(
+    drawing: &Drawing<'_>,
+    start: &Model,
+    parameters: &[FitParameter],
+    observations: &[Observation],
+    loss: Loss,
+) -> Result<PoseSolution, SolveError> {
+    let contacts: Vec<_> = observations.iter().map(|o| o.contact.contact_in_sensor_mm).collect();
+    let mut model = at_design(start)
+        .and_then(|model| model.behind(&drawing.interface))
+        .ok_or(SolveError::NoDrawnInterface)?;
+    for round in 1.. {
+        model.displacements = (drawing.displacements)(&model.camera_from_sensor, &contacts);
+        let fit = refine(&model, parameters, observations, loss)?;
+        if round == DRAWN_ROUNDS || model.displacements == Displacements::default() {
+            return Ok(fit);
+        }
+        model = fit.model;
+    }
+    unreachable!("the last round returns")
+}
+
+/// The model with the camera where the design puts it, turned as it is.
+fn at_design(start: &Model) -> Option<Model> {
     let mut model = start.clone();
-    let interface = Interface::Flat(Flat::in_air(distance_mm, index));
-    let (width_px, height_px) = (start.camera.width_px(), start.camera.height_px());
-    model.camera = Camera::new(width_px, height_px, *start.camera.lens(), interface).ok()?;
     if let Some(expected) = start.expected_translation_mm {
         model.camera_from_sensor = Pose::new(*start.camera_from_sensor.rotation(), expected)?;
     }
+    Some(model)
+}
+
+/// The model with the lens in air before a flat surface of gel, at the distance of the design: in
+/// this start refraction and distance cannot have been traded against each other.
+fn behind_gel(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
+    let mut model = at_design(start)?;
+    let interface = Interface::Flat(Flat::in_air(distance_mm, index));
+    let (width_px, height_px) = (start.camera.width_px(), start.camera.height_px());
+    model.camera = Camera::new(width_px, height_px, *start.camera.lens(), interface).ok()?;
     Some(model)
 }
 
@@ -139,11 +213,13 @@ fn gel_before_pins_mm(model: &Model, observations: &[Observation]) -> f64 {
 
 impl fmt::Display for ParameterSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.optics.gel_index, self.optics.radial_terms) {
-            (None, 0) => f.write_str("plain")?,
-            (Some(_), 0) => f.write_str("gel")?,
-            (None, terms) => write!(f, "radial-{terms}")?,
-            (Some(_), terms) => write!(f, "gel+radial-{terms}")?,
+        match (self.optics.medium, self.optics.radial_terms) {
+            (Medium::Given, 0) => f.write_str("plain")?,
+            (Medium::Given, terms) => write!(f, "radial-{terms}")?,
+            (Medium::Drawn, 0) => f.write_str("drawn")?,
+            (Medium::Drawn, terms) => write!(f, "drawn+radial-{terms}")?,
+            (Medium::Gel(_), 0) => f.write_str("gel")?,
+            (Medium::Gel(_), terms) => write!(f, "gel+radial-{terms}")?,
         }
         for (name, on) in
             [("lean", self.lean), ("seating", self.seating), ("reseating", self.reseating)]

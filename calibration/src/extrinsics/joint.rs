@@ -138,12 +138,32 @@ fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
         if let Some(r) = held.iter().position(|held| held == parameter) {
             by_fit[(POSE_COUNT + r, c)] = 1.0;
         }
+        if let Some(by_interface) = by_interface(fit, parameter) {
+            let of_interface = by_fit.nrows() - by_interface.len();
+            for (r, by) in by_interface.into_iter().enumerate() {
+                by_fit[(of_interface + r, c)] += by;
+            }
+        }
         if *parameter == FitParameter::FocalScale {
             by_fit[(POSE_COUNT, c)] = intrinsics.fx_px;
             by_fit[(POSE_COUNT + 1, c)] = intrinsics.fy_px;
         }
     }
     by_fit
+}
+
+/// The parameters of a drawn interface, the last of the camera's, by one that moves it before the lens.
+fn by_interface(fit: &PoseSolution, parameter: &FitParameter) -> Option<Vec<f64>> {
+    let model = &fit.model;
+    let column = match parameter {
+        FitParameter::InterfaceShift => POSE_COUNT,
+        pose => FitParameter::POSE.iter().position(|found| found == pose)?,
+    };
+    let by_pose =
+        model.drawn.as_ref()?.by_pose(&model.camera_from_sensor, model.interface_shift_mm);
+    let count =
+        model.camera.parameters().iter().filter(|(n, _)| n.starts_with("interface_")).count();
+    Some(by_pose.column(column).iter().copied().take(count).collect())
 }
 
 fn symmetric(matrix: DMatrix<f64>) -> DMatrix<f64> {

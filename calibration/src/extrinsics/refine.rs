@@ -80,6 +80,9 @@ pub enum SolveError {
     /// Wherever a fit puts the surface of the gel, pins reach through it.
     #[error("the surface of the gel would lie behind the pins that are nearest to the camera")]
     PinsInTheWay,
+    /// The camera cannot stand before the drawn interface from where the fit starts.
+    #[error("the interface that the design draws is not before the camera")]
+    NoDrawnInterface,
     /// No step from the starting values makes the residuals smaller, yet they are not at rest.
     #[error("no convergence after {iterations} steps")]
     NoConvergence {

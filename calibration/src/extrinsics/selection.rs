@@ -3,7 +3,8 @@
 use fabkit_camera::Interface;
 use nalgebra::Vector2;
 
-use super::candidates::{Optics, ParameterSet};
+use super::CalibrationOptions;
+use super::candidates::{Medium, Optics, ParameterSet};
 use super::refine::{Loss, PoseSolution, SolveError, refine};
 use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable_from};
@@ -12,6 +13,8 @@ use crate::observability::{Unobservable, unobservable_from};
 const WORTH_A_PARAMETER: f64 = 0.01;
 /// An explanation that puts the camera where it cannot be must be better by this part.
 const WORTH_AN_IMPLAUSIBLE_POSE: f64 = 0.15;
+/// An explanation without the bodies that the design draws must be better by this part: they are there.
+const WORTH_DENYING_A_DRAWING: f64 = 0.1;
 /// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
 const WORTH_A_SEAT: f64 = 10.0;
 /// Farther than this from where the design puts it the camera cannot be: three standard deviations
@@ -75,10 +78,9 @@ pub(super) fn select(
     start: &Model,
     observations: &[Observation],
     captures: usize,
-    gel_index: f64,
-    loss: Loss,
+    options: &CalibrationOptions<'_>,
 ) -> Result<Selection, Vec<(ParameterSet, SolveError)>> {
-    let judge = |candidate| judge(candidate, start, observations, captures, loss);
+    let judge = |candidate| judge(candidate, start, observations, captures, options);
     let mut trials = Vec::new();
     let mut failed = Vec::new();
     let mut attempt = |candidate, trials: &mut Vec<Trial>| match judge(candidate) {
@@ -91,13 +93,18 @@ pub(super) fn select(
     let seating_shows = shows_seating(plain, observations);
     let seats: &[bool] = if seating_shows { &[false, true] } else { &[false] };
     // A camera file that has an interface already is believed.
-    let has_interface = start.camera.interface() != &Interface::None;
-    let gels = [None, Some(gel_index)].into_iter().take(if has_interface { 1 } else { 2 });
-    for gel_index in gels {
+    let media = match (start.camera.interface(), &options.drawn) {
+        (Interface::None, Some(_)) => {
+            vec![Medium::Given, Medium::Drawn, Medium::Gel(options.gel_index)]
+        }
+        (Interface::None, None) => vec![Medium::Given, Medium::Gel(options.gel_index)],
+        _ => vec![Medium::Given],
+    };
+    for &medium in &media {
         for radial_terms in 0..=MAX_TERMS {
             for lean in [false, true] {
                 for &seating in seats {
-                    let optics = Optics { gel_index, radial_terms };
+                    let optics = Optics { medium, radial_terms };
                     let candidate = ParameterSet { optics, lean, seating, reseating: false };
                     if candidate != ParameterSet::PLAIN {
                         attempt(candidate, &mut trials);
@@ -112,7 +119,8 @@ pub(super) fn select(
     let eligible = (0..trials.len()).filter(|i| {
         !trials[*i].candidate.seating || !trials[*i].names(FitParameter::SeatingOffset)
     });
-    let mut chosen = best(&trials, eligible);
+    let is_drawn = media.contains(&Medium::Drawn);
+    let mut chosen = best(&trials, eligible, is_drawn);
     if captures > 2 {
         attempt(ParameterSet { reseating: true, ..trials[chosen].candidate }, &mut trials);
         // Nobody can know the seat of a capture that was left out: held-out errors say whether the
@@ -144,18 +152,26 @@ impl Trial {
         self.unobservable.iter().any(|u| u.terms.iter().any(|(found, _)| *found == parameter))
     }
 
-    /// Held-out error with what its complications must earn.
-    fn price(&self) -> f64 {
-        let extra = self.fit.parameters.len().saturating_sub(6).min(12) as f64;
+    /// Parameters besides the pose; what the drawing says beforehand is none that the pixels have to tell.
+    fn free_parameters(&self) -> usize {
+        let from_drawing = if self.candidate.optics.medium == Medium::Drawn { 2 } else { 0 };
+        self.fit.parameters.len().saturating_sub(6 + from_drawing)
+    }
+
+    /// Held-out error with what its complications must earn, and with what it must earn that denies what is
+    /// drawn.
+    fn price(&self, is_drawn: bool) -> f64 {
+        let extra = self.free_parameters().min(12) as f64;
         let implausible = if self.is_plausible() { 0.0 } else { WORTH_AN_IMPLAUSIBLE_POSE };
-        self.held_out_rms_px * (1.0 + WORTH_A_PARAMETER * extra + implausible)
+        let denies = is_drawn && self.candidate.optics.medium != Medium::Drawn;
+        let undrawn = if denies { WORTH_DENYING_A_DRAWING } else { 0.0 };
+        self.held_out_rms_px * (1.0 + WORTH_A_PARAMETER * extra + implausible + undrawn)
     }
 }
 
-fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>) -> usize {
-    let cheapest = among
-        .into_iter()
-        .min_by(|a, b| trials[*a].price().total_cmp(&trials[*b].price()).then(a.cmp(b)));
+fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>, is_drawn: bool) -> usize {
+    let price = |i: usize| trials[i].price(is_drawn);
+    let cheapest = among.into_iter().min_by(|a, b| price(*a).total_cmp(&price(*b)).then(a.cmp(b)));
     cheapest.unwrap_or(0)
 }
 
@@ -164,9 +180,10 @@ fn judge(
     start: &Model,
     observations: &[Observation],
     captures: usize,
-    loss: Loss,
+    options: &CalibrationOptions<'_>,
 ) -> Result<Trial, SolveError> {
-    let fit = candidate.fit(start, observations, captures, loss)?;
+    let loss = options.loss;
+    let fit = candidate.fit(start, observations, captures, options)?;
     let held_out_px = held_out(&fit, observations, captures, loss);
     let parameters = &fit.parameters;
     // What a prior holds counts as far as the pixels moved it: little, for a dome's seat.

@@ -4,13 +4,16 @@ use fabkit_camera::{Camera, Interface};
 
 use super::ExtrinsicsReport;
 use crate::assignment::Discrepancy;
-use crate::extrinsics::{ParameterSet, Trial};
+use crate::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
+use crate::extrinsics::{Medium, ParameterSet, Trial};
 use crate::model::FitParameter;
 
 /// Residuals this much above what pins and pictures explain mean that the model is incomplete.
 const MISFIT: f64 = 1.3;
 /// Fewer pins than this make any statement about explanations weak.
 const FEW_PINS: usize = 25;
+/// Farther from what is drawn than this many standard deviations a fit is at the end of its prior.
+const FAR_FROM_DRAWN: f64 = 2.5;
 /// Akaike's criterion lower by this is strong evidence.
 const STRONG: f64 = 10.0;
 
@@ -23,6 +26,7 @@ impl ExtrinsicsReport<'_> {
     /// What the person who took the pictures should know before using the result.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.doubt_sentences();
+        warnings.extend(self.not_drawn.map(str::to_owned));
         let calibration = self.calibration;
         let chosen = self.chosen();
         if !calibration.selection.seating_shows {
@@ -43,8 +47,10 @@ impl ExtrinsicsReport<'_> {
             ));
         }
         for unknown in chosen.unobservable.iter().filter(|u| {
-            // That the seats of all captures together are the pose is no news.
-            !u.terms.iter().all(|(p, _)| matches!(p, FitParameter::Reseating(..)))
+            // That the seats of all captures together are the pose is no news; nor is it that what is drawn is
+            // known from the drawing.
+            let is_reseating = |p: &FitParameter| matches!(p, FitParameter::Reseating(..));
+            !u.terms.iter().all(|(p, _)| is_reseating(p) || chosen.fit.model.is_drawn(*p))
         }) {
             let names: Vec<String> = unknown.terms.iter().map(|(p, _)| p.in_words()).collect();
             warnings.push(format!(
@@ -59,6 +65,19 @@ impl ExtrinsicsReport<'_> {
                 "The camera comes out {distance_mm:.1} mm from where the design puts it, which \
                  assembly does not explain: the explanation stands for something else."
             ));
+        }
+        let model = &chosen.fit.model;
+        let drawn = chosen.fit.parameters.iter().filter(|p| model.is_drawn(**p));
+        for (parameter, (away, known)) in drawn.filter_map(|p| Some((p, model.prior(*p)?))) {
+            if away.abs() > FAR_FROM_DRAWN * known {
+                warnings.push(format!(
+                    "The fit ends where the drawing leaves no more room: {} comes out {away:+.3} from what is \
+                     drawn, {:.1} times what molds, prints and data sheets leave open. Either the sensor is not \
+                     the one that is drawn, or this stands for something else.",
+                    parameter.in_words(),
+                    away.abs() / known
+                ));
+            }
         }
         if calibration.misfit > MISFIT {
             warnings.push(format!(
@@ -137,18 +156,10 @@ impl ExtrinsicsReport<'_> {
 
     /// What the explanations with and without refraction and radial terms say about the cause.
     fn about_optics(&self) -> Vec<String> {
-        let trials = &self.calibration.selection.trials;
-        let chosen = self.chosen().candidate;
-        let like = |gel: bool, terms: usize| {
-            trials.iter().find(|t| {
-                let other = ParameterSet { optics: t.candidate.optics, ..chosen };
-                t.candidate == other
-                    && t.candidate.optics.gel_index.is_some() == gel
-                    && t.candidate.optics.radial_terms == terms
-            })
-        };
-        let mut text = Vec::new();
-        if let (Some(given), Some(gel)) = (like(false, 0), like(true, 0)) {
+        let mut text = self.about_drawing();
+        let given = self.like(Medium::Given, 0);
+        let gel = self.like(Medium::Gel(0.0), 0);
+        if let (Some(given), Some(gel)) = (given, gel) {
             let distance = gel_distance(gel);
             let verdict = if gel.aicc < given.aicc - STRONG { "support" } else { "do not need" };
             text.push(format!(
@@ -160,8 +171,7 @@ impl ExtrinsicsReport<'_> {
                 away(gel)
             ));
         }
-        let radial = (1..=3).filter_map(|terms| like(false, terms));
-        if let Some(radial) = radial.min_by(|a, b| a.aicc.total_cmp(&b.aicc)) {
+        if let Some(radial) = self.best_radial(Medium::Given) {
             text.push(format!(
                 "Radial terms of the lens alone ({}) reach {:.2} px, with the camera {} from the \
                  design.",
@@ -169,8 +179,7 @@ impl ExtrinsicsReport<'_> {
                 radial.held_out_rms_px,
                 away(radial)
             ));
-            let both = (1..=3).filter_map(|terms| like(true, terms));
-            if let Some(both) = both.min_by(|a, b| a.aicc.total_cmp(&b.aicc)) {
+            if let Some(both) = self.best_radial(Medium::Gel(0.0)) {
                 let gain = radial.aicc - both.aicc;
                 let verdict = if gain > STRONG { "strong" } else { "no strong" };
                 text.push(format!(
@@ -181,6 +190,59 @@ impl ExtrinsicsReport<'_> {
             }
         }
         text
+    }
+
+    /// What the drawn bodies explain, by themselves and beside what was chosen.
+    fn about_drawing(&self) -> Vec<String> {
+        let Some(drawn) = self.like(Medium::Drawn, 0) else { return Vec::new() };
+        let radial = self.best_radial(Medium::Drawn);
+        let with_terms = radial.map_or_else(String::new, |radial| {
+            format!("; with radial terms ({}) {:.2} px", radial.candidate, radial.held_out_rms_px)
+        });
+        let mut text = vec![format!(
+            "The bodies as drawn reach {:.2} px on captures that were left out{with_terms}, with the camera {} \
+             from the design.",
+            drawn.held_out_rms_px,
+            away(drawn)
+        )];
+        let chosen = self.chosen();
+        if chosen.candidate.optics.medium != Medium::Drawn {
+            text.push(format!(
+                "What is drawn between lens and pins is not what this unit has: {} predicts better by {:.0} %, \
+                 more than chance and a lens's terms explain.",
+                chosen.candidate,
+                100.0 * (1.0 - chosen.held_out_rms_px / drawn.held_out_rms_px.min(
+                    radial.map_or(f64::INFINITY, |radial| radial.held_out_rms_px)
+                ))
+            ));
+        }
+        let shift = self.value_and_sigma(FitParameter::InterfaceShift);
+        let index = self.value_and_sigma(FitParameter::Camera("interface_index_outside"));
+        if let (Some((shift_mm, sigma_mm)), Some((index, of_index))) = (shift, index) {
+            text.push(format!(
+                "The first face lies {shift_mm:+.3} ± {sigma_mm:.3} mm farther from the lens than drawn \
+                 (beforehand ± {PLACE_SIGMA_MM}); the index behind it is {index:.4} ± {of_index:.4} (beforehand \
+                 ± {INDEX_SIGMA})."
+            ));
+        }
+        text
+    }
+
+    /// The fit that differs from the chosen one by medium and radial terms alone.
+    fn like(&self, medium: Medium, radial_terms: usize) -> Option<&Trial> {
+        let chosen = self.chosen().candidate;
+        self.calibration.selection.trials.iter().find(|trial| {
+            let optics = trial.candidate.optics;
+            trial.candidate == ParameterSet { optics, ..chosen }
+                && std::mem::discriminant(&optics.medium) == std::mem::discriminant(&medium)
+                && optics.radial_terms == radial_terms
+        })
+    }
+
+    /// The best of those with radial terms, by Akaike's criterion.
+    fn best_radial(&self, medium: Medium) -> Option<&Trial> {
+        let radial = (1..=3).filter_map(|terms| self.like(medium, terms));
+        radial.min_by(|a, b| a.aicc.total_cmp(&b.aicc))
     }
 
     /// A parameter of the chosen fit with its standard deviation.

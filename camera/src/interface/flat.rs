@@ -45,6 +45,13 @@ impl Flat {
         }
     }
 
+    /// The plane's unit normal toward the gel, camera frame.
+    pub fn normal(&self) -> Vector3<f64> {
+        let (sx, cx) = self.tilt_x_rad.sin_cos();
+        let (sy, cy) = self.tilt_y_rad.sin_cos();
+        Vector3::new(sy, -sx * cy, cx * cy)
+    }
+
     pub(super) fn parameters(&self) -> [(&'static str, f64); 4] {
         [
             ("interface_distance_mm", self.distance_mm),
@@ -122,7 +129,7 @@ impl FlatRefraction {
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
         let (sy, cy) = flat.tilt_y_rad.sin_cos();
         Self {
-            normal_in_camera: Vector3::new(sy, -sx * cy, cx * cy),
+            normal_in_camera: flat.normal(),
             normal_by_tilt: [
                 Vector3::new(0.0, -cx * cy, -sx * cy),
                 Vector3::new(cy, sx * sy, -cx * sy),

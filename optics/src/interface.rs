@@ -1,0 +1,199 @@
+//! The one interface that bends a camera's rays, where the drawn bodies make one.
+//!
+//! Solvers fit a lens behind a plane, a pane or a sphere (`camera/`). Which of them a design draws, and where,
+//! is read off the rays that reach its sensing surface.
+
+use fabkit_camera::{Camera, Flat, Interface, Point2, Sphere};
+use fabkit_geometry::{Point3, Pose, Vector3};
+
+use crate::inverse::{Seeker, Sights};
+use crate::trace::{Bend, End};
+use crate::viewer::Viewer;
+
+/// Rays along the longer side of the picture.
+const RAYS: u32 = 48;
+/// Crossings that far from a common plane or sphere do not lie in it, mm; normals that differ by this are
+/// different. Both are computed a thousand times better.
+const SAME: f64 = 1e-6;
+/// Rays from which an interface is guessed.
+const GUESSES: usize = 24;
+/// Part of the rays that has to pass one interface, so that it stands for all.
+const MOST: f64 = 0.9;
+
+/// What a camera sees its sensing surface through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Window {
+    /// It sees nothing of it.
+    Blind,
+    /// One interface first.
+    One {
+        /// In the camera's frame; [`Interface::None`] where nothing bends the rays.
+        interface: Interface,
+        /// Part of the rays to the surface that pass it; the rest is bent otherwise.
+        share: f64,
+        /// Whether the rays are bent again behind it: see [`Window::displacement`].
+        again: bool,
+    },
+    /// Several, or one that is neither plane nor pane nor sphere.
+    Other,
+}
+
+impl Window {
+    /// What the drawn bodies put between a lens and the sensing surface.
+    ///
+    /// The camera is a lens alone, as for [`Viewer::new`].
+    pub fn of(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) -> Self {
+        let rays = rays_to_surface(camera, sensor_from_camera, sights);
+        if rays.is_empty() {
+            return Self::Blind;
+        }
+        let stride = rays.len().div_ceil(GUESSES);
+        let guesses = (0..rays.len()).step_by(stride);
+        let pairs = guesses.map(|i| (&rays[i], &rays[(i + rays.len() / 2) % rays.len()]));
+        let counted = pairs.filter_map(|(ray, other)| Faces::guess(ray, other)).map(|faces| {
+            let passing = rays.iter().filter(|bends| faces.are_passed_by(bends)).count();
+            (passing, faces)
+        });
+        let best = counted.reduce(|best, next| if next.0 > best.0 { next } else { best });
+        let Some((passing, faces)) = best else { return Self::Other };
+        let share = passing as f64 / rays.len() as f64;
+        if share < MOST {
+            return Self::Other;
+        }
+        let again = rays.iter().any(|bends| bends.len() > faces.indices.len());
+        Self::One { interface: faces.interface, share, again }
+    }
+
+    /// How far from where it is a place seems to be, mm, for who knows of the first interface alone: from the
+    /// place to the line that the ray to it follows behind that. `None` where no light leads there.
+    pub fn displacement(
+        &self,
+        pupil: &Point3<f64>,
+        place_in_sensor: &Point3<f64>,
+        seeker: &mut Seeker<'_>,
+    ) -> Option<Vector3<f64>> {
+        let Self::One { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
+        let faces = match interface {
+            Interface::None => 0,
+            Interface::Flat(flat) if flat.glass_thickness_mm > 0.0 => 2,
+            Interface::Flat(_) | Interface::Sphere(_) => 1,
+        };
+        let sight = seeker.seek(pupil, place_in_sensor)?;
+        let way = seeker.way(pupil, place_in_sensor, &sight);
+        let [from, to] = way.get(faces..faces + 2)? else { return None };
+        let along = (to - from).normalize();
+        let away = from - place_in_sensor;
+        Some(away - along * along.dot(&away))
+    }
+}
+
+/// The bends of the rays of a lattice of pixels that end at the sensing surface, in the camera's frame.
+fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) -> Vec<Vec<Bend>> {
+    let mut viewer = Viewer::new(camera, sensor_from_camera, sights);
+    let camera_from_sensor = sensor_from_camera.inverse();
+    let size = [camera.width_px(), camera.height_px()].map(f64::from);
+    let step = size[0].max(size[1]) / f64::from(RAYS);
+    let lattice = |size: f64| {
+        (0..RAYS).map(move |i| (f64::from(i) + 0.5) * step - 0.5).take_while(move |at| *at < size)
+    };
+    let mut rays = Vec::new();
+    for (y, x) in lattice(size[1]).flat_map(|y| lattice(size[0]).map(move |x| (y, x))) {
+        if viewer.path(&Point2::new(x, y)).is_ok_and(|path| path.end == End::Surface) {
+            let in_camera = |bend: &Bend| Bend {
+                place: camera_from_sensor.point(bend.place),
+                normal: camera_from_sensor.vector(bend.normal),
+                ..*bend
+            };
+            rays.push(viewer.bends().iter().map(in_camera).collect());
+        }
+    }
+    rays
+}
+
+/// An interface with what its rays show of it.
+struct Faces {
+    interface: Interface,
+    indices: Vec<[f64; 2]>,
+}
+
+impl Faces {
+    /// The interface that two rays pass first, if one passes it with the other.
+    fn guess(ray: &[Bend], other: &[Bend]) -> Option<Self> {
+        let Some((face, first)) = ray.first().zip(other.first()) else {
+            let both = ray.is_empty() && other.is_empty();
+            return both.then_some(Self { interface: Interface::None, indices: Vec::new() });
+        };
+        let behind = ray.get(1).zip(other.get(1)).filter(|(back, next)| {
+            are_parallel(face, back) && are_parallel(back, next) && are_parallel(face, first)
+        });
+        let (interface, faces) = match behind {
+            Some((back, _)) => (Interface::Flat(flat(face, Some(back))?), 2),
+            None if are_parallel(face, first) => (Interface::Flat(flat(face, None)?), 1),
+            None => (Interface::Sphere(sphere(face, first)?), 1),
+        };
+        let indices = ray[..faces].iter().map(|bend| bend.indices).collect();
+        Some(Self { interface, indices })
+    }
+
+    fn are_passed_by(&self, bends: &[Bend]) -> bool {
+        let first = bends.get(..self.indices.len()).unwrap_or_default();
+        if !first.iter().map(|bend| bend.indices).eq(self.indices.iter().copied()) {
+            return false;
+        }
+        match &self.interface {
+            Interface::None => bends.is_empty(),
+            Interface::Sphere(sphere) => first.iter().all(|bend| {
+                let from_centre = bend.place - sphere.centre_in_camera;
+                (from_centre.norm() - sphere.radius_mm).abs() < SAME
+            }),
+            Interface::Flat(plane) => {
+                let normal = plane.normal();
+                let depths = [plane.distance_mm, plane.distance_mm + plane.glass_thickness_mm];
+                first.iter().zip(depths).all(|(bend, depth)| {
+                    (normal.dot(&bend.place.coords) - depth).abs() < SAME
+                        && normal.cross(&bend.normal).norm() < SAME
+                })
+            }
+        }
+    }
+}
+
+fn are_parallel(a: &Bend, b: &Bend) -> bool {
+    a.normal.cross(&b.normal).norm() < SAME
+}
+
+/// A plane, or with a second face a pane.
+fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
+    let outward = |bend: &Bend| bend.normal * bend.normal.dot(&bend.place.coords).signum();
+    let normal = outward(face);
+    let distance_mm = normal.dot(&face.place.coords);
+    let last = back.unwrap_or(face);
+    let flat = Flat {
+        distance_mm,
+        tilt_x_rad: (-normal.y).atan2(normal.z),
+        tilt_y_rad: normal.x.clamp(-1.0, 1.0).asin(),
+        index_inside: face.indices[0],
+        index_outside: last.indices[1],
+        glass_thickness_mm: normal.dot(&last.place.coords) - distance_mm,
+        index_glass: face.indices[1],
+    };
+    (distance_mm > 0.0 && flat.glass_thickness_mm >= 0.0).then_some(flat)
+}
+
+/// The sphere around the lens that has both normals, which are not parallel.
+fn sphere(a: &Bend, b: &Bend) -> Option<Sphere> {
+    let across = a.normal.cross(&b.normal);
+    // Where the line along the first normal passes the second's the nearest.
+    let along = (b.place - a.place).cross(&b.normal).dot(&across) / across.norm_squared();
+    let centre: Point3<f64> = a.place + a.normal * along;
+    let sphere = Sphere {
+        centre_in_camera: centre,
+        radius_mm: along.abs(),
+        index_inside: a.indices[0],
+        index_outside: a.indices[1],
+    };
+    let outward: Vector3<f64> = (a.place - centre) / along.abs();
+    // The lens is inside.
+    (centre.coords.norm() < sphere.radius_mm && outward.dot(&a.place.coords) > 0.0)
+        .then_some(sphere)
+}

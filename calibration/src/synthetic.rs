@@ -5,7 +5,7 @@
 
 use fabkit_camera::{OutsideDomain, ViewRay};
 use fabkit_geometry::sequences::Random;
-use nalgebra::{Point2, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use crate::image::{GreyImage, ImageError};
 use crate::landmarks::PinLandmark;
@@ -62,11 +62,9 @@ impl Bench {
         let mut observations = Vec::new();
         for (capture, pins) in captures.iter().enumerate() {
             for pin in pins {
-                let mut contact = contact(pin, capture);
-                let nominal = contact.contact_in_sensor_mm;
-                contact.contact_in_sensor_mm += self.play();
-                let pixel = self.model.project(&contact)?;
-                contact.contact_in_sensor_mm = nominal;
+                let contact = contact(pin, capture);
+                let tip = self.tip(&contact);
+                let pixel = self.model.camera.project(&tip)?;
                 let noise = Vector2::new(self.noise.normal(), self.noise.normal());
                 observations.push(Observation {
                     contact,
@@ -99,9 +97,7 @@ impl Bench {
         let mut tips = Vec::new();
         let mut truth = Vec::new();
         for pin in pins {
-            let mut contact = contact(pin, capture);
-            contact.contact_in_sensor_mm += self.play();
-            let tip = self.model.camera_from_sensor.point(self.model.seated(&contact));
+            let tip = self.tip(&contact(pin, capture));
             if let Ok(pixel) = self.model.camera.project(&tip) {
                 truth.push((pin.hole, pixel));
             }
@@ -110,14 +106,16 @@ impl Bench {
         Ok(SyntheticCapture { image: self.picture(light, &tips)?, pins: truth })
     }
 
-    fn play(&mut self) -> Vector3<f64> {
-        self.play_mm * Vector3::from_fn(|_, _| self.noise.normal())
+    /// Where a pin touches this time, camera frame, mm.
+    fn tip(&mut self, contact: &Contact) -> Point3<f64> {
+        let play = self.play_mm * Vector3::from_fn(|_, _| self.noise.normal());
+        self.model.camera_from_sensor.point(self.model.seated(contact) + play)
     }
 
     fn picture(
         &mut self,
         light: f64,
-        tips_in_camera: &[nalgebra::Point3<f64>],
+        tips_in_camera: &[Point3<f64>],
     ) -> Result<GreyImage, ImageError> {
         let camera = self.model.camera;
         let (width, height) = (camera.width_px(), camera.height_px());
@@ -144,7 +142,7 @@ impl Bench {
     }
 
     /// How much of the light a tip takes away along a ray.
-    fn mark(&self, ray: &ViewRay, tip: &nalgebra::Point3<f64>) -> f64 {
+    fn mark(&self, ray: &ViewRay, tip: &Point3<f64>) -> f64 {
         let to_tip = tip - ray.origin_in_camera;
         let miss_mm = ray.direction.cross(&to_tip).norm();
         if ray.direction.dot(&to_tip) < 0.0 || miss_mm > 4.0 * self.mark_radius_mm {

@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::Path;
 
+use fabkit_application::calibrating::drawing::DrawnBodies;
 use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::Model;
 use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix};
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
-use fabkit_tests::{Run, fabkit};
+use fabkit_tests::{Run, built, fabkit};
 use serde_json::Value;
 
 const CAPTURES: [[u32; 5]; 6] = [
@@ -24,7 +25,7 @@ const CAPTURES: [[u32; 5]; 6] = [
 /// 29 pins on a 15 mm dome about (0, 0, 6).
 fn landmarks() -> PinLandmarks {
     let mut pins = Vec::new();
-    for (polar_deg, count) in [(0.0f64, 1), (18.0, 4), (36.0, 8), (54.0, 8), (72.0, 8)] {
+    for (polar_deg, count) in [(0.0f64, 1), (14.0, 4), (28.0, 8), (41.0, 8), (53.0, 8)] {
         for k in 0..count {
             let (s, c) = polar_deg.to_radians().sin_cos();
             let (sa, ca) = (f64::from(k) * std::f64::consts::TAU / f64::from(count)).sin_cos();
@@ -60,9 +61,12 @@ impl Setup {
         let quarter = Angle::from_deg(91.0).unwrap();
         let truth = Pose::translation(0.4, -0.3, 7.5).then_in(Pose::rotation_z(quarter));
         let landmarks = landmarks();
-        // Of eight seeds two make the pins look as if they were seen through gel, with a depth that nobody can be
-        // sure of: six captures are few. This is none of them.
-        let mut bench = Bench::new(Model::new(camera, truth), 2);
+        // A unit that is as drawn.
+        let bodies = DrawnBodies::of(&built("rtac0", &[]).sensor, &camera).unwrap();
+        let mut model = Model::new(camera, truth).behind(&bodies.interface().unwrap()).unwrap();
+        let contacts: Vec<_> = landmarks.pins.iter().map(|pin| pin.contact_in_sensor_mm).collect();
+        model.displacements = bodies.displacements(&truth, &contacts);
+        let mut bench = Bench::new(model, 2);
         bench.play_mm = 0.05;
         let folder = root.path().join("captures");
         fs::create_dir(&folder).unwrap();
@@ -170,7 +174,7 @@ fn the_lens_and_the_pose_are_unsure_together() {
     let names = report["joint_covariance"]["names"].as_array().unwrap();
     assert_eq!(
         (names.len(), &names[5], &names[6]),
-        (14, &"translation_z_mm".into(), &"fx_px".into())
+        (18, &"translation_z_mm".into(), &"fx_px".into())
     );
 
     let depth = |more: &[&str]| {
@@ -180,11 +184,11 @@ fn the_lens_and_the_pose_are_unsure_together() {
     };
     let pose = ["--pose", "pose.yaml", "--print-sigma", "0mm"];
     let (together, sigma_mm) = depth(&pose);
-    assert_eq!(together, "pose, lens, shape");
+    assert_eq!(together, "pose, lens, interface, shape");
     // The camera file beside it is the same camera, by whatever name it comes.
     let named = [&pose[..], &["--camera", "pose.camera.yaml"]].concat();
     assert_eq!(depth(&named), (together, sigma_mm));
-    let apart = "pose, lens, shape; pose and camera as if independent";
+    let apart = "pose, lens, interface, shape; pose and camera as if independent";
     let text = read("pose.yaml");
     let (before, _) = text.split_once("joint_covariance:").unwrap();
     write("pose.yaml", before);
@@ -192,9 +196,14 @@ fn the_lens_and_the_pose_are_unsure_together() {
     assert_eq!(of_before, apart);
     assert!((apart_mm / sigma_mm - 1.0).abs() > 0.02, "{apart_mm} {sigma_mm}");
     write("pose.yaml", &text);
-    write("other.yaml", &read("camera.yaml").replace("k4: 0.0", "k4: 1.0e-9"));
+    write("other.yaml", &read("pose.camera.yaml").replace("k4: 0.0", "k4: 1.0e-9"));
     let other = [&pose[..], &["--camera", "other.yaml"]].concat();
     assert_eq!(depth(&other).0, apart);
+    // A lens alone does not see what a lens behind gel saw.
+    let mixed = ["depth", "rtac0", "--reference", "-o", "b.npz", "--camera", "camera.yaml"];
+    let run = fabkit(setup.path(), &[&mixed[..], &pose].concat());
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("contains the interface; the camera given has none"), "{run:?}");
     assert_eq!(depth(&["--camera", "camera.yaml"]).0, "lens, shape");
 }
 

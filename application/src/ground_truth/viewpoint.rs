@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use fabkit_camera::files::{self, InvalidCameraFile, PoseFile};
-use fabkit_camera::{Camera, CameraEstimate, InvalidCamera, InvalidCovariance, JointEstimate};
+use fabkit_camera::{
+    Camera, CameraEstimate, Interface, InvalidCamera, InvalidCovariance, JointEstimate,
+};
 use fabkit_depth::truth::{PixelRays, Uncertainty};
 use fabkit_geometry::{Matrix3, NominalCamera, Point3, Pose, Sensor, Vector3};
 use fabkit_optics::{InvalidStack, Stack};
@@ -29,6 +31,17 @@ pub enum InvalidViewpoint {
     /// A design whose camera cannot be.
     #[error("the nominal camera: {0}")]
     Nominal(#[from] InvalidCamera),
+    /// A pose and a camera of which one holds what lies before the lens and the other does not.
+    #[error(
+        "the pose was solved with a camera whose model {}; the camera given has {}",
+        .solved_with, .given
+    )]
+    Mixed {
+        /// What the camera was that the pose was solved with.
+        solved_with: &'static str,
+        /// The kind of the given camera's interface, in words.
+        given: String,
+    },
     /// A matrix that mirrors, scales or shears.
     #[error(
         "camera_from_sensor is no rigid motion: its rotation is off by {residual:.1e} and has the \
@@ -66,6 +79,7 @@ impl Viewpoint {
         };
         let (sensor_from_camera, estimate) = match pose_file {
             Some(pose) => {
+                refuse_mixed(pose, estimate.camera())?;
                 (rigid(&pose.camera_from_sensor)?.inverse(), pose.with_camera(&estimate)?)
             }
             None => (nominal.sensor_from_camera, JointEstimate::independent(&estimate, None)?),
@@ -138,6 +152,24 @@ impl Viewpoint {
             "sensor_from_camera": self.sensor_from_camera,
         })
     }
+}
+
+/// Refuses a camera with an interface for a pose that was solved without one, and the other way round: light
+/// would be bent twice, or not at all. Poses that do not say what they were solved with are believed.
+fn refuse_mixed(pose: &PoseFile, camera: &Camera) -> Result<(), InvalidViewpoint> {
+    let Some(joint) = &pose.joint else { return Ok(()) };
+    let contains = joint.names.iter().any(|name| name.starts_with("interface_"));
+    let given = match camera.interface() {
+        Interface::None => None,
+        interface => Some(interface.kind_name()),
+    };
+    if contains == given.is_some() {
+        return Ok(());
+    }
+    Err(InvalidViewpoint::Mixed {
+        solved_with: if contains { "contains the interface" } else { "has no interface" },
+        given: given.map_or("none".to_owned(), |kind| format!("a {kind} one")),
+    })
 }
 
 fn rigid(matrix: &[[f64; 4]; 4]) -> Result<Pose, InvalidViewpoint> {

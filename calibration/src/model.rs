@@ -93,6 +93,9 @@ impl FitParameter {
         Self::Translation(Axis::Z),
     ];
 
+    /// What a drawing leaves open of the interface that it draws.
+    pub const DRAWN: [Self; 2] = [Self::InterfaceShift, Self::Camera("interface_index_outside")];
+
     /// What is known before any picture is taken, as one standard deviation in the parameter's
     /// unit: assembly holds the camera to a few degrees and millimetres, a pin stops within 2 mm,
     /// a lens is within a few tens of percent of its data sheet. A combination about which
@@ -449,8 +452,7 @@ impl Model {
 
     /// Whether the drawing says beforehand what a parameter is.
     pub(crate) fn is_drawn(&self, parameter: FitParameter) -> bool {
-        let index = FitParameter::Camera("interface_index_outside");
-        self.drawn.is_some() && (parameter == FitParameter::InterfaceShift || parameter == index)
+        self.drawn.is_some() && FitParameter::DRAWN.contains(&parameter)
     }
 
     fn displaced(&self, contact: &Contact) -> Point3<f64> {

@@ -109,11 +109,23 @@ pub fn predict(
     parameters: &[FitParameter],
 ) -> Prediction {
     let model = Model::new(*camera, *camera_from_sensor);
+    predict_from(&model, pins, &vec![true; pins.len()], effort, parameters)
+}
+
+/// The same for a model, which may stand behind a drawn interface, and pins of which parts of the sensor hide
+/// those that are not in `is_seen`.
+pub fn predict_from(
+    model: &Model,
+    pins: &[PinLandmark],
+    is_seen: &[bool],
+    effort: Effort,
+    parameters: &[FitParameter],
+) -> Prediction {
     let mut information = DMatrix::zeros(parameters.len(), parameters.len());
     let mut columns = vec![Vector2::zeros(); parameters.len()];
     let mut unseen_holes = Vec::new();
     let mut seen = 0usize;
-    for pin in pins {
+    for (pin, is_seen) in pins.iter().zip(is_seen) {
         let contact = Contact {
             capture: 0,
             hole: pin.hole,
@@ -121,7 +133,7 @@ pub fn predict(
             axis_in_sensor: pin.axis_in_sensor,
         };
         match model.differentiate(&contact, parameters, &mut columns) {
-            Ok(pixel) if camera.sees(&pixel) => {
+            Ok(pixel) if *is_seen && model.camera.sees(&pixel) => {
                 seen += 1;
                 add_information(&mut information, &columns, 1.0);
             }
@@ -131,9 +143,9 @@ pub fn predict(
     unseen_holes.dedup();
     let pressed = effort.captures * effort.pins_per_capture;
     information *= pressed as f64 / seen.max(1) as f64 / effort.sigma_px.powi(2);
-    let unobservable = unobservable(&information, parameters);
-    let covariance = with_prior(&information, parameters);
-    let position = position_covariance(&covariance, parameters, camera_from_sensor);
+    let unobservable = without_drawn(model, &information, parameters);
+    let covariance = with_prior(model, &information, parameters);
+    let position = position_covariance(&covariance, parameters, &model.camera_from_sensor);
     let rotation: f64 = (0..parameters.len())
         .filter(|i| matches!(parameters[*i], FitParameter::Rotation(_)))
         .map(|i| covariance[(i, i)])
@@ -150,6 +162,37 @@ pub fn predict(
         unobservable,
         unseen_holes,
     }
+}
+
+/// The combinations that pixels leave unknown, of all but what the drawing says: that is known as well as it
+/// says.
+fn without_drawn(
+    model: &Model,
+    information: &DMatrix<f64>,
+    parameters: &[FitParameter],
+) -> Vec<Unobservable> {
+    let (drawn, rest): (Vec<usize>, Vec<usize>) =
+        (0..parameters.len()).partition(|i| model.is_drawn(parameters[*i]));
+    let part = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |r, c| information[(rows[r], columns[c])])
+    };
+    let mut known = part(&drawn, &drawn);
+    for (i, at) in drawn.iter().enumerate() {
+        known[(i, i)] += sigma(model, parameters[*at]).powi(-2);
+    }
+    let mixed = part(&rest, &drawn);
+    let told = match ScaledCholesky::new(&known) {
+        Some(factor) => part(&rest, &rest) - &mixed * factor.inverse() * mixed.transpose(),
+        None => part(&rest, &rest),
+    };
+    let rest: Vec<FitParameter> = rest.into_iter().map(|at| parameters[at]).collect();
+    unobservable(&told, &rest)
+}
+
+/// What is known beforehand: by the drawing, or in general.
+fn sigma(model: &Model, parameter: FitParameter) -> f64 {
+    let drawn = model.prior(parameter).filter(|_| model.is_drawn(parameter));
+    drawn.map_or(parameter.prior_sigma(), |(_, sigma)| sigma)
 }
 
 /// The combinations of parameters that pixels leave unknown, as observed. What a fit knows
@@ -217,11 +260,13 @@ pub(crate) fn unobservable(
 }
 
 /// `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
-fn with_prior(information: &DMatrix<f64>, parameters: &[FitParameter]) -> DMatrix<f64> {
-    let sigmas = DVector::from_iterator(
-        parameters.len(),
-        parameters.iter().map(|parameter| parameter.prior_sigma()),
-    );
+fn with_prior(
+    model: &Model,
+    information: &DMatrix<f64>,
+    parameters: &[FitParameter],
+) -> DMatrix<f64> {
+    let sigmas = parameters.iter().map(|parameter| sigma(model, *parameter));
+    let sigmas = DVector::from_iterator(parameters.len(), sigmas);
     // Numbers that are none leave the prior.
     ScaledCholesky::with_prior(information, &sigmas).map_or_else(
         || DMatrix::from_diagonal(&sigmas.map(|sigma| sigma.powi(2))),

@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use fabkit_application::calibrating::drawing::DrawnBodies;
 use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::Model;
 use fabkit_calibration::synthetic::Bench;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix};
+use fabkit_fixtures::DrawnBodies;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::{Run, built, fabkit};
 use serde_json::Value;

@@ -8,7 +8,6 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_application::calibrating::drawing::DrawnBodies;
 use fabkit_application::calibrating::extrinsics::landmarks_of;
 use fabkit_application::fixtures;
 use fabkit_calibration::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
@@ -17,6 +16,7 @@ use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Contact, Observation};
 use fabkit_camera::{Camera, Interface};
 use fabkit_designs::builtin_yaml;
+use fabkit_fixtures::DrawnBodies;
 use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Point3, Pose, Sensor, Solid, Vector3};
 use fabkit_optics::{Sights, Stack, Viewer};

@@ -9,11 +9,11 @@ use fabkit_calibration::report::ExtrinsicsReport;
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
 use fabkit_designs::Design;
+use fabkit_fixtures::DrawnBodies;
 use fabkit_geometry::{Point3, Pose, Sensor};
 
 use super::CalibratingError;
 use super::captures::PinCaptures;
-use super::drawing::DrawnBodies;
 use crate::Error;
 use crate::reading::{self, Expected};
 

@@ -2,7 +2,6 @@
 
 pub mod boards;
 pub mod captures;
-pub mod drawing;
 mod error;
 pub mod extrinsics;
 pub mod intrinsics;

@@ -87,10 +87,7 @@ impl ParameterSet {
         let mut parameters = FitParameter::POSE.to_vec();
         match self.optics.medium {
             Medium::Given => {}
-            Medium::Drawn => {
-                let index = FitParameter::Camera("interface_index_outside");
-                parameters.extend([FitParameter::InterfaceShift, index]);
-            }
+            Medium::Drawn => parameters.extend(FitParameter::DRAWN),
             Medium::Gel(_) => parameters.push(INTERFACE_DISTANCE),
         }
         if self.optics.radial_terms > 0 {

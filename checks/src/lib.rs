@@ -131,7 +131,11 @@ pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport,
     let is_said = report.of(Rule::Sight).any(|finding| finding.severity != Severity::Note);
     let mut seen = seen::examine(sensor)?;
     seen.retain(|finding| finding.severity == Severity::Note || !is_said);
-    report.findings.extend(seen);
+    // Where the rule's other findings are.
+    let rank = |rule| Rule::ALL.iter().position(|known| *known == rule);
+    let before = |finding: &Finding| rank(finding.rule) <= rank(Rule::Sight);
+    let place = report.findings.iter().rposition(before).map_or(0, |last| last + 1);
+    report.findings.splice(place..place, seen);
     report.findings.extend(falling);
     report.findings.extend(hanging);
     report.examined.push(Examined { rule: Rule::Standing, count: printed, what: "printed parts" });

@@ -71,7 +71,11 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
         let of_surface = |source| InvalidBody { body: "surface".into(), source };
         let places = of_touch(touch).map_err(of_surface)?;
         let (all, counting) = look(&places, &mut viewer, sights.stack());
-        findings.push(note("the sensing surface", &all));
+        findings.push(note(
+            "the sensing surface",
+            &all,
+            "depth SENSOR --reference --coverage-map FILE.png",
+        ));
         if !is_markers(sensor) {
             // One cause, one finding.
             findings.extend(middle(sensor, &counting).or_else(|| hidden(sensor, &all)));
@@ -80,7 +84,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     if is_markers(sensor) {
         let places = of_markers(sensor)?;
         let (all, _) = look(&places, &mut viewer, sights.stack());
-        findings.push(note(&listed(sensor), &all));
+        findings.push(note(&listed(sensor), &all, "render SENSOR --camera -o FILE.png"));
         findings.extend(markers(sensor, &all));
     }
     Ok(findings.into_iter().map(|finding| finding.in_assembly(&Assembly::sensor().0)).collect())
@@ -159,13 +163,13 @@ fn sum(lost: &Shares) -> f64 {
 }
 
 /// What is lost, and to what.
-fn note(of: &str, lost: &Shares) -> Finding {
+fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
     let seen = 100.0 * (1.0 - sum(lost));
     // What is rounded to nothing is not worth a word.
     let told: Shares = lost.iter().filter(|(_, share)| *share >= 0.005).cloned().collect();
     let rest = if told.is_empty() { String::new() } else { format!("; {}", in_words(&told, 0)) };
     let message = format!("the camera sees {seen:.0} % of {of}{rest}");
-    let fix = "`fabkit depth SENSOR --reference --mask FILE.png` shows which pixels see it";
+    let fix = format!("`fabkit {shown_by}` shows it");
     Finding::error(Rule::Sight, message, fix).with_severity(Severity::Note)
 }
 

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use fabkit_depth::{Actor, RenderError, View, render_watched};
+use fabkit_depth::{Actor, Picture, RenderError, View, render_watched};
 use fabkit_export::ExportError;
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3,
@@ -158,6 +158,15 @@ pub fn picture_of_assembly(
     shot: Shot,
     progress: OnProgress,
 ) -> Result<Vec<u8>, PictureError> {
+    draw(&actors_of(sensor, assembly, exploded)?, shot, progress)
+}
+
+/// All bodies of an assembly in their places.
+pub(crate) fn actors_of(
+    sensor: &Sensor,
+    assembly: &str,
+    exploded: bool,
+) -> Result<Vec<Actor>, PictureError> {
     let upright = poured_upright(sensor, assembly);
     let mut actors = Vec::new();
     for body in &sensor.bodies {
@@ -187,7 +196,7 @@ pub fn picture_of_assembly(
             .collect();
         return Err(UnknownName::new("assembly", assembly, known).into());
     }
-    draw(&actors, shot, progress)
+    Ok(actors)
 }
 
 /// The assembly that pictures show unless another is asked for: the sensor itself, or the first
@@ -232,12 +241,15 @@ fn draw(actors: &[Actor], shot: Shot, progress: OnProgress) -> Result<Vec<u8>, P
             if section { view.clone().cut(Point3::origin(), towards_viewer(&view)) } else { view }
         }
     };
-    let picture = render_watched(actors, &view, &counted(progress))?;
+    encoded(&render_watched(actors, &view, &counted(progress))?)
+}
+
+pub(crate) fn encoded(picture: &Picture) -> Result<Vec<u8>, PictureError> {
     Ok(fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb)?)
 }
 
 /// What a section takes away: upright planes, unless one looks straight down or up.
-fn towards_viewer(view: &View) -> Vector3<f64> {
+pub(crate) fn towards_viewer(view: &View) -> Vector3<f64> {
     let across = Vector3::new(view.looking.x, view.looking.y, 0.0);
     -across.try_normalize(1e-9).unwrap_or(view.looking)
 }

@@ -16,7 +16,9 @@ use self::contacts::Meeting;
 pub use self::error::{SceneError, press_error, unknown_hint, words};
 pub use self::files::{ViewpointFiles, viewpoint_from_files};
 use crate::Error;
-use crate::ground_truth::{Deepest, SurfaceCoverage, Viewpoint, coverage, deepest, pressers};
+use crate::ground_truth::{
+    Deepest, SurfaceCoverage, Viewpoint, coverage, coverage_map, deepest, pressers,
+};
 use crate::memory::{self, Less};
 
 /// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
@@ -99,6 +101,17 @@ impl SensorView {
     /// The sensor's bodies as the camera's rays meet them.
     pub fn sights(&self) -> &Sights {
         &self.sights
+    }
+
+    /// Which places of the unrolled surface the camera sees, and what keeps it from the others, as PNG.
+    ///
+    /// # Errors
+    /// None that [`SensorView::new`] has not found.
+    pub fn coverage_map(&self) -> Result<Vec<u8>, Error> {
+        let touch = self.touch().map_err(Error::from)?;
+        let picture = coverage_map(touch, &self.viewpoint, &self.sights, &self.coverage);
+        let picture = picture.map_err(Error::bug)?;
+        fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb).map_err(Error::bug)
     }
 
     /// The rays of some rows of all pixels, each split into `samples` x `samples`, behind the sensor's

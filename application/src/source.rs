@@ -137,6 +137,14 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// The sensor itself, whatever of it is meant.
+    ///
+    /// # Errors
+    /// As for [`Target::design`].
+    pub fn project(&self, overrides: &[String]) -> Result<Project, Error> {
+        self.source()?.load(overrides)
+    }
+
     /// Reads and builds what is meant, its part aside.
     ///
     /// # Errors

@@ -47,6 +47,7 @@ mod overhang;
 mod parting;
 mod printability;
 mod scene;
+mod seen;
 mod sight;
 mod softness;
 mod standing;
@@ -71,7 +72,8 @@ use scene::Assemblies;
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
                               faces within 1e-6 mm are together; air and tools: 320 columns \
                               across, pockets shallower than a column are not seen; \
-                              sight: twice 8192 rays from the pupil, not bent; motions: 160 lines \
+                              sight: twice 8192 rays from the pupil, not bent, \
+                              and 256 places through the drawn bodies; motions: 160 lines \
                               across, turns by steps of at most 0.25 mm";
 
 /// How much one rule looked at.
@@ -125,6 +127,15 @@ pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport,
     let mut report = apply(sensor, &Memo::default(), progress)?;
     let (hanging, count) = overhang::examine(sensor)?;
     let (falling, printed) = standing::examine(sensor)?;
+    // One cause, one finding: what straight rays say already is not said again.
+    let is_said = report.of(Rule::Sight).any(|finding| finding.severity != Severity::Note);
+    let mut seen = seen::examine(sensor)?;
+    seen.retain(|finding| finding.severity == Severity::Note || !is_said);
+    // Where the rule's other findings are.
+    let rank = |rule| Rule::ALL.iter().position(|known| *known == rule);
+    let before = |finding: &Finding| rank(finding.rule) <= rank(Rule::Sight);
+    let place = report.findings.iter().rposition(before).map_or(0, |last| last + 1);
+    report.findings.splice(place..place, seen);
     report.findings.extend(falling);
     report.findings.extend(hanging);
     report.examined.push(Examined { rule: Rule::Standing, count: printed, what: "printed parts" });
@@ -227,6 +238,14 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(sight::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// How much the camera sees through the drawn bodies of what is sold as seen, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn seen(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    seen::examine(sensor)
 }
 
 /// Whether daylight falls on what the camera looks at, without the rest of [`check`].

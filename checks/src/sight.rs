@@ -121,7 +121,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
 }
 
 /// Whether what is there to be seen is many small things, each of which counts.
-fn is_markers(sensor: &Sensor) -> bool {
+pub(crate) fn is_markers(sensor: &Sensor) -> bool {
     pieces(sensor) > sensor.sight.len()
 }
 
@@ -130,7 +130,7 @@ fn pieces(sensor: &Sensor) -> usize {
     shells.map(|shells| shells.pieces).sum()
 }
 
-fn listed(sensor: &Sensor) -> String {
+pub(crate) fn listed(sensor: &Sensor) -> String {
     sensor.sight.join(" and ")
 }
 

@@ -31,6 +31,6 @@ pub mod truth;
 
 pub use cast::{Hit, Scene, SceneScratch};
 pub use picture::{
-    Actor, MAX_PIXELS, Picture, RenderError, SectionCut, View, ViewProjection, contact_sheet,
-    render, render_watched,
+    Actor, Framing, Glimpse, MAX_PIXELS, Picture, RenderError, SectionCut, View, ViewProjection,
+    contact_sheet, render, render_framed, render_seen, render_watched,
 };

@@ -31,6 +31,7 @@ mod tree;
 mod zarr;
 
 pub use artwork::Artwork;
+pub use drawing::lettering::lettering;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;

@@ -350,6 +350,19 @@ pub struct Render {
     /// Which assembly to draw, for example one of the molds [default: sensor]
     #[arg(long, value_name = "NAME")]
     pub assembly: Option<String>,
+    /// Draw the camera's rays through the sensor, cut through the camera's pupil: bent at the drawn faces,
+    /// coloured by what they end at; from the front without --view
+    #[arg(long, conflicts_with_all = ["exploded", "assembly"])]
+    pub rays: bool,
+    /// Draw what the camera sees instead: its own picture, in its own size, through all that is clear.
+    /// `--camera=FILE` takes a camera file (fabkit, OpenCV, ROS or Kalibr) instead of the nominal lens
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true,
+          conflicts_with_all = ["exploded", "assembly", "section", "view", "size", "rays"])]
+    pub camera: Option<Option<PathBuf>>,
+    /// Pose file with `camera_from_sensor`, for --rays and --camera [default: where the design puts the
+    /// camera]
+    #[arg(long, value_name = "FILE")]
+    pub pose: Option<PathBuf>,
 }
 
 /// A kind of file.

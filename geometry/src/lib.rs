@@ -42,6 +42,7 @@ mod shape_key;
 mod sheet;
 mod solid;
 mod substance;
+mod surface_points;
 #[cfg(feature = "testing")]
 pub mod testing;
 mod touch;
@@ -62,6 +63,7 @@ pub use sensor::*;
 pub use sheet::{NotASheet, Sheet};
 pub use solid::*;
 pub use substance::*;
+pub use surface_points::{DomePoints, PlanePoints, SurfacePoints};
 pub use touch::{DomeSurface, Grip, PlaneSurface, TouchSurface};
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};

@@ -53,6 +53,11 @@ impl<'a> Viewer<'a> {
         }
     }
 
+    /// Its lens.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
     /// The pupil, sensor frame, mm.
     pub fn pupil(&self) -> Point3<f64> {
         self.sensor_from_camera.point(Point3::origin())

@@ -4,21 +4,17 @@ use std::collections::BTreeMap;
 
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::{InvalidSolid, TouchSurface};
-use fabkit_optics::Sights;
+use fabkit_optics::{Lost, Sights};
 use rayon::prelude::*;
 
 use super::Viewpoint;
-use super::looking::{AT_ONCE, Looking, Lost};
+use super::looking::{AT_ONCE, Looking};
 use super::probes::places_of_seed;
 
 /// Places that are looked at; the share is good to about a thousandth.
 const PLACES: u32 = 4_096;
 
-/// What is lost since the camera looks elsewhere, in [`SurfaceCoverage::lost`].
-pub const BESIDE_PICTURE: &str = "beside the picture";
-
-/// What is lost since light is bent away or totally reflected, in the same.
-pub const REFRACTION: &str = "refraction";
+pub use fabkit_optics::{BESIDE_PICTURE, REFRACTION};
 
 /// What a camera sees of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,11 +65,7 @@ pub fn coverage(
         *counts.entry(lost).or_default() += 1;
     }
     let seen = looks.len() - counts.values().sum::<usize>();
-    let word = |lost: Lost| match lost {
-        Lost::Hidden(name) => sights.stack().names()[usize::from(name)].clone(),
-        Lost::Refraction => REFRACTION.to_owned(),
-        Lost::BesidePicture => BESIDE_PICTURE.to_owned(),
-    };
+    let word = |lost: Lost| lost.word(sights.stack()).to_owned();
     let mut lost: Vec<(String, f64)> =
         counts.into_iter().map(|(lost, count)| (word(lost), share(count))).collect();
     lost.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -1,8 +1,8 @@
 //! Where places of a sensor appear in the picture of its camera, and why some do not.
 
-use fabkit_camera::{Camera, Point2};
+use fabkit_camera::Point2;
 use fabkit_geometry::{Point3, Ray};
-use fabkit_optics::{End, Sights, Tracer, Unseen, Viewer};
+use fabkit_optics::{Lost, Sights, Tracer, Viewer};
 
 use super::Viewpoint;
 
@@ -16,27 +16,16 @@ pub(super) const AT_ONCE: usize = 1_024;
 /// A way to look at places one after the other.
 pub(super) enum Looking<'a> {
     /// A lens and nothing else: bodies bend what it sees.
-    Lens(&'a Camera, Box<Viewer<'a>>),
+    Lens(Box<Viewer<'a>>),
     /// A camera that knows by itself how light is bent on its way: bodies only hide.
     Model(&'a Viewpoint, Box<Tracer<'a>>),
-}
-
-/// Why a place is not seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Lost {
-    /// One of the stack's names stands in the way.
-    Hidden(u8),
-    /// Light from there is bent away, or reflected back.
-    Refraction,
-    /// Light from there enters the lens, but beside what it shows.
-    BesidePicture,
 }
 
 impl<'a> Looking<'a> {
     pub(super) fn new(viewpoint: &'a Viewpoint, sights: &'a Sights) -> Self {
         let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
         match viewpoint.is_drawn() {
-            true => Self::Lens(camera, Box::new(Viewer::new(camera, pose, sights))),
+            true => Self::Lens(Box::new(Viewer::new(camera, pose, sights))),
             false => Self::Model(viewpoint, Box::new(Tracer::new(sights.stack()))),
         }
     }
@@ -44,14 +33,7 @@ impl<'a> Looking<'a> {
     /// The pixel of a place, sensor frame, mm.
     pub(super) fn look(&mut self, place: &Point3<f64>) -> Result<Point2<f64>, Lost> {
         match self {
-            Self::Lens(camera, viewer) => match viewer.look_at(place) {
-                Err(Unseen::NoLight { .. }) => Err(Lost::Refraction),
-                Err(Unseen::Lens(_)) => Err(Lost::BesidePicture),
-                Ok(look) if !camera.sees(&look.pixel) => Err(Lost::BesidePicture),
-                Ok(look) => {
-                    look.sight.hidden_by(THERE_MM).map_or(Ok(look.pixel), |by| Err(lost(by)))
-                }
-            },
+            Self::Lens(viewer) => viewer.see(place),
             Self::Model(viewpoint, tracer) => by_its_own_model(viewpoint, tracer, place),
         }
     }
@@ -60,7 +42,7 @@ impl<'a> Looking<'a> {
     /// arrives.
     pub(super) fn project(&mut self, place: &Point3<f64>) -> Option<Point2<f64>> {
         match self {
-            Self::Lens(_, viewer) => viewer.look_at(place).ok().map(|look| look.pixel),
+            Self::Lens(viewer) => viewer.look_at(place).ok().map(|look| look.pixel),
             Self::Model(viewpoint, _) => {
                 let point = viewpoint.sensor_from_camera.inverse().point(*place);
                 viewpoint.camera().project(&point).ok()
@@ -84,16 +66,8 @@ fn by_its_own_model(
         let Some(direction) = (to - from).try_normalize(0.0) else { continue };
         let path = tracer.follow(&Ray { origin: from, direction });
         if path.lead_mm + path.end_mm < (to - from).norm() - THERE_MM {
-            return Err(lost(path.end));
+            return Err(Lost::at(path.end));
         }
     }
     Ok(pixel)
-}
-
-/// What keeps a place from being seen by ending its ray.
-fn lost(end: End) -> Lost {
-    match end {
-        End::Body(name) => Lost::Hidden(name),
-        End::Surface | End::Mirror(_) | End::Nothing => Lost::Refraction,
-    }
 }

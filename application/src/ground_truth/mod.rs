@@ -3,6 +3,7 @@
 
 mod collected;
 mod coverage;
+mod coverage_map;
 mod files;
 mod looking;
 mod penetration;
@@ -12,6 +13,7 @@ mod viewpoint;
 
 pub use collected::{Collected, Wanted};
 pub use coverage::{BESIDE_PICTURE, REFRACTION, SurfaceCoverage, coverage};
+pub use coverage_map::coverage_map;
 pub use files::{GREY_STEP_MM, Shown, arrays, picture};
 pub use penetration::{Penetration, approach, penetration};
 pub use presses::{Deepest, deepest, pressers};

@@ -9,7 +9,7 @@ use fabkit_optics::InvalidStack;
 use super::{MAX_RAYS, MAX_SAMPLES};
 use crate::bodies::UnknownName;
 use crate::error::{Error, ErrorKind, Explained, listed};
-use crate::ground_truth::{BESIDE_PICTURE, InvalidViewpoint, REFRACTION, SurfaceCoverage};
+use crate::ground_truth::{BESIDE_PICTURE, InvalidViewpoint, SurfaceCoverage};
 use crate::source::Source;
 
 /// Why there is no ground truth.
@@ -145,15 +145,7 @@ impl Explained for SceneError {
 
 /// What hides a surface, as one sentence.
 pub fn words(lost: &[(String, f64)]) -> String {
-    let part = |(by, share): &(String, f64)| {
-        let percent = 100.0 * share;
-        match by.as_str() {
-            BESIDE_PICTURE => format!("{percent:.1} % lies beside the picture"),
-            REFRACTION => format!("{percent:.1} % is bent or reflected away"),
-            body => format!("{body} hides {percent:.1} %"),
-        }
-    };
-    lost.iter().map(part).collect::<Vec<_>>().join(", ")
+    fabkit_optics::in_words(lost, 1)
 }
 
 /// Why a press of a sensor cannot be had; `sensor` is a name or a path, whose texts may be to blame.

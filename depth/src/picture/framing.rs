@@ -1,16 +1,16 @@
 //! Pixels to rays, so that the scene fits.
 
-use fabkit_geometry::{Point3, Ray, Vector3};
+use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 
 use super::{RenderError, View, ViewProjection};
 
 /// A view with a scale: which ray belongs to which place in the picture.
 #[derive(Clone, Debug)]
-pub(super) struct Framing {
+pub struct Framing {
     /// Image axes and viewing direction in the scene frame, unit length.
-    pub right: Vector3<f64>,
-    pub up: Vector3<f64>,
-    pub forward: Vector3<f64>,
+    pub(super) right: Vector3<f64>,
+    pub(super) up: Vector3<f64>,
+    pub(super) forward: Vector3<f64>,
     perspective: bool,
     /// Perspective: where all rays start. Orthographic: a point in front of all that is drawn.
     eye: Point3<f64>,
@@ -19,12 +19,12 @@ pub(super) struct Framing {
     left: f64,
     top: f64,
     /// Image plane units per pixel.
-    pub per_px: f64,
+    pub(super) per_px: f64,
 }
 
 impl Framing {
     /// Fits the points into a validated view.
-    pub fn fit(view: &View, points: &[Point3<f64>]) -> Result<Self, RenderError> {
+    pub(super) fn fit(view: &View, points: &[Point3<f64>]) -> Result<Self, RenderError> {
         let forward = view.looking.normalize();
         let mut right = forward.cross(&Vector3::z());
         if right.norm() < 1e-9 {
@@ -60,7 +60,7 @@ impl Framing {
     }
 
     /// The same view, closer: fits the part of the picture between two corners, px.
-    pub fn closer(&self, view: &View, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Self {
+    pub(super) fn closer(&self, view: &View, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Self {
         let on_plane = |x_px, y_px| Vector3::new(self.plane_x(x_px), self.plane_y(y_px), 0.0);
         let mut framing = self.clone();
         framing.fit_rectangle(view, on_plane(x0, y1), on_plane(x1, y0));
@@ -89,7 +89,7 @@ impl Framing {
     }
 
     /// The ray through a place in the picture, px.
-    pub fn ray(&self, x_px: f64, y_px: f64) -> Ray {
+    pub(super) fn ray(&self, x_px: f64, y_px: f64) -> Ray {
         let across = self.right * self.plane_x(x_px) + self.up * self.plane_y(y_px);
         if self.perspective {
             Ray { origin: self.eye, direction: (self.forward + across).normalize() }
@@ -98,8 +98,32 @@ impl Framing {
         }
     }
 
+    /// Where a point of the scene, mm, lies in the picture, px; of what lies behind a viewer that is a point
+    /// there is no such place.
+    pub fn place(&self, point: &Point3<f64>) -> [f64; 2] {
+        let offset = point - self.eye;
+        let depth = if self.perspective { offset.dot(&self.forward) } else { 1.0 };
+        let on_plane = [offset.dot(&self.right) / depth, offset.dot(&self.up) / depth];
+        [(on_plane[0] - self.left) / self.per_px, (self.top - on_plane[1]) / self.per_px]
+    }
+
+    /// The axes of a camera's picture, for light alone.
+    pub(super) fn of_camera(scene_from_camera: &Pose) -> Self {
+        let axis = |x, y, z| scene_from_camera.vector(Vector3::new(x, y, z));
+        Self {
+            right: axis(1.0, 0.0, 0.0),
+            up: axis(0.0, -1.0, 0.0),
+            forward: axis(0.0, 0.0, 1.0),
+            perspective: true,
+            eye: scene_from_camera.point(Point3::origin()),
+            left: 0.0,
+            top: 0.0,
+            per_px: 1.0,
+        }
+    }
+
     /// Direction of the ray that meets a point.
-    pub fn direction_to(&self, point: &Point3<f64>) -> Vector3<f64> {
+    pub(super) fn direction_to(&self, point: &Point3<f64>) -> Vector3<f64> {
         if self.perspective { (point - self.eye).normalize() } else { self.forward }
     }
 }

@@ -7,7 +7,9 @@
 
 mod framing;
 mod lines;
+mod overlay;
 mod sample;
+mod seen;
 mod shade;
 mod sheet;
 #[cfg(test)]
@@ -19,8 +21,9 @@ use fabkit_geometry::{CompiledSolid, Point3, Pose};
 use rayon::prelude::*;
 
 use crate::Scene;
-use framing::Framing;
+pub use framing::Framing;
 use sample::{Setup, Tracer};
+pub use seen::{Glimpse, render_seen};
 use shade::Shader;
 pub use sheet::contact_sheet;
 use tile::{Pen, TILE_PX, Tile};
@@ -179,6 +182,18 @@ pub fn render_watched(
     view: &View,
     progress: &dyn Fn(usize, usize),
 ) -> Result<Picture, RenderError> {
+    render_framed(actors, view, progress).map(|(picture, _)| picture)
+}
+
+/// The same, with where things are in the picture.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_framed(
+    actors: &[Actor],
+    view: &View,
+    progress: &dyn Fn(usize, usize),
+) -> Result<(Picture, Framing), RenderError> {
     let setup = prepare(actors, view)?;
     let mut picture = Picture::blank(view.width_px, view.height_px, [255; 3])?;
     let columns = view.width_px.div_ceil(TILE_PX);
@@ -199,7 +214,7 @@ pub fn render_watched(
         let drawn_px = ((row + 1) * TILE_PX).min(view.height_px);
         progress(drawn_px as usize, view.height_px as usize);
     }
-    Ok(picture)
+    Ok((picture, setup.framing))
 }
 
 /// Checks everything, and finds the framing.

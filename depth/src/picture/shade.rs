@@ -177,7 +177,7 @@ pub(super) fn add(color: Linear, other: Linear, weight: f32) -> Linear {
 }
 
 /// sRGB to linear light (IEC 61966-2-1).
-fn linear(srgb: [u8; 3]) -> Linear {
+pub(super) fn linear(srgb: [u8; 3]) -> Linear {
     srgb.map(|channel| {
         let v = f32::from(channel) / 255.0;
         if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }

@@ -49,6 +49,10 @@ fn glyph(character: char) -> &'static str {
         '9' => "0110304145361605041343",
         '-' => "1333",
         '.' => "2021",
+        ',' => "1021",
+        '%' => "0046 0506161505 3031414030",
+        '(' => "36252130",
+        ')' => "16252110",
         ' ' => "",
         _ => "0006464000",
     }
@@ -58,6 +62,21 @@ fn glyph(character: char) -> &'static str {
 pub(crate) fn width_mm(text: &str) -> f64 {
     let letters = text.chars().count() as f64;
     ((letters - 1.0) * ADVANCE_UNITS + WIDTH_UNITS).max(0.0) * UNIT_MM
+}
+
+/// Strokes of a text as high as asked for, y up: it starts at the origin, on its baseline; in the unit of the
+/// height.
+///
+/// ```
+/// let strokes = fabkit_export::lettering("seen 57 %", 12.0);
+/// let highest = strokes.iter().flatten().fold(0.0f64, |most, [_, y]| most.max(*y));
+/// assert_eq!(highest, 12.0);
+/// ```
+pub fn lettering(text: &str, height: f64) -> Vec<Vec<[f64; 2]>> {
+    let scale = height / HEIGHT_MM;
+    let mut strokes = strokes(text, [0.0; 2]);
+    strokes.iter_mut().flatten().for_each(|point| *point = point.map(|value| scale * value));
+    strokes
 }
 
 /// The strokes of a text whose baseline starts at a point, mm.

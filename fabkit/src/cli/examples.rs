@@ -38,7 +38,9 @@ pub(crate) const RENDER: &str = "\
 Examples:
   fabkit render rtac0 --exploded -o exploded.png
   fabkit render rtac0/base --view bottom -o base.png
-  fabkit render rtac0 --section --assembly translucent-mold -o mold.png";
+  fabkit render rtac0 --section --assembly translucent-mold -o mold.png
+  fabkit render rtac0 --rays --view -53,0 -o rays.png
+  fabkit render rtac0 --camera -o seen.png";
 
 pub(crate) const DEPTH: &str = "\
 Examples:

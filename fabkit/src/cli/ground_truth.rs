@@ -33,7 +33,7 @@ pub struct View {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("what").args(["press", "reference"]).required(true)))]
 #[command(group(
-    clap::ArgGroup::new("outputs").args(["output", "png", "grey", "tiff", "mask", "ply"]).required(true)
+    clap::ArgGroup::new("outputs").args(["output", "png", "grey", "tiff", "mask", "coverage_map", "ply"]).required(true)
         .multiple(true)
 ))]
 pub struct Depth {
@@ -70,6 +70,9 @@ pub struct Depth {
     /// Write which pixels see the surface: white on black, 8-bit grey
     #[arg(long, value_name = "FILE.png")]
     pub mask: Option<PathBuf>,
+    /// Write which places of the unrolled surface the camera sees, and what keeps it from the others
+    #[arg(long, value_name = "FILE.png")]
+    pub coverage_map: Option<PathBuf>,
     /// Write a map in 16-bit grey, 0.001 mm a step
     #[arg(long, value_name = "FILE.png")]
     pub grey: Option<PathBuf>,

@@ -24,8 +24,13 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
         .writes("--grey", &args.grey)
         .writes("--tiff", &args.tiff)
         .writes("--mask", &args.mask)
+        .writes("--coverage-map", &args.coverage_map)
         .writes("--ply", &args.ply)
         .check()?;
+    if let Some(path) = args.coverage_map.as_ref().filter(|path| !has_ending(path, "png")) {
+        let message = format!("{} does not name a .png file", path.display());
+        return Err(Failure::plain(ErrorKind::BadInput, message));
+    }
     let scene = view::scene(&args.design, &args.view)?;
     let presses = presses(&scene, args)?;
     let cast = Cast {
@@ -68,7 +73,10 @@ fn write(
     mut collected: Collected,
 ) -> Result<Outcome, Failure> {
     let median = collected.median_sigma_mm();
-    let files = files(args, &mut collected)?;
+    let mut files = files(args, &mut collected)?;
+    if let Some(path) = &args.coverage_map {
+        files.push((path.clone(), scene.coverage_map()?));
+    }
     let Collected { names, deepest, surface_px, contact_px: contact, .. } = collected;
 
     interrupt::begin_writing()?;

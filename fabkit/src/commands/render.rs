@@ -1,10 +1,15 @@
 //! `fabkit render SENSOR[/PART] -o FILE.png`
 
+use std::path::Path;
+
+use fabkit_application::Error;
 use fabkit_application::bodies;
 use fabkit_application::memory::{self, Less};
 use fabkit_application::pictures::{self, MAX_PIXELS, Shot};
 use fabkit_application::progress::Step;
 use fabkit_application::reading::has_ending;
+use fabkit_application::scene::viewpoint_from_files;
+use fabkit_application::seeing::{self, DrawnRay};
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::json;
@@ -17,30 +22,36 @@ use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::size;
 
-/// A picture, the same filtered, and a file of at most that, bytes for each pixel.
+/// A picture, the same filtered, and a file of at most that, bytes for each pixel; of the camera's view, what
+/// each pixel met besides.
 const PIXEL_BYTES: u64 = 9;
+const SEEN_BYTES: u64 = 28;
 /// Tiles that threads are drawing.
 const TILES_BYTES: u64 = 200 * memory::MB;
 
 pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
-    let part = target.part;
-    let [width_px, height_px] = args.size;
-    if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
-        let message =
-            format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
-        return Err(Failure::new(ErrorKind::Limit, message, "ask for a smaller --size"));
-    }
-    memory::admit(
-        &format!("a picture of {width_px} x {height_px} px"),
-        PIXEL_BYTES * u64::from(width_px) * u64::from(height_px) + TILES_BYTES,
-        Less::Pixels,
-    )?;
+    let is_view = args.camera.is_some();
+    let camera = args.camera.as_ref().and_then(Option::as_deref);
     if !has_ending(&args.output, "png") {
         let message = format!("{} does not name a .png file", args.output.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    Roles::default().reads("SENSOR", target.files()).writes("-o", [&args.output]).check()?;
+    Roles::default()
+        .reads("SENSOR", target.files())
+        .reads("--camera", camera)
+        .reads("--pose", &args.pose)
+        .writes("-o", [&args.output])
+        .check()?;
+    if args.rays || is_view {
+        return look(args, global, &target, camera);
+    }
+    if args.pose.is_some() {
+        let message = "--pose is for pictures of what the camera sees: --rays or --camera";
+        return Err(Failure::plain(ErrorKind::BadInput, message));
+    }
+    let part = target.part;
+    admit(args.size, PIXEL_BYTES)?;
     if part.is_some() && (args.exploded || args.assembly.is_some()) {
         let message = "--exploded and --assembly are for whole assemblies, not for one part";
         return Err(Failure::plain(ErrorKind::BadInput, message));
@@ -60,9 +71,65 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     };
     drop(progress);
 
+    written(args, args.size, &bytes)
+}
+
+/// What the camera sees: its rays through a section, or its picture.
+fn look(
+    args: &Render,
+    global: &Global,
+    target: &Target,
+    camera: Option<&Path>,
+) -> Result<Outcome, Failure> {
+    if let Some(name) = target.fixture.or(target.part) {
+        let message = format!("what the camera sees is for a whole sensor, not for its {name}");
+        let hint = format!("write `{}`", target.sensor);
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
+    }
+    let project = target.project(&args.set)?;
+    let viewpoint = viewpoint_from_files(&project, camera, args.pose.as_deref())?;
+    let sensor = &project.design.sensor;
+    let lens = viewpoint.camera();
+    let size = if args.rays { args.size } else { [lens.width_px(), lens.height_px()] };
+    admit(size, PIXEL_BYTES + SEEN_BYTES)?;
+    let stack = seeing::stack(sensor, &viewpoint).map_err(Error::from)?;
+    let progress = Progress::new(global, format!("drawing {}", args.sensor));
+    let show = |step: Step| progress.show(step);
+    if !args.rays {
+        let bytes = seeing::picture_of_view(sensor, &viewpoint, &stack, &show)?;
+        drop(progress);
+        return written(args, size, &bytes);
+    }
+    let shot = Shot { size_px: size, section: true, from: args.view };
+    let (bytes, rays) = seeing::picture_of_rays(sensor, &viewpoint, &stack, shot, &show)?;
+    drop(progress);
+    let mut outcome = written(args, size, &bytes)?;
+    let ray = |ray: &DrawnRay| json!({ "pixel": ray.pixel, "seen_by": ray.seen_by, "path_in_sensor_mm": ray.path_mm });
+    outcome.json["rays"] = rays.iter().map(ray).collect();
+    Ok(outcome)
+}
+
+fn admit([width_px, height_px]: [u32; 2], pixel_bytes: u64) -> Result<(), Failure> {
+    if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
+        let message =
+            format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
+        return Err(Failure::new(ErrorKind::Limit, message, "ask for a smaller --size"));
+    }
+    Ok(memory::admit(
+        &format!("a picture of {width_px} x {height_px} px"),
+        pixel_bytes * u64::from(width_px) * u64::from(height_px) + TILES_BYTES,
+        Less::Pixels,
+    )?)
+}
+
+fn written(
+    args: &Render,
+    [width_px, height_px]: [u32; 2],
+    bytes: &[u8],
+) -> Result<Outcome, Failure> {
     let count = bytes.len() as u64;
     interrupt::begin_writing()?;
-    write_each([(args.output.clone(), &bytes[..])], &interrupt::requested)?;
+    write_each([(args.output.clone(), bytes)], &interrupt::requested)?;
     let shown = args.output.display().to_string();
     let json = json!({
         "format": "fabkit-render",

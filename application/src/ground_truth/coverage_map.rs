@@ -1,0 +1,188 @@
+//! What a camera sees of a surface, as a picture of the unrolled surface.
+//!
+//! A dome is drawn around its tip, each place as far from the middle as it is from the tip in degrees, seen
+//! from the dome's centre (azimuthal equidistant); a pad is drawn as it is. Shares in the legend are of area.
+
+use fabkit_depth::{Picture, RenderError};
+use fabkit_fixtures::SurfacePoints;
+use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
+use fabkit_optics::{BESIDE_PICTURE, REFRACTION, Sights};
+use rayon::prelude::*;
+
+use super::looking::Looking;
+use super::{SurfaceCoverage, Viewpoint};
+use crate::legend;
+
+/// Places along the longer side, and the square of pixels that shows each.
+const PLACES: u32 = 160;
+const PLACE_PX: u32 = 4;
+
+/// Around the surface, and of the legend, px.
+const MARGIN_PX: u32 = 44;
+const LEGEND_PX: u32 = 330;
+const LETTER_PX: f64 = 9.0;
+
+const PAPER: [u8; 3] = [255, 255, 255];
+const INK: [u8; 3] = [30, 30, 36];
+/// What is seen, lies beside the picture, or sends no light there.
+const SEEN: [u8; 3] = [246, 239, 214];
+const BESIDE: [u8; 3] = [122, 138, 160];
+const BENT: [u8; 3] = [176, 40, 168];
+/// What bodies hide, the largest share first.
+const HIDDEN: [[u8; 3]; 6] =
+    [[228, 108, 10], [204, 32, 44], [36, 98, 204], [134, 84, 40], [0, 146, 164], [150, 140, 0]];
+
+/// A surface unrolled.
+enum Chart {
+    /// Degrees from the tip to the foot.
+    Dome { last_rad: f64 },
+    /// Least and largest x and y, mm.
+    Plane { bounds_mm: [[f64; 2]; 2] },
+}
+
+impl Chart {
+    /// Half the width and height that it takes: degrees, or mm; and its middle.
+    fn half(&self) -> ([f64; 2], [f64; 2]) {
+        match self {
+            Self::Dome { last_rad } => ([last_rad.to_degrees(); 2], [0.0; 2]),
+            Self::Plane { bounds_mm } => (
+                bounds_mm.map(|[least, most]| 0.5 * (most - least)),
+                bounds_mm.map(|[least, most]| 0.5 * (most + least)),
+            ),
+        }
+    }
+
+    fn point(&self, points: &SurfacePoints, [x, y]: [f64; 2]) -> Option<Point3<f64>> {
+        match points {
+            SurfacePoints::Dome(dome) => {
+                let found = dome.towards(x.hypot(y).to_radians(), y.atan2(x))?;
+                Some(found.0)
+            }
+            SurfacePoints::Plane(pad) => pad.at([x, y]).map(|(point, _)| point),
+        }
+    }
+}
+
+/// Draws it; the shares of `coverage` are in the legend.
+///
+/// # Errors
+/// Dimensions that make no solid.
+pub fn coverage_map(
+    touch: &TouchSurface,
+    viewpoint: &Viewpoint,
+    sights: &Sights,
+    coverage: &SurfaceCoverage,
+) -> Result<Picture, InvalidSolid> {
+    let points = SurfacePoints::new(touch)?;
+    let chart = match &points {
+        SurfacePoints::Dome(dome) => Chart::Dome { last_rad: dome.last_polar_rad() },
+        SurfacePoints::Plane(pad) => Chart::Plane { bounds_mm: pad.bounds_mm() },
+    };
+    let (half, middle) = chart.half();
+    let step = 2.0 * half[0].max(half[1]) / f64::from(PLACES);
+    let size = half.map(|half| (2.0 * half / step).round() as u32);
+    let legend = legend_of(coverage);
+    let color = |word: &str| {
+        let entry = legend.iter().find(|(name, ..)| name == word);
+        entry.map_or(INK, |(_, color, _)| *color)
+    };
+    // One row after the other, each looked at by itself, so that threads change nothing.
+    let rows = (0..size[1]).into_par_iter().map(|row| {
+        let mut looking = Looking::new(viewpoint, sights);
+        let one = |column: u32| {
+            let x = middle[0] - half[0] + (f64::from(column) + 0.5) * step;
+            let y = middle[1] + half[1] - (f64::from(row) + 0.5) * step;
+            let point = chart.point(&points, [x, y])?;
+            Some(match looking.look(&point) {
+                Ok(_) => SEEN,
+                Err(lost) => color(lost.word(sights.stack())),
+            })
+        };
+        (0..size[0]).map(one).collect::<Vec<_>>()
+    });
+    let rows: Vec<Vec<Option<[u8; 3]>>> = rows.collect();
+    let canvas = [
+        size[0] * PLACE_PX + 2 * MARGIN_PX + LEGEND_PX,
+        (size[1] * PLACE_PX).max(200) + 2 * MARGIN_PX,
+    ];
+    let picture = Picture::filled(canvas[0], canvas[1], PAPER);
+    let mut picture = picture.unwrap_or_else(|error: RenderError| unreachable!("{error}"));
+    for (row, colors) in rows.iter().enumerate() {
+        for (column, color) in colors.iter().enumerate() {
+            let at = [column, row].map(|at| i64::from(MARGIN_PX + at as u32 * PLACE_PX));
+            let Some(color) = color else { continue };
+            picture.fill(at, at.map(|at| at + i64::from(PLACE_PX)), *color);
+        }
+    }
+    let place = |x: f64, y: f64| {
+        let px = f64::from(PLACE_PX) / step;
+        let margin = f64::from(MARGIN_PX);
+        [margin + (x - middle[0] + half[0]) * px, margin + (middle[1] + half[1] - y) * px]
+    };
+    axes(&mut picture, &chart, &place);
+    let entries: Vec<([u8; 3], String)> =
+        legend.into_iter().map(|(_, color, text)| (color, text)).collect();
+    let corner = [f64::from(canvas[0] - LEGEND_PX), f64::from(MARGIN_PX)];
+    legend::draw_at(&mut picture, &entries, corner, LETTER_PX);
+    Ok(picture)
+}
+
+/// Cause, colour, and what the legend says; what is seen first.
+fn legend_of(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let mut entries = vec![(String::new(), SEEN, format!("seen {}", percent(coverage.area)))];
+    let mut hidden = HIDDEN.iter().cycle();
+    for (by, share) in &coverage.lost {
+        let color = match by.as_str() {
+            BESIDE_PICTURE => BESIDE,
+            REFRACTION => BENT,
+            _ => *hidden.next().unwrap_or(&INK),
+        };
+        entries.push((by.clone(), color, format!("{by} {}", percent(*share))));
+    }
+    entries
+}
+
+/// Rings of equal angle, or ticks in millimetres.
+fn axes(picture: &mut Picture, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 2]) {
+    match chart {
+        Chart::Dome { last_rad } => {
+            let last = last_rad.to_degrees();
+            let rings = (1..).map(|ring| 30.0 * f64::from(ring)).take_while(|ring| *ring < last);
+            for ring in rings.chain([last]) {
+                let at = |step: i32| {
+                    let (sin, cos) = f64::from(step).to_radians().sin_cos();
+                    place(ring * cos, ring * sin)
+                };
+                picture.draw_line(&(0..=360).map(at).collect::<Vec<_>>(), 1.0, INK);
+                let [x, y] = at(90);
+                legend::write(picture, &format!("{ring:.0}"), [x + 3.0, y - 12.0], LETTER_PX);
+            }
+            let [x, y] = place(0.0, -last);
+            legend::write(picture, "deg from the tip", [x - 60.0, y + 14.0], LETTER_PX);
+            let [x, y] = place(last, 0.0);
+            legend::write(picture, "x", [x + 6.0, y - 0.5 * LETTER_PX], LETTER_PX);
+            picture.draw_line(&[place(last, 0.0), [x - 10.0, y]], 1.5, INK);
+        }
+        Chart::Plane { bounds_mm: [[x0, x1], [y0, y1]] } => {
+            let frame = [[*x0, *y0], [*x1, *y0], [*x1, *y1], [*x0, *y1], [*x0, *y0]];
+            picture.draw_line(&frame.map(|[x, y]| place(x, y)), 1.0, INK);
+            let ticks = |least: f64, most: f64| {
+                let (first, last) = ((least / 5.0).ceil() as i32, (most / 5.0).floor() as i32);
+                (first..=last).map(|tick| 5.0 * f64::from(tick))
+            };
+            for x in ticks(*x0, *x1) {
+                let [u, v] = place(x, *y0);
+                picture.draw_line(&[[u, v], [u, v + 6.0]], 1.0, INK);
+                legend::write(picture, &format!("{x:.0}"), [u - 4.0, v + 10.0], LETTER_PX);
+            }
+            for y in ticks(*y0, *y1) {
+                let [u, v] = place(*x0, y);
+                picture.draw_line(&[[u, v], [u - 6.0, v]], 1.0, INK);
+                legend::write(picture, &format!("{y:.0}"), [u - 34.0, v - 4.0], LETTER_PX);
+            }
+            let [u, v] = place(0.5 * (x0 + x1), *y0);
+            legend::write(picture, "x, y in mm", [u - 30.0, v + 26.0], LETTER_PX);
+        }
+    }
+}

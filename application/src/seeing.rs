@@ -1,0 +1,206 @@
+//! Pictures of what a sensor's camera sees: its rays through a section, and its own view.
+
+use fabkit_camera::Point2;
+use fabkit_depth::{Framing, Glimpse, Picture, View, render_framed, render_seen};
+use fabkit_geometry::{Assembly, Clarity, Point3, Ray, Sensor, Vector3};
+use fabkit_optics::{End, Stack, Tracer};
+
+use crate::ground_truth::Viewpoint;
+use crate::legend::{self, Entry};
+use crate::pictures::{self, PictureError, Shot, Viewer, actors_of, towards_viewer};
+use crate::progress::{OnProgress, counted};
+use crate::scene::SceneError;
+
+/// Rays of a section, evenly spread over the picture.
+pub const RAYS: usize = 41;
+
+/// Where what leaves the sensor is drawn to, mm.
+const FAR_MM: f64 = 1e3;
+
+/// What the camera is there to see.
+const SEEN: [u8; 3] = [18, 140, 70];
+/// Where light is totally reflected: what a mirror shows is no ground truth.
+const MIRROR: [u8; 3] = [176, 40, 168];
+/// Out of the sensor.
+const OUTSIDE: [u8; 3] = [112, 116, 126];
+/// Bodies in the way, in the order in which they are met.
+const IN_THE_WAY: [[u8; 3]; 6] =
+    [[228, 108, 10], [204, 32, 44], [36, 98, 204], [134, 84, 40], [0, 146, 164], [150, 140, 0]];
+
+/// A ray of a camera, from the pupil to what it sees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnRay {
+    /// Column and row, px.
+    pub pixel: [f64; 2],
+    /// What it ends at, as `seen_by` of ground truth has it.
+    pub seen_by: String,
+    /// Where it begins, is bent and ends, sensor frame, mm; what ends nowhere is followed for a metre.
+    pub path_mm: Vec<[f64; 3]>,
+}
+
+/// The sensor's bodies as the camera's rays meet them.
+///
+/// # Errors
+/// Bodies that no light can be followed through.
+pub fn stack(sensor: &Sensor, viewpoint: &Viewpoint) -> Result<Stack, SceneError> {
+    viewpoint.stack(sensor).map_err(SceneError::Light)
+}
+
+/// The sensor cut through the camera's pupil, with its rays in that plane, as PNG.
+///
+/// # Errors
+/// [`PictureError`]; a side from which the camera's axis is looked along.
+pub fn picture_of_rays(
+    sensor: &Sensor,
+    viewpoint: &Viewpoint,
+    stack: &Stack,
+    shot: Shot,
+    progress: OnProgress,
+) -> Result<(Vec<u8>, Vec<DrawnRay>), PictureError> {
+    let [width_px, height_px] = shot.size_px;
+    let Viewer { azimuth_deg, elevation_deg } =
+        shot.from.unwrap_or(Viewer { azimuth_deg: -90.0, elevation_deg: 0.0 });
+    let view = View::from_side(azimuth_deg, elevation_deg, width_px, height_px);
+    let outward = towards_viewer(&view);
+    let rays = rays_in_plane(viewpoint, stack, &outward)?;
+    let pupil = viewpoint.sensor_from_camera.point(Point3::origin());
+    let actors = actors_of(sensor, &Assembly::sensor().0, false)?;
+    let view = view.cut(pupil, outward);
+    let (mut picture, framing) = render_framed(&actors, &view, &counted(progress))?;
+    draw(&mut picture, &framing, &rays, sensor);
+    Ok((pictures::encoded(&picture)?, rays))
+}
+
+/// The rays whose plane through the camera's axis has that normal.
+fn rays_in_plane(
+    viewpoint: &Viewpoint,
+    stack: &Stack,
+    normal: &Vector3<f64>,
+) -> Result<Vec<DrawnRay>, PictureError> {
+    let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
+    let across = normal.cross(&pose.vector(Vector3::z()));
+    let in_picture = pose.inverse().vector(across).xy();
+    let Some(along) = in_picture.try_normalize(1e-6) else {
+        let message = "the section is seen along the camera's axis: no plane of its rays is";
+        return Err(PictureError::Viewer(message.into()));
+    };
+    let size = [camera.width_px(), camera.height_px()].map(f64::from);
+    // From the picture's middle to its edge, half a pixel less.
+    let to_edge = |axis: usize| (0.5 * size[axis] - 0.5) / along[axis].abs();
+    let most_px = to_edge(0).min(to_edge(1));
+    let mut tracer = Tracer::new(stack);
+    let rays = (0..RAYS).filter_map(|number| {
+        let at_px = most_px * (2.0 * number as f64 / (RAYS - 1) as f64 - 1.0);
+        let pixel = Point2::new(0.5 * size[0], 0.5 * size[1]) + at_px * along;
+        let ray = ray_of(viewpoint, &pixel)?;
+        let path = tracer.follow(&ray);
+        let pupil = pose.point(Point3::origin());
+        // A camera that bends its rays by itself looks from where it lets them go.
+        let start = Some(pupil).filter(|pupil| (pupil - ray.origin).norm() > 0.0);
+        let end = path.last.at(path.end_mm.min(FAR_MM));
+        let corners = tracer.corners().iter().copied();
+        let points = start.into_iter().chain(corners).chain([end]);
+        Some(DrawnRay {
+            pixel: pixel.into(),
+            seen_by: stack.name_of(path.end).to_owned(),
+            path_mm: points.map(<[f64; 3]>::from).collect(),
+        })
+    });
+    Ok(rays.collect())
+}
+
+/// The ray of a pixel as it leaves the camera, sensor frame; `None` where the lens does not reach.
+fn ray_of(viewpoint: &Viewpoint, pixel: &Point2<f64>) -> Option<Ray> {
+    let ray = viewpoint.camera().unproject(pixel).ok()?;
+    let pose = &viewpoint.sensor_from_camera;
+    Some(Ray { origin: pose.point(ray.origin_in_camera), direction: pose.vector(ray.direction) })
+}
+
+fn draw(picture: &mut Picture, framing: &Framing, rays: &[DrawnRay], sensor: &Sensor) {
+    let mut entries: Vec<Entry> = Vec::new();
+    for name in rays.iter().map(|ray| &ray.seen_by) {
+        match entries.iter_mut().find(|entry| entry.name == *name) {
+            Some(entry) => entry.count += 1,
+            None => {
+                let before = entries.iter().filter(|e| IN_THE_WAY.contains(&e.color)).count();
+                let color = color_of(name, sensor, before);
+                entries.push(Entry { name: name.clone(), color, count: 1 });
+            }
+        }
+    }
+    let width_px = (f64::from(picture.height_px) / 700.0).max(1.0);
+    let lines = rays.iter().map(|ray| {
+        let places = ray.path_mm.iter().map(|point| framing.place(&Point3::from(*point)));
+        let entry = entries.iter().find(|entry| entry.name == ray.seen_by);
+        (places.collect::<Vec<_>>(), entry.map_or(OUTSIDE, |entry| entry.color))
+    });
+    let lines: Vec<(Vec<[f64; 2]>, [u8; 3])> = lines.collect();
+    // Light below all of them, so that they show on what is dark.
+    for (places, _) in &lines {
+        picture.draw_line(places, 2.2 * width_px, [255; 3]);
+    }
+    for (places, color) in &lines {
+        picture.draw_line(places, width_px, *color);
+    }
+    let texts = entries.iter().map(|entry| {
+        let plural = if entry.count == 1 { "ray" } else { "rays" };
+        (entry.color, format!("{}  {} {plural}", entry.name, entry.count))
+    });
+    legend::draw(picture, &texts.collect::<Vec<_>>());
+}
+
+fn color_of(name: &str, sensor: &Sensor, bodies_before: usize) -> [u8; 3] {
+    match name {
+        "surface" => SEEN,
+        "total reflection" => MIRROR,
+        "nothing" => OUTSIDE,
+        body if sensor.sight.iter().any(|seen| seen == body) => SEEN,
+        _ => IN_THE_WAY[bodies_before % IN_THE_WAY.len()],
+    }
+}
+
+/// The picture of the camera as it is: each pixel shows the body that its ray meets behind all that is clear,
+/// shaded as in other pictures, as PNG; violet where light is totally reflected.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn picture_of_view(
+    sensor: &Sensor,
+    viewpoint: &Viewpoint,
+    stack: &Stack,
+    progress: OnProgress,
+) -> Result<Vec<u8>, PictureError> {
+    let pupil = viewpoint.sensor_from_camera.point(Point3::origin());
+    let nominal = sensor.camera.sensor_from_camera.point(Point3::origin());
+    let mut shown = sensor.clone();
+    shown.bodies.retain(|body| body.clarity() != Clarity::Clear);
+    let mut actors = actors_of(&shown, &Assembly::sensor().0, false)?;
+    // The camera's own bodies see themselves not.
+    actors.retain(|actor| {
+        let own = |point: &Point3<f64>| {
+            actor.body.contains(&actor.scene_from_body.inverse().point(*point))
+        };
+        !own(&pupil) && !own(&nominal)
+    });
+    let camera = viewpoint.camera();
+    let look = |tracer: &mut Tracer, [x_px, y_px]: [f64; 2]| {
+        let Some(ray) = ray_of(viewpoint, &Point2::new(x_px, y_px)) else {
+            return Glimpse::Plain([0; 3]);
+        };
+        let path = tracer.follow(&ray);
+        match path.end {
+            End::Surface | End::Body(_) => Glimpse::Along(path.last),
+            End::Mirror(_) => Glimpse::Plain(MIRROR),
+            End::Nothing => Glimpse::Plain(OUTSIDE),
+        }
+    };
+    let picture = render_seen(
+        &actors,
+        &viewpoint.sensor_from_camera,
+        [camera.width_px(), camera.height_px()],
+        || Tracer::new(stack),
+        look,
+        &counted(progress),
+    )?;
+    pictures::encoded(&picture)
+}

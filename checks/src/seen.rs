@@ -1,0 +1,234 @@
+//! How much the camera sees, through the drawn bodies, of what the sensor is sold for.
+//!
+//! Places are looked at as ground truth looks at them: light is bent at the drawn faces, and ends at what is
+//! opaque. What is lost, and to what, is always told. It is a fault where the sensor cannot do what it is
+//! there for:
+//!
+//! - A camera that follows *markers* must see them: a pin that it does not see measures nothing.
+//! - A camera that looks at a *surface* must see the middle of it, where things are touched: the third of the
+//!   area that is nearest to the tip of a dome, or to the middle of a pad. The foot of a dome, or the corners
+//!   of a pad, lie outside of the picture of most published sensors, which say so.
+//! - No body may hide much of what is left: an opening is there to be looked through. What lies beside the
+//!   picture is the lens's choice, what a rim hides is nobody's.
+
+use std::collections::BTreeMap;
+
+use fabkit_camera::Camera;
+use fabkit_geometry::sequences::EvenPoints;
+use fabkit_geometry::{Assembly, InvalidSolid, Point3, Ray, Sensor, SurfacePoints, TouchSurface};
+use fabkit_optics::{InvalidStack, Lost, Sights, Stack, Viewer, in_words};
+
+use crate::finding::{Finding, Rule, Severity};
+use crate::lines::{Caster, steepness};
+use crate::scene::{Assemblies, InvalidBody};
+use crate::sight::{Cone, bodies, is_markers, listed};
+
+/// Places that are looked at; shares are good to about a hundredth.
+const PLACES: usize = 256;
+
+/// Part of the surface that counts as its middle.
+const MIDDLE: f64 = 1.0 / 3.0;
+
+/// Largest share of the middle that may be lost: the picture of a published dome cuts off 4 % at its sides.
+const MOST_LOST: f64 = 0.1;
+
+/// The same of markers: the rim of a ring of lamps takes 2 % of what a published tip's camera follows.
+const MOST_MARKERS_LOST: f64 = 0.05;
+
+/// Largest share of the whole surface that one body may hide.
+const MOST_HIDDEN: f64 = 0.1;
+
+/// Where a marker is met more flatly than that, a ray stands for no more of it.
+const LEAST_STEEPNESS: f64 = 0.05;
+
+/// A place, what it stands for, and whether it belongs to what must be seen.
+struct Place {
+    point: Point3<f64>,
+    weight: f64,
+    counts: bool,
+}
+
+/// Shares by what keeps the camera from them, the largest first.
+type Shares = Vec<(String, f64)>;
+
+/// All findings; none for what has no camera.
+pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    if sensor.sight.is_empty() {
+        return Ok(Vec::new());
+    }
+    let camera = &sensor.camera;
+    let camera = Camera::equidistant(camera.width_px, camera.height_px, camera.field_of_view.rad());
+    // Limits of parameters see to it that a camera can be.
+    let Ok(camera) = camera else { return Ok(Vec::new()) };
+    let sights = match Stack::of(sensor) {
+        Ok(stack) => Sights::new(stack),
+        Err(InvalidStack::Solid { body, source }) => return Err(InvalidBody { body, source }),
+        Err(error) => return Ok(vec![unknown(&error)]),
+    };
+    let mut viewer = Viewer::new(&camera, &sensor.camera.sensor_from_camera, &sights);
+    let mut findings = Vec::new();
+    if let Some(touch) = &sensor.touch {
+        let of_surface = |source| InvalidBody { body: "surface".into(), source };
+        let places = of_touch(touch).map_err(of_surface)?;
+        let (all, counting) = look(&places, &mut viewer, sights.stack());
+        findings.push(note(
+            "the sensing surface",
+            &all,
+            "depth SENSOR --reference --coverage-map FILE.png",
+        ));
+        if !is_markers(sensor) {
+            // One cause, one finding.
+            findings.extend(middle(sensor, &counting).or_else(|| hidden(sensor, &all)));
+        }
+    }
+    if is_markers(sensor) {
+        let places = of_markers(sensor)?;
+        let (all, _) = look(&places, &mut viewer, sights.stack());
+        findings.push(note(&listed(sensor), &all, "render SENSOR --camera -o FILE.png"));
+        findings.extend(markers(sensor, &all));
+    }
+    Ok(findings.into_iter().map(|finding| finding.in_assembly(&Assembly::sensor().0)).collect())
+}
+
+/// Spread evenly over the area of the surface.
+fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
+    let points = SurfacePoints::new(touch)?;
+    let even = EvenPoints::square([0.5; 2]);
+    let all = (0..PLACES).filter_map(|number| {
+        let [along, across] = even.at(number);
+        points.by_area([along, across]).map(|(point, _)| (along, point))
+    });
+    let mut all: Vec<(f64, Point3<f64>)> = all.collect();
+    if let SurfacePoints::Plane(pad) = &points {
+        // How far from the middle, as a share of the way to the edge of the pad's box.
+        let bounds = pad.bounds_mm();
+        for (out, point) in &mut all {
+            let of_axis =
+                |[least, most]: [f64; 2], at: f64| (2.0 * at - least - most) / (most - least);
+            *out = of_axis(bounds[0], point.x).abs().max(of_axis(bounds[1], point.y).abs());
+        }
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let inner = (MIDDLE * all.len() as f64).round() as usize;
+    let place = |(rank, (_, point))| Place { point, weight: 1.0, counts: rank < inner };
+    Ok(all.into_iter().enumerate().map(place).collect())
+}
+
+/// On the faces of the markers that are turned to the camera, where straight rays meet them, whatever is
+/// before them.
+fn of_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
+    let scene = Assemblies::new(sensor)?;
+    let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
+    let all = bodies(sensor, &scene);
+    let cone = Cone::around(&all, &pupil);
+    let mut caster = Caster::default();
+    let mut places = Vec::new();
+    let count = 16 * PLACES;
+    for number in 0..count {
+        let ray = Ray { origin: pupil, direction: cone.direction(number, count) };
+        let wanted = all.iter().filter(|met| met.is_wanted);
+        let met = wanted.filter_map(|met| caster.first_entry(&met.placed.body, &ray));
+        if let Some(enter) = met.min_by(|a, b| a.t.total_cmp(&b.t)) {
+            let weight = enter.t * enter.t / steepness(&ray, &enter).max(LEAST_STEEPNESS);
+            places.push(Place { point: ray.at(enter.t), weight, counts: true });
+        }
+    }
+    // Each so-manieth is as good a sample as all.
+    let step = places.len().div_ceil(PLACES).max(1);
+    Ok(places.into_iter().step_by(step).collect())
+}
+
+/// What is lost of all places, and of those that count.
+fn look(places: &[Place], viewer: &mut Viewer, stack: &Stack) -> (Shares, Shares) {
+    let lost: Vec<Option<Lost>> =
+        places.iter().map(|place| viewer.see(&place.point).err()).collect();
+    let shares = |is_asked: &dyn Fn(&Place) -> bool| {
+        let (mut all, mut by_cause) = (0.0, BTreeMap::<Lost, f64>::new());
+        for (place, lost) in places.iter().zip(&lost).filter(|(place, _)| is_asked(place)) {
+            all += place.weight;
+            if let Some(lost) = lost {
+                *by_cause.entry(*lost).or_default() += place.weight;
+            }
+        }
+        let share = |(lost, weight): (Lost, f64)| (lost.word(stack).to_owned(), weight / all);
+        let mut shares: Shares = by_cause.into_iter().map(share).collect();
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        shares
+    };
+    (shares(&|_| true), shares(&|place| place.counts))
+}
+
+fn sum(lost: &Shares) -> f64 {
+    lost.iter().map(|(_, share)| share).sum()
+}
+
+/// What is lost, and to what.
+fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
+    let seen = 100.0 * (1.0 - sum(lost));
+    // What is rounded to nothing is not worth a word.
+    let told: Shares = lost.iter().filter(|(_, share)| *share >= 0.005).cloned().collect();
+    let rest = if told.is_empty() { String::new() } else { format!("; {}", in_words(&told, 0)) };
+    let message = format!("the camera sees {seen:.0} % of {of}{rest}");
+    let fix = format!("`fabkit {shown_by}` shows it");
+    Finding::error(Rule::Sight, message, fix).with_severity(Severity::Note)
+}
+
+fn warning(sensor: &Sensor, message: String, fix: String, measured: [f64; 2]) -> Finding {
+    Finding::error(Rule::Sight, message, fix)
+        .with_severity(Severity::Warning)
+        .of(sensor.sight.iter().map(String::as_str))
+        .measured(measured[0], measured[1], "")
+}
+
+fn middle(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
+    let share = sum(lost);
+    let message =
+        format!("the camera does not see all of the surface's middle third: {}", in_words(lost, 0));
+    (share > MOST_LOST).then(|| warning(sensor, message, fix(lost), [share, MOST_LOST]))
+}
+
+fn hidden(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
+    let is_body = |(by, _): &&(String, f64)| sensor.body(by).is_some();
+    let (by, share) = lost.iter().find(is_body)?;
+    let message = format!("{by} hides a part of the surface from the camera");
+    let found = || {
+        let finding = warning(sensor, message, fix_of(by), [*share, MOST_HIDDEN]);
+        let names = sensor.sight.iter().map(String::as_str);
+        finding.of(std::iter::once(by.as_str()).chain(names))
+    };
+    (*share > MOST_HIDDEN).then(found)
+}
+
+fn markers(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
+    let share = sum(lost);
+    let message =
+        format!("the camera does not see all of {}: {}", listed(sensor), in_words(lost, 0));
+    let measured = [share, MOST_MARKERS_LOST];
+    (share > MOST_MARKERS_LOST).then(|| warning(sensor, message, fix(lost), measured))
+}
+
+fn fix(lost: &Shares) -> String {
+    lost.first().map_or_else(String::new, |(by, _)| fix_of(by))
+}
+
+fn fix_of(by: &str) -> String {
+    match by {
+        fabkit_optics::BESIDE_PICTURE => {
+            "a lens with a wider view, or a camera further away or turned there".to_owned()
+        }
+        fabkit_optics::REFRACTION => {
+            "a camera nearer to the clear face that it looks through, or a lens on that face that \
+             its rays meet steeply"
+                .to_owned()
+        }
+        body => format!("a wider opening in {body}, or a camera nearer to it"),
+    }
+}
+
+/// Light that cannot be followed.
+fn unknown(error: &InvalidStack) -> Finding {
+    let message = format!("what the camera sees through the drawn bodies is not known: {error}");
+    let fix = "say what light does in every body that the camera looks through: `refractive_index` in \
+               materials of your own";
+    Finding::error(Rule::Sight, message, fix).with_severity(Severity::Warning)
+}

@@ -15,6 +15,7 @@ mod artwork;
 mod drawing;
 mod dxf;
 mod error;
+mod light;
 mod manifest;
 mod npz;
 mod opc;
@@ -34,6 +35,10 @@ pub use artwork::Artwork;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
+pub use light::{
+    LightBody, LightCamera, LightDocument, LightDome, LightPart, LightPlacement, LightPlane,
+    LightSurface, light,
+};
 pub use manifest::{
     Compensation, FileEntry, GivenProfile, MachineEntry, Manifest, NotApplied, OptionsEntry,
     OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,

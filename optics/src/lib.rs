@@ -63,6 +63,6 @@ pub use error::InvalidStack;
 pub use inverse::{Seeker, Sight, Sights};
 pub use sensing::{START_MM, SensingSurface};
 pub use snell::refract;
-pub use stack::{MAX_NAMES, Stack};
+pub use stack::{MAX_NAMES, Part, Stack};
 pub use trace::{End, LightPath, Tracer};
 pub use viewer::{Look, Unseen, Viewer};

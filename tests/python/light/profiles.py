@@ -1,0 +1,161 @@
+"""Profiles: regions of a plane between lines and arcs, extruded or turned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .roots import Array, quadratic
+
+# Ends of segments reach beyond themselves by this, mm, so that no line slips between two of them.
+SLACK_MM = 1e-9
+
+
+class Segment:
+    """A line (without axes) or an arc of an ellipse with its axes along those of the plane."""
+
+    def __init__(self, kind: str, start: list[float], how: dict[str, Any]):
+        self.start, self.end = np.array(start), np.array(how["to"])
+        self.is_line = kind == "line"
+        self.centre, self.axes, self.ccw = np.zeros(2), np.ones(2), True
+        if not self.is_line:
+            self.centre, self.ccw = np.array(how["centre"]), bool(how["ccw"])
+            radius = float(np.hypot(*(self.start - self.centre)))
+            self.axes = np.array(how.get("semi_axes_mm", [radius, radius]))
+
+    def bounds(self) -> Array:
+        if self.is_line:
+            return np.stack([np.minimum(self.start, self.end), np.maximum(self.start, self.end)])
+        # Of the whole ellipse: boxes may be too large.
+        return np.stack([self.centre - self.axes, self.centre + self.axes])
+
+    def bulge(self, p: Array) -> Array:
+        """Whether points (..., 2) lie between the arc and its chord."""
+        if self.is_line:
+            return np.zeros(p.shape[:-1], bool)
+        q = (p - self.centre) / self.axes
+        is_in = (q * q).sum(-1) < 1.0
+        chord = self.end - self.start
+        if np.hypot(*chord) < SLACK_MM:
+            return is_in
+        left = chord[0] * (p[..., 1] - self.start[1]) - chord[1] * (p[..., 0] - self.start[0])
+        # An arc that turns to the left lies on the right of its chord.
+        return is_in & ((left < 0.0) if self.ccw else (left > 0.0))
+
+    def normal(self, p: Array) -> Array:
+        if self.is_line:
+            along = self.end - self.start
+            n = np.broadcast_to([along[1], -along[0]], p.shape)
+        else:
+            n = (p - self.centre) / self.axes**2
+        return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+class Outline:
+    """All paths of a profile; segments are numbered as faces are."""
+
+    def __init__(self, profile: dict[str, Any]):
+        self.segments: list[Segment] = []
+        for path in [profile["outer"], *profile.get("holes", [])]:
+            here = path["start"]
+            for segment in path["segments"]:
+                ((kind, how),) = segment.items()
+                self.segments.append(Segment(kind, here, how))
+                here = how["to"]
+        boxes = np.array([segment.bounds() for segment in self.segments])
+        self.bounds = np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
+        self.starts = np.array([segment.start for segment in self.segments])
+        self.ends = np.array([segment.end for segment in self.segments])
+        self.arcs = [segment for segment in self.segments if not segment.is_line]
+
+    def inside(self, p: Array) -> Array:
+        """Even-odd rule for the polygon of all chords; each arc adds or takes what is before its chord."""
+        x, y = p[..., 0], p[..., 1]
+        result = np.zeros(x.shape, bool)
+        for (x0, y0), (x1, y1) in zip(self.starts, self.ends):
+            if y0 != y1:
+                result ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
+        for arc in self.arcs:
+            result ^= arc.bulge(p)
+        return result
+
+    def normal(self, p: Array, face: Array) -> Array:
+        """Unit normals of points (n, 2) of segments (n,)."""
+        result = np.ones_like(p)
+        for number in np.unique(face):
+            if 0 <= number < len(self.segments):
+                at = face == number
+                result[at] = self.segments[number].normal(p[at])
+        return result
+
+    def crossings(self, o: Array, d: Array) -> tuple[Array, Array]:
+        """Where lines of the plane may cross segments, and which."""
+        found: list[Array] = []
+        faces: list[int] = []
+        for number, segment in enumerate(self.segments):
+            if segment.is_line:
+                t = _of_line(segment, o, d)[:, None]
+            else:
+                q, e = (o - segment.centre) / segment.axes, d / segment.axes
+                t = quadratic((e * e).sum(-1), (q * e).sum(-1), (q * q).sum(-1) - 1.0)
+            found.append(t)
+            faces += [number] * t.shape[1]
+        return np.concatenate(found, axis=-1), np.array(faces)
+
+
+def _of_line(segment: Segment, o: Array, d: Array) -> Array:
+    along = segment.end - segment.start
+    off = segment.start - o
+    with np.errstate(divide="ignore", invalid="ignore"):
+        across = d[:, 0] * along[1] - d[:, 1] * along[0]
+        t = (off[:, 0] * along[1] - off[:, 1] * along[0]) / across
+        share = (off[:, 0] * d[:, 1] - off[:, 1] * d[:, 0]) / across
+        slack = SLACK_MM / max(float(np.hypot(*along)), SLACK_MM)
+        return np.where((share > -slack) & (share < 1.0 + slack), t, np.nan)
+
+
+class Turned:
+    """An outline of the half plane (distance from z, z), turned around z."""
+
+    def __init__(self, outline: Outline, ellipse: Callable[..., Array]):
+        self.outline, self.ellipse = outline, ellipse
+
+    def crossings(self, o: Array, d: Array) -> tuple[Array, Array]:
+        found: list[Array] = []
+        faces: list[int] = []
+        for number, segment in enumerate(self.outline.segments):
+            if not segment.is_line:
+                t = self.ellipse(o, d, segment.centre.tolist(), segment.axes.tolist())
+            elif max(segment.start[0], segment.end[0]) <= 0.0:
+                continue  # On the axis.
+            else:
+                t = self._of_line(segment, o, d)
+            t = self._on(segment, t, o, d)
+            found.append(t)
+            faces += [number] * t.shape[1]
+        return np.concatenate(found, axis=-1), np.array(faces)
+
+    @staticmethod
+    def _of_line(segment: Segment, o: Array, d: Array) -> Array:
+        (u0, z0), (u1, z1) = segment.start, segment.end
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if z0 == z1:
+                return ((z0 - o[:, 2]) / d[:, 2])[:, None]
+            slope = (u1 - u0) / (z1 - z0)
+            reach, grows = u0 + slope * (o[:, 2] - z0), slope * d[:, 2]
+            a = d[:, 0] ** 2 + d[:, 1] ** 2 - grows**2
+            b = o[:, 0] * d[:, 0] + o[:, 1] * d[:, 1] - reach * grows
+            return quadratic(a, b, o[:, 0] ** 2 + o[:, 1] ** 2 - reach**2)
+
+    @staticmethod
+    def _on(segment: Segment, t: Array, o: Array, d: Array) -> Array:
+        """Without places that are beside the segment's box: fewer to look at."""
+        low, high = segment.bounds()
+        with np.errstate(invalid="ignore"):
+            p = o[:, None] + t[..., None] * d[:, None]
+            u, z = np.hypot(p[..., 0], p[..., 1]), p[..., 2]
+            size = SLACK_MM * (1.0 + np.abs(high).max())
+            near = (u > low[0] - size) & (u < high[0] + size)
+            return np.where(near & (z > low[1] - size) & (z < high[1] + size), t, np.nan)

@@ -37,12 +37,25 @@ class Segment:
             return np.zeros(p.shape[:-1], bool)
         q = (p - self.centre) / self.axes
         is_in = (q * q).sum(-1) < 1.0
+        return is_in & (self._beyond(p) > 0.0)
+
+    def _beyond(self, p: Array) -> Array:
+        """How far points lie on the arc's side of its chord; a full turn has none."""
         chord = self.end - self.start
-        if np.hypot(*chord) < SLACK_MM:
-            return is_in
+        length = np.hypot(*chord)
+        if length < SLACK_MM:
+            return np.full(p.shape[:-1], np.inf)
         left = chord[0] * (p[..., 1] - self.start[1]) - chord[1] * (p[..., 0] - self.start[0])
         # An arc that turns to the left lies on the right of its chord.
-        return is_in & ((left < 0.0) if self.ccw else (left > 0.0))
+        return (-left if self.ccw else left) / length
+
+    def holds(self, p: Array) -> Array:
+        """Whether points (..., 2) of the whole line or ellipse belong to the segment, ends with some slack."""
+        if not self.is_line:
+            return self._beyond(p) > -SLACK_MM
+        chord = self.end - self.start
+        along = ((p - self.start) * chord).sum(-1) / np.hypot(*chord)
+        return (along > -SLACK_MM) & (along < np.hypot(*chord) + SLACK_MM)
 
     def normal(self, p: Array) -> Array:
         if self.is_line:
@@ -96,11 +109,12 @@ class Outline:
         faces: list[int] = []
         for number, segment in enumerate(self.segments):
             if segment.is_line:
-                t = _of_line(segment, o, d)[:, None]
+                t = _of_line(segment, o, d)
             else:
                 q, e = (o - segment.centre) / segment.axes, d / segment.axes
                 t = quadratic((e * e).sum(-1), (q * e).sum(-1), (q * q).sum(-1) - 1.0)
-            found.append(t)
+            with np.errstate(invalid="ignore"):
+                found.append(np.where(segment.holds(o[:, None] + t[..., None] * d[:, None]), t, np.nan))
             faces += [number] * t.shape[1]
         return np.concatenate(found, axis=-1), np.array(faces)
 
@@ -110,10 +124,7 @@ def _of_line(segment: Segment, o: Array, d: Array) -> Array:
     off = segment.start - o
     with np.errstate(divide="ignore", invalid="ignore"):
         across = d[:, 0] * along[1] - d[:, 1] * along[0]
-        t = (off[:, 0] * along[1] - off[:, 1] * along[0]) / across
-        share = (off[:, 0] * d[:, 1] - off[:, 1] * d[:, 0]) / across
-        slack = SLACK_MM / max(float(np.hypot(*along)), SLACK_MM)
-        return np.where((share > -slack) & (share < 1.0 + slack), t, np.nan)
+        return ((off[:, 0] * along[1] - off[:, 1] * along[0]) / across)[:, None]
 
 
 class Turned:
@@ -151,11 +162,8 @@ class Turned:
 
     @staticmethod
     def _on(segment: Segment, t: Array, o: Array, d: Array) -> Array:
-        """Without places that are beside the segment's box: fewer to look at."""
-        low, high = segment.bounds()
+        """Without places that are beside the segment, or on the side of the axis that is not drawn."""
         with np.errstate(invalid="ignore"):
             p = o[:, None] + t[..., None] * d[:, None]
-            u, z = np.hypot(p[..., 0], p[..., 1]), p[..., 2]
-            size = SLACK_MM * (1.0 + np.abs(high).max())
-            near = (u > low[0] - size) & (u < high[0] + size)
-            return np.where(near & (z > low[1] - size) & (z < high[1] + size), t, np.nan)
+            flat = np.stack([np.hypot(p[..., 0], p[..., 1]), p[..., 2]], axis=-1)
+            return np.where(segment.holds(flat), t, np.nan)

@@ -75,7 +75,9 @@ impl Stack {
         let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new() };
         for body in &sensor.bodies {
             let places = body.placements.iter().filter(|placed| placed.assembly == place);
-            let Some(part) = places.clone().next().map(|_| Part::of(sensor, body)) else { continue };
+            let Some(part) = places.clone().next().map(|_| Part::of(sensor, body)) else {
+                continue;
+            };
             let part = part?;
             let count = stack.names.len();
             for placement in places {

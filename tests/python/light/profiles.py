@@ -37,7 +37,17 @@ class Segment:
             return np.zeros(p.shape[:-1], bool)
         q = (p - self.centre) / self.axes
         is_in = (q * q).sum(-1) < 1.0
-        return is_in & (self._beyond(p) > 0.0)
+        if np.hypot(*(self.end - self.start)) < SLACK_MM:
+            return is_in
+        # An arc that turns to the left lies on the right of its chord.
+        return is_in & (self.is_left(p) != self.ccw)
+
+    def is_left(self, p: Array) -> Array:
+        """Whether points lie on the left of the chord; those on it as if they were moved up a little, and to the
+        right by less, so that parity and arcs take them for the same."""
+        x, y = self.end - self.start
+        left = x * (p[..., 1] - self.start[1]) - y * (p[..., 0] - self.start[0])
+        return (left > 0.0) | ((left == 0.0) & ((x > 0.0) | ((x == 0.0) & (y < 0.0))))
 
     def _beyond(self, p: Array) -> Array:
         """How far points lie on the arc's side of its chord; a full turn has none."""
@@ -46,7 +56,6 @@ class Segment:
         if length < SLACK_MM:
             return np.full(p.shape[:-1], np.inf)
         left = chord[0] * (p[..., 1] - self.start[1]) - chord[1] * (p[..., 0] - self.start[0])
-        # An arc that turns to the left lies on the right of its chord.
         return (-left if self.ccw else left) / length
 
     def holds(self, p: Array) -> Array:
@@ -79,17 +88,16 @@ class Outline:
                 here = how["to"]
         boxes = np.array([segment.bounds() for segment in self.segments])
         self.bounds = np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
-        self.starts = np.array([segment.start for segment in self.segments])
-        self.ends = np.array([segment.end for segment in self.segments])
         self.arcs = [segment for segment in self.segments if not segment.is_line]
 
     def inside(self, p: Array) -> Array:
         """Even-odd rule for the polygon of all chords; each arc adds or takes what is before its chord."""
-        x, y = p[..., 0], p[..., 1]
-        result = np.zeros(x.shape, bool)
-        for (x0, y0), (x1, y1) in zip(self.starts, self.ends):
+        y = p[..., 1]
+        result = np.zeros(y.shape, bool)
+        for segment in self.segments:
+            y0, y1 = segment.start[1], segment.end[1]
             if y0 != y1:
-                result ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
+                result ^= ((y0 > y) != (y1 > y)) & (segment.is_left(p) == (y1 > y0))
         for arc in self.arcs:
             result ^= arc.bulge(p)
         return result

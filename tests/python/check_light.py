@@ -195,7 +195,7 @@ def main() -> None:
     parser.add_argument("fabkit")
     parser.add_argument("sensors", nargs="*", default=SENSORS)
     parser.add_argument("--sample", type=int, default=PIXELS, help="pixels of each sensor")
-    asked = parser.parse_args()
+    asked = parser.parse_intermixed_args()
     with tempfile.TemporaryDirectory() as folder:
         fine = [check(asked.fabkit, sensor, asked.sample, Path(folder)) for sensor in asked.sensors]
     if not all(fine):

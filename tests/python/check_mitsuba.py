@@ -11,8 +11,6 @@ pixels of which a neighbour sees what Mitsuba says.
 from __future__ import annotations
 
 import argparse
-import glob
-import os
 import resource
 import subprocess
 import sys
@@ -30,8 +28,10 @@ from light.tracing import NOTHING, SURFACE, Stack
 from mitsuba_scene import CHORD_MM, Part, dictionary, export, parts
 
 SENSORS = ["rtac0", "9dtact", "uvdtact"]
-PIXELS = 50_000
+PIXELS = 20_000
 MOST_PIECES = 64
+# Rays begin again so far from a face, mm.
+ASIDE_MM = 1e-4
 # Points at grazing incidence move by more than the triangles are off.
 APART_MM = 10.0 * CHORD_MM
 # Shares of pixels that may be farther apart, or see another body where no neighbour does: coarse edges.
@@ -40,67 +40,45 @@ MOST_OTHERS = 2e-4
 
 
 def mitsuba() -> Any:
-    """Mitsuba with its vector kernels, or one ray at a time where there is no LLVM."""
+    """Mitsuba, one ray at a time: its vector kernels need an LLVM that fits."""
     import mitsuba as mi
 
-    libraries = sorted(glob.glob("/usr/lib/*/libLLVM-*.so"))
-    if "DRJIT_LIBLLVM_PATH" not in os.environ and libraries:
-        os.environ["DRJIT_LIBLLVM_PATH"] = libraries[-1]
-    mi.set_variant("llvm_ad_rgb")
+    mi.set_variant("scalar_rgb")
     return mi
 
 
 def follow(mi: Any, stack: Stack, found: list[Part], surface: list[Part], rays: Rays
            ) -> tuple[Array, Array]:
     """What rays see, as numbers in `seen_by_names`, and where."""
-    import drjit as dr
-
     scene, outside = mi.load_dict(dictionary(mi, found)), mi.load_dict(dictionary(mi, surface))
-    number = {shape.id(): k for shape in scene.shapes() for k in [int(shape.id()[4:])]}
-    registered = {dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]: number[shape.id()]
-                  for shape in scene.shapes()}
-    table = np.full(max(registered) + 1, -1)
-    table[list(registered)] = list(registered.values())
-    n = len(rays)
-    seen, point = np.zeros(n, int), np.full((n, 3), np.nan)
-    alive = np.arange(n)
+    skins = {item.name for item in stack.items if item.part == "skin"}
+    seen, point = np.zeros(len(rays), int), np.full((len(rays), 3), np.nan)
     context = mi.BSDFContext()
     context.component = 1  # Transmission alone.
-    ray = _rays(mi, rays.o, rays.d)
-    for _ in range(MOST_PIECES):
-        if len(alive) == 0:
-            break
-        hit = scene.ray_intersect(ray)
-        valid = np.array(hit.is_valid())
-        part = table[np.where(valid, np.array(dr.reinterpret_array(mi.UInt32, hit.shape)), 0)]
-        sample, weight = hit.bsdf(ray).sample(context, hit, 0.5, mi.Point2f(0.5, 0.5), hit.is_valid())
-        out = np.array(hit.to_world(sample.wo)).T
-        p, d = np.array(hit.p).T.astype(float), np.array(ray.d).T
-        bends = valid & np.array([f.inner is not None for f in found])[part]
-        passes = bends & (np.array(weight).T.max(-1) > 0.0)
-        seen[alive[bends & ~passes]] = len(stack.names) - 1
-        ends = np.flatnonzero(valid & ~bends)
-        skin = np.array([i for i in ends if _is_skin(stack, found[part[i]].name)], int)
-        seen[alive[ends]] = np.array([f.name for f in found])[part[ends]]
-        seen[alive[~valid]] = NOTHING
-        if len(skin):
+    for number, (o, d) in enumerate(zip(rays.o, rays.d)):
+        ray, name = mi.Ray3f(o, d), NOTHING
+        for _ in range(MOST_PIECES):
+            hit = scene.ray_intersect(ray)
+            if not hit.is_valid():
+                break
+            part = found[int(hit.shape.id()[4:])]
+            if part.inner is None:
+                name = part.name
+                break
+            sample, weight = hit.bsdf(ray).sample(context, hit, 0.5, mi.Point2f(0.5, 0.5))
+            if max(weight) <= 0.0:
+                name = len(stack.names) - 1
+                break
+            out = hit.to_world(sample.wo)
+            # Not the same face again.
+            ray = mi.Ray3f(hit.p + ASIDE_MM * out, out)
+        if name in skins:
             # Straight on through skin.
-            through = outside.ray_intersect(_rays(mi, p[skin] - 1e-3 * d[skin], d[skin]))
-            leaves = np.array(through.is_valid())
-            seen[alive[skin[leaves]]] = SURFACE
-            point[alive[skin[leaves]]] = np.array(through.p).T[leaves]
-        alive, p, out = alive[passes], p[passes], out[passes]
-        # Not the same face again.
-        ray = _rays(mi, p + 1e-4 * out, out) if len(alive) else ray
+            through = outside.ray_intersect(mi.Ray3f(hit.p - ASIDE_MM * ray.d, ray.d))
+            if through.is_valid():
+                name, point[number] = SURFACE, np.array(through.p)
+        seen[number] = name
     return seen, point
-
-
-def _is_skin(stack: Stack, name: int) -> bool:
-    return any(item.name == name and item.part == "skin" for item in stack.items)
-
-
-def _rays(mi: Any, o: Array, d: Array) -> Any:
-    return mi.Ray3f(mi.Point3f(o.T.astype(np.float32)), mi.Vector3f(d.T.astype(np.float32)))
 
 
 def truth_of(fabkit: str, sensor: str, folder: Path) -> dict[str, Array]:

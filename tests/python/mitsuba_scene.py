@@ -105,7 +105,7 @@ def parts(stack: Stack, triangles: dict[str, Array]) -> tuple[list[Part], list[P
             at = _on_surface(stack.surface, corners, flat)
             part = Part(corners[at], np.repeat(flat[at, None], 3, 1), None, None, item.name)
             surface.append(part)
-    return found, surface
+    return [part for part in found if len(part.corners)], [part for part in surface if len(part.corners)]
 
 
 def _faces(stack: Stack, number: int, corners: Array, flat: Array) -> list[Part]:

@@ -145,6 +145,28 @@ fn only_what_is_asked_for_is_made() {
     assert!(matches!(run(options(&["c"], &[])), Err(ExportFailure::Unknown(_))));
 }
 
+/// Of the whole sensor, whichever parts are asked for: its own tools are not of it.
+#[test]
+fn light_is_one_file() {
+    // Not around the camera.
+    let ball = |radius_mm| Solid::sphere(radius_mm).at(0.0, 0.0, 10.0);
+    let parts = || vec![part("a", ball(2.0)), part("b", ball(3.0))];
+    let run = |names: &[&str], formats: &[Format]| {
+        let parts_asked = names.iter().map(|&name| name.into()).collect();
+        let options = ExportOptions {
+            parts: parts_asked,
+            formats: formats.to_vec(),
+            ..ExportOptions::default()
+        };
+        export(&design(parts()), &options, &|_| ()).unwrap()
+    };
+    assert_eq!(names(&run(&[], &[Format::Light])), ["light.json", "manifest.json"]);
+    let exported = run(&["b"], &[Format::Tree, Format::Light]);
+    assert_eq!(names(&exported), ["b.tree.json", "light.json", "manifest.json"]);
+    let light = exported.manifest.files.iter().find(|file| file.name == "light.json").unwrap();
+    assert_eq!(light.format, "light");
+}
+
 #[test]
 fn only_files_that_are_compensated_say_so() {
     let mut mold = part("mold", Solid::cuboid(10.0, 10.0, 10.0));

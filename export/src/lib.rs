@@ -15,6 +15,7 @@ mod artwork;
 mod drawing;
 mod dxf;
 mod error;
+mod light;
 mod manifest;
 mod npz;
 mod opc;
@@ -35,6 +36,10 @@ pub use drawing::lettering::lettering;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
+pub use light::{
+    LightBody, LightCamera, LightDocument, LightDome, LightPart, LightPlacement, LightPlane,
+    LightSurface, light,
+};
 pub use manifest::{
     Compensation, FileEntry, GivenProfile, MachineEntry, Manifest, NotApplied, OptionsEntry,
     OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,

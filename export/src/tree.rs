@@ -93,10 +93,16 @@ struct Form<'a> {
     solid: &'a Solid,
 }
 
+/// What numbers without a unit in their name are in.
 #[derive(Serialize)]
-struct Units {
+pub(crate) struct Units {
     length: &'static str,
     angle: &'static str,
+}
+
+impl Units {
+    /// Of all documents.
+    pub(crate) const USUAL: Self = Self { length: "mm", angle: "rad" };
 }
 
 #[derive(Serialize)]
@@ -131,7 +137,7 @@ pub fn tree(document: &TreeDocument) -> Result<Vec<u8>, ExportError> {
         format: "fabkit-tree",
         version: 1,
         fabkit: VERSION,
-        units: Units { length: "mm", angle: "rad" },
+        units: Units::USUAL,
         design_hash: document.design_hash,
         sensor: document.sensor,
         name: document.name,

@@ -385,6 +385,8 @@ pub enum FormatArg {
     Step,
     /// Where lines cross the exact surface, and its volume, area and inertia, as JSON
     Samples,
+    /// What all bodies of the sensor are to light, its camera and its surface, as JSON
+    Light,
 }
 
 impl FormatArg {
@@ -398,6 +400,7 @@ impl FormatArg {
             Self::Png => Some(Format::Png),
             Self::Tree => Some(Format::Tree),
             Self::Samples => Some(Format::Samples),
+            Self::Light => Some(Format::Light),
             Self::Step => None,
         }
     }

@@ -67,6 +67,6 @@ pub use inverse::{Seeker, Sight, Sights};
 pub use lost::{BESIDE_PICTURE, Lost, REFRACTION, in_words};
 pub use sensing::{START_MM, SensingSurface};
 pub use snell::refract;
-pub use stack::{MAX_NAMES, Stack};
+pub use stack::{MAX_NAMES, Part, Stack};
 pub use trace::{Bend, End, LightPath, Tracer};
 pub use viewer::{Look, Unseen, Viewer};

@@ -29,9 +29,14 @@ const LEAST_OVERLAP_MM: f64 = 1e-6;
 
 /// What a body is to light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Part {
+pub enum Part {
     /// It lets light through, and may be what shows the touch.
-    Medium { index: f64, is_skin: bool },
+    Medium {
+        /// Its refractive index.
+        index: f64,
+        /// Whether it counts as skin too, where light goes on from skin.
+        is_skin: bool,
+    },
     /// It shows the touch.
     Skin,
     /// It ends rays.
@@ -70,7 +75,9 @@ impl Stack {
         let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new() };
         for body in &sensor.bodies {
             let places = body.placements.iter().filter(|placed| placed.assembly == place);
-            let Some(part) = places.clone().next().map(|_| part(sensor, body)) else { continue };
+            let Some(part) = places.clone().next().map(|_| Part::of(sensor, body)) else {
+                continue;
+            };
             let part = part?;
             let count = stack.names.len();
             for placement in places {
@@ -184,20 +191,26 @@ fn direction(number: usize) -> Vector3<f64> {
     Vector3::new(across * cos, across * sin, along)
 }
 
-fn part(sensor: &Sensor, body: &Body) -> Result<Part, InvalidStack> {
-    let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
-    if body.clarity() != Clarity::Clear {
-        let is_skin = is_looked_at || body.kind == Kind::Cast;
-        return Ok(if is_skin { Part::Skin } else { Part::Stop });
-    }
-    match body.substance.refractive_index {
-        Some(index) if (AIR..=MAX_INDEX).contains(&index) => {
-            Ok(Part::Medium { index, is_skin: is_looked_at })
+impl Part {
+    /// What a body of a sensor is.
+    ///
+    /// # Errors
+    /// A clear body of unknown or impossible index.
+    pub fn of(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
+        let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
+        if body.clarity() != Clarity::Clear {
+            let is_skin = is_looked_at || body.kind == Kind::Cast;
+            return Ok(if is_skin { Self::Skin } else { Self::Stop });
         }
-        Some(index) => Err(InvalidStack::Index { body: body.name.clone(), index }),
-        None => Err(InvalidStack::UnknownIndex {
-            body: body.name.clone(),
-            material: body.material.clone(),
-        }),
+        match body.substance.refractive_index {
+            Some(index) if (AIR..=MAX_INDEX).contains(&index) => {
+                Ok(Self::Medium { index, is_skin: is_looked_at })
+            }
+            Some(index) => Err(InvalidStack::Index { body: body.name.clone(), index }),
+            None => Err(InvalidStack::UnknownIndex {
+                body: body.name.clone(),
+                material: body.material.clone(),
+            }),
+        }
     }
 }

@@ -119,7 +119,6 @@ impl Intrinsics {
             board: &self.board,
             pictures: &self.pictures,
             calibration: &self.calibration,
-            not_drawn: self.not_drawn.as_deref(),
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::running::{Interrupted, run, short};
 
 /// Made by another kernel, and not one of [`Format`].
 const STEP: &str = "step";
-const FORMATS: [Format; 7] = [
+const FORMATS: [Format; 8] = [
     Format::Stl,
     Format::ThreeMf,
     Format::Dxf,
@@ -27,6 +27,7 @@ const FORMATS: [Format; 7] = [
     Format::Png,
     Format::Tree,
     Format::Samples,
+    Format::Light,
 ];
 
 /// What to export; what is left out is as in the command.

@@ -8,6 +8,7 @@ mod edits;
 #[cfg(unix)]
 mod faults;
 mod fuzz;
+mod light;
 mod lint;
 mod python;
 mod python_package;
@@ -41,6 +42,9 @@ Tasks:
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   variants N         Export N random variants of sensors and fixtures; trimesh judges every file.
                      --seed S for others than last time
+  light [--mitsuba] [SENSOR...]
+                     Follow 50,000 pixels' rays of five sensors with NumPy, or three sensors' with Mitsuba 3,
+                     and compare with what fabkit says they see
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -57,6 +61,7 @@ fn main() -> ExitCode {
         #[cfg(unix)]
         "faults" => faults::run(&env::args().skip(2).collect::<Vec<_>>()),
         "variants" => variants::run(&env::args().skip(2).collect::<Vec<_>>()),
+        "light" => light::run(&env::args().skip(2).collect::<Vec<_>>()),
         "edits" => edits::run(),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),

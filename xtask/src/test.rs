@@ -60,6 +60,7 @@ fn oracles(python: &Path) -> Result<(), String> {
     check(script("tests/python/check_contracts.py").arg(&fabkit))?;
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
+    crate::light::sample(python, &fabkit)?;
     let (count, seed) = VARIANTS;
     crate::variants::judge(python, &fabkit, count, seed)?;
     for consumer in CONSUMERS {

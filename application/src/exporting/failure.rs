@@ -3,9 +3,11 @@
 use fabkit_export::ExportError;
 use fabkit_geometry::{NotASheet, Shells};
 use fabkit_mesh::{MeshError, Shell};
+use fabkit_optics::InvalidStack;
 
 use super::topology::places;
 use crate::bodies::UnknownName;
+use crate::ground_truth::InvalidViewpoint;
 use crate::pictures::PictureError;
 use crate::{ErrorKind, Explained};
 
@@ -144,6 +146,12 @@ pub enum ExportFailure {
         /// Why.
         source: ExportError,
     },
+    /// Bodies that no light can be followed through.
+    #[error(transparent)]
+    Light(#[from] InvalidStack),
+    /// A design whose camera cannot be.
+    #[error(transparent)]
+    Camera(#[from] InvalidViewpoint),
     /// Drawings of parts that have none.
     #[error("none of these parts is cut from a sheet: {}", .parts.join(", "))]
     NoOutlines {
@@ -180,6 +188,8 @@ impl Explained for ExportFailure {
             | Self::HolesBreakOut { .. }
             | Self::ProfileWithoutFiles { .. }
             | Self::ProfileUnused { .. }
+            | Self::Light(_)
+            | Self::Camera(_)
             | Self::NoOutlines { .. } => ErrorKind::BadInput,
             _ => ErrorKind::Bug,
         }
@@ -189,6 +199,7 @@ impl Explained for ExportFailure {
         let hint = match self {
             Self::Unknown(unknown) => return Some(unknown.hint()),
             Self::Picture { source, .. } => return source.hint(),
+            Self::Light(error) => return Some(error.hint().to_owned()).filter(|h| !h.is_empty()),
             Self::TooManyTriangles { .. }
             | Self::Mesh { source: MeshError::TooFine { .. }, .. } => {
                 "allow a larger tolerance, or export fewer parts"

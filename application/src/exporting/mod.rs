@@ -3,6 +3,7 @@
 mod compensation;
 mod failure;
 mod folder;
+mod light;
 mod options;
 mod pieces;
 mod plates;
@@ -205,6 +206,9 @@ pub fn export(
     if options.parts.is_empty() {
         made.extend(sheets::nested(design, &hash, options, &meshed)?);
     }
+    if options.formats.contains(&Format::Light) {
+        made.push(light::made(design, &hash)?);
+    }
     if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
         // Files were asked for that none of these parts has.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
@@ -373,6 +377,8 @@ fn part_files<'a>(
             },
             Format::Png => pictures::picture_of_body(body, PART_SHOT, &unwatched)
                 .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
+            // One file of all bodies.
+            Format::Light => return Ok(None),
             Format::Tree => {
                 let process = body.process_word();
                 let document = TreeDocument {

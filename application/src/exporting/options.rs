@@ -20,6 +20,8 @@ pub enum Format {
     Tree,
     /// What the exact geometry amounts to, sampled, for whoever rebuilds the tree.
     Samples,
+    /// What the whole sensor is to light, as JSON: one file, whichever parts are asked for.
+    Light,
 }
 
 impl Format {
@@ -33,6 +35,7 @@ impl Format {
             Self::Png => "png",
             Self::Tree => "tree",
             Self::Samples => "samples",
+            Self::Light => "light",
         }
     }
 

@@ -1,0 +1,56 @@
+//! `cargo xtask light`: rays that others follow through the drawn bodies.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::python::{environment, interpreter, uv};
+use crate::run::{build_workspace, built, check, exists, fabkit, root};
+
+/// Pixels of each sensor in `cargo xtask test`: less than twenty seconds in all.
+const SAMPLE: &str = "1500";
+
+const REQUIREMENTS: &str = "tests/python/requirements-mitsuba.txt";
+
+/// All pixels that are compared, of all sensors or those that are named; or Mitsuba's part of them.
+pub fn run(args: &[String]) -> Result<(), String> {
+    build_workspace()?;
+    let fabkit = fabkit()?;
+    if args.first().is_some_and(|arg| arg == "--mitsuba") {
+        return check(
+            Command::new(mitsuba()?)
+                .arg(root().join("tests/python/check_mitsuba.py"))
+                .arg(&fabkit)
+                .args(&args[1..]),
+        );
+    }
+    check(script(&environment()?, &fabkit).args(args))
+}
+
+/// Few pixels of each sensor.
+pub fn sample(python: &Path, fabkit: &Path) -> Result<(), String> {
+    check(script(python, fabkit).args(["--sample", SAMPLE]))
+}
+
+fn script(python: &Path, fabkit: &Path) -> Command {
+    let mut command = Command::new(python);
+    command.arg(root().join("tests/python/check_light.py")).arg(fabkit);
+    command
+}
+
+/// The interpreter of an environment that is made when it is asked for first: few need it.
+fn mitsuba() -> Result<std::path::PathBuf, String> {
+    let venv = built("mitsuba", "");
+    let python = interpreter(&venv);
+    let uv = uv()?;
+    if !exists(&python) {
+        check(Command::new(&uv).args(["venv", "--quiet"]).arg(&venv))?;
+    }
+    check(
+        Command::new(&uv)
+            .args(["pip", "install", "--quiet", "--python"])
+            .arg(&python)
+            .arg("--requirements")
+            .arg(root().join(REQUIREMENTS)),
+    )?;
+    Ok(python)
+}

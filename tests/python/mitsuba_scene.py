@@ -96,7 +96,8 @@ def parts(stack: Stack, triangles: dict[str, Array]) -> tuple[list[Part], list[P
         corners = triangles[body["name"]] @ np.array(pose["rotation"]).T + pose["translation_mm"]
         flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         size = np.linalg.norm(flat, axis=-1, keepdims=True)
-        corners, flat = corners[size[:, 0] > 0.0], (flat / np.maximum(size, 1e-300))[size[:, 0] > 0.0]
+        real = size[:, 0] > 0.0
+        corners, flat = corners[real], flat[real] / size[real]
         if item.part == "medium":
             found += _faces(stack, number, corners, flat)
         else:
@@ -105,7 +106,8 @@ def parts(stack: Stack, triangles: dict[str, Array]) -> tuple[list[Part], list[P
             at = _on_surface(stack.surface, corners, flat)
             part = Part(corners[at], np.repeat(flat[at, None], 3, 1), None, None, item.name)
             surface.append(part)
-    return [part for part in found if len(part.corners)], [part for part in surface if len(part.corners)]
+    found, surface = ([p for p in some if len(p.corners)] for some in (found, surface))
+    return found, surface
 
 
 def _faces(stack: Stack, number: int, corners: Array, flat: Array) -> list[Part]:

@@ -7,7 +7,7 @@ use crate::python::{environment, interpreter, uv};
 use crate::run::{build_workspace, built, check, exists, fabkit, root};
 
 /// Pixels of each sensor in `cargo xtask test`: less than twenty seconds in all.
-const SAMPLE: &str = "1500";
+const SAMPLE: &str = "500";
 
 const REQUIREMENTS: &str = "tests/python/requirements-mitsuba.txt";
 

@@ -15,6 +15,9 @@ const WORTH_A_PARAMETER: f64 = 0.01;
 const WORTH_AN_IMPLAUSIBLE_POSE: f64 = 0.15;
 /// An explanation without the bodies that the design draws must be better by this part: they are there.
 const WORTH_DENYING_A_DRAWING: f64 = 0.1;
+/// What bends light is known where it is drawn: each of the lens's terms that changed since it was calibrated
+/// must make the rest better by this part.
+const WORTH_ANOTHER_LENS: f64 = 0.05;
 /// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
 const WORTH_A_SEAT: f64 = 10.0;
 /// Farther than this from where the design puts it the camera cannot be: three standard deviations
@@ -165,7 +168,9 @@ impl Trial {
         let implausible = if self.is_plausible() { 0.0 } else { WORTH_AN_IMPLAUSIBLE_POSE };
         let denies = is_drawn && self.candidate.optics.medium != Medium::Drawn;
         let undrawn = if denies { WORTH_DENYING_A_DRAWING } else { 0.0 };
-        self.held_out_rms_px * (1.0 + WORTH_A_PARAMETER * extra + implausible + undrawn)
+        let terms = if denies { 0 } else { self.candidate.optics.radial_terms };
+        let changed = if is_drawn { WORTH_ANOTHER_LENS * terms as f64 } else { 0.0 };
+        self.held_out_rms_px * (1.0 + WORTH_A_PARAMETER * extra + implausible + undrawn + changed)
     }
 }
 

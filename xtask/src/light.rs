@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::python::{environment, interpreter, uv};
 use crate::run::{build_workspace, built, check, exists, fabkit, root};
 
-/// Pixels of each sensor in `cargo xtask test`: less than twenty seconds in all.
+/// Pixels of each sensor in `cargo xtask test`: half a minute in all, most of it for depth maps.
 const SAMPLE: &str = "500";
 
 const REQUIREMENTS: &str = "tests/python/requirements-mitsuba.txt";

@@ -110,7 +110,8 @@ impl Family for PuckFamily {
 
     fn build(p: &Puck, header: &Header, _: &mut Report) -> Option<Built> {
         let l = Layout::new(p);
-        let camera = blocks::camera_at(-p.camera_depth.mm(), [640, 480], p.field_of_view);
+        let lens = NominalLens::default();
+        let camera = blocks::camera_at(-p.camera_depth.mm(), [640, 480], p.field_of_view, lens);
         let touch = touch(p, &l);
         let fits = [l.base.press_fit(HOUSING), l.board.press_fit(BASE)];
         let bodies = [parts(p, &l), layers(p, &l, &touch), bought(p, &l)].concat();

@@ -48,6 +48,7 @@ pub mod documents;
 mod error;
 pub mod exporting;
 pub mod ground_truth;
+pub mod guiding;
 pub mod identity;
 mod legend;
 pub mod materials;

@@ -211,7 +211,7 @@ pub fn default_assembly(sensor: &Sensor) -> String {
 }
 
 /// Turns a mold as it stands while its last layer cures; the sensor itself stays as it is used.
-fn poured_upright(sensor: &Sensor, assembly: &str) -> Pose {
+pub(crate) fn poured_upright(sensor: &Sensor, assembly: &str) -> Pose {
     if assembly == Assembly::sensor().0 {
         return Pose::identity();
     }

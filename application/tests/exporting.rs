@@ -21,6 +21,7 @@ fn design(parts: Vec<Body>) -> Design {
         width_px: 640,
         height_px: 480,
         field_of_view: Angle::from_deg(160.0).unwrap(),
+        lens: Default::default(),
     };
     let sensor = Sensor::new("small", "Small", "", camera, parts);
     Design {

@@ -46,7 +46,7 @@ impl DrawnInterface {
     pub fn new(seen: &Interface, camera_from_sensor: &Pose) -> Option<Self> {
         let sensor_from_camera = camera_from_sensor.inverse();
         let (shape, index_outside) = match seen {
-            Interface::None => return None,
+            Interface::None | Interface::Drawn => return None,
             Interface::Flat(flat) => {
                 let normal_in_camera = flat.normal();
                 let point = Point3::from(normal_in_camera * flat.distance_mm);
@@ -142,7 +142,7 @@ mod tests {
 
     fn values(interface: &Interface) -> [f64; PARAMETERS] {
         match interface {
-            Interface::None => unreachable!("drawn"),
+            Interface::None | Interface::Drawn => unreachable!("drawn"),
             Interface::Flat(f) => [f.distance_mm, f.tilt_x_rad, f.tilt_y_rad, f.index_outside, 0.0],
             Interface::Sphere(s) => {
                 let c = s.centre_in_camera;

@@ -151,6 +151,8 @@ pub fn calibrate(
         .iter()
         .map(|o| Observation { sigma_px: o.sigma_px.max(floor_px), ..o.clone() })
         .collect();
+    // What is before the lens is for the pixels to say.
+    let camera = &camera.clone().undrawn();
     let mut model = Model::new(*camera.camera(), *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
     let selection = selection::select(&model, &observations, captures, options)

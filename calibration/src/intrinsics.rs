@@ -377,7 +377,8 @@ fn finish(
     });
     Ok(LensCalibration {
         views: solved.collect(),
-        estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?,
+        // Boards are looked at in air: this is the lens by itself.
+        estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?.behind_drawing(),
         model,
         candidates,
         rms_px,

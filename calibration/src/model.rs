@@ -272,7 +272,7 @@ impl Model {
     /// Refractive index behind the camera's interface, if it has one.
     fn index_outside(&self) -> Option<f64> {
         match self.camera.interface() {
-            Interface::None => None,
+            Interface::None | Interface::Drawn => None,
             Interface::Flat(flat) => Some(flat.index_outside),
             Interface::Sphere(sphere) => Some(sphere.index_outside),
         }

@@ -114,20 +114,37 @@ impl Camera {
         height_px: u32,
         field_of_view_rad: f64,
     ) -> Result<Self, InvalidCamera> {
+        Self::nominal(width_px, height_px, field_of_view_rad, [0.0; 4])
+    }
+
+    /// The same for a lens with a law of its own: the radius over the focal length is the angle times
+    /// 1 + k0 angle^2 + k1 angle^4 + ..., and `terms` are these k.
+    ///
+    /// # Errors
+    /// As for [`Camera::equidistant`]; terms that no lens has, as for [`KannalaBrandt::new`].
+    pub fn nominal(
+        width_px: u32,
+        height_px: u32,
+        field_of_view_rad: f64,
+        terms: [f64; 4],
+    ) -> Result<Self, InvalidCamera> {
         let mut rules = Rules::default();
         check_size(&mut rules, width_px, height_px);
         let full_turn = 2.0 * std::f64::consts::PI;
         rules.within("field_of_view_rad", field_of_view_rad, 0.1, full_turn);
         rules.finish()?;
         let (width, height) = (f64::from(width_px), f64::from(height_px));
-        let px_per_rad = width.hypot(height) / field_of_view_rad;
+        let half_rad = field_of_view_rad / 2.0;
+        let square = half_rad * half_rad;
+        let series = terms.iter().rev().fold(0.0, |sum, term| (sum + term) * square);
+        let px_per_rad = width.hypot(height) / 2.0 / (half_rad * (1.0 + series));
         let intrinsics = Intrinsics {
             fx_px: px_per_rad,
             fy_px: px_per_rad,
             cx_px: 0.5 * (width - 1.0),
             cy_px: 0.5 * (height - 1.0),
         };
-        let lens = Lens::KannalaBrandt(KannalaBrandt::new(intrinsics, [0.0; 4])?);
+        let lens = Lens::KannalaBrandt(KannalaBrandt::new(intrinsics, terms)?);
         Self::new(width_px, height_px, lens, Interface::None)
     }
 
@@ -220,6 +237,12 @@ impl Camera {
     #[must_use]
     pub fn in_air(&self) -> Self {
         Self { interface: Interface::None, refraction: Refraction::None, ..*self }
+    }
+
+    /// The same lens, said to be known by itself: see [`Interface::Drawn`].
+    #[must_use]
+    pub fn behind_drawing(&self) -> Self {
+        Self { interface: Interface::Drawn, ..self.in_air() }
     }
 
     /// Names with units, and values, of everything that can be calibrated: `fx_px`, `fy_px`,

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use thiserror::Error;
 
 use crate::camera::Camera;
+use crate::interface::Interface;
 
 /// A calibrated camera with the covariance of its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +70,27 @@ impl CameraEstimate {
             check(&names, matrix)?;
         }
         Ok(Self { camera, covariance })
+    }
+
+    /// The same, said to be of the lens by itself: see [`Interface::Drawn`](crate::Interface::Drawn). Only what
+    /// has no interface is changed.
+    #[must_use]
+    pub fn behind_drawing(self) -> Self {
+        let camera = match self.camera.interface() {
+            Interface::None => self.camera.behind_drawing(),
+            _ => self.camera,
+        };
+        Self { camera, ..self }
+    }
+
+    /// The same lens for who does not look at the drawing, or finds out what is before the lens.
+    #[must_use]
+    pub fn undrawn(self) -> Self {
+        let camera = match self.camera.interface() {
+            Interface::Drawn => self.camera.in_air(),
+            _ => self.camera,
+        };
+        Self { camera, ..self }
     }
 
     /// The most likely camera.

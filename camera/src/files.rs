@@ -170,7 +170,8 @@ pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, 
     };
     let mut lost = Vec::new();
     match camera.interface() {
-        Interface::None => {}
+        // All formats hold a lens by itself.
+        Interface::None | Interface::Drawn => {}
         other => lost.push(format!("the refractive interface ({})", other.kind_name())),
     }
     if estimate.covariance().is_some() {

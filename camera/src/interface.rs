@@ -22,8 +22,11 @@ const ON_INTERFACE_MM: f64 = 1e-9;
 /// What light passes on its way to the lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Interface {
-    /// Nothing: lens and scene share one medium.
+    /// Nothing: lens and scene share one medium, or the lens was fitted to what it saw through all that there is.
     None,
+    /// The lens is known by itself, and what it looks through from a drawing. Rays are those that leave the
+    /// lens: whoever has the drawing follows them further.
+    Drawn,
     /// A plane, or a plane-parallel pane of glass.
     Flat(Flat),
     /// A sphere around the lens.
@@ -35,6 +38,7 @@ impl Interface {
     pub fn kind_name(&self) -> &'static str {
         match self {
             Self::None => "none",
+            Self::Drawn => "drawn",
             Self::Flat(_) => "flat",
             Self::Sphere(_) => "sphere",
         }
@@ -44,7 +48,7 @@ impl Interface {
     pub(crate) fn parameters(&self) -> ([(&'static str, f64); MAX_INTERFACE_PARAMETERS], usize) {
         let mut all = [("", 0.0); MAX_INTERFACE_PARAMETERS];
         let count = match self {
-            Self::None => 0,
+            Self::None | Self::Drawn => 0,
             Self::Flat(flat) => fill(&mut all, flat.parameters()),
             Self::Sphere(sphere) => fill(&mut all, sphere.parameters()),
         };
@@ -55,7 +59,7 @@ impl Interface {
     pub(crate) fn with_parameters(&self, parameters: &[f64]) -> Self {
         let value = |i: usize| parameters.get(i).copied().unwrap_or(f64::NAN);
         match self {
-            Self::None => Self::None,
+            Self::None | Self::Drawn => *self,
             Self::Flat(flat) => Self::Flat(flat.with_parameters(std::array::from_fn(value))),
             Self::Sphere(sphere) => {
                 Self::Sphere(sphere.with_parameters(std::array::from_fn(value)))
@@ -65,7 +69,7 @@ impl Interface {
 
     pub(crate) fn check(&self, rules: &mut Rules) {
         match self {
-            Self::None => {}
+            Self::None | Self::Drawn => {}
             Self::Flat(flat) => flat.check(rules),
             Self::Sphere(sphere) => sphere.check(rules),
         }
@@ -113,7 +117,7 @@ pub(crate) struct Bent {
 impl Refraction {
     pub(crate) fn new(interface: &Interface) -> Self {
         match interface {
-            Interface::None => Self::None,
+            Interface::None | Interface::Drawn => Self::None,
             Interface::Flat(flat) => Self::Flat(FlatRefraction::new(flat)),
             Interface::Sphere(sphere) => Self::Sphere(SphereRefraction::new(sphere)),
         }

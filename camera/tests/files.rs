@@ -24,6 +24,17 @@ fn our_own_format_keeps_everything() {
 }
 
 #[test]
+fn a_lens_by_itself_says_so_in_our_format_and_is_a_lens_in_others() {
+    let (_, camera, _) = common::cameras().into_iter().next().unwrap();
+    let estimate = CameraEstimate::from(camera.in_air()).behind_drawing();
+    let text = write(&estimate, CameraFormat::Fabkit).unwrap();
+    assert!(text.contains("interface:\n  kind: drawn\n"), "{text}");
+    assert_eq!(read(&text).unwrap(), estimate);
+    let opencv = write(&estimate, CameraFormat::OpenCv).unwrap();
+    assert_eq!(read(&opencv).unwrap(), estimate.undrawn());
+}
+
+#[test]
 fn other_formats_give_back_what_they_take_and_name_what_they_cannot() {
     for (name, camera, _) in common::cameras() {
         for format in [CameraFormat::OpenCv, CameraFormat::Ros, CameraFormat::Kalibr] {

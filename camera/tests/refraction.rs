@@ -9,7 +9,7 @@ use proptest::prelude::*;
 /// Normal of an interface at a point of it, away from the lens.
 fn normal_at(interface: &Interface, point: &Point3<f64>) -> Vector3<f64> {
     match interface {
-        Interface::None => Vector3::z(),
+        Interface::None | Interface::Drawn => Vector3::z(),
         Interface::Flat(flat) => {
             let about_y = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), flat.tilt_y_rad);
             let about_x = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), flat.tilt_x_rad);
@@ -33,7 +33,7 @@ proptest! {
         let start = ray.origin_in_camera;
         let normal = normal_at(camera.interface(), &start);
         let ratio = match camera.interface() {
-            Interface::None => {
+            Interface::None | Interface::Drawn => {
                 prop_assert_eq!(ray.direction, before);
                 prop_assert_eq!(start, Point3::origin());
                 return Ok(());
@@ -70,7 +70,7 @@ proptest! {
         depth_mm in 0.0..20.0f64,
     ) {
         let same = match *camera.interface() {
-            Interface::None => Interface::None,
+            Interface::None | Interface::Drawn => Interface::None,
             Interface::Flat(flat) => Interface::Flat(Flat {
                 index_inside: 1.33,
                 index_glass: 1.33,

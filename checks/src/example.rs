@@ -94,6 +94,7 @@ pub fn puck() -> Sensor {
                 width_px: 640,
                 height_px: 480,
                 field_of_view: Angle::from_deg(90.0).expect("finite"),
+                lens: Default::default(),
             },
             [part("dish", dish(), 0), part("lid", lid(), 1)].into_iter().chain([Body::cast(
                 "puck",

@@ -57,7 +57,9 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
         return Ok(Vec::new());
     }
     let camera = &sensor.camera;
-    let camera = Camera::equidistant(camera.width_px, camera.height_px, camera.field_of_view.rad());
+    let terms = camera.lens.projection.terms();
+    let view_rad = camera.field_of_view.rad();
+    let camera = Camera::nominal(camera.width_px, camera.height_px, view_rad, terms);
     // Limits of parameters see to it that a camera can be.
     let Ok(camera) = camera else { return Ok(Vec::new()) };
     let sights = match Stack::of(sensor) {

@@ -259,15 +259,16 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
 /// Where a direction in the sensor frame lies in the picture, px from its middle; how far off the axis
 /// it is, rad; and the length of a radian there, px.
 ///
-/// Equidistant: a point at the angle a from the axis is f a from the picture's middle.
+/// By the lens's law alone: nothing bends the ray.
 fn image_of(camera: &NominalCamera, direction: &Vector3<f64>) -> ([f64; 2], f64, [f64; 2]) {
     let direction = camera.sensor_from_camera.inverse().vector(*direction);
-    let [width, height] = [camera.width_px, camera.height_px].map(f64::from);
-    let focal_px = width.hypot(height) / camera.field_of_view.rad();
+    let focal_px = camera.focal_px();
     let across = direction.x.hypot(direction.y);
     let angle = across.atan2(direction.z);
-    let scale = if across > 0.0 { focal_px * angle / across } else { focal_px };
-    ([direction.x * scale, direction.y * scale], angle, [focal_px, scale])
+    let radius_px = focal_px * camera.lens.projection.radius(angle);
+    let scale = if across > 0.0 { radius_px / across } else { focal_px };
+    let along = focal_px * camera.lens.projection.slope(angle);
+    ([direction.x * scale, direction.y * scale], angle, [along, scale])
 }
 
 /// How far from the picture's middle a direction lies: 1 at its edge.

@@ -38,6 +38,7 @@ fn sensor(bodies: impl IntoIterator<Item = Body>) -> Sensor {
         width_px: 640,
         height_px: 480,
         field_of_view: Angle::from_deg(90.0).unwrap(),
+        lens: Default::default(),
     };
     let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, soft_mm: 1.0, grip };
     Sensor {

@@ -140,7 +140,7 @@ fn dome() {
 
 #[test]
 fn dome_cap() {
-    few_are_refused("shadowtac", [5.3, 11.7], [5.3, 10.9]);
+    few_are_refused("shadowtac", [5.5, 11.7], [5.3, 10.9]);
 }
 
 #[test]

@@ -138,7 +138,8 @@ fn of_half_ellipsoids() {
     fits("uvdtact", [ring, holder], (ring, -0.2), Fit::Free, given);
     fits("uvdtact", ["shell", holder], (holder, -0.5), Fit::Snug, given);
     fits("uvdtact", [post, "base"], (post, 0.2), Fit::Snug, to_fdm("base=fdm"));
-    fits("uvdtact", ["camera", post], (post, -0.2), Fit::Snug, to_fdm("camera-holder=fdm"));
+    // Below the funnel that its view needs.
+    fits("uvdtact", ["camera", post], (post, -1.0), Fit::Snug, to_fdm("camera-holder=fdm"));
     fits("uvdtact", [post, ring], (ring, -0.2), Fit::Free, to_fdm("diffusion-ring=fdm"));
     let [sleeve, negative] = ["casting-sleeve", "negative-cup-inner"];
     fits("uvdtact", [sleeve, negative], (sleeve, 0.5), Fit::Slide, to_fdm("negative-*=fdm"));

@@ -5,9 +5,10 @@
 //!
 //! # Conventions
 //!
-//! - Millimetres in every format that can say so, and in those that cannot (STL).
+//! - Millimetres in every format that can say so, and in those that cannot (STL); below a node that scales to
+//!   metres in GLB, whose unit that is.
 //! - Placement is baked into the vertices; no file relies on a transform, because slicers disagree
-//!   about the unit of one.
+//!   about the unit of one. GLB, which no slicer is meant to read, has a node for each body.
 //! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
 //! - Archives carry the earliest time stamp their format knows, never the clock's.
 
@@ -15,6 +16,7 @@ mod artwork;
 mod drawing;
 mod dxf;
 mod error;
+mod glb;
 mod light;
 mod manifest;
 mod npz;
@@ -36,6 +38,7 @@ pub use drawing::lettering::lettering;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
+pub use glb::{GLB_EXPLODE_S, GlbBody, GlbPlace, GlbScene, glb};
 pub use light::{
     LightBody, LightCamera, LightDocument, LightDome, LightPart, LightPlacement, LightPlane,
     LightSurface, light,

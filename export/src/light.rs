@@ -59,7 +59,8 @@ pub struct LightBody<'a> {
     pub is_looked_at: bool,
     /// What it is to light.
     pub part: LightPart,
-    /// Whether it counts as skin where light goes on from skin: all skin, and media that are looked at.
+    /// Whether it counts as skin where light goes on from skin: all skin, media that are looked at, and gel that
+    /// stops light.
     pub is_skin: bool,
     /// Where it stands.
     pub placements: Vec<LightPlacement>,

@@ -91,6 +91,9 @@ pub enum Command {
     /// Write a sensor's parts as files for printers, or one part of it
     #[command(after_help = examples::EXPORT)]
     Export(Export),
+    /// Write the pages to build a sensor or fixture from: what to buy, make and mix, and each step
+    #[command(after_help = examples::GUIDE)]
+    Guide(Guide),
     /// Turn a measured coupon into a profile of the printer, for `export --process`
     #[command(after_help = examples::PROFILE)]
     Profile(Profile),
@@ -247,6 +250,19 @@ pub struct Export {
     pub force: bool,
 }
 
+/// `fabkit guide`.
+#[derive(Debug, Args)]
+pub struct Guide {
+    #[command(flatten)]
+    pub design: Design,
+    /// The folder to write index.html, guide.json, bom.csv and parts.csv into
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// How many to build: what is in each sensor is counted that often, molds and tools once
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
+    pub units: u32,
+}
+
 /// `fabkit profile`.
 #[derive(Debug, Args)]
 pub struct Profile {
@@ -387,6 +403,8 @@ pub enum FormatArg {
     Samples,
     /// What all bodies of the sensor are to light, its camera and its surface, as JSON
     Light,
+    /// The finished sensor or fixture for viewers, with colours and an animation that takes it apart
+    Glb,
 }
 
 impl FormatArg {
@@ -401,6 +419,7 @@ impl FormatArg {
             Self::Tree => Some(Format::Tree),
             Self::Samples => Some(Format::Samples),
             Self::Light => Some(Format::Light),
+            Self::Glb => Some(Format::Glb),
             Self::Step => None,
         }
     }

@@ -26,6 +26,7 @@
 mod bounds;
 mod casting;
 mod compiled;
+mod lens;
 mod lettered;
 pub mod measure;
 mod model;
@@ -52,6 +53,7 @@ mod validate;
 pub use bounds::Aabb;
 pub use casting::*;
 pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
+pub use lens::*;
 pub use lettered::{LETTERED, is_lettered, without_letters};
 pub use model::*;
 pub use motion::{Leg, Motion, Occasion, Reach};

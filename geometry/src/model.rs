@@ -273,7 +273,8 @@ pub struct Body {
     pub substance: Substance,
     /// What seals its surface, as the step that does it says: `varnish`, `lacquer`, `bake`.
     pub sealed_by: Option<&'static str>,
-    /// Whether it must give way when it is touched although it is made, not cast.
+    /// Whether it gives way when it is touched although nobody would think so: it is made, not cast, or it is
+    /// ink that moves with the gel that it is on.
     pub gives_way: bool,
     /// Turns a part as it should lie on the printer's bed; where it lies there is up to the exporter.
     pub bed_from_body: Pose,
@@ -429,7 +430,7 @@ impl Body {
         Self { sealed_by: Some(by), ..self }
     }
 
-    /// Made, but soft: what is touched.
+    /// Soft although it is made, or ink on what is soft: what is touched.
     #[must_use]
     pub fn giving_way(self) -> Self {
         Self { gives_way: true, ..self }

@@ -1,6 +1,6 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
-use crate::{Adhesion, Angle, Body, Kind, Leg, Pose, Step, TouchSurface};
+use crate::{Adhesion, Angle, Body, Kind, Leg, NominalLens, Pose, Step, TouchSurface};
 
 /// Parts of several materials that leave the printer as one piece.
 ///
@@ -48,6 +48,8 @@ pub struct NominalCamera {
     pub height_px: u32,
     /// Full angle of view over the image's diagonal, as makers of small cameras state it.
     pub field_of_view: Angle,
+    /// How its lens lays angles onto the picture, and how well that is known.
+    pub lens: NominalLens,
 }
 
 /// A tip that comes off: what is behind it may be wider, and fixtures go around the tip alone.

@@ -32,6 +32,7 @@ mod measure;
 mod oracle;
 mod print;
 mod seams;
+mod shading;
 mod shape_key;
 mod surface;
 mod tessellate;
@@ -40,6 +41,7 @@ use fabkit_geometry::{Pose, Solid};
 
 pub use measure::Shell;
 pub use print::{PrintDefect, PrintMesh};
+pub use shading::ShadedMesh;
 
 /// Chord tolerance where nobody asks for another, mm.
 pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;

@@ -74,7 +74,7 @@ impl Window {
     ) -> Option<Vector3<f64>> {
         let Self::One { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
         let faces = match interface {
-            Interface::None => 0,
+            Interface::None | Interface::Drawn => 0,
             Interface::Flat(flat) if flat.glass_thickness_mm > 0.0 => 2,
             Interface::Flat(_) | Interface::Sphere(_) => 1,
         };
@@ -141,7 +141,7 @@ impl Faces {
             return false;
         }
         match &self.interface {
-            Interface::None => bends.is_empty(),
+            Interface::None | Interface::Drawn => bends.is_empty(),
             Interface::Sphere(sphere) => first.iter().all(|bend| {
                 let from_centre = bend.place - sphere.centre_in_camera;
                 (from_centre.norm() - sphere.radius_mm).abs() < SAME

@@ -37,6 +37,7 @@
 //!     width_px: 640,
 //!     height_px: 480,
 //!     field_of_view: Angle::from_deg(90.0).unwrap(),
+//!     lens: Default::default(),
 //! };
 //! let sensor = Sensor::new("window", "A window", "", camera, [pane]);
 //! let stack = Stack::of(&sensor)?;

@@ -40,7 +40,11 @@ pub enum Part {
     /// It shows the touch.
     Skin,
     /// It ends rays.
-    Stop,
+    Stop {
+        /// Whether it counts as skin where light goes on from skin: gel that lets no light through shows a
+        /// touch to what lies on it, and hides the touch where the camera meets it first.
+        is_skin: bool,
+    },
 }
 
 /// One body in its place.
@@ -84,7 +88,7 @@ impl Stack {
                 let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
                 let solid = body.solid.clone().placed(placement.assembly_from_body);
                 let solid = CompiledSolid::new(&solid).map_err(of_body)?;
-                if part != Part::Stop || !solid.contains(&pupil) {
+                if !part.is_stop() || !solid.contains(&pupil) {
                     let bounds = solid.bounds().grown(BOX_SLACK_MM);
                     // Others may be many, and rays do not start there.
                     let mut hollows = Hollow::of(&body.solid, &placement.assembly_from_body);
@@ -129,10 +133,10 @@ impl Stack {
         self.items.iter().any(bends)
     }
 
-    /// What light passes, and skin.
+    /// What light passes, and what counts as skin.
     pub(crate) fn without_stops(&self) -> Self {
         let mut clear = self.clone();
-        clear.items.retain(|item| item.part != Part::Stop);
+        clear.items.retain(|item| item.part != Part::Stop { is_skin: false });
         clear
     }
 
@@ -192,6 +196,11 @@ fn direction(number: usize) -> Vector3<f64> {
 }
 
 impl Part {
+    /// Whether it ends rays that meet it first.
+    pub fn is_stop(self) -> bool {
+        matches!(self, Self::Stop { .. })
+    }
+
     /// What a body of a sensor is.
     ///
     /// # Errors
@@ -199,8 +208,8 @@ impl Part {
     pub fn of(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
         let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
         if body.clarity() != Clarity::Clear {
-            let is_skin = is_looked_at || body.kind == Kind::Cast;
-            return Ok(if is_skin { Self::Skin } else { Self::Stop });
+            let is_skin = body.kind == Kind::Cast;
+            return Ok(if is_looked_at { Self::Skin } else { Self::Stop { is_skin } });
         }
         match body.substance.refractive_index {
             Some(index) if (AIR..=MAX_INDEX).contains(&index) => {

@@ -150,20 +150,6 @@ impl<'a> Tracer<'a> {
         path
     }
 
-    /// What a straight ray meets first that is no medium, whatever it passes: for paths that are known
-    /// without the stack's media. `None` before `end_mm`.
-    pub fn hidden_by(&mut self, ray: &Ray, end_mm: f64) -> Option<(f64, u8)> {
-        self.aim(ray);
-        self.look_until(ray, end_mm);
-        let items = &self.stack.items;
-        self.insides
-            .iter()
-            .filter(|inside| items[inside.item as usize].part == Part::Stop)
-            .filter(|inside| inside.to_mm > TOUCH_MM && inside.from_mm < end_mm - TOUCH_MM)
-            .map(|inside| (inside.from_mm.max(0.0), items[inside.item as usize].name))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
     /// The first stretch that is in two media of different index, with both.
     pub(crate) fn overlap(&mut self, ray: &Ray, least_mm: f64) -> Option<(f64, f64, [usize; 2])> {
         self.aim(ray);
@@ -214,7 +200,7 @@ impl<'a> Tracer<'a> {
             };
             let item = &stack.items[inside.item as usize];
             match item.part {
-                Part::Stop => return Event::End { at_mm: t_mm, end: End::Body(item.name) },
+                Part::Stop { .. } => return Event::End { at_mm: t_mm, end: End::Body(item.name) },
                 Part::Skin => return self.through_skin(ray, t_mm, item.name),
                 Part::Medium { index: to_index, .. } => {
                     if *index.get_or_insert(to_index) != to_index {
@@ -260,8 +246,10 @@ impl<'a> Tracer<'a> {
             self.look_until(ray, t_mm + TOUCH_MM);
             let Some(inside) = self.around(t_mm + TOUCH_MM) else { return hidden };
             match self.stack.items[inside.item as usize].part {
-                Part::Skin | Part::Medium { is_skin: true, .. } => t_mm = inside.to_mm,
-                Part::Stop | Part::Medium { .. } => return hidden,
+                Part::Skin | Part::Medium { is_skin: true, .. } | Part::Stop { is_skin: true } => {
+                    t_mm = inside.to_mm;
+                }
+                Part::Stop { .. } | Part::Medium { .. } => return hidden,
             }
         }
         Event::End { at_mm: exit_mm, end: End::Surface }
@@ -319,7 +307,7 @@ impl<'a> Tracer<'a> {
         let rank = |inside: &Inside| match items[inside.item as usize].part {
             Part::Medium { .. } => 0,
             Part::Skin => 1,
-            Part::Stop => 2,
+            Part::Stop { .. } => 2,
         };
         self.insides
             .iter()

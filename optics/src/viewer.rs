@@ -43,7 +43,10 @@ pub struct Look {
 impl<'a> Viewer<'a> {
     /// A camera at its place among bodies: its lens alone, since the bodies are what bends its rays.
     pub fn new(camera: &Camera, sensor_from_camera: &Pose, sights: &'a Sights) -> Self {
-        debug_assert!(*camera.interface() == Interface::None, "light would be bent twice");
+        debug_assert!(
+            matches!(camera.interface(), Interface::None | Interface::Drawn),
+            "light would be bent twice"
+        );
         Self {
             camera: *camera,
             sensor_from_camera: *sensor_from_camera,

@@ -23,6 +23,7 @@ fn sights(bodies: impl IntoIterator<Item = Body>) -> Sights {
         width_px: 128,
         height_px: 96,
         field_of_view: Angle::from_deg(120.0).unwrap(),
+        lens: Default::default(),
     };
     Sights::new(Stack::of(&Sensor::new("test", "", "", camera, bodies)).unwrap())
 }

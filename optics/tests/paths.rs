@@ -32,6 +32,7 @@ fn sensor(bodies: impl IntoIterator<Item = Body>) -> Sensor {
         width_px: 128,
         height_px: 96,
         field_of_view: Angle::from_deg(120.0).unwrap(),
+        lens: Default::default(),
     };
     Sensor::new("test", "", "", camera, bodies)
 }
@@ -185,6 +186,7 @@ fn tip() -> Sensor {
     let coat = skin("coat", ball(10.5).minus(ball(10.0)));
     let ring = Solid::cylinder(12.0, 0.8).minus(Solid::cylinder(2.5, 3.0).at(0.0, 0.0, -1.0));
     let mut sensor = sensor([gel, coat, wall("ring", ring.at(0.0, 0.0, 1.0))]);
+    sensor.sight = vec!["coat".into()];
     sensor.touch = Some(TouchSurface::Dome(DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: 10.5, polar_mm: 10.5, offset_mm: 0.0 },
         centre_z_mm: 4.0,

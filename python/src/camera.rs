@@ -21,8 +21,11 @@ type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
 impl Camera {
     pub fn nominal(py: Python<'_>, nominal: &NominalCamera) -> PyResult<Self> {
-        let NominalCamera { width_px, height_px, field_of_view, .. } = *nominal;
-        Self::equidistant(py, width_px, height_px, field_of_view.rad())
+        let NominalCamera { width_px, height_px, field_of_view, lens, .. } = *nominal;
+        let terms = lens.projection.terms();
+        let made = || camera::Camera::nominal(width_px, height_px, field_of_view.rad(), terms);
+        let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
+        Ok(Self { estimate: camera.into() })
     }
 
     /// In fabkit's own format, which keeps everything.

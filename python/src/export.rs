@@ -19,7 +19,7 @@ use crate::running::{Interrupted, run, short};
 
 /// Made by another kernel, and not one of [`Format`].
 const STEP: &str = "step";
-const FORMATS: [Format; 8] = [
+const FORMATS: [Format; 9] = [
     Format::Stl,
     Format::ThreeMf,
     Format::Dxf,
@@ -28,6 +28,7 @@ const FORMATS: [Format; 8] = [
     Format::Tree,
     Format::Samples,
     Format::Light,
+    Format::Glb,
 ];
 
 /// What to export; what is left out is as in the command.

@@ -16,6 +16,6 @@ mod page;
 mod plot;
 mod svg;
 
-pub use page::page;
+pub use page::{page, page_with_style};
 pub use plot::{Plot, step};
 pub use svg::{EMPTY, FLOOR, FRAME, Svg, VECTOR, escape, shade};

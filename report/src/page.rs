@@ -28,6 +28,11 @@ svg [stroke='#e3e3e3'] { stroke: #3a3d41; } svg [stroke='#c0392b'] { stroke: #ff
 /// assert!(page.contains("width=device-width") && page.contains("<div class=\"table\""));
 /// ```
 pub fn page(title: &str, body: &str) -> String {
+    page_with_style(title, "", body)
+}
+
+/// The same with rules of its own behind those of all reports.
+pub fn page_with_style(title: &str, style: &str, body: &str) -> String {
     let title = escape(title);
     // A box that scrolls can be reached with the keyboard.
     let body = body
@@ -36,7 +41,7 @@ pub fn page(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>{title}</title><style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n{body}\
+         <title>{title}</title><style>{STYLE}{style}</style></head>\n<body>\n<h1>{title}</h1>\n{body}\
          </body></html>\n"
     )
 }

@@ -40,6 +40,7 @@ depth 0 depth rtac0 --press semi-dome-017 -o press.npz
 probes 0 dataset rtac0 --probes --count 20 -o probes.csv
 completions 0 completions fish
 man 0 man
+guide 0 guide tactip -o guide
 error 2 show rtac1
 error 2 show rtac0 --set surface.radius=9 --set leds.count=80
 error 2 export rtac0 --tolerance=1

@@ -27,7 +27,7 @@ from light.solids import Rays
 from light.tracing import NOTHING, SURFACE, Stack
 from mitsuba_scene import CHORD_MM, Part, dictionary, export, parts
 
-SENSORS = ["rtac0", "9dtact", "uvdtact"]
+SENSORS = ["rtac0", "9dtact", "shadowtac"]
 PIXELS = 20_000
 MOST_PIECES = 64
 # Rays begin again so far from a face, mm.

@@ -204,6 +204,12 @@ fn the_lens_and_the_pose_are_unsure_together() {
     let run = fabkit(setup.path(), &[&mixed[..], &pose].concat());
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.stderr.contains("contains the interface; the camera given has none"), "{run:?}");
+    let alone = format!("{}interface:\n  kind: drawn\n", read("camera.yaml"));
+    write("alone.yaml", &alone);
+    let mixed = ["depth", "rtac0", "--reference", "-o", "b.npz", "--camera", "alone.yaml"];
+    let run = fabkit(setup.path(), &[&mixed[..], &pose].concat());
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("the camera given has a drawn one"), "{run:?}");
     assert_eq!(depth(&["--camera", "camera.yaml"]).0, "lens, shape");
 }
 

@@ -63,6 +63,7 @@ fn outputs_are_as_their_schemas_say() {
         "export rtac0 --part collar --format stl,tree -o out",
         "verify ./out",
         "new mine --family dome",
+        "guide 9dtact -o guide",
         "render rtac0/base --size 16x12 -o base.png",
         "completions bash",
         "man",

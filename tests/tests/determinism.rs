@@ -30,7 +30,7 @@ fn assert_same(a: &BTreeMap<String, Vec<u8>>, b: &BTreeMap<String, Vec<u8>>) {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let formats = "--format=stl,3mf,dxf,svg,tree";
+    let formats = "--format=stl,3mf,dxf,svg,tree,glb";
     let first = export(binary(), &[formats]);
     for threads in ["--threads=1", "--threads=2", "--threads=8"] {
         assert_same(&first, &export(binary(), &[formats, threads]));

@@ -7,7 +7,7 @@ use fabkit_application::fixtures;
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_camera::{JointEstimate, Point2};
 use fabkit_designs::{builtin_names, builtin_yaml};
-use fabkit_geometry::{Angle, NominalCamera, Pose, Ray, Sensor, Vector3};
+use fabkit_geometry::{Angle, NominalCamera, Point3, Pose, Ray, Sensor, Vector3};
 use fabkit_optics::{Bundles, End, Look, Sights, Stack, TILE, Tracer, Viewer};
 use fabkit_tests::built;
 
@@ -33,6 +33,8 @@ fn every_camera_looks_through_media_that_are_known() {
         let least = match name {
             // Between its pins, past its LED board; and what is seen of an endless sheet.
             "tactip" => 0.3,
+            // A circle of 311 of its 400 pixels.
+            "uvdtact" => 0.45,
             "fluidic" => 0.0,
             _ => 0.7,
         };
@@ -104,6 +106,26 @@ fn a_narrow_diffuser_hides_the_surface() {
     };
     let [usual, narrow] = [share(&[]), share(&["diffuser.bore_radius=4.5mm"])];
     assert!(narrow[0] < usual[0] - 0.2 && narrow[1] > usual[1] + 0.2, "{usual:?} {narrow:?}");
+}
+
+/// Gel shows the touch behind what is looked at, and hides it before that.
+#[test]
+fn black_gel_hides_what_is_behind_it() {
+    let sensor =
+        built("rtac0", &["transparent_gel.material=Smooth-On Ecoflex 00-30 with black Silc-Pig"])
+            .sensor;
+    let stack = Stack::of(&sensor).unwrap();
+    let (rays, _) = rays(&sensor);
+    let mut tracer = Tracer::new(&stack);
+    let ends = rays.iter().step_by(211).flatten().map(|ray| tracer.follow(ray).end);
+    let ends: Vec<&str> = ends.map(|end| stack.name_of(end)).collect();
+    assert!(!ends.contains(&"surface"));
+    assert!(ends.contains(&"transparent-gel"));
+    let viewpoint = Viewpoint::new(&sensor.camera, None, None).unwrap();
+    let sights = Sights::new(stack);
+    let mut viewer = Viewer::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+    let lost = viewer.see(&Point3::new(0.0, 0.0, sensor.touch.as_ref().unwrap().apex_z_mm()));
+    assert_eq!(lost.map_err(|lost| lost.word(sights.stack())), Err("transparent-gel"));
 }
 
 /// A small picture, so that all of it is looked at in a moment.

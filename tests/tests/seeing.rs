@@ -79,6 +79,34 @@ fn rays_end_where_depth_says() {
     }
 }
 
+/// A lens by itself looks through the drawn bodies as the design's does; one that says nothing looks past them.
+#[test]
+fn a_lens_by_itself_looks_through_what_is_drawn() {
+    let root = tempfile::tempdir().unwrap();
+    let coverage = |more: &[&str]| {
+        let args = ["depth", "rtac0", "--reference", "--json", "--mask", "mask.png"];
+        fabkit(root.path(), &[&args[..], more].concat()).ok().json()["coverage"].clone()
+    };
+    let light = fabkit(root.path(), &["export", "rtac0", "--format", "light", "-o", "light"]);
+    light.ok();
+    let text = fs::read_to_string(root.path().join("light/light.json")).unwrap();
+    let camera = serde_json::from_str::<Value>(&text).unwrap()["camera"].clone();
+    let mut file = format!(
+        "fabkit_camera: 1\nwidth_px: {}\nheight_px: {}\nlens:\n  model: kannala-brandt\n",
+        camera["width_px"], camera["height_px"]
+    );
+    for (name, value) in camera["parameters"].as_object().unwrap() {
+        file += &format!("  {name}: {value}\n");
+    }
+    let write = |text: &str| fs::write(root.path().join("camera.yaml"), text).unwrap();
+    write(&file);
+    let straight = coverage(&["--camera", "camera.yaml"]);
+    write(&format!("{file}interface:\n  kind: drawn\n"));
+    let drawn = coverage(&["--camera", "camera.yaml"]);
+    assert_eq!(drawn, coverage(&[]));
+    assert!(straight.as_f64().unwrap() > drawn.as_f64().unwrap() + 0.05, "{straight} {drawn}");
+}
+
 /// The picture has the camera's size, and what it shows is the mask's business too: where the surface is seen
 /// there is another colour than where a black body is. A narrower bore shows, and threads do not.
 #[test]

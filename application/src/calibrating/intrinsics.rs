@@ -18,9 +18,9 @@ pub fn solve(
     nominal: &NominalCamera,
     models: &[LensModel],
 ) -> Result<LensCalibration, Error> {
-    let NominalCamera { width_px, height_px, field_of_view, .. } = nominal;
-    let nominal =
-        Camera::equidistant(*width_px, *height_px, field_of_view.rad()).map_err(Error::bug)?;
+    let NominalCamera { width_px, height_px, field_of_view, lens, .. } = nominal;
+    let (view_rad, terms) = (field_of_view.rad(), lens.projection.terms());
+    let nominal = Camera::nominal(*width_px, *height_px, view_rad, terms).map_err(Error::bug)?;
     let models = if models.is_empty() { &LensModel::ALL[..] } else { models };
     calibrate(&views.usable, &nominal, models).map_err(|source| {
         // Most often pictures that could not be used are why.

@@ -76,7 +76,8 @@ fn entry<'a>(
         let pose = placed.assembly_from_body;
         let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
         let solid = CompiledSolid::new(&body.solid.clone().placed(pose)).map_err(of_body)?;
-        let is_cameras_own = part == Ok(Part::Stop) && solid.contains(pupil);
+        let is_cameras_own =
+            part.as_ref().is_ok_and(|part| part.is_stop()) && solid.contains(pupil);
         placements.push(LightPlacement { sensor_from_body: pose, is_cameras_own });
     }
     if placements.is_empty() {
@@ -85,7 +86,7 @@ fn entry<'a>(
     let (part, is_skin) = match part? {
         Part::Medium { is_skin, .. } => (LightPart::Medium, is_skin),
         Part::Skin => (LightPart::Skin, true),
-        Part::Stop => (LightPart::Stop, false),
+        Part::Stop { is_skin } => (LightPart::Stop, is_skin),
     };
     Ok(Some(LightBody {
         name: &body.name,

@@ -3,6 +3,7 @@
 mod compensation;
 mod failure;
 mod folder;
+mod glb;
 mod light;
 mod options;
 mod pieces;
@@ -209,6 +210,9 @@ pub fn export(
     if options.formats.contains(&Format::Light) {
         made.push(light::made(design, &hash)?);
     }
+    if options.formats.contains(&Format::Glb) {
+        made.push(glb::made(design, &hash, options)?);
+    }
     if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
         // Files were asked for that none of these parts has.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
@@ -378,7 +382,7 @@ fn part_files<'a>(
             Format::Png => pictures::picture_of_body(body, PART_SHOT, &unwatched)
                 .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
             // One file of all bodies.
-            Format::Light => return Ok(None),
+            Format::Light | Format::Glb => return Ok(None),
             Format::Tree => {
                 let process = body.process_word();
                 let document = TreeDocument {

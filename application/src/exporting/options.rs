@@ -22,6 +22,8 @@ pub enum Format {
     Samples,
     /// What the whole sensor is to light, as JSON: one file, whichever parts are asked for.
     Light,
+    /// The whole sensor or fixture as it stands, for viewers: one file, whichever parts are asked for.
+    Glb,
 }
 
 impl Format {
@@ -36,6 +38,7 @@ impl Format {
             Self::Tree => "tree",
             Self::Samples => "samples",
             Self::Light => "light",
+            Self::Glb => "glb",
         }
     }
 

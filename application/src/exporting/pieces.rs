@@ -10,7 +10,7 @@ use crate::bodies::{self, UnknownName};
 use crate::staging::OutputFile;
 
 /// A topology that is wrong at this tolerance, mm, is no matter of the tolerance.
-const FINEST_MM: f64 = DEFAULT_TOLERANCE_MM / 2.0;
+pub(super) const FINEST_MM: f64 = DEFAULT_TOLERANCE_MM / 2.0;
 
 /// A body alone, or all bodies of a print group.
 pub(super) struct Piece<'a> {

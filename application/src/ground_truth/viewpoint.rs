@@ -73,7 +73,8 @@ impl Viewpoint {
             Some(text) => files::read(text)?,
             None => {
                 let (width, height) = (nominal.width_px, nominal.height_px);
-                let camera = Camera::equidistant(width, height, nominal.field_of_view.rad())?;
+                let terms = nominal.lens.projection.terms();
+                let camera = Camera::nominal(width, height, nominal.field_of_view.rad(), terms)?;
                 CameraEstimate::from(camera)
             }
         };
@@ -88,10 +89,11 @@ impl Viewpoint {
         Ok(Self { estimate, sensor_from_camera, is_nominal })
     }
 
-    /// Whether the camera is a lens alone, so that the drawn bodies bend its rays. A camera from a file was
-    /// fitted to what it saw through them: its own model says how its rays are bent.
+    /// Whether the camera is a lens alone, so that the drawn bodies bend its rays: the design's, or one whose
+    /// file says so. Other files were fitted to what the camera saw through the bodies: their model says how
+    /// rays are bent.
     pub fn is_drawn(&self) -> bool {
-        self.is_nominal[0]
+        self.is_nominal[0] || *self.camera().interface() == Interface::Drawn
     }
 
     /// A sensor's bodies as the camera's rays meet them.
@@ -160,15 +162,14 @@ fn refuse_mixed(pose: &PoseFile, camera: &Camera) -> Result<(), InvalidViewpoint
     let Some(joint) = &pose.joint else { return Ok(()) };
     let contains = joint.names.iter().any(|name| name.starts_with("interface_"));
     let given = match camera.interface() {
-        Interface::None => None,
-        interface => Some(interface.kind_name()),
+        Interface::None if !contains => return Ok(()),
+        Interface::Flat(_) | Interface::Sphere(_) if contains => return Ok(()),
+        Interface::None => "none".to_owned(),
+        interface => format!("a {} one", interface.kind_name()),
     };
-    if contains == given.is_some() {
-        return Ok(());
-    }
     Err(InvalidViewpoint::Mixed {
         solved_with: if contains { "contains the interface" } else { "has no interface" },
-        given: given.map_or("none".to_owned(), |kind| format!("a {kind} one")),
+        given,
     })
 }
 

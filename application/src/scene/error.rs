@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use fabkit_fixtures::PressError;
-use fabkit_optics::InvalidStack;
+use fabkit_optics::{InvalidStack, REFRACTION};
 
 use super::{MAX_RAYS, MAX_SAMPLES};
 use crate::bodies::UnknownName;
@@ -126,8 +126,15 @@ impl Explained for SceneError {
             | Self::Samples { .. }
             | Self::Length { .. } => return None,
             Self::Light(error) => return Some(error.hint().to_owned()).filter(|h| !h.is_empty()),
-            Self::Hidden { .. } => {
-                "is the pose `camera_from_sensor`, and from the camera's place in this design?"
+            Self::Hidden { lost } => {
+                let pose =
+                    "is the pose `camera_from_sensor`, and from the camera's place in this design?";
+                let by = lost.first().map(|(by, _)| by).filter(|by| *by != REFRACTION);
+                return Some(by.map_or(pose.to_owned(), |by| {
+                    format!(
+                        "{pose} as drawn it takes a clear material for {by}, or a wider opening"
+                    )
+                }));
             }
             Self::Unseen { .. } => "is the pose `camera_from_sensor`, in mm, and not its inverse?",
             Self::TooManyRays { .. } => "ask for fewer samples",

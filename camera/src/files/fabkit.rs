@@ -71,7 +71,7 @@ fn write_pairs(text: &mut String, pairs: impl Iterator<Item = (&'static str, f64
 
 fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>) {
     match interface {
-        Interface::None => (&[], Vec::new()),
+        Interface::None | Interface::Drawn => (&[], Vec::new()),
         Interface::Flat(flat) => (
             &FLAT,
             vec![
@@ -163,9 +163,9 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
 fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
     let Some((kind, line)) = fields.text(map, "kind") else { return Interface::None };
     match kind {
-        "none" => {
+        "none" | "drawn" => {
             fields.only(map, &["kind"]);
-            Interface::None
+            if kind == "drawn" { Interface::Drawn } else { Interface::None }
         }
         "flat" => {
             fields.only(map, &[&["kind"], &FLAT[..]].concat());
@@ -199,7 +199,7 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
             let message = format!("`{}` is not a kind of interface", shown(other));
             fields.fault(Fault::new(line, "kind", message).hint(suggestion(
                 other,
-                ["none", "flat", "sphere"],
+                ["none", "drawn", "flat", "sphere"],
                 "known",
             )));
             Interface::None

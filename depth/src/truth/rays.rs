@@ -85,7 +85,7 @@ impl PixelRays {
         };
         let pixels = (0..width_px as usize * height_px as usize).into_par_iter();
         let (origins, directions) = match camera.interface() {
-            Interface::None => {
+            Interface::None | Interface::Drawn => {
                 let centre = sensor_from_camera.point(Point3::origin());
                 (Origins::Common(centre), pixels.map(|pixel| ray(pixel).1).collect())
             }

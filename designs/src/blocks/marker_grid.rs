@@ -84,6 +84,7 @@ impl Markers {
         self.exist().then(|| {
             MARKERS
                 .cast(Solid::union(dots))
+                .giving_way()
                 .from(&self.material)
                 .colored([40, 40, 44])
                 .in_shells(pieces)

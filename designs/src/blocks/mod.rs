@@ -17,6 +17,7 @@ pub mod marker_grid;
 pub mod marks;
 pub mod mold;
 pub mod mounting;
+pub mod nominal_lens;
 mod o_ring_seat;
 pub mod posted_camera;
 mod rect;
@@ -26,8 +27,8 @@ mod vented_lid;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, Placement, Point3, Pose,
-    PressFit, Sensor, Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Placement,
+    Point3, Pose, PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
@@ -36,6 +37,7 @@ use crate::assembling::Name;
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 pub(crate) use led_ring::{LedRing, led_ring};
+pub(crate) use nominal_lens::nominal_lens;
 pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
 pub use vented_lid::VentedLid;
@@ -182,9 +184,14 @@ pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
 }
 
 /// A camera on the axis that looks along +z; its image's right is the sensor's +x.
-pub fn camera_at(pupil_z: f64, [width_px, height_px]: [u32; 2], view: Angle) -> NominalCamera {
+pub fn camera_at(
+    pupil_z: f64,
+    [width_px, height_px]: [u32; 2],
+    view: Angle,
+    lens: NominalLens,
+) -> NominalCamera {
     let sensor_from_camera = Pose::translation(0.0, 0.0, pupil_z);
-    NominalCamera { sensor_from_camera, width_px, height_px, field_of_view: view }
+    NominalCamera { sensor_from_camera, width_px, height_px, field_of_view: view, lens }
 }
 
 /// A sensor of these bodies, as its file's header calls it.

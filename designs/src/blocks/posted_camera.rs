@@ -2,9 +2,10 @@
 
 use fabkit_geometry::{Angle, Body, Length, Process, Solid};
 
+use super::nominal_lens::LensLaw;
 use super::{
     APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies, corners,
-    upright,
+    nominal_lens, upright,
 };
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
@@ -26,6 +27,12 @@ parameters! {
         frame_rate: u32 = 1..=10000,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
+        /// How the lens lays angles onto the picture.
+        projection: LensLaw,
+        /// How far the focal length may be from what is described, as a share of it.
+        focal_tolerance: f64 = 0.0..=0.2,
+        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        centre_tolerance: f64 = 0.0..=0.2,
         /// Distance of neighbouring pixels on what is seen, in the middle, by straight rays.
         pixel_pitch: Length = 0.001..=1.0,
         /// Distance of the optical centre behind the lens's front.
@@ -93,9 +100,10 @@ pub struct Posted<'a> {
 }
 
 impl PostedCamera {
-    /// An equidistant lens: the angle that a pixel in the middle stands for, rad.
+    /// The angle that a pixel in the middle stands for, rad.
     pub fn rad_per_px(&self) -> f64 {
-        self.field_of_view.rad() / f64::from(self.width_px).hypot(f64::from(self.height_px))
+        let half_px = f64::from(self.width_px).hypot(f64::from(self.height_px)) / 2.0;
+        nominal_lens!(self).projection.radius(self.field_of_view.rad() / 2.0) / half_px
     }
 
     /// In front of a plane at `seen_z`; its base keeps that play around the connector.

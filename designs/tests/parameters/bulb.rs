@@ -111,6 +111,7 @@ impl Family for Bulb {
                 width_px: 640,
                 height_px: 480,
                 field_of_view: p.optics.field_of_view,
+                lens: Default::default(),
             },
             [],
         );

@@ -28,6 +28,12 @@ Examples:
   fabkit schema --sweep > sweep.schema.json
   fabkit schema --output error";
 
+pub(crate) const GUIDE: &str = "\
+Examples:
+  fabkit guide rtac0 -o rtac0-guide
+  fabkit guide rtac0/pin-dome -o dome-guide
+  fabkit guide 9dtact --units 5 -o five";
+
 pub(crate) const PROFILE: &str = "\
 Examples:
   fabkit export rtac0/coupon

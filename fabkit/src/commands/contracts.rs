@@ -18,6 +18,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("depth", include_str!("../../schemas/depth.json")),
     ("error", include_str!("../../schemas/error.json")),
     ("export", include_str!("../../schemas/export.json")),
+    ("guide", include_str!("../../schemas/guide.json")),
     ("limits", include_str!("../../schemas/limits.json")),
     ("list", include_str!("../../schemas/list.json")),
     ("man", include_str!("../../schemas/man.json")),

@@ -9,6 +9,7 @@ mod dataset;
 mod depth;
 mod export;
 mod fixing;
+mod guide;
 mod list;
 mod man;
 mod misread;
@@ -138,6 +139,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Check(args) => check::run(args, &cli.global),
         Command::Verify(args) => verify::run(args, &cli.global),
         Command::Export(args) => export::run(args, &cli.global),
+        Command::Guide(args) => guide::run(args, &cli.global),
         Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args, &cli.global),
         Command::Depth(args) => depth::run(args),
@@ -159,6 +161,7 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Dataset(_)
             | Command::Depth(_)
             | Command::Export(_)
+            | Command::Guide(_)
             | Command::New(_)
             | Command::Sweep(_)
             | Command::Verify(_)

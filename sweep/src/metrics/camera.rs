@@ -52,7 +52,8 @@ impl<'a> View<'a> {
     pub(super) fn new(sensor: &'a Sensor) -> Result<Option<Self>, InvalidStack> {
         let design = &sensor.camera;
         let (width, height) = (design.width_px, design.height_px);
-        let Ok(camera) = Camera::equidistant(width, height, design.field_of_view.rad()) else {
+        let (view_rad, terms) = (design.field_of_view.rad(), design.lens.projection.terms());
+        let Ok(camera) = Camera::nominal(width, height, view_rad, terms) else {
             return Ok(None);
         };
         let sights = Sights::new(Stack::of(sensor)?);

@@ -53,6 +53,11 @@ pub fn of(material: &str) -> Option<&'static Stock> {
     STOCKS.iter().find(|stock| name.contains(stock.word))
 }
 
+/// Density of usual stock by a material's name, g/cm3, where it is known.
+pub fn stock_density_g_per_cm3(material: &str) -> Option<f64> {
+    of(material).map(|stock| stock.density_g_per_cm3)
+}
+
 /// How long a process takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {

@@ -54,6 +54,8 @@ class _Walk:
     length: Array
     stop: Array
     skin: Array
+    #: Gel that stops light where it is met before skin, and counts as skin behind it.
+    backing: Array
     media: Array
     # Stretches that begin or end where a piece begins; -1 at the origin.
     span: Indices
@@ -135,7 +137,7 @@ class Stack:
         found: list[Spans] = [Spans.none()]
         owner: list[Indices] = [np.zeros(0, int)]
         for number, item in enumerate(self.items):
-            if clear_only and item.part == "stop":
+            if clear_only and item.part == "stop" and not item.is_skin:
                 continue
             spans = item.node.spans(rays)
             if len(spans):
@@ -163,16 +165,19 @@ class Stack:
 
         after = np.append(t[1:], np.inf)
         after[np.append(ray[1:] != ray[:-1], True)] = np.inf
-        media = np.stack([count(2 + k) for k in range(len(self.media))] or [np.zeros(len(t))])
+        media = np.stack([count(3 + k) for k in range(len(self.media))] or [np.zeros(len(t))])
         with np.errstate(invalid="ignore"):
             length = np.where(np.isinf(t), 0.0, after - t)
-        walk = _Walk(ray, t, span < 0, length, count(0) > 0, count(1) > 0, media > 0, span, sign > 0)
+        walk = _Walk(ray, t, span < 0, length, count(0) > 0, count(1) > 0, count(2) > 0,
+                     media > 0, span, sign > 0)
         return walk, joined, item
 
     def _category(self, item: Item) -> int:
         if item.part == "medium":
-            return 2 + self.media.index((item.index, item.is_skin))
-        return 0 if item.part == "stop" else 1
+            return 3 + self.media.index((item.index, item.is_skin))
+        if item.part == "stop":
+            return 2 if item.is_skin else 0
+        return 1
 
     def _piece(self, rays: Rays, index: Array, clear_only: bool
                ) -> tuple[Indices, Array, Array, Array]:
@@ -182,7 +187,8 @@ class Stack:
         walk, spans, item = self._walk(rays, clear_only)
         indices = np.array([m[0] for m in self.media] or [AIR])
         here = np.where(walk.media.any(0), indices[walk.media.argmax(0)], AIR)
-        solid, real = walk.stop | walk.skin, walk.length > TOUCH_MM
+        stops = walk.stop | walk.backing
+        solid, real = stops | walk.skin, walk.length > TOUCH_MM
         # The medium in which a ray starts is that of its first piece.
         first = np.flatnonzero(real & ~solid)
         first = first[np.unique(walk.ray[first], return_index=True)[1]]
@@ -197,9 +203,9 @@ class Stack:
         ray = walk.ray[event]
         at[ray], to_index[ray], name[ray] = walk.t[event], here[event], -1
         exit_mm = self.exit(rays)
-        stopped = event[walk.stop[event]]
+        stopped = event[stops[event]]
         name[walk.ray[stopped]] = self._named(walk, item, stopped, "stop")
-        skinned = event[walk.skin[event] & ~walk.stop[event]]
+        skinned = event[walk.skin[event] & ~stops[event]]
         self._through_skin(walk, item, skinned, exit_mm, name, at)
         bent = event[~solid[event]]
         ray = walk.ray[bent]
@@ -225,7 +231,7 @@ class Stack:
                       name: Indices, at: Array) -> None:
         """Whether from where skin is met there is skin alone up to the sensing surface."""
         is_skin = np.array([m[1] for m in self.media] or [False])
-        skin = walk.skin | (walk.media & is_skin[:, None]).any(0)
+        skin = walk.skin | walk.backing | (walk.media & is_skin[:, None]).any(0)
         gap = (walk.length > TOUCH_MM) & (walk.stop | ~skin)
         begin = np.full(len(at), np.inf)
         begin[walk.ray[events]] = walk.t[events]
@@ -262,8 +268,8 @@ def _part(body: dict[str, Any]) -> str:
     if body["clarity"] == "clear":
         part, is_skin = "medium", shows
     else:
-        part = "skin" if shows or body["kind"] == "layer" else "stop"
-        is_skin = part == "skin"
+        part = "skin" if shows else "stop"
+        is_skin = shows or body["kind"] == "layer"
     if (part, is_skin) != (body["part"], body["is_skin"]):
         raise ValueError(f"{body['name']}: said to be {body['part']}, its properties make it {part}")
     return part

@@ -17,7 +17,7 @@ use fabkit_geometry::{DomeSurface, Grip, NominalCamera, Point3, Pose, Sensor, Ve
 use crate::assembling::names;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::RoundPattern;
-use crate::blocks::{self, camera_at, mm, sphere};
+use crate::blocks::{self, camera_at, mm, nominal_lens, sphere};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
@@ -100,7 +100,8 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
 /// The camera, turned as its plug is.
 fn nominal(p: &Cap) -> NominalCamera {
     let size = [p.camera.width_px, p.camera.height_px];
-    let camera = camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view);
+    let camera =
+        camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view, nominal_lens!(p.camera));
     let sensor_from_camera = components::turned(p, camera.sensor_from_camera);
     NominalCamera { sensor_from_camera, ..camera }
 }

@@ -5,6 +5,7 @@ use fabkit_geometry::{Angle, Length};
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
+use crate::blocks::nominal_lens::LensLaw;
 use crate::materials::Castable;
 use crate::processes::Making;
 use crate::{choices, sections};
@@ -191,6 +192,12 @@ sections! {
         frame_rate: u32 = 1..=10000,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
+        /// How the lens lays angles onto the picture.
+        projection: LensLaw,
+        /// How far the focal length may be from what is described, as a share of it.
+        focal_tolerance: f64 = 0.0..=0.2,
+        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        centre_tolerance: f64 = 0.0..=0.2,
         /// Distance of the optical centre below the sensing surface's foot.
         depth: Length = 0.0..=100.0,
         /// Distance of the optical centre behind the lens's front.

@@ -11,7 +11,7 @@ use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
 
 use crate::assembling::{SENSOR, in_sensor, sight};
 use crate::blocks::adapter::MountFace;
-use crate::blocks::{self, camera_at, merged, mm};
+use crate::blocks::{self, camera_at, merged, mm, nominal_lens};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use bodies::{BASE, SHELL};
@@ -79,7 +79,12 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
 /// The camera, the long side of its picture along that of the pad.
 fn nominal(layout: &Layout) -> NominalCamera {
     let c = layout.camera.camera;
-    let camera = camera_at(layout.camera.pupil_z, [c.width_px, c.height_px], c.field_of_view);
+    let camera = camera_at(
+        layout.camera.pupil_z,
+        [c.width_px, c.height_px],
+        c.field_of_view,
+        nominal_lens!(c),
+    );
     let turned = layout.pad.longer() == usize::from(c.width_px >= c.height_px);
     let quarter = Angle::from_deg(if turned { 90.0 } else { 0.0 }).expect("finite");
     let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(quarter));

@@ -20,7 +20,7 @@ use crate::assembling::sight;
 use crate::blocks::Rect;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
-use crate::blocks::{self, camera_at, mm};
+use crate::blocks::{self, camera_at, mm, nominal_lens};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
@@ -83,7 +83,11 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
                 .collect::<Vec<_>>(),
             bodies::BLACK,
         ),
-        ..blocks::sensor(header, camera_at(pupil_z, size, p.camera.field_of_view), bodies)
+        ..blocks::sensor(
+            header,
+            camera_at(pupil_z, size, p.camera.field_of_view, nominal_lens!(p.camera)),
+            bodies,
+        )
     }
 }
 

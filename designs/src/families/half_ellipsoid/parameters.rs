@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::marks::{Listed, RoundPattern};
 use crate::blocks::mounting::Mount;
+use crate::blocks::nominal_lens::LensLaw;
 use crate::materials::Castable;
 use crate::processes::Making;
 use crate::{choices, sections};
@@ -153,6 +154,12 @@ sections! {
         frame_rate: u32 = 1..=10000,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=180.0,
+        /// How the lens lays angles onto the picture.
+        projection: LensLaw,
+        /// How far the focal length may be from what is described, as a share of it.
+        focal_tolerance: f64 = 0.0..=0.2,
+        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        centre_tolerance: f64 = 0.0..=0.2,
     }
 
     /// The printed post that carries the camera through board and diffuser.

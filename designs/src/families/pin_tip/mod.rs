@@ -17,6 +17,7 @@ use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, PrintGroup, Process, 
 
 use crate::assembling::names;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
+use crate::blocks::nominal_lens::LensLaw;
 use crate::blocks::{self, camera_at, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
@@ -63,7 +64,9 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let screws = Joints::new(p, &layout).camera.press_fit(BODY);
     // The camera looks at the tip.
     let size = [p.camera.pixels; 2];
-    let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p));
+    let c = &p.camera;
+    let lens = LensLaw::Equidistant.lens(c.focal_tolerance, c.centre_tolerance, c.pixels);
+    let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p), lens);
     Sensor {
         contrasts: vec![[bodies::DOTS, bodies::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),

@@ -158,6 +158,10 @@ sections! {
         focal_length: Length = 0.5..=50.0,
         /// Full angle of view of the lens on a chip that fills its image circle.
         lens_view: Angle = 10.0..=200.0,
+        /// How far the focal length may be from what is described, as a share of it.
+        focal_tolerance: f64 = 0.0..=0.2,
+        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        centre_tolerance: f64 = 0.0..=0.2,
         /// Distance of the optical centre below the hemisphere's foot.
         depth: Length = 5.0..=200.0,
         /// Distance of the optical centre behind the lens's front.

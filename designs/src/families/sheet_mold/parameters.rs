@@ -4,6 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::cable_way::Side;
 use crate::blocks::marks::{FlatPattern, Listed};
+use crate::blocks::nominal_lens::LensLaw;
 use crate::materials::Castable;
 use crate::processes::Making;
 use crate::{choices, sections};
@@ -205,6 +206,12 @@ sections! {
         height_px: u32 = 16..=8192,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=170.0,
+        /// How the lens lays angles onto the picture.
+        projection: LensLaw,
+        /// How far the focal length may be from what is described, as a share of it.
+        focal_tolerance: f64 = 0.0..=0.2,
+        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        centre_tolerance: f64 = 0.0..=0.2,
         /// Edge of the board along x.
         board_size: Length = 10.0..=80.0,
         /// Edge of the board along y.

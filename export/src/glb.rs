@@ -1,0 +1,239 @@
+//! GLB: a whole assembly as one binary glTF 2.0 file, for viewers.
+
+mod content;
+mod json;
+
+use fabkit_geometry::{Pose, Vector3};
+use fabkit_mesh::ShadedMesh;
+use serde_json::Value;
+
+use self::content::Content;
+use self::json::{Asset, Document, Extension, Material, Mesh, Node, Primitive, Scene, Surface};
+use crate::{ExportError, VERSION};
+
+/// A body of a scene: one mesh, as often as it stands there.
+#[derive(Clone, Debug)]
+pub struct GlbBody<'a> {
+    /// Name of its node and its mesh.
+    pub name: &'a str,
+    /// Name of what it looks like.
+    pub material: &'a str,
+    /// sRGB.
+    pub color: [u8; 3],
+    /// How much of what is behind it pictures hide, 0 to 1.
+    pub opacity: f64,
+    /// Of what is seen through, where it is known.
+    pub refractive_index: Option<f64>,
+    /// In the body's own frame, mm.
+    pub mesh: &'a ShadedMesh,
+    /// At least one.
+    pub places: Vec<GlbPlace>,
+    /// What else there is to say of it: an object.
+    pub extras: Value,
+}
+
+/// Where one of them stands.
+#[derive(Clone, Copy, Debug)]
+pub struct GlbPlace {
+    /// From the body's frame to the assembly's, mm.
+    pub assembly_from_body: Pose,
+    /// How far it moves, in the assembly's frame, when all is taken apart, mm.
+    pub apart_mm: Vector3<f64>,
+}
+
+/// All that a file holds.
+#[derive(Clone, Debug)]
+pub struct GlbScene<'a> {
+    /// Name of the root node.
+    pub name: &'a str,
+    /// Turns the assembly so that z points up.
+    pub upright_from_assembly: Pose,
+    /// In this order; at least one.
+    pub bodies: Vec<GlbBody<'a>>,
+    /// What else there is to say of the whole: an object.
+    pub extras: Value,
+}
+
+/// How long the animation that takes all apart lasts, s.
+pub const GLB_EXPLODE_S: f32 = 2.0;
+
+const METRES_PER_MM: f64 = 1e-3;
+const GLTF: u32 = 0x4654_6C67;
+const JSON: u32 = 0x4E4F_534A;
+const BIN: u32 = 0x004E_4942;
+
+/// What is seen through is smooth; all else is as prints and rubber are.
+const CLEAR_ROUGHNESS: f64 = 0.15;
+const ROUGHNESS: f64 = 0.6;
+
+/// Writes a binary glTF 2.0 file.
+///
+/// Meshes and the nodes of bodies are in mm, z up; the root node turns y up and scales to metres, as the
+/// standard demands. The animation `explode` moves each node from its place to where it is when all is taken
+/// apart.
+///
+/// # Errors
+/// [`ExportError::Nothing`] without bodies, [`ExportError::TooLarge`] beyond 4 GiB.
+pub fn glb(scene: &GlbScene) -> Result<Vec<u8>, ExportError> {
+    if scene.bodies.is_empty() {
+        return Err(ExportError::Nothing);
+    }
+    let mut content = Content::default();
+    let mut document = Document {
+        asset: Asset { version: "2.0", generator: format!("fabkit {VERSION}") },
+        scene: 0,
+        scenes: vec![Scene { name: scene.name.to_owned(), nodes: vec![0] }],
+        nodes: vec![root(scene)],
+        ..Document::default()
+    };
+    // Nodes that move, with where they are before and after.
+    let mut moves: Vec<(usize, [[f64; 3]; 2])> = Vec::new();
+    for body in &scene.bodies {
+        add(&mut document, &mut content, body, &mut moves);
+    }
+    document.extensions_used =
+        document.materials.iter().any(|m| m.extensions.is_some()).then(|| vec![json::IOR]);
+    if !moves.is_empty() {
+        document.animations = vec![content.animation("explode", GLB_EXPLODE_S, &moves)];
+    }
+    let bytes = content.finish(&mut document);
+    container(&serde_json::to_vec(&document)?, &bytes)
+}
+
+/// From metres, y up, to the upright assembly, mm, z up.
+fn root(scene: &GlbScene) -> Node {
+    let y_up = Pose::with_axes([Vector3::x(), -Vector3::z(), Vector3::y()], Default::default());
+    let turned =
+        y_up.expect("the axes are a right-handed frame").then_in(scene.upright_from_assembly);
+    let [x, y, z] = (*turned.translation_mm() * METRES_PER_MM).into();
+    Node {
+        scale: Some([METRES_PER_MM; 3]),
+        translation: moved([x, y, z]),
+        extras: Some(scene.extras.clone()),
+        ..Node::named(scene.name, &turned)
+    }
+}
+
+impl Node {
+    fn named(name: &str, pose: &Pose) -> Self {
+        let rotation = quaternion(pose);
+        Self {
+            name: name.to_owned(),
+            translation: moved((*pose.translation_mm()).into()),
+            rotation: (rotation != [0.0, 0.0, 0.0, 1.0]).then_some(rotation),
+            ..Self::default()
+        }
+    }
+}
+
+fn moved(by: [f64; 3]) -> Option<[f64; 3]> {
+    (by != [0.0; 3]).then_some(by.map(|x| x + 0.0))
+}
+
+/// Adds a body's mesh and material once, and a node for each of its places; a body with several has a node
+/// above them.
+fn add(
+    document: &mut Document,
+    content: &mut Content,
+    body: &GlbBody,
+    moves: &mut Vec<(usize, [[f64; 3]; 2])>,
+) {
+    let material = material(document, body);
+    let primitive = Primitive { material, ..content.mesh(body.mesh) };
+    let mesh = document.meshes.len();
+    document.meshes.push(Mesh { name: body.name.to_owned(), primitives: vec![primitive] });
+
+    let top = document.nodes.len();
+    document.nodes[0].children.push(top);
+    let is_one = body.places.len() == 1;
+    if !is_one {
+        document.nodes.push(Node::named(body.name, &Pose::identity()));
+    }
+    for (number, place) in (1..).zip(&body.places) {
+        let node = document.nodes.len();
+        let name = if is_one { body.name.to_owned() } else { format!("{} {number}", body.name) };
+        let pose = &place.assembly_from_body;
+        document.nodes.push(Node { mesh: Some(mesh), ..Node::named(&name, pose) });
+        if !is_one {
+            document.nodes[top].children.push(node);
+        }
+        if place.apart_mm != Vector3::zeros() {
+            let from = *pose.translation_mm();
+            moves.push((node, [from.into(), (from + place.apart_mm).into()]));
+        }
+    }
+    document.nodes[top].extras = Some(body.extras.clone());
+}
+
+/// The number of its material, which bodies that look the same share.
+fn material(document: &mut Document, body: &GlbBody) -> usize {
+    let is_clear = body.opacity < 1.0;
+    let [r, g, b] = body.color.map(linear);
+    let ior = body.refractive_index.filter(|_| is_clear);
+    let material = Material {
+        name: body.material.to_owned(),
+        surface: Surface {
+            base_color_factor: [r, g, b, body.opacity],
+            metallic_factor: 0.0,
+            roughness_factor: if is_clear { CLEAR_ROUGHNESS } else { ROUGHNESS },
+        },
+        alpha_mode: is_clear.then_some("BLEND"),
+        extensions: ior.map(Extension::ior),
+    };
+    let known = document.materials.iter().position(|known| *known == material);
+    known.unwrap_or_else(|| {
+        document.materials.push(material);
+        document.materials.len() - 1
+    })
+}
+
+/// From sRGB (IEC 61966-2-1) to light, which factors of colours are in. Rounded, since powers differ in their
+/// last digit between machines.
+fn linear(value: u8) -> f64 {
+    let value = f64::from(value) / 255.0;
+    let light = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+    (light * 1e6).round() / 1e6
+}
+
+/// A rotation as x, y, z, w: from the largest of the four, which no rounding can harm.
+fn quaternion(pose: &Pose) -> [f64; 4] {
+    let m = |row: usize, column: usize| pose.rotation()[(row, column)];
+    let trace = m(0, 0) + m(1, 1) + m(2, 2);
+    let squares = [m(0, 0), m(1, 1), m(2, 2), trace].map(|d| 1.0 + 2.0 * d - trace);
+    let largest = (0..4).fold(3, |best, i| if squares[i] > squares[best] { i } else { best });
+    let four = 2.0 * squares[largest].sqrt();
+    let difference = |i: usize| m((i + 2) % 3, (i + 1) % 3) - m((i + 1) % 3, (i + 2) % 3);
+    let q: [f64; 4] = std::array::from_fn(|i| match (i == largest, largest, i) {
+        (true, ..) => four / 4.0,
+        (_, 3, _) => difference(i) / four,
+        (_, _, 3) => difference(largest) / four,
+        _ => (m(i, largest) + m(largest, i)) / four,
+    });
+    // Of a turn and its negative the one whose last number is not negative.
+    let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
+    q.map(|x| sign * x + 0.0)
+}
+
+/// The 12 bytes of a header and two chunks, each a multiple of four long.
+fn container(json: &[u8], bytes: &[u8]) -> Result<Vec<u8>, ExportError> {
+    let padded = |length: usize| length.next_multiple_of(4);
+    let length = 28 + padded(json.len()) + padded(bytes.len());
+    let total = u32::try_from(length).map_err(|_| ExportError::TooLarge {
+        what: "the length of the GLB file",
+        needed: length as u64,
+        limit: u32::MAX.into(),
+    })?;
+    let mut file = Vec::with_capacity(length);
+    file.extend([GLTF, 2, total].into_iter().flat_map(u32::to_le_bytes));
+    for (kind, chunk, filler) in [(JSON, json, b' '), (BIN, bytes, 0)] {
+        // Shorter than the whole, which fits.
+        let size = padded(chunk.len()) as u32;
+        file.extend([size, kind].into_iter().flat_map(u32::to_le_bytes));
+        file.extend(chunk);
+        file.resize(padded(file.len()), filler);
+    }
+    Ok(file)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,50 @@
+//! `fabkit guide SENSOR[/FIXTURE] -o DIR`
+
+use fabkit_application::guiding;
+use fabkit_application::progress::Step;
+use fabkit_application::source::Target;
+use fabkit_application::staging::{OutputFile, write_all};
+use serde_json::json;
+
+use super::Outcome;
+use super::progress::Progress;
+use crate::cli::{Global, Guide};
+use crate::failure::{ErrorKind, Failure};
+use crate::interrupt;
+use crate::roles::Roles;
+
+pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
+    let target = Target::new(&args.design.sensor).with_preset(args.design.preset.as_deref());
+    if let Some(part) = target.part {
+        let message = format!("a guide is of a whole sensor or fixture, not of its {part}");
+        return Err(Failure::plain(ErrorKind::BadInput, message));
+    }
+    let outputs = guiding::FILES.map(|name| args.output.join(name));
+    Roles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
+    let design = target.design(&args.design.set)?;
+    let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
+    let guide = guiding::facts(&design, args.units).map_err(Failure::bug)?;
+    let files = guiding::files(&design, &guide, &|step: Step| progress.show(step))?;
+    drop(progress);
+    interrupt::begin_writing()?;
+    write_all(&args.output, &files, &interrupt::requested)?;
+    let folder = args.output.display();
+    let made: u32 = guide.made.iter().map(|part| part.quantity).sum();
+    let bought: u32 = guide.bought.iter().map(|piece| piece.quantity).sum();
+    let mut json = guide.to_json();
+    json["folder"] = json!(folder.to_string());
+    let file = |file: &OutputFile| json!({ "file": file.name, "bytes": file.bytes.len() });
+    json["files"] = files.iter().map(file).collect();
+    Ok(Outcome {
+        text: format!(
+            "{folder}: {} files; open {}\n{made} parts to make, {bought} pieces to buy, {} mixes, {} steps in {} days\n",
+            files.len(),
+            outputs[0].display(),
+            guide.mixes.len(),
+            guide.steps.len(),
+            guide.timeline.days,
+        ),
+        json,
+        failed: false,
+    })
+}

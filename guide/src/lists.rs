@@ -1,0 +1,174 @@
+//! What is made, bought and mixed, with quantities.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::measure::{MeasureError, ray_volume};
+use fabkit_geometry::{Assembly, Body, CompiledSolid, InvalidSolid, Kind, Sensor};
+use serde::Serialize;
+
+use crate::{Mixed, Request};
+
+/// Lines through each part: good to a percent for thin sheets, to some thousandths for the rest.
+const LINES: u32 = 2_000;
+
+const MM3_PER_CM3: f64 = 1e3;
+
+/// A part that cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoSuchPart {
+    /// A tree that is no solid.
+    #[error("{body}: {source}")]
+    Solid {
+        /// Which part.
+        body: String,
+        /// Why.
+        source: InvalidSolid,
+    },
+    /// A solid that has no volume.
+    #[error("{body}: {source}")]
+    Volume {
+        /// Which part.
+        body: String,
+        /// Why.
+        source: MeasureError,
+    },
+}
+
+/// Whether a body is of the finished sensor, or helps to build it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tool {
+    /// It stays in each unit.
+    Sensor,
+    /// It is used again for the next unit.
+    Tool,
+}
+
+/// A part that a lab makes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Made {
+    /// The name of its file.
+    pub name: String,
+    /// What it is for.
+    pub summary: String,
+    /// What it is of.
+    pub of: Tool,
+    /// `fdm`, `sla`, `polyjet`, `laser`, `pcb` or `cnc`.
+    pub process: String,
+    /// From what.
+    pub material: String,
+    /// How many for all units.
+    pub quantity: u32,
+    /// Outer sizes of one as it lies on the bed, mm.
+    pub size_mm: [f64; 3],
+    /// Of one, mm3.
+    pub volume_mm3: f64,
+    /// Of one, solid through and through, g; `null` where nobody knows its material's density.
+    pub mass_g: Option<f64>,
+    /// What to mind.
+    pub notes: Vec<String>,
+    /// Numbers of the steps that need it.
+    pub steps: Vec<usize>,
+}
+
+/// A piece to buy.
+#[derive(Clone, Debug, Serialize)]
+pub struct Bought {
+    /// Its name in the design.
+    pub name: String,
+    /// What to order.
+    pub what: String,
+    /// What it is of.
+    pub of: Tool,
+    /// How many for all units.
+    pub quantity: u32,
+    /// Numbers of the steps that need it.
+    pub steps: Vec<usize>,
+}
+
+/// A component of mixes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Liquid {
+    /// As it is sold.
+    pub name: String,
+    /// For all batches, waste included, g.
+    pub mass_g: f64,
+    /// Numbers of the steps that need it.
+    pub steps: Vec<usize>,
+}
+
+/// Whether a body stays in the finished sensor.
+pub(crate) fn stays(body: &Body) -> bool {
+    let place = Assembly::sensor();
+    body.placements.iter().any(|placed| placed.assembly == place)
+}
+
+fn of(body: &Body) -> Tool {
+    if stays(body) { Tool::Sensor } else { Tool::Tool }
+}
+
+fn quantity(body: &Body, units: u32) -> u32 {
+    if stays(body) { body.quantity.saturating_mul(units) } else { body.quantity }
+}
+
+fn steps_with(sensor: &Sensor, name: &str) -> Vec<usize> {
+    let needs = |(_, step): &(usize, &fabkit_geometry::Step)| step.bodies.iter().any(|b| b == name);
+    sensor.chain.iter().enumerate().filter(needs).map(|(index, _)| index + 1).collect()
+}
+
+pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, NoSuchPart> {
+    let made = |part: &Body| {
+        let body = || part.name.clone();
+        let on_bed = part.solid.clone().placed(part.bed_from_body);
+        let on_bed = CompiledSolid::new(&on_bed)
+            .map_err(|source| NoSuchPart::Solid { body: body(), source })?;
+        let volume = ray_volume(&on_bed, LINES)
+            .map_err(|source| NoSuchPart::Volume { body: body(), source })?;
+        let (volume_mm3, bounds) = (volume.value_mm3, on_bed.bounds());
+        let size = bounds.max - bounds.min;
+        Ok(Made {
+            name: part.name.clone(),
+            summary: part.summary.clone(),
+            of: of(part),
+            process: part.process_word().to_string(),
+            material: part.material.clone(),
+            quantity: quantity(part, request.units),
+            size_mm: [size.x, size.y, size.z],
+            volume_mm3,
+            mass_g: (request.density)(&part.material).map(|d| d * volume_mm3 / MM3_PER_CM3),
+            notes: part.notes.clone(),
+            steps: steps_with(sensor, &part.name),
+        })
+    };
+    sensor.parts().map(made).collect()
+}
+
+pub(crate) fn bought(sensor: &Sensor, units: u32) -> Vec<Bought> {
+    let bought = sensor.bodies.iter().filter(|body| body.kind == Kind::Bought);
+    let entry = |body: &Body| Bought {
+        name: body.name.clone(),
+        what: body.summary.clone(),
+        of: of(body),
+        quantity: quantity(body, units),
+        steps: steps_with(sensor, &body.name),
+    };
+    bought.map(entry).collect()
+}
+
+pub(crate) fn liquids(mixes: &[Mixed]) -> Vec<Liquid> {
+    let mut liquids: BTreeMap<&str, Liquid> = BTreeMap::new();
+    for mix in mixes {
+        for component in &mix.components {
+            let liquid = liquids.entry(&component.name).or_insert_with(|| Liquid {
+                name: component.name.clone(),
+                mass_g: 0.0,
+                steps: Vec::new(),
+            });
+            liquid.mass_g += component.mass_g * f64::from(mix.batches);
+            if !liquid.steps.contains(&mix.step) {
+                liquid.steps.push(mix.step);
+            }
+        }
+    }
+    liquids.into_values().collect()
+}

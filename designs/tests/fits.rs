@@ -3,7 +3,7 @@
 use fabkit_designs::parameters::InvalidDesign;
 use fabkit_designs::{Design, Fit, builtin_yaml, gap_mm, load};
 use fabkit_geometry::{
-    Aabb, CompiledSolid, Point3, Process, Process::Fdm, Process::Laser, Process::PolyJet,
+    Aabb, CompiledSolid, Point3, Pose, Process, Process::Fdm, Process::Laser, Process::PolyJet,
     Process::Sla, Ray, Solid, Vector3,
 };
 
@@ -26,8 +26,12 @@ fn design(sensor: &str, parts: &str) -> Design {
     read(sensor, parts, &[]).unwrap_or_else(|e| panic!("{sensor} {parts:?}: {:#?}", e.problems))
 }
 
+/// Where it sits in the sensor; what is not part of the sensor, such as a mold, as it is drawn.
 fn body(design: &Design, name: &str) -> CompiledSolid {
-    CompiledSolid::new(&design.sensor.body(name).unwrap().solid).unwrap()
+    let body = design.sensor.body(name).unwrap();
+    let place = body.placements.iter().find(|place| place.assembly.0 == "sensor");
+    let pose = place.map_or(Pose::identity(), |place| place.assembly_from_body);
+    CompiledSolid::new(&body.solid.clone().placed(pose)).unwrap()
 }
 
 /// Least play of a body in a hole of another, mm: on lines from the axis, at a height above a body's
@@ -138,8 +142,7 @@ fn of_half_ellipsoids() {
     fits("uvdtact", [ring, holder], (ring, -0.2), Fit::Free, given);
     fits("uvdtact", ["shell", holder], (holder, -0.5), Fit::Snug, given);
     fits("uvdtact", [post, "base"], (post, 0.2), Fit::Snug, to_fdm("base=fdm"));
-    // Below the funnel that its view needs.
-    fits("uvdtact", ["camera", post], (post, -1.0), Fit::Snug, to_fdm("camera-holder=fdm"));
+    fits("uvdtact", ["camera", post], (post, -0.2), Fit::Snug, to_fdm("camera-holder=fdm"));
     fits("uvdtact", [post, ring], (ring, -0.2), Fit::Free, to_fdm("diffusion-ring=fdm"));
     let [sleeve, negative] = ["casting-sleeve", "negative-cup-inner"];
     fits("uvdtact", [sleeve, negative], (sleeve, 0.5), Fit::Slide, to_fdm("negative-*=fdm"));

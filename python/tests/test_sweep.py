@@ -23,7 +23,7 @@ axes:
   camera.field_of_view: {from: 120 deg, to: 175 deg}
   translucent_gel.thickness: [1.4 mm, 1.5 mm, 0.7 mm]
 metrics: [camera, calibration]
-constraints: [coverage > 0.6]
+constraints: [coverage > 0.45]
 objectives: {coverage: max, mm_per_px_median: min}
 """
 

@@ -26,8 +26,12 @@ fn design(sensor: &str, parts: &str) -> Design {
     read(sensor, parts, &[]).unwrap_or_else(|e| panic!("{sensor} {parts:?}: {:#?}", e.problems))
 }
 
-/// Where it sits in the sensor; what is not part of the sensor, such as a mold, as it is drawn.
 fn body(design: &Design, name: &str) -> CompiledSolid {
+    CompiledSolid::new(&design.sensor.body(name).unwrap().solid).unwrap()
+}
+
+/// Where it sits in the sensor; what is not part of the sensor, such as a mold, as it is drawn.
+fn in_place(design: &Design, name: &str) -> CompiledSolid {
     let body = design.sensor.body(name).unwrap();
     let place = body.placements.iter().find(|place| place.assembly.0 == "sensor");
     let pose = place.map_or(Pose::identity(), |place| place.assembly_from_body);
@@ -37,9 +41,9 @@ fn body(design: &Design, name: &str) -> CompiledSolid {
 /// Least play of a body in a hole of another, mm: on lines from the axis, at a height above a body's
 /// bottom or, below zero, above its top.
 fn play_mm(design: &Design, inner: &str, outer: &str, (at, above_mm): (&str, f64)) -> f64 {
-    let Aabb { min, max } = body(design, at).bounds();
+    let Aabb { min, max } = in_place(design, at).bounds();
     let z = if above_mm < 0.0 { max.z } else { min.z } + above_mm;
-    let [inner, outer] = [inner, outer].map(|name| body(design, name));
+    let [inner, outer] = [inner, outer].map(|name| in_place(design, name));
     let plays = (0..24).filter_map(|i| {
         let (sin, cos) = f64::from(15 * i).to_radians().sin_cos();
         let ray = Ray { origin: Point3::new(0.0, 0.0, z), direction: Vector3::new(cos, sin, 0.0) };

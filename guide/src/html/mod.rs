@@ -1,0 +1,100 @@
+//! The guide as one page: no network, no script, on screen and on paper.
+
+mod buy;
+mod cover;
+mod make;
+mod mix;
+mod steps;
+mod time;
+
+use std::collections::BTreeMap;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use fabkit_report::{escape, page_with_style};
+
+use crate::{Guide, Tool};
+
+/// PNG files for the page.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// The finished sensor or fixture.
+    pub cover: Option<Vec<u8>>,
+    /// What stands together, cut open, by the assembly's name.
+    pub assemblies: BTreeMap<String, Vec<u8>>,
+    /// Each part as it lies on the bed, by its name.
+    pub parts: BTreeMap<String, Vec<u8>>,
+}
+
+/// Beside the report's: words to the left, steps with their pictures, one row or step never cut by paper's edge.
+const STYLE: &str = "
+td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.long { min-width: 15rem; } td img { width: 6rem; height: auto; display: block; }
+.cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; margin: .4rem 0; } dt { color: var(--quiet); } dd { margin: 0; }
+.step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
+.step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .step input { transform: scale(1.3); margin-right: .6rem; }
+img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
+@media print { nav { display: none; } .step { border-color: #999; } }
+";
+
+impl Guide {
+    /// The page.
+    pub fn to_html(&self, pictures: &Pictures) -> String {
+        let mut body = String::new();
+        self.purchases(&mut body);
+        self.parts(&mut body, pictures);
+        self.mixtures(&mut body);
+        self.times(&mut body);
+        self.matrix(&mut body);
+        if !self.steps.is_empty() {
+            body += "<h2 id=\"steps\">Steps</h2>\n";
+        }
+        let mut shown = Vec::new();
+        for step in &self.steps {
+            self.step(&mut body, step, pictures, &mut shown);
+        }
+        let page = self.cover(&body, pictures) + &body;
+        page_with_style(&format!("Building {}", self.title), STYLE, &page)
+    }
+}
+
+/// A table whose first `words` columns are text.
+fn table(heads: &[&str], words: usize, rows: impl Iterator<Item = String>) -> String {
+    let head = heads.iter().enumerate().map(|(column, head)| {
+        let class = if column < words { " class=\"word\"" } else { "" };
+        format!("<th scope=\"col\"{class}>{}</th>", escape(head))
+    });
+    let rows: String = rows.map(|row| format!("<tr>{row}</tr>\n")).collect();
+    format!(
+        "<table><thead><tr>{}</tr></thead>\n<tbody>{rows}</tbody></table>\n",
+        head.collect::<String>()
+    )
+}
+
+fn name(text: &str) -> String {
+    format!("<th scope=\"row\">{}</th>", escape(text))
+}
+
+fn word(text: &str) -> String {
+    format!("<td class=\"word\">{}</td>", escape(text))
+}
+
+fn of(tool: Tool) -> &'static str {
+    match tool {
+        Tool::Sensor => "<td class=\"word as-one\">each unit</td>",
+        Tool::Tool => "<td class=\"word as-one\">all units</td>",
+    }
+}
+
+fn steps(numbers: &[usize]) -> String {
+    let links = numbers.iter().map(|number| format!("<a href=\"#step-{number}\">{number}</a>"));
+    links.collect::<Vec<_>>().join(" ")
+}
+
+fn image(png: &[u8], alt: &str) -> String {
+    format!(
+        "<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n",
+        escape(alt),
+        STANDARD.encode(png)
+    )
+}

@@ -1,0 +1,98 @@
+//! Each step, and which piece it needs.
+
+use std::fmt::Write;
+
+use fabkit_report::escape;
+
+use super::{Pictures, image, name, table};
+use crate::{Guide, GuideStep, Need};
+
+impl Guide {
+    /// Which part is needed in which step.
+    pub(super) fn matrix(&self, body: &mut String) {
+        if self.steps.is_empty() {
+            return;
+        }
+        *body += "<h2>Which piece in which step</h2>\n";
+        let rows = self.made.iter().map(|part| (&part.name, &part.steps));
+        let rows = rows.chain(self.bought.iter().map(|piece| (&piece.name, &piece.steps)));
+        let row = |(piece, needed): (&String, &Vec<usize>)| {
+            let cells = self.steps.iter().map(|step| match needed.contains(&step.number) {
+                true => format!("<td>{}</td>", step.number),
+                false => "<td></td>".to_owned(),
+            });
+            name(piece) + &cells.collect::<String>()
+        };
+        let numbers: Vec<String> = self.steps.iter().map(|step| step.number.to_string()).collect();
+        let heads: Vec<&str> =
+            std::iter::once("piece").chain(numbers.iter().map(String::as_str)).collect();
+        *body += &table(&heads, 1, rows.map(row));
+    }
+
+    pub(super) fn step<'a>(
+        &'a self,
+        body: &mut String,
+        step: &'a GuideStep,
+        pictures: &Pictures,
+        shown: &mut Vec<&'a str>,
+    ) {
+        let _ = write!(
+            body,
+            "<section class=\"step\" id=\"step-{0}\"><h3><label><input type=\"checkbox\">{0}. {1}</label></h3>\n<p>{2}</p>\n",
+            step.number,
+            escape(&step.name),
+            escape(&sentence(&step.instruction)),
+        );
+        if let Some(assembly) = step.assembly.as_deref() {
+            match pictures.assemblies.get(assembly) {
+                // Once is enough: what stands there is drawn as it is when all is in its place.
+                Some(png) if !shown.contains(&assembly) => {
+                    shown.push(assembly);
+                    *body +=
+                        &image(png, &format!("{assembly}, cut open, with everything in its place"));
+                }
+                _ => {}
+            }
+        }
+        let mix = self.mixes.iter().find(|mix| mix.step == step.number).map(|mix| {
+            let parts = mix.components.iter().map(|c| format!("{:.2} g {}", c.mass_g, c.name));
+            let degas = if mix.degas { ", then draw the air out" } else { "" };
+            format!("{}{degas}", parts.collect::<Vec<_>>().join(" + "))
+        });
+        let stretch = &self.timeline.stretches[step.number - 1];
+        let cures = stretch.end_h - stretch.hands_end_h;
+        let rows = [
+            ("Together in", step.assembly.clone().unwrap_or_default()),
+            ("Takes", step.needs.iter().map(needed).collect::<Vec<_>>().join(", ")),
+            ("Mix", mix.unwrap_or_default()),
+            ("Take off", step.removed.join(", ")),
+            ("Set right", step.adjusted.join(", ")),
+            (
+                "Meanwhile",
+                step.during.map_or(String::new(), |number| format!("step {number} cures")),
+            ),
+            ("Then wait", if cures > 0.0 { format!("{cures} h") } else { String::new() }),
+            ("Source", step.source.clone()),
+        ];
+        *body += "<dl>";
+        for (term, text) in rows.iter().filter(|(_, text)| !text.is_empty()) {
+            let _ = write!(body, "<dt>{term}</dt><dd>{}</dd>", escape(text));
+        }
+        *body += "</dl></section>\n";
+    }
+}
+
+fn needed(need: &Need) -> String {
+    match need.count {
+        1 => need.name.clone(),
+        count => format!("{count} × {}", need.name),
+    }
+}
+
+/// With a capital and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    let text = first.unwrap_or_default() + letters.as_str();
+    if text.ends_with(['.', '!', '?']) { text } else { text + "." }
+}

@@ -1,0 +1,61 @@
+//! When.
+
+use std::fmt::Write;
+
+use fabkit_report::{Svg, escape};
+
+use crate::{Guide, Timeline};
+
+impl Guide {
+    pub(super) fn times(&self, body: &mut String) {
+        if self.timeline.stretches.is_empty() {
+            return;
+        }
+        let _ = write!(
+            body,
+            "<h2 id=\"time\">When</h2>\n<figure>{}<figcaption>One unit, {:.0} h from the first step: hands dark, cures \
+             light; framed is what the whole build waits for. Hands-on times are {}.</figcaption></figure>\n",
+            self.chart(),
+            self.timeline.total_h,
+            escape(self.timeline.hands_on),
+        );
+    }
+
+    /// Pours and cures along time.
+    pub(super) fn chart(&self) -> String {
+        const ROW: f64 = 18.0;
+        const LEFT: f64 = 230.0;
+        const WIDTH: f64 = 880.0;
+        let Timeline { stretches, total_h, .. } = &self.timeline;
+        let timed: Vec<_> = stretches.iter().filter(|s| s.end_h > s.start_h).collect();
+        let height = ROW * (timed.len() as f64 + 1.5);
+        let mut svg = Svg::new(WIDTH, height);
+        let scale = (WIDTH - LEFT - 10.0) / total_h.max(1.0);
+        let days = (total_h / 24.0).floor() as u32;
+        for day in 0..=days {
+            let x = LEFT + f64::from(day) * 24.0 * scale;
+            svg.line([x, 0.0], [x, height - ROW], "stroke=\"#e3e3e3\"");
+            svg.text([x, height - 4.0], "middle", &format!("day {}", day + 1));
+        }
+        for (row, stretch) in timed.iter().enumerate() {
+            let y = row as f64 * ROW;
+            let step = &self.steps[stretch.step - 1];
+            svg.text([LEFT - 8.0, y + 13.0], "end", &format!("{} {}", step.number, step.name));
+            let x = |h: f64| LEFT + h * scale;
+            let frame =
+                if stretch.is_critical { "stroke=\"#c0392b\" stroke-width=\"1.5\"" } else { "" };
+            let bar = |from: f64, to: f64| [(x(to) - x(from)).max(2.0), ROW - 5.0];
+            svg.rect(
+                [x(stretch.start_h), y + 3.0],
+                bar(stretch.start_h, stretch.end_h),
+                &format!("fill=\"#9db8d6\" {frame}"),
+            );
+            svg.rect(
+                [x(stretch.start_h), y + 3.0],
+                bar(stretch.start_h, stretch.hands_end_h),
+                "fill=\"#1f4e79\"",
+            );
+        }
+        svg.finish("the steps along time")
+    }
+}

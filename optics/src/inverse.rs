@@ -5,6 +5,8 @@
 //! that is 0. What is opaque is left out while a ray is looked for, so that a place that is hidden is told
 //! from one to which no light leads.
 
+mod every;
+
 use fabkit_geometry::{Point3, Ray, Vector3};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x2, Vector2};
 
@@ -304,13 +306,7 @@ impl Seeker<'_> {
     /// Of directions all around, those that pass nearest.
     fn nearest_of_fan(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Vec<Vector3<f64>> {
         if self.fan.as_ref().is_none_or(|fan| fan.pupil != *pupil) {
-            let rays = (0..STARTS).map(|number| {
-                // A Fibonacci lattice.
-                let along = 1.0 - (2 * number + 1) as f64 / STARTS as f64;
-                let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-                let (sin, cos) = turn.sin_cos();
-                let beside = (1.0 - along * along).sqrt();
-                let direction = Vector3::new(beside * cos, beside * sin, along);
+            let rays = lattice(STARTS).map(|direction| {
                 let path = self.clear.follow(&Ray { origin: *pupil, direction });
                 (direction, self.clear.corners().to_vec(), path)
             });
@@ -364,6 +360,17 @@ impl Miss {
         let is_lost = matches!(path.end, End::Mirror(_)) && miss.way_mm > lead_mm + path.end_mm;
         (!is_lost && miss.way_mm > 0.0).then_some(miss)
     }
+}
+
+/// Unit directions all around, evenly: a Fibonacci lattice.
+fn lattice(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+    (0..count).map(move |number| {
+        let along = 1.0 - (2 * number + 1) as f64 / count as f64;
+        let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let (sin, cos) = turn.sin_cos();
+        let beside = (1.0 - along * along).sqrt();
+        Vector3::new(beside * cos, beside * sin, along)
+    })
 }
 
 /// The direction at the pupil of a ray past these surfaces to a place, wherever they end.

@@ -15,7 +15,7 @@
 //! - Light that is totally reflected ends where that happens: what a mirror shows is no ground truth.
 //!
 //! A [`Viewer`] is a camera in such a place: from pixels to paths, and back from places to pixels. Of
-//! several rays to one place it finds the one next to the straight line.
+//! several rays to one place it finds the one next to the straight line; [`Viewer::looks_at`] finds them all.
 //!
 //! # Conventions
 //!

@@ -98,6 +98,18 @@ impl<'a> Viewer<'a> {
         Ok(Look { pixel: self.camera.project(&Point3::from(direction))?, sight })
     }
 
+    /// All pixels at which a place is seen, or would be if nothing opaque hid it, by the length of the way
+    /// there: see [`Seeker::every`]. Empty where no light leads from there to the pupil; rays that the lens
+    /// does not map are left out.
+    pub fn looks_at(&mut self, place_in_sensor: &Point3<f64>) -> Vec<Look> {
+        let sights = self.seeker.every(&self.pupil(), place_in_sensor);
+        let looks = sights.into_iter().filter_map(|sight| {
+            let direction = self.camera_from_sensor.vector(sight.direction);
+            Some(Look { pixel: self.camera.project(&Point3::from(direction)).ok()?, sight })
+        });
+        looks.collect()
+    }
+
     /// Change of the pixel with the place, px per mm along the sensor's axes; `None` where the lens has no
     /// derivative, or a caustic lies.
     pub fn by_place(

@@ -150,3 +150,39 @@ fn where_no_light_leads_nothing_is_found() {
     // All but the two caps around the near point and the far one.
     assert!((100..190).contains(&none), "{none}");
 }
+
+/// In the plane of pupil, ball and place a ray has one angle: where its miss changes sign, a ray goes through
+/// the place. Counted in steps of a thousandth of a degree, by rays that are followed.
+#[test]
+fn every_ray_to_a_place_behind_a_ball_is_found() {
+    let ball = medium("ball", 1.5, Solid::sphere(2.0).at(0.0, 0.0, 6.0));
+    let sights = sights([ball]);
+    let pupil = Point3::origin();
+    for (x, expected) in [(0.6, 1), (2.0, 1), (14.0, 2), (30.0, 1)] {
+        let place = Point3::new(x, 0.0, 30.0);
+        let mut tracer = sights.media_tracer();
+        let mut miss = |number: i32| {
+            let angle = (f64::from(number) * 1e-3_f64).to_radians();
+            let path = tracer.follow(&Ray {
+                origin: pupil,
+                direction: Vector3::new(angle.sin(), 0.0, angle.cos()),
+            });
+            let (to, along) = (place - path.last.origin, path.last.direction);
+            // Which faces were passed: only between equal ones does a change of sign say something.
+            (path.bends, to.x * along.z - to.z * along.x)
+        };
+        let mut before = miss(-60_000);
+        let mut counted = 0;
+        for number in -59_999..60_000 {
+            let now = miss(number);
+            counted += usize::from(now.0 == before.0 && now.1.signum() != before.1.signum());
+            before = now;
+        }
+        let every = sights.seeker().every(&pupil, &place);
+        assert_eq!((every.len(), counted), (expected, expected), "{x}: {every:?}");
+        assert!(every.windows(2).all(|pair| pair[0].way_mm <= pair[1].way_mm));
+        // What is found alone is one of them.
+        let one = sights.seeker().seek(&pupil, &place).unwrap();
+        assert!(every.iter().any(|sight| (sight.direction - one.direction).norm() < 1e-9));
+    }
+}

@@ -45,6 +45,7 @@ Tasks:
   light [--mitsuba] [SENSOR...]
                      Follow 50,000 pixels' rays of five sensors with NumPy, or three sensors' with Mitsuba 3,
                      and compare with what fabkit says they see
+  opencv             Compare our corner detector with OpenCV's; needs OpenCV 4 with headers, and libclang
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         "lint" => lint::run(),
         "fuzz" => fuzz::run(env::args().skip(2)),
         "python" => python_package::run(),
+        "opencv" => test::opencv_detector(),
         "book" => book::run(env::args().nth(2).as_deref()),
         "bytes" => bytes::run(&env::args().skip(2).collect::<Vec<_>>()),
         #[cfg(unix)]

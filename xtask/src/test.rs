@@ -35,7 +35,6 @@ pub fn run() -> Result<(), String> {
         Ok(python) => oracles(&python)?,
         Err(why) => skip("the outside oracles and other kernels", &why)?,
     }
-    opencv_detector()?;
     match crate::python::uv() {
         Ok(_) => crate::python_package::run()?,
         Err(why) => skip("the Python package", &why)?,
@@ -97,12 +96,9 @@ fn oracles(python: &Path) -> Result<(), String> {
     skip("verification of the other sensors", "it is part of continuous integration")
 }
 
-/// The corner detector that is there only with the `opencv` feature, on the same pictures as ours.
-fn opencv_detector() -> Result<(), String> {
-    let probe = Command::new("pkg-config").args(["--exists", "opencv4"]).status();
-    if !probe.is_ok_and(|status| status.success()) {
-        return skip("OpenCV's corner detector", "OpenCV 4 with its headers is not installed");
-    }
+/// `cargo xtask opencv`: the corner detector that is there only with the `opencv` feature, on the same pictures
+/// as ours. Not part of the tests, because OpenCV's headers and bindings take longer than all other oracles.
+pub fn opencv_detector() -> Result<(), String> {
     let package = ["--package", "fabkit-calibration", "--features", "opencv"];
     let tests = ["--test", "boards", "opencv", "--", "--nocapture"];
     // In release as well: the bindings are made once.

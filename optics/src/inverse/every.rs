@@ -1,0 +1,71 @@
+//! All rays from a pupil through a place, not only the best.
+
+use fabkit_geometry::{Point3, Ray, Vector3};
+
+use super::{Seeker, Sight, lattice, newton, solve};
+use crate::bundle::Chain;
+
+/// Directions from which rays are looked for: 4.5 degrees from one to the next.
+const STARTS: usize = 2048;
+
+/// Rays that leave the pupil in directions less apart than that are one.
+const SAME_RAD: f64 = 1e-7;
+
+impl Seeker<'_> {
+    /// All rays from a pupil through a place that are found from directions all around, 4.5 degrees apart, the
+    /// shortest way first, those that something opaque hides included ([`Sight::hidden_by`]); none where no
+    /// light leads from there to the pupil. Which of them passes faces that no direction tried meets, because
+    /// they are seen under less than that, may be missed. Places and ways in the sensor frame, mm.
+    ///
+    /// A ball of glass shows what is far behind it twice: through its middle, and past it.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Sensor};
+    /// use fabkit_geometry::{Solid, Substance};
+    /// use fabkit_optics::{Sights, Stack};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// let mut ball = Body::bought("ball", "glass", Solid::sphere(2.0).at(0.0, 0.0, 6.0))
+    ///     .in_light(Clarity::Clear)
+    ///     .placed([Placement::in_place(Assembly::sensor())]);
+    /// ball.substance = Substance { refractive_index: Some(1.5), ..Substance::default() };
+    /// let sights = Sights::new(Stack::of(&Sensor::new("marble", "A marble", "", camera, [ball]))?);
+    /// let pupil = Point3::origin();
+    /// // Beside the axis: upside down through the ball, and straight past its rim.
+    /// let every = sights.seeker().every(&pupil, &Point3::new(14.0, 0.0, 30.0));
+    /// assert!(every.iter().any(|sight| sight.direction.x < 0.0));
+    /// assert!(every.iter().any(|sight| (sight.direction.x / sight.direction.z - 14.0 / 30.0).abs() < 1e-9));
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
+    pub fn every(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Vec<Sight> {
+        let straight = (place - pupil).try_normalize(0.0);
+        let mut sights: Vec<Sight> = Vec::new();
+        for start in straight.into_iter().chain(lattice(STARTS)) {
+            let Some(direction) = self.toward(pupil, place, &start) else { continue };
+            let is_known = |known: &Sight| (known.direction - direction).norm() < SAME_RAD;
+            if sights.iter().any(is_known) {
+                continue;
+            }
+            sights.extend(self.verified(pupil, place, &direction));
+        }
+        sights.sort_by(|a, b| a.way_mm.total_cmp(&b.way_mm));
+        sights
+    }
+
+    /// The direction that one leads to: past its own faces in closed form, or by rays that are followed.
+    fn toward(
+        &mut self,
+        pupil: &Point3<f64>,
+        place: &Point3<f64>,
+        start: &Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
+        let way_mm = self.miss(pupil, place, start)?.way_mm;
+        let ray = Ray { origin: *pupil, direction: *start };
+        match Chain::of(&mut self.clear, self.surfaces, &ray, way_mm) {
+            Some(chain) => solve(&chain, pupil, place, start),
+            None => newton(*start, |d| self.miss(pupil, place, d)).map(|(found, _)| found),
+        }
+    }
+}

@@ -1,7 +1,7 @@
 // Bodies as three.js draws them.
 
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, FrontSide, Group, LineBasicMaterial, LineSegments, Mesh,
+  BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
   MeshLambertMaterial,
 } from 'three';
 
@@ -87,8 +87,7 @@ export class Model {
       this.glb.document.materials[number].pbrMetallicRoughness.baseColorFactor;
     const isClear = opacity < 1;
     const material = new MeshLambertMaterial({
-      opacity, transparent: isClear, depthWrite: !isClear, side: isClear ? FrontSide : DoubleSide,
-      clippingPlanes: this.clippingPlanes,
+      opacity, transparent: isClear, depthWrite: !isClear, clippingPlanes: this.clippingPlanes,
       // So that edges lie before faces.
       polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
     });

@@ -1,7 +1,7 @@
 // The canvas: camera, light, turning with pointer, fingers and keys. A frame is drawn only when something changed.
 
 import {
-  Box3, Color, DirectionalLight, HemisphereLight, OrthographicCamera, Raycaster, Scene, Sphere, Vector2, Vector3,
+  Box3, Color, DirectionalLight, DoubleSide, FrontSide, HemisphereLight, OrthographicCamera, Raycaster, Scene, Sphere, Vector2, Vector3,
   WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
@@ -19,6 +19,9 @@ export class Stage {
     this.canvas = canvas;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, stencil: true, alpha: true });
     this.renderer.localClippingEnabled = true;
+    // Asking makes the first frame wait for the compiler.
+    this.renderer.debug.checkShaderErrors = false;
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.scene = new Scene();
     this.camera = new OrthographicCamera();
     this.camera.up.set(0, 0, 1);
@@ -77,8 +80,8 @@ export class Stage {
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!this.sphere || width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
-    this.renderer.setSize(width, height, false);
+    const drawn = this.renderer.getSize(new Vector2());
+    if (drawn.x !== width || drawn.y !== height) this.renderer.setSize(width, height, false);
     const half = (1.05 * this.sphere.radius) / Math.min(1, width / height);
     Object.assign(this.camera, {
       left: (-half * width) / height, right: (half * width) / height, top: half, bottom: -half,
@@ -126,12 +129,17 @@ export class Stage {
 
   /** What a place of the canvas shows: the first of some objects that the plane has not cut away. */
   pick(event, objects, planes) {
+    const sides = (side) => objects.forEach(({ material }) => (material.side = side));
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const at = new Vector2((event.clientX - left) / width, (event.clientY - top) / height);
     const caster = new Raycaster();
     caster.setFromCamera(at.set(2 * at.x - 1, 1 - 2 * at.y), this.camera);
     const isKept = ({ point }) => planes.every((plane) => plane.distanceToPoint(point) >= 0);
-    return caster.intersectObjects(objects, false).find(isKept)?.object;
+    // Through a cut one looks at a body from within.
+    sides(DoubleSide);
+    const found = caster.intersectObjects(objects, false).find(isKept)?.object;
+    sides(FrontSide);
+    return found;
   }
 
   /** A colour of the page's style, which dark mode changes. */

@@ -7,6 +7,7 @@ use fabkit_designs::Design;
 use fabkit_guide::{Guide, NoSuchPart, Pictures, Request};
 use fabkit_sweep::stock_density_g_per_cm3;
 
+use crate::Error;
 use crate::identity::design_hash;
 use crate::pictures::{PictureError, Shot, default_assembly, picture_of_assembly, picture_of_body};
 use crate::progress::{OnProgress, Step, unwatched};
@@ -32,12 +33,12 @@ pub fn facts(design: &Design, units: u32) -> Result<Guide, NoSuchPart> {
 /// The files of a guide, all of them.
 ///
 /// # Errors
-/// Bodies that cannot be drawn.
+/// Bodies that cannot be drawn or meshed.
 pub fn files(
     design: &Design,
     guide: &Guide,
     progress: OnProgress,
-) -> Result<Vec<OutputFile>, PictureError> {
+) -> Result<Vec<OutputFile>, Error> {
     let page = guide.to_html(&pictures(design, guide, progress)?);
     let json = serde_json::to_string_pretty(&guide.to_json()).expect("names and numbers alone");
     let texts = [page, json + "\n", guide.bom_csv(), guide.parts_csv()];
@@ -46,15 +47,11 @@ pub fn files(
     Ok(FILES.into_iter().zip(texts).map(file).collect())
 }
 
-fn pictures(
-    design: &Design,
-    guide: &Guide,
-    progress: OnProgress,
-) -> Result<Pictures, PictureError> {
+fn pictures(design: &Design, guide: &Guide, progress: OnProgress) -> Result<Pictures, Error> {
     let sensor = &design.sensor;
     let assemblies: BTreeSet<&str> =
         guide.steps.iter().filter_map(|step| step.assembly.as_deref()).collect();
-    let total = 1 + assemblies.len() + guide.made.len();
+    let total = 2 + assemblies.len() + guide.made.len();
     let mut done = 0;
     let mut count = || {
         done += 1;
@@ -75,13 +72,15 @@ fn pictures(
     let cover = shot(COVER_PX, false);
     let cover = picture_of_assembly(sensor, &default_assembly(sensor), false, cover, &quiet)?;
     count();
-    let mut pictures = Pictures { cover: Some(cover), ..Pictures::default() };
+    let model = crate::viewing::model(design)?;
+    count();
+    let mut pictures = Pictures { cover: Some(cover), model: Some(model), ..Pictures::default() };
     for name in assemblies {
         // A step may name a place where nothing is drawn.
         match of_assembly(name) {
             Ok(png) => _ = pictures.assemblies.insert(name.to_owned(), png),
             Err(PictureError::Unknown(_)) => {}
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         }
         count();
     }

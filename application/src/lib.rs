@@ -64,5 +64,6 @@ pub mod source;
 pub mod staging;
 pub mod sweeping;
 pub mod verifier;
+pub mod viewing;
 
 pub use error::{Error, ErrorKind, Explained};

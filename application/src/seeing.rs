@@ -15,7 +15,7 @@ use crate::scene::SceneError;
 pub const RAYS: usize = 41;
 
 /// Where what leaves the sensor is drawn to, mm.
-const FAR_MM: f64 = 1e3;
+pub(crate) const FAR_MM: f64 = 1e3;
 
 /// What the camera is there to see.
 const SEEN: [u8; 3] = [18, 140, 70];
@@ -72,7 +72,10 @@ pub fn picture_of_rays(
 }
 
 /// The rays whose plane through the camera's axis has that normal.
-fn rays_in_plane(
+///
+/// # Errors
+/// A normal along the camera's axis.
+pub(crate) fn rays_in_plane(
     viewpoint: &Viewpoint,
     stack: &Stack,
     normal: &Vector3<f64>,
@@ -116,7 +119,8 @@ fn ray_of(viewpoint: &Viewpoint, pixel: &Point2<f64>) -> Option<Ray> {
     Some(Ray { origin: pose.point(ray.origin_in_camera), direction: pose.vector(ray.direction) })
 }
 
-fn draw(picture: &mut Picture, framing: &Framing, rays: &[DrawnRay], sensor: &Sensor) {
+/// What rays end at, in the order in which it is met, with a color each.
+fn entries(rays: &[DrawnRay], sensor: &Sensor) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     for name in rays.iter().map(|ray| &ray.seen_by) {
         match entries.iter_mut().find(|entry| entry.name == *name) {
@@ -128,11 +132,24 @@ fn draw(picture: &mut Picture, framing: &Framing, rays: &[DrawnRay], sensor: &Se
             }
         }
     }
+    entries
+}
+
+/// The color of each ray: what it ends at.
+pub(crate) fn colors(rays: &[DrawnRay], sensor: &Sensor) -> Vec<[u8; 3]> {
+    let entries = entries(rays, sensor);
+    let of = |ray: &DrawnRay| {
+        entries.iter().find(|entry| entry.name == ray.seen_by).map_or(OUTSIDE, |entry| entry.color)
+    };
+    rays.iter().map(of).collect()
+}
+
+fn draw(picture: &mut Picture, framing: &Framing, rays: &[DrawnRay], sensor: &Sensor) {
+    let entries = entries(rays, sensor);
     let width_px = (f64::from(picture.height_px) / 700.0).max(1.0);
-    let lines = rays.iter().map(|ray| {
+    let lines = rays.iter().zip(colors(rays, sensor)).map(|(ray, color)| {
         let places = ray.path_mm.iter().map(|point| framing.place(&Point3::from(*point)));
-        let entry = entries.iter().find(|entry| entry.name == ray.seen_by);
-        (places.collect::<Vec<_>>(), entry.map_or(OUTSIDE, |entry| entry.color))
+        (places.collect::<Vec<_>>(), color)
     });
     let lines: Vec<(Vec<[f64; 2]>, [u8; 3])> = lines.collect();
     // Light below all of them, so that they show on what is dark.

@@ -8,8 +8,8 @@ use fabkit_mesh::ShadedMesh;
 use serde_json::Value;
 
 use self::content::Content;
-use self::json::{Asset, Document, Extension, Material, Mesh, Node, Primitive, Scene, Surface};
-use crate::{ExportError, VERSION};
+use self::json::{Document, Extension, Material, Mesh, Node, Primitive, Scene, Surface};
+use crate::ExportError;
 
 /// A body of a scene: one mesh, as often as it stands there.
 #[derive(Clone, Debug)]
@@ -46,6 +46,8 @@ pub struct GlbPlace {
 pub struct GlbScene<'a> {
     /// Name of the root node.
     pub name: &'a str,
+    /// Name of the scene.
+    pub label: &'a str,
     /// Turns the assembly so that z points up.
     pub upright_from_assembly: Pose,
     /// In this order; at least one.
@@ -66,31 +68,23 @@ const BIN: u32 = 0x004E_4942;
 const CLEAR_ROUGHNESS: f64 = 0.15;
 const ROUGHNESS: f64 = 0.6;
 
-/// Writes a binary glTF 2.0 file.
+/// Writes a binary glTF 2.0 file of one scene or several, of which the first one is shown.
 ///
-/// Meshes and the nodes of bodies are in mm, z up; the root node turns y up and scales to metres, as the
-/// standard demands. The animation `explode` moves each node from its place to where it is when all is taken
-/// apart.
+/// Meshes and the nodes of bodies are in mm, z up; the root node of a scene turns y up and scales to metres, as
+/// the standard demands. The animation `explode` moves each node from its place to where it is when all is taken
+/// apart. A mesh that stands in several scenes is written once.
 ///
 /// # Errors
-/// [`ExportError::Nothing`] without bodies, [`ExportError::TooLarge`] beyond 4 GiB.
-pub fn glb(scene: &GlbScene) -> Result<Vec<u8>, ExportError> {
-    if scene.bodies.is_empty() {
+/// [`ExportError::Nothing`] without scenes, or for one without bodies; [`ExportError::TooLarge`] beyond 4 GiB.
+pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
+    if scenes.is_empty() || scenes.iter().any(|scene| scene.bodies.is_empty()) {
         return Err(ExportError::Nothing);
     }
-    let mut content = Content::default();
-    let mut document = Document {
-        asset: Asset { version: "2.0", generator: format!("fabkit {VERSION}") },
-        scene: 0,
-        scenes: vec![Scene { name: scene.name.to_owned(), nodes: vec![0] }],
-        nodes: vec![root(scene)],
-        ..Document::default()
-    };
-    // Nodes that move, with where they are before and after.
-    let mut moves: Vec<(usize, [[f64; 3]; 2])> = Vec::new();
-    for body in &scene.bodies {
-        add(&mut document, &mut content, body, &mut moves);
+    let mut writer = Writer::default();
+    for scene in scenes {
+        writer.scene(scene);
     }
+    let Writer { mut document, mut content, moves, .. } = writer;
     document.extensions_used =
         document.materials.iter().any(|m| m.extensions.is_some()).then(|| vec![json::IOR]);
     if !moves.is_empty() {
@@ -98,6 +92,17 @@ pub fn glb(scene: &GlbScene) -> Result<Vec<u8>, ExportError> {
     }
     let bytes = content.finish(&mut document);
     container(&serde_json::to_vec(&document)?, &bytes)
+}
+
+/// What is written so far.
+#[derive(Default)]
+struct Writer<'a> {
+    document: Document,
+    content: Content,
+    /// Meshes that are in it, in the order of their numbers.
+    meshes: Vec<&'a ShadedMesh>,
+    /// Nodes that move, with where they are before and after.
+    moves: Vec<(usize, [[f64; 3]; 2])>,
 }
 
 /// From metres, y up, to the upright assembly, mm, z up.
@@ -130,39 +135,56 @@ fn moved(by: [f64; 3]) -> Option<[f64; 3]> {
     (by != [0.0; 3]).then_some(by.map(|x| x + 0.0))
 }
 
-/// Adds a body's mesh and material once, and a node for each of its places; a body with several has a node
-/// above them.
-fn add(
-    document: &mut Document,
-    content: &mut Content,
-    body: &GlbBody,
-    moves: &mut Vec<(usize, [[f64; 3]; 2])>,
-) {
-    let material = material(document, body);
-    let primitive = Primitive { material, ..content.mesh(body.mesh) };
-    let mesh = document.meshes.len();
-    document.meshes.push(Mesh { name: body.name.to_owned(), primitives: vec![primitive] });
+impl<'a> Writer<'a> {
+    fn scene(&mut self, scene: &GlbScene<'a>) {
+        let root = self.document.nodes.len();
+        self.document.scenes.push(Scene { name: scene.label.to_owned(), nodes: vec![root] });
+        self.document.nodes.push(self::root(scene));
+        for body in &scene.bodies {
+            self.body(root, body);
+        }
+    }
 
-    let top = document.nodes.len();
-    document.nodes[0].children.push(top);
-    let is_one = body.places.len() == 1;
-    if !is_one {
-        document.nodes.push(Node::named(body.name, &Pose::identity()));
-    }
-    for (number, place) in (1..).zip(&body.places) {
-        let node = document.nodes.len();
-        let name = if is_one { body.name.to_owned() } else { format!("{} {number}", body.name) };
-        let pose = &place.assembly_from_body;
-        document.nodes.push(Node { mesh: Some(mesh), ..Node::named(&name, pose) });
+    /// Adds a body's mesh and material once, and a node for each of its places; a body with several has a node
+    /// above them.
+    fn body(&mut self, root: usize, body: &GlbBody<'a>) {
+        let mesh = self.mesh(body);
+        let nodes = &mut self.document.nodes;
+        let top = nodes.len();
+        nodes[root].children.push(top);
+        let is_one = body.places.len() == 1;
         if !is_one {
-            document.nodes[top].children.push(node);
+            nodes.push(Node::named(body.name, &Pose::identity()));
         }
-        if place.apart_mm != Vector3::zeros() {
-            let from = *pose.translation_mm();
-            moves.push((node, [from.into(), (from + place.apart_mm).into()]));
+        for (number, place) in (1..).zip(&body.places) {
+            let node = nodes.len();
+            let name =
+                if is_one { body.name.to_owned() } else { format!("{} {number}", body.name) };
+            let pose = &place.assembly_from_body;
+            nodes.push(Node { mesh: Some(mesh), ..Node::named(&name, pose) });
+            if !is_one {
+                nodes[top].children.push(node);
+            }
+            if place.apart_mm != Vector3::zeros() {
+                let from = *pose.translation_mm();
+                self.moves.push((node, [from.into(), (from + place.apart_mm).into()]));
+            }
         }
+        nodes[top].extras = Some(body.extras.clone());
     }
-    document.nodes[top].extras = Some(body.extras.clone());
+
+    /// The number of its mesh.
+    fn mesh(&mut self, body: &GlbBody<'a>) -> usize {
+        let known = self.meshes.iter().position(|known| std::ptr::eq(*known, body.mesh));
+        known.unwrap_or_else(|| {
+            let material = material(&mut self.document, body);
+            let primitive = Primitive { material, ..self.content.mesh(body.mesh) };
+            self.meshes.push(body.mesh);
+            let mesh = Mesh { name: body.name.to_owned(), primitives: vec![primitive] };
+            self.document.meshes.push(mesh);
+            self.meshes.len() - 1
+        })
+    }
 }
 
 /// The number of its material, which bodies that look the same share.

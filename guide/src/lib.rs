@@ -27,7 +27,7 @@ use fabkit_checks::{Batch, batches};
 use fabkit_geometry::{Action, Placement, Sensor, Step};
 use serde::Serialize;
 
-pub use html::Pictures;
+pub use html::{Model, Pictures, Pressed, Rays, SeenRay};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use timeline::{Stretch, Timeline};
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::{Mixed, Request};
 
 /// Lines through each part: good to a percent for thin sheets, to some thousandths for the rest.
-const LINES: u32 = 2_000;
+const LINES: u32 = 20_000;
 
 const MM3_PER_CM3: f64 = 1e3;
 

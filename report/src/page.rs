@@ -34,14 +34,14 @@ pub fn page(title: &str, body: &str) -> String {
 /// The same with rules of its own behind those of all reports.
 pub fn page_with_style(title: &str, style: &str, body: &str) -> String {
     let title = escape(title);
-    // A box that scrolls can be reached with the keyboard.
+    // A box that scrolls can be reached with the keyboard; all is in one landmark, where readers of the screen jump to.
     let body = body
         .replace("<table>", "<div class=\"table\" tabindex=\"0\"><table>")
         .replace("</table>", "</table></div>");
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>{title}</title><style>{STYLE}{style}</style></head>\n<body>\n<h1>{title}</h1>\n{body}\
-         </body></html>\n"
+         <title>{title}</title><style>{STYLE}{style}</style></head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}\
+         </main></body></html>\n"
     )
 }

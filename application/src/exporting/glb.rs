@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_export::{GlbBody, GlbPlace, GlbScene};
-use fabkit_geometry::{Action, Body, Clarity, Placement};
+use fabkit_geometry::measure::ray_volume;
+use fabkit_geometry::{Action, Body, Clarity, CompiledSolid};
 use fabkit_mesh::{PrintMesh, ShadedMesh};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -17,10 +18,14 @@ use crate::staging::OutputFile;
 
 const MM3_PER_CM3: f64 = 1e3;
 
-/// A body with its mesh in its own frame, and where it stands.
+/// How far triangles may be off in a file that a page shows, mm: less than a pixel, in a third of the bytes.
+const SHOWN_MM: f64 = 0.05;
+/// Lines for a volume that is shown: good to a ten-thousandth.
+const LINES: u32 = 20_000;
+
+/// A body with its mesh in its own frame.
 struct Standing<'a> {
     body: &'a Body,
-    places: Vec<&'a Placement>,
     mesh: ShadedMesh,
     extras: Value,
 }
@@ -34,51 +39,143 @@ pub(super) fn made(
     let sensor = &design.sensor;
     let assembly = pictures::default_assembly(sensor);
     let densities = densities(design);
-    let stands = |body: &'_ &Body| body.placements.iter().any(|p| p.assembly.0 == assembly);
-    let bodies: Vec<&Body> = sensor.bodies.iter().filter(stands).collect();
+    let standing = standing(design, std::slice::from_ref(&assembly), |body| {
+        let print = meshed(body, options.tolerance_mm)?;
+        let density = densities.get(body.name.as_str()).copied();
+        let extras = extras(body, size_mm(&print), print.volume_mm3(), density);
+        Ok((print, extras))
+    })?;
+    let name = Format::Glb.file_name(&sensor.name);
+    let scene =
+        scene(design, design_hash, &assembly, &sensor.name, &standing, options.tolerance_mm);
+    let failed = |source| ExportFailure::Write { file: name.clone(), source };
+    let bytes = fabkit_export::glb(&[scene]).map_err(failed)?;
+    let parts = standing.iter().map(|one| one.body.name.clone()).collect();
+    Ok(Made { file: OutputFile { name, bytes }, format: Format::Glb.word(), parts, stock: None })
+}
+
+/// A file for pages: a scene for each of some assemblies, the one that pictures show first. Figures are those of the
+/// exact solids, and each body says which parameters have its name.
+///
+/// # Errors
+/// Bodies that no mesh can be made of.
+pub(crate) fn shown(
+    design: &Design,
+    design_hash: &str,
+    assemblies: &[String],
+) -> Result<Vec<u8>, ExportFailure> {
+    let densities = densities(design);
+    let standing = standing(design, assemblies, |body| {
+        let print = meshed(body, SHOWN_MM)?;
+        let solid = CompiledSolid::new(&body.solid).ok();
+        let volume = solid.as_ref().and_then(|solid| ray_volume(solid, LINES).ok());
+        let volume_mm3 = volume.map_or_else(|| print.volume_mm3(), |volume| volume.value_mm3);
+        let size_mm = exact_size_mm(&print, solid.as_ref());
+        let density = densities.get(body.name.as_str()).copied();
+        let mut extras = extras(body, size_mm, volume_mm3, density);
+        let parameters = parameters(design, &body.name);
+        if !parameters.is_empty() {
+            extras["parameters"] = Value::Array(parameters);
+        }
+        Ok((print, extras))
+    })?;
+    let scenes: Vec<GlbScene> = assemblies
+        .iter()
+        .map(|assembly| scene(design, design_hash, assembly, assembly, &standing, SHOWN_MM))
+        .collect();
+    let file = Format::Glb.file_name(&design.sensor.name);
+    fabkit_export::glb(&scenes).map_err(|source| ExportFailure::Write { file, source })
+}
+
+/// All bodies that stand in some assembly, each meshed once.
+fn standing<'a>(
+    design: &'a Design,
+    assemblies: &[String],
+    made: impl Fn(&Body) -> Result<(PrintMesh, Value), ExportFailure> + Sync,
+) -> Result<Vec<Standing<'a>>, ExportFailure> {
+    let stands = |body: &'_ &Body| {
+        body.placements.iter().any(|place| assemblies.contains(&place.assembly.0))
+    };
+    let bodies: Vec<&Body> = design.sensor.bodies.iter().filter(stands).collect();
     let standing: Vec<Result<Standing, ExportFailure>> = bodies
         .into_par_iter()
         .map(|body| {
-            let places = body.placements.iter().filter(|p| p.assembly.0 == assembly).collect();
-            let print = meshed(body, options.tolerance_mm)
-                .map_err(|failure| topology::by_values(failure, design))?;
-            let mesh = print.shaded(&body.solid);
-            let extras = extras(body, &print, densities.get(body.name.as_str()).copied());
-            Ok(Standing { body, places, mesh, extras })
+            let (print, extras) =
+                made(body).map_err(|failure| topology::by_values(failure, design))?;
+            Ok(Standing { body, mesh: print.shaded(&body.solid), extras })
         })
         .collect();
     // One after the other, so that the first error is the same on any number of threads.
     let standing = standing.into_iter().collect::<Result<Vec<_>, _>>()?;
     limit_triangles(standing.iter().map(|one| one.mesh.triangles.len()).sum())?;
+    Ok(standing)
+}
 
-    let name = Format::Glb.file_name(&sensor.name);
-    let scene = GlbScene {
+fn scene<'a>(
+    design: &'a Design,
+    design_hash: &str,
+    assembly: &str,
+    label: &'a str,
+    standing: &'a [Standing],
+    tolerance_mm: f64,
+) -> GlbScene<'a> {
+    let sensor = &design.sensor;
+    GlbScene {
         name: &sensor.name,
-        upright_from_assembly: pictures::poured_upright(sensor, &assembly),
-        bodies: standing.iter().map(Standing::shown).collect(),
+        label,
+        upright_from_assembly: pictures::poured_upright(sensor, assembly),
+        bodies: standing.iter().filter_map(|one| one.shown(assembly)).collect(),
         extras: json!({
             "title": sensor.title,
             "reference": sensor.reference,
             "design_hash": design_hash,
             "assembly": assembly,
             "unit_of_meshes": "mm",
-            "chord_tolerance_mm": options.tolerance_mm,
+            "chord_tolerance_mm": tolerance_mm,
         }),
+    }
+}
+
+/// The box's sides in a body's own frame.
+fn size_mm(print: &PrintMesh) -> [f64; 3] {
+    let bounds = print.bounds();
+    [0, 1, 2].map(|axis| bounds.max[axis] - bounds.min[axis])
+}
+
+/// The same of the exact solid: the box that is known of it may be larger where something is cut off, which the mesh
+/// tells.
+fn exact_size_mm(print: &PrintMesh, solid: Option<&CompiledSolid>) -> [f64; 3] {
+    let meshed = print.bounds();
+    let Some(known) = solid.map(CompiledSolid::bounds) else { return size_mm(print) };
+    let side = |meshed: f64, known: f64| {
+        if (meshed - known).abs() <= SHOWN_MM { known } else { meshed }
     };
-    let failed = |source| ExportFailure::Write { file: name.clone(), source };
-    let bytes = fabkit_export::glb(&scene).map_err(failed)?;
-    let parts = standing.iter().map(|one| one.body.name.clone()).collect();
-    Ok(Made { file: OutputFile { name, bytes }, format: Format::Glb.word(), parts, stock: None })
+    [0, 1, 2].map(|axis| {
+        side(meshed.max[axis], known.max[axis]) - side(meshed.min[axis], known.min[axis])
+    })
+}
+
+/// The parameters whose section is called as a body is.
+fn parameters(design: &Design, body: &str) -> Vec<Value> {
+    let is_own = |path: &str| {
+        let section = path.split_once('.').map(|(section, _)| section.replace('_', "-"));
+        section.is_some_and(|section| section == body || section.strip_suffix('s') == Some(body))
+    };
+    let own = design.parameters.iter().filter(|parameter| is_own(&parameter.path));
+    own.map(|one| json!({ "path": one.path, "value": one.value, "summary": one.summary })).collect()
 }
 
 impl Standing<'_> {
-    fn shown(&self) -> GlbBody<'_> {
+    /// As it stands in an assembly; `None` if it does not.
+    fn shown(&self, assembly: &str) -> Option<GlbBody<'_>> {
         let Body { name, material, color, opacity, substance, .. } = self.body;
-        let place = |placement: &&Placement| GlbPlace {
+        let places = self.body.placements.iter().filter(|place| place.assembly.0 == assembly);
+        let places = places.map(|placement| GlbPlace {
             assembly_from_body: placement.assembly_from_body,
             apart_mm: placement.explode_mm,
-        };
-        GlbBody {
+        });
+        let places: Vec<GlbPlace> = places.collect();
+        (!places.is_empty()).then(|| GlbBody {
             name,
             // What is bought has none: it looks as it does.
             material: if material.is_empty() { name } else { material },
@@ -86,9 +183,9 @@ impl Standing<'_> {
             opacity: *opacity,
             refractive_index: substance.refractive_index,
             mesh: &self.mesh,
-            places: self.places.iter().map(place).collect(),
+            places,
             extras: self.extras.clone(),
-        }
+        })
     }
 }
 
@@ -145,21 +242,23 @@ fn densities(design: &Design) -> BTreeMap<&str, f64> {
 
 /// What a viewer can tell of a body. Sizes are those of the box around it in its own frame; a mass is that of
 /// one, without hollows that a slicer leaves.
-fn extras(body: &Body, print: &PrintMesh, density_g_per_cm3: Option<f64>) -> Value {
+fn extras(
+    body: &Body,
+    size_mm: [f64; 3],
+    volume_mm3: f64,
+    density_g_per_cm3: Option<f64>,
+) -> Value {
     let clarity = match body.clarity() {
         Clarity::Clear => "clear",
         Clarity::Translucent => "translucent",
         Clarity::Opaque => "opaque",
     };
-    let bounds = print.bounds();
-    let size_mm = [0, 1, 2].map(|axis| rounded(bounds.max[axis] - bounds.min[axis], 1e4));
-    let volume_mm3 = print.volume_mm3();
     let mut extras = json!({
         "kind": body.kind.word(),
         "summary": body.summary,
         "quantity": body.quantity,
         "clarity": clarity,
-        "size_mm": size_mm,
+        "size_mm": size_mm.map(|side| rounded(side, 1e4)),
         "volume_mm3": rounded(volume_mm3, 1e3),
     });
     let mut put = |key: &str, value: Value| extras[key] = value;

@@ -28,6 +28,7 @@ use rayon::prelude::*;
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
+pub(crate) use self::glb::shown as shown_glb;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;

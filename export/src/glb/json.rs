@@ -4,6 +4,8 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::VERSION;
+
 /// Refractive index of a material: without it, viewers take 1.5.
 pub(super) const IOR: &str = "KHR_materials_ior";
 
@@ -25,10 +27,16 @@ pub(super) struct Document {
     pub buffers: Vec<Buffer>,
 }
 
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct Asset {
     pub version: &'static str,
     pub generator: String,
+}
+
+impl Default for Asset {
+    fn default() -> Self {
+        Self { version: "2.0", generator: format!("fabkit {VERSION}") }
+    }
 }
 
 #[derive(Debug, Serialize)]

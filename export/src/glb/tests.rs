@@ -31,8 +31,9 @@ fn place(x_mm: f64, apart_mm: f64) -> GlbPlace {
 
 fn written(bodies: Vec<GlbBody>) -> Vec<u8> {
     let upright_from_assembly = Pose::identity();
-    let scene = GlbScene { name: "test", upright_from_assembly, bodies, extras: json!({}) };
-    glb(&scene).unwrap()
+    let scene =
+        GlbScene { name: "test", label: "test", upright_from_assembly, bodies, extras: json!({}) };
+    glb(&[scene]).unwrap()
 }
 
 /// The JSON and the bytes of a file whose lengths are what they should be.
@@ -143,6 +144,8 @@ fn turns_are_quaternions_whichever_way_they_go() {
 #[test]
 fn nothing_is_no_file() {
     let upright_from_assembly = Pose::identity();
-    let scene = GlbScene { name: "", upright_from_assembly, bodies: Vec::new(), extras: json!({}) };
-    assert!(matches!(glb(&scene), Err(ExportError::Nothing)));
+    let bodies = Vec::new();
+    let scene = GlbScene { name: "", label: "", upright_from_assembly, bodies, extras: json!({}) };
+    assert!(matches!(glb(&[scene]), Err(ExportError::Nothing)));
+    assert!(matches!(glb(&[]), Err(ExportError::Nothing)));
 }

@@ -1,4 +1,4 @@
-//! The guide as one page: no network, no script, on screen and on paper.
+//! The guide as one page: no network, on screen and on paper; only the model needs script.
 
 mod buy;
 mod cover;
@@ -6,6 +6,7 @@ mod make;
 mod mix;
 mod steps;
 mod time;
+mod viewer;
 
 use std::collections::BTreeMap;
 
@@ -13,9 +14,11 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_report::{escape, page_with_style};
 
+pub use viewer::{Model, Pressed, Rays, SeenRay};
+
 use crate::{Guide, Tool};
 
-/// PNG files for the page.
+/// PNG files for the page, and the model.
 #[derive(Clone, Debug, Default)]
 pub struct Pictures {
     /// The finished sensor or fixture.
@@ -24,6 +27,8 @@ pub struct Pictures {
     pub assemblies: BTreeMap<String, Vec<u8>>,
     /// Each part as it lies on the bed, by its name.
     pub parts: BTreeMap<String, Vec<u8>>,
+    /// What the reader can turn.
+    pub model: Option<Model>,
 }
 
 /// Beside the report's: words to the left, steps with their pictures, one row or step never cut by paper's edge.
@@ -53,8 +58,12 @@ impl Guide {
         for step in &self.steps {
             self.step(&mut body, step, pictures, &mut shown);
         }
-        let page = self.cover(&body, pictures) + &body;
-        page_with_style(&format!("Building {}", self.title), STYLE, &page)
+        let cover = self.cover(&body, pictures);
+        let section = pictures.model.as_ref().map_or(String::new(), Model::section);
+        let script = pictures.model.as_ref().map_or(String::new(), |_| Model::script());
+        let style = STYLE.to_owned() + viewer::STYLE;
+        let page = cover + &section + &body + &script;
+        page_with_style(&format!("Building {}", self.title), &style, &page)
     }
 }
 

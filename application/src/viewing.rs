@@ -1,0 +1,162 @@
+//! A model to turn in a page: all bodies where they stand, and what lies over them.
+
+use fabkit_depth::truth::scale_color;
+use fabkit_designs::Design;
+use fabkit_geometry::{CompiledSolid, Pose, Sensor, Solid, SurfacePoints, TouchSurface, Vector3};
+use fabkit_guide::{Model, Pressed, Rays, SeenRay};
+
+use crate::exporting::{ExportFailure, shown_glb};
+use crate::ground_truth::Viewpoint;
+use crate::identity::design_hash;
+use crate::pictures::default_assembly;
+use crate::seeing::{self, DrawnRay};
+
+/// What presses: a ball of this radius, mm. Chosen: it fits on every built-in surface.
+const BALL_MM: f64 = 3.0;
+/// How deep: this share of what gives way. Chosen: the dent shows, and stays within the gel.
+const DEEP: f64 = 0.6;
+/// Deepest press, mm, where a surface gives way for longer. Chosen.
+const DEEPEST_MM: f64 = 2.0;
+/// Where on a dome: from the tip towards the viewer of the first picture. Chosen: the dent is in sight.
+const PRESSED_DEG: [f64; 2] = [30.0, -45.0];
+/// How far triangles of the pressed surface may be off, mm: fine enough for colours to follow the ball.
+const PRESSED_CHORD_MM: f64 = 0.01;
+/// How far a ray is drawn behind its last corner where it meets nothing, mm.
+const BEYOND_MM: f64 = 20.0;
+/// Places between surface and deepest point that are asked for bodies.
+const ASKED: u32 = 20;
+
+/// All assemblies of a design, the one of pictures first, then in the order of the chain, with the rays of its
+/// camera and its surface pressed in, where it has them.
+///
+/// # Errors
+/// Bodies that no mesh can be made of.
+pub fn model(design: &Design) -> Result<Model, ExportFailure> {
+    let sensor = &design.sensor;
+    let assemblies = assemblies(sensor);
+    Ok(Model {
+        title: sensor.title.clone(),
+        glb: shown_glb(design, &design_hash(design), &assemblies)?,
+        rays: rays(sensor),
+        pressed: sensor.touch.as_ref().and_then(|touch| pressed(sensor, touch)),
+    })
+}
+
+fn assemblies(sensor: &Sensor) -> Vec<String> {
+    let mut found = vec![default_assembly(sensor)];
+    let of_chain = sensor.chain.iter().filter_map(|step| step.assembly.as_ref());
+    let of_bodies = sensor.bodies.iter().flat_map(|body| &body.placements).map(|p| &p.assembly);
+    let placed: Vec<&str> = of_bodies.map(|assembly| assembly.0.as_str()).collect();
+    for name in of_chain.map(|assembly| assembly.0.as_str()).chain(placed.iter().copied()) {
+        // A step may name a place where nothing is drawn.
+        if placed.contains(&name) && !found.iter().any(|known| known == name) {
+            found.push(name.to_owned());
+        }
+    }
+    found
+}
+
+/// In the two upright planes through the camera's axis; nothing without a camera, or where no light can be followed:
+/// `check` says why.
+fn rays(sensor: &Sensor) -> Option<Rays> {
+    if sensor.sight.is_empty() {
+        return None;
+    }
+    let viewpoint = Viewpoint::new(&sensor.camera, None, None).ok()?;
+    let stack = seeing::stack(sensor, &viewpoint).ok()?;
+    let mut rays: Vec<DrawnRay> = Vec::new();
+    for normal in [Vector3::y(), Vector3::x()] {
+        // A camera that lies has one such plane alone.
+        rays.extend(seeing::rays_in_plane(&viewpoint, &stack, &normal).unwrap_or_default());
+    }
+    let colors = seeing::colors(&rays, sensor);
+    let drawn = rays.into_iter().zip(colors).map(|(mut ray, color)| {
+        shorten(&mut ray.path_mm);
+        SeenRay { color, path_mm: ray.path_mm }
+    });
+    Some(Rays { rays: drawn.collect() }).filter(|rays| !rays.rays.is_empty())
+}
+
+fn shorten(path_mm: &mut [[f64; 3]]) {
+    if let [.., before, last] = path_mm {
+        let way = Vector3::from(*last) - Vector3::from(*before);
+        if way.norm() > BEYOND_MM && way.norm() > 0.5 * seeing::FAR_MM {
+            *last = (Vector3::from(*before) + BEYOND_MM * way.normalize()).into();
+        }
+    }
+}
+
+/// The surface as a rigid ball leaves it, as ground truth has it; nothing where the surface is smaller than the ball.
+fn pressed(sensor: &Sensor, touch: &TouchSurface) -> Option<Pressed> {
+    let (place, outward) = match SurfacePoints::new(touch).ok()? {
+        SurfacePoints::Dome(dome) => {
+            let [polar, azimuth] = PRESSED_DEG.map(|degrees| degrees.to_radians());
+            dome.towards(polar.min(0.5 * dome.last_polar_rad()), azimuth)?
+        }
+        SurfacePoints::Plane(plane) => {
+            plane.at(plane.bounds_mm().map(|[least, most]| 0.5 * (least + most)))?
+        }
+    };
+    let deep_mm = (DEEP * touch.soft_mm()).min(DEEPEST_MM);
+    let middle = place + (BALL_MM - deep_mm) * outward;
+    let ball = Solid::sphere(BALL_MM).at(middle.x, middle.y, middle.z);
+    let solid = touch.solid(0.0, touch.foot_z_mm()).minus(ball);
+    let mesh = fabkit_mesh::mesh(&solid, PRESSED_CHORD_MM).and_then(|mesh| mesh.to_print()).ok()?;
+    let mesh = mesh.shaded(&solid);
+    let color = |at: &[f32; 3]| {
+        let (depth_mm, _) = touch.depth_mm(&at.map(f64::from).into());
+        scale_color(depth_mm, [0.0, deep_mm])
+    };
+    let reached = |share: f64| place - share * deep_mm * outward;
+    let asked = || (1..ASKED).map(|i| reached(f64::from(i) / f64::from(ASKED)));
+    let is_pressed = |body: &&fabkit_geometry::Body| {
+        let Ok(solid) = CompiledSolid::new(&body.solid) else { return false };
+        let here = body.placements.iter().filter(|p| p.assembly.0 == default_assembly(sensor));
+        let frames: Vec<Pose> = here.map(|p| p.assembly_from_body.inverse()).collect();
+        frames.iter().any(|frame| asked().any(|point| solid.contains(&frame.point(point))))
+    };
+    let instead_of = sensor.bodies.iter().filter(is_pressed).map(|body| body.name.clone());
+    Some(Pressed {
+        ball_mm: 2.0 * BALL_MM,
+        deep_mm,
+        colors: mesh.positions.iter().map(color).collect(),
+        instead_of: instead_of.collect(),
+        positions_mm: mesh.positions,
+        normals: mesh.normals,
+        triangles: mesh.triangles,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_designs::{builtin_names, builtin_yaml, load};
+
+    use super::*;
+
+    #[test]
+    fn every_sensor_is_pressed_as_deep_as_it_says_and_seen_by_its_camera() {
+        let mut pressed_count = 0;
+        for name in builtin_names() {
+            let design = load(name, builtin_yaml(name).unwrap(), &[], &["fixtures"]).unwrap();
+            let sensor = &design.sensor;
+            assert_eq!(rays(sensor).is_some(), !sensor.sight.is_empty(), "{name}");
+            let Some(touch) = &sensor.touch else { continue };
+            let pressed = pressed(sensor, touch).unwrap();
+            let depths =
+                pressed.positions_mm.iter().map(|at| touch.depth_mm(&at.map(f64::from).into()).0);
+            // The flat foot of the solid is no part of the surface.
+            let above =
+                pressed.positions_mm.iter().map(|at| f64::from(at[2]) > touch.foot_z_mm() + 1e-3);
+            let deepest =
+                depths.zip(above).filter(|(_, is_above)| *is_above).map(|(depth, _)| depth);
+            let deepest = deepest.fold(0.0, f64::max);
+            assert!(
+                (deepest - pressed.deep_mm).abs() < 2.0 * PRESSED_CHORD_MM,
+                "{name}: {deepest}"
+            );
+            assert!(pressed.deep_mm <= touch.soft_mm() && !pressed.instead_of.is_empty(), "{name}");
+            pressed_count += 1;
+        }
+        assert!(pressed_count > 6, "{pressed_count}");
+    }
+}

@@ -1,0 +1,139 @@
+//! A model that can be turned, cut and taken apart in the page: no request, and nothing to see without script.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use fabkit_report::page_with_style;
+use serde_json::{Value, json};
+
+/// Bundled from `viewer/` by `npm run build`, with the licence of what is in it.
+const SCRIPT: &str = include_str!("../viewer/viewer.js");
+/// How it looks, on the colors of all pages.
+pub(super) const STYLE: &str = include_str!("../viewer/viewer.css");
+
+/// What the viewer shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// What it is of.
+    pub title: String,
+    /// A GLB file as fabkit writes it; of its scenes the first one is shown first.
+    pub glb: Vec<u8>,
+    /// Rays of the camera over the first scene.
+    pub rays: Option<Rays>,
+    /// The surface pressed in, in the first scene.
+    pub pressed: Option<Pressed>,
+}
+
+/// Rays of a camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rays {
+    /// In any order.
+    pub rays: Vec<SeenRay>,
+}
+
+/// One ray, from the camera to what it sees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeenRay {
+    /// sRGB: what it sees.
+    pub color: [u8; 3],
+    /// Its corners, in the frame of the first scene's bodies, mm.
+    pub path_mm: Vec<[f64; 3]>,
+}
+
+/// The surface while a ball presses it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pressed {
+    /// The ball's diameter, mm.
+    pub ball_mm: f64,
+    /// How far it goes in, mm.
+    pub deep_mm: f64,
+    /// Vertices in the frame of the first scene's bodies, mm.
+    pub positions_mm: Vec<[f32; 3]>,
+    /// One unit normal each.
+    pub normals: Vec<[f32; 3]>,
+    /// One sRGB color each: how deep it lies.
+    pub colors: Vec<[u8; 3]>,
+    /// Corners of triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Bodies that are not drawn meanwhile, because the ball goes through them.
+    pub instead_of: Vec<String>,
+}
+
+impl Model {
+    /// The section of a page. It is hidden until the script shows it.
+    pub(super) fn section(&self) -> String {
+        // No text in it may end the element.
+        let data = self.to_json().to_string().replace('<', "\\u003c");
+        format!(
+            "<section class=\"viewer\" id=\"model\" hidden>\n<h2>Model</h2>\n\
+             <script type=\"application/json\">{data}</script></section>\n"
+        )
+    }
+
+    /// The script, for the end of the page.
+    pub(super) fn script() -> String {
+        format!("<script>{SCRIPT}</script>\n")
+    }
+
+    /// A page with the model alone: no request, it opens from disk and in a frame.
+    ///
+    /// ```
+    /// use fabkit_guide::Model;
+    /// let model = Model { title: "Puck".into(), glb: Vec::new(), rays: None, pressed: None };
+    /// assert!(model.to_html().contains("<noscript>"));
+    /// ```
+    pub fn to_html(&self) -> String {
+        let without = "<noscript><p>The model needs JavaScript; <code>fabkit render</code> draws the same as \
+                       pictures.</p></noscript>\n";
+        let body = self.section() + without + &Self::script();
+        page_with_style(&self.title, STYLE, &body)
+    }
+
+    fn to_json(&self) -> Value {
+        let mut json = json!({ "title": self.title, "glb": STANDARD.encode(&self.glb) });
+        if let Some(Rays { rays }) = &self.rays {
+            let ray = |ray: &SeenRay| {
+                let path = ray.path_mm.iter().map(|point| point.map(micrometres));
+                json!({ "color": ray.color, "path_mm": path.collect::<Vec<_>>() })
+            };
+            let rays: Vec<Value> = rays.iter().map(ray).collect();
+            json["rays"] = json!({ "title": "Rays of the camera", "rays": rays });
+        }
+        if let Some(pressed) = &self.pressed {
+            let floats = |vectors: &[[f32; 3]]| {
+                let numbers = vectors.as_flattened().iter();
+                STANDARD.encode(numbers.flat_map(|number| number.to_le_bytes()).collect::<Vec<_>>())
+            };
+            let corners = pressed.triangles.as_flattened().iter();
+            let corners: Vec<u8> = corners.flat_map(|corner| corner.to_le_bytes()).collect();
+            let Pressed { ball_mm, deep_mm, .. } = pressed;
+            json["pressed"] = json!({
+                "title": format!("Pressed: a ball of {ball_mm} mm, {deep_mm:.2} mm deep, dark is 0"),
+                "instead_of": pressed.instead_of,
+                "positions": floats(&pressed.positions_mm),
+                "normals": floats(&pressed.normals),
+                "colors": STANDARD.encode(pressed.colors.as_flattened()),
+                "triangles": STANDARD.encode(corners),
+            });
+        }
+        json
+    }
+}
+
+/// Thousandths are enough for lines.
+fn micrometres(mm: f64) -> f64 {
+    (mm * 1e3).round() / 1e3 + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_ends_the_element_and_the_licence_stays() {
+        let title = "</script><b>".to_owned();
+        let model = Model { title, glb: vec![0; 4], rays: None, pressed: None };
+        let section = model.section();
+        assert_eq!(section.matches("</script").count(), 1, "{section}");
+        assert!(SCRIPT.contains("Permission is hereby granted") && !SCRIPT.contains("</script"));
+    }
+}

@@ -4,24 +4,57 @@ use fabkit_geometry::{Action, Assembly, Body, Curing, Sensor, Sort};
 
 use crate::finding::{Finding, Rule};
 
+/// What a liquid touches and must be kept from.
+#[derive(Clone, Copy, Debug)]
+pub struct Hazard<'a> {
+    /// The step that pours or sprays it, by its place in the chain.
+    pub step: usize,
+    /// What it becomes.
+    pub layer: &'a Body,
+    /// What it touches.
+    pub wall: &'a Body,
+    /// What happens.
+    pub harm: Harm,
+    /// The step that keeps it from happening, by its place in the chain; none where nobody does.
+    pub kept_off_in: Option<usize>,
+}
+
+/// What becomes of a liquid on a wall that nobody has prepared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Harm {
+    /// It stays sticky: the wall keeps this kind from curing.
+    Inhibits(Curing),
+    /// It becomes one piece with the wall, and one of them is to come off.
+    GrowsTogether,
+}
+
+/// All hazards, those that the chain has dealt with too, in the order of the chain.
+pub fn hazards(sensor: &Sensor) -> Vec<Hazard<'_>> {
+    contacts(sensor).filter_map(Contact::hazard).collect()
+}
+
 /// All findings, and how many faces of liquids were looked at.
 pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
-    let (mut findings, mut count) = (Vec::new(), 0);
-    for (index, step) in sensor.chain.iter().enumerate() {
-        let (layer, beside) = match &step.action {
-            Action::Pour(pour) => (&pour.layer, &pour.walls),
-            Action::Spray(spray) => (&spray.layer, &spray.onto),
-            _ => continue,
+    let open = contacts(sensor)
+        .filter_map(Contact::hazard)
+        .filter(|hazard| hazard.kept_off_in.is_none())
+        .map(|hazard| hazard.told().in_step(&sensor.chain[hazard.step].name));
+    (open.collect(), contacts(sensor).count())
+}
+
+fn contacts(sensor: &Sensor) -> impl Iterator<Item = Contact<'_>> {
+    sensor.chain.iter().enumerate().flat_map(move |(index, step)| {
+        let (layer, beside): (_, &[String]) = match &step.action {
+            Action::Pour(pour) => (Some(&pour.layer), &pour.walls),
+            Action::Spray(spray) => (Some(&spray.layer), &spray.onto),
+            _ => (None, &[]),
         };
-        let Some(layer) = sensor.body(layer) else { continue };
-        for wall in beside.iter().filter_map(|name| sensor.body(name)) {
-            count += 1;
-            let contact = Contact { sensor, index, layer, wall };
-            let found = contact.inhibited().or_else(|| contact.grown_together());
-            findings.extend(found.map(|finding| finding.in_step(&step.name)));
-        }
-    }
-    (findings, count)
+        let layer = layer.and_then(|name| sensor.body(name));
+        let walls = beside.iter().filter_map(|name| sensor.body(name));
+        layer.into_iter().flat_map(move |layer| {
+            walls.clone().map(move |wall| Contact { sensor, index, layer, wall })
+        })
+    })
 }
 
 /// A liquid, what it touches, and in which step.
@@ -32,69 +65,87 @@ struct Contact<'a> {
     wall: &'a Body,
 }
 
-impl Contact<'_> {
-    /// The wall keeps the liquid from curing.
-    fn inhibited(&self) -> Option<Finding> {
-        let (layer, wall) = (self.layer, self.wall);
-        let curing = layer.substance.cures?;
-        if !wall.substance.inhibits.contains(&curing) || self.is_sealed() {
-            return None;
-        }
-        let message = format!(
-            "{} of {} stays sticky against {} of {}, which keeps {} from curing",
-            layer.name,
-            layer.material,
-            wall.name,
-            stuff(wall),
-            curing.word()
-        );
-        let fix = match wall.sealed_by {
-            Some(by) => {
-                format!("say in a step before the pour that {} is sealed ({by})", wall.name)
+impl<'a> Contact<'a> {
+    /// The wall keeps the liquid from curing, or grows together with it.
+    fn hazard(self) -> Option<Hazard<'a>> {
+        let Self { index: step, layer, wall, .. } = self;
+        let told = |harm, kept_off_in| Hazard { step, layer, wall, harm, kept_off_in };
+        let inhibited = layer.substance.cures.filter(|c| wall.substance.inhibits.contains(c));
+        let inhibited = inhibited.map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
+        // What is not cured need not be released.
+        match inhibited {
+            Some(Hazard { kept_off_in: None, .. }) => inhibited,
+            _ if self.grows_together() => {
+                let grown = told(Harm::GrowsTogether, self.released_in());
+                inhibited.filter(|_| grown.kept_off_in.is_some()).or(Some(grown))
             }
-            None => format!(
-                "seal {} and say so in its material (`sealed {}`), or make it of something that does \
-                 not inhibit {}",
-                wall.name,
-                stuff(wall),
-                curing.word()
-            ),
-        };
-        Some(Finding::error(Rule::Chemistry, message, fix).of([wall.name.as_str(), &layer.name]))
+            _ => inhibited,
+        }
     }
 
     /// What seals the wall is said by its maker and by a step until now.
-    fn is_sealed(&self) -> bool {
-        let Some(by) = self.wall.sealed_by else { return false };
+    fn sealed_in(&self) -> Option<usize> {
+        let by = self.wall.sealed_by?;
         let mut until_now = self.sensor.chain[..=self.index].iter();
-        until_now.any(|step| step.instruction.to_lowercase().contains(by))
+        until_now.position(|step| step.instruction.to_lowercase().contains(by))
     }
 
     /// Silicone on cured silicone is one piece, unless release agent lies between them.
-    fn grown_together(&self) -> Option<Finding> {
-        let (layer, wall) = (self.layer, self.wall);
+    fn grows_together(&self) -> bool {
         let is_silicone = |body: &Body| {
             body.substance.sort == Some(Sort::Silicone)
                 && body.substance.cures != Some(Curing::Moisture)
         };
-        let both_stay = [layer, wall].into_iter().all(in_use);
-        if both_stay || !is_silicone(layer) || !is_silicone(wall) || self.is_released() {
-            return None;
-        }
-        let message = format!(
-            "{} of {} grows together with {} of {}: silicone sticks to silicone",
-            layer.name, layer.material, wall.name, wall.material
-        );
-        let fix = format!("spray {} with release agent, and say so in a step before", wall.name);
-        Some(Finding::error(Rule::Chemistry, message, fix).of([wall.name.as_str(), &layer.name]))
+        let both_stay = [self.layer, self.wall].into_iter().all(in_use);
+        !both_stay && is_silicone(self.layer) && is_silicone(self.wall)
     }
 
-    fn is_released(&self) -> bool {
-        let chain = self.sensor.chain[..=self.index].iter().enumerate();
-        chain.into_iter().any(|(at, step)| {
-            let is_meant = at == self.index || step.bodies.contains(&self.wall.name);
+    fn released_in(&self) -> Option<usize> {
+        let mut chain = self.sensor.chain[..=self.index].iter().enumerate();
+        let said = chain.find(|(at, step)| {
+            let is_meant = *at == self.index || step.bodies.contains(&self.wall.name);
             is_meant && step.instruction.to_lowercase().contains("release")
-        })
+        });
+        said.map(|(at, _)| at)
+    }
+}
+
+impl Hazard<'_> {
+    fn told(&self) -> Finding {
+        let Self { layer, wall, .. } = self;
+        let (message, fix) = match self.harm {
+            Harm::Inhibits(curing) => {
+                let message = format!(
+                    "{} of {} stays sticky against {} of {}, which keeps {} from curing",
+                    layer.name,
+                    layer.material,
+                    wall.name,
+                    stuff(wall),
+                    curing.word()
+                );
+                let fix = match wall.sealed_by {
+                    Some(by) => {
+                        format!("say in a step before the pour that {} is sealed ({by})", wall.name)
+                    }
+                    None => format!(
+                        "seal {} and say so in its material (`sealed {}`), or make it of something \
+                         that does not inhibit {}",
+                        wall.name,
+                        stuff(wall),
+                        curing.word()
+                    ),
+                };
+                (message, fix)
+            }
+            Harm::GrowsTogether => (
+                format!(
+                    "{} of {} grows together with {} of {}: silicone sticks to silicone",
+                    layer.name, layer.material, wall.name, wall.material
+                ),
+                format!("spray {} with release agent, and say so in a step before", wall.name),
+            ),
+        };
+        Finding::error(Rule::Chemistry, message, fix).of([wall.name.as_str(), &layer.name])
     }
 }
 

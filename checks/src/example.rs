@@ -71,6 +71,7 @@ pub fn puck() -> Sensor {
         mix: Mix {
             by_mass: vec![("A".into(), 1.0), ("B".into(), 1.0)],
             density_g_per_cm3: 1.0,
+            pot_life_h: None,
             degas: true,
         },
         waste: 0.1,

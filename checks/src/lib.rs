@@ -58,6 +58,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fabkit_geometry::{Loose, Sensor};
 use rayon::prelude::*;
 
+pub use chemistry::{Harm, Hazard, hazards};
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
 pub use memo::Memo;

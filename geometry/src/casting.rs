@@ -188,6 +188,8 @@ pub struct Mix {
     pub by_mass: Vec<(String, f64)>,
     /// Density of the mixture, g/cm^3.
     pub density_g_per_cm3: f64,
+    /// How long it can be worked with after mixing, h, where anybody says so.
+    pub pot_life_h: Option<f64>,
     /// Whether air is drawn out in a vacuum before pouring.
     pub degas: bool,
 }
@@ -222,6 +224,7 @@ impl Mix {
     /// let sylgard = Mix {
     ///     by_mass: vec![("A".into(), 10.0), ("B".into(), 1.0)],
     ///     density_g_per_cm3: 1.03,
+    ///     pot_life_h: Some(1.5),
     ///     degas: true,
     /// };
     /// let grams = sylgard.masses_g(1000.0, 0.1);

@@ -123,6 +123,17 @@ pub struct Substance {
     pub is_dark: Option<bool>,
     /// Refractive index for visible light, against vacuum.
     pub refractive_index: Option<f64>,
+    /// Where it gives way to heat.
+    pub softens: Option<Softens>,
+}
+
+/// The temperature at which a stiff material gives way under a small load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Softens {
+    /// Degrees Celsius.
+    pub celsius: f64,
+    /// Who says so, and by which test.
+    pub source: &'static str,
 }
 
 /// Two bodies that stick to each other wherever their faces meet.

@@ -19,9 +19,12 @@
 #![forbid(unsafe_code)]
 
 mod csv;
+mod extent;
 mod html;
 mod lists;
+mod outer;
 mod timeline;
+mod warnings;
 
 use fabkit_checks::{Batch, batches};
 use fabkit_geometry::{Action, Placement, Sensor, Step};
@@ -29,7 +32,9 @@ use serde::Serialize;
 
 pub use html::{Model, Pictures, Pressed, Rays, SeenRay};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
-pub use timeline::{Stretch, Timeline};
+pub use outer::Outer;
+pub use timeline::{Meanwhile, Series, Stretch, Timeline};
+pub use warnings::Warning;
 
 /// What a guide is asked for.
 #[derive(Clone, Copy)]
@@ -59,6 +64,8 @@ pub struct Guide {
     pub design_hash: String,
     /// How many are built.
     pub units: u32,
+    /// How large and heavy one is; `null` where nothing stands together.
+    pub outer: Option<Outer>,
     /// Parts to print, cut and etch.
     pub made: Vec<Made>,
     /// Pieces to buy.
@@ -67,6 +74,8 @@ pub struct Guide {
     pub liquids: Vec<Liquid>,
     /// What is mixed, step by step.
     pub mixes: Vec<Mixed>,
+    /// What to mind.
+    pub warnings: Vec<Warning>,
     /// What to do.
     pub steps: Vec<GuideStep>,
     /// When, for one unit.
@@ -94,6 +103,10 @@ pub struct Mixed {
     pub cure_h: f64,
     /// At how many degrees Celsius.
     pub cure_celsius: f64,
+    /// How long it can be worked with after mixing, h; `null` where its maker does not say.
+    pub pot_life_h: Option<f64>,
+    /// How long hands need with it, h: until the step is done in which it cures.
+    pub in_hand_h: f64,
 }
 
 /// Part of a mix.
@@ -146,6 +159,7 @@ impl Guide {
     /// A part that cannot be made.
     pub fn of(sensor: &Sensor, request: &Request<'_>) -> Result<Self, NoSuchPart> {
         let mixes = mixes(sensor, &batches(sensor), request.units);
+        let timeline = Timeline::of(sensor, request.units);
         Ok(Self {
             format: "fabkit-guide",
             version: 1,
@@ -154,12 +168,14 @@ impl Guide {
             reference: sensor.reference.clone(),
             design_hash: request.design_hash.to_owned(),
             units: request.units,
+            outer: outer::outer(sensor, request)?,
             made: lists::made(sensor, request)?,
             bought: lists::bought(sensor, request.units),
             liquids: lists::liquids(&mixes),
+            warnings: warnings::warnings(sensor, &mixes, &timeline),
             mixes,
             steps: sensor.chain.iter().enumerate().map(|(i, step)| told(sensor, i, step)).collect(),
-            timeline: Timeline::of(&sensor.chain),
+            timeline,
         })
     }
 
@@ -171,11 +187,16 @@ impl Guide {
 
 fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
     let of = |batch: &Batch| {
-        let step = sensor.chain.iter().position(|step| step.name == batch.step)? + 1;
+        let index = sensor.chain.iter().position(|step| step.name == batch.step)?;
+        let pot_life_h = match &sensor.chain[index].action {
+            Action::Pour(pour) => pour.mix.pot_life_h,
+            Action::Spray(spray) => spray.mix.pot_life_h,
+            _ => None,
+        };
         let layer = sensor.body(&batch.layer)?;
         let components = batch.components_g.iter();
         Some(Mixed {
-            step,
+            step: index + 1,
             layer: batch.layer.clone(),
             volume_mm3: batch.volume.value_mm3,
             waste: batch.waste,
@@ -186,6 +207,8 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
             degas: batch.degas,
             cure_h: batch.cure.hours,
             cure_celsius: batch.cure.celsius,
+            pot_life_h,
+            in_hand_h: warnings::in_hand_h(&sensor.chain, index),
         })
     };
     batches.iter().filter_map(of).collect()

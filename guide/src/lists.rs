@@ -9,9 +9,9 @@ use serde::Serialize;
 use crate::{Mixed, Request};
 
 /// Lines through each part: good to a percent for thin sheets, to some thousandths for the rest.
-const LINES: u32 = 20_000;
+pub(crate) const LINES: u32 = 20_000;
 
-const MM3_PER_CM3: f64 = 1e3;
+pub(crate) const MM3_PER_CM3: f64 = 1e3;
 
 /// A part that cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -244,6 +244,7 @@ impl Castable {
         Mix {
             by_mass: self.0.by_mass.clone(),
             density_g_per_cm3: self.0.figures.density.0,
+            pot_life_h: self.0.figures.pot_life.map(|Minutes(minutes)| minutes / 60.0),
             degas: self.0.figures.degas.unwrap_or(false),
         }
     }

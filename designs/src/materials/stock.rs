@@ -1,6 +1,6 @@
 //! What parts are made from and what is bought: stuff that is not cast, by words of its trade name.
 
-use fabkit_geometry::{Body, Curing, Shore, Sort, Substance};
+use fabkit_geometry::{Body, Curing, Shore, Softens, Sort, Substance};
 
 use super::{Castable, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity};
 
@@ -76,6 +76,37 @@ impl Stock {
     }
 }
 
+/// Words of a trade name, and where it softens then; the first row of which one word fits counts. Of families of
+/// plastics, the lowest figure among common makes.
+const SOFTENS: [(&[&str], f64, &str); 8] = [
+    (&["petg", "pet"], 68.0, "Prusa, data sheet of Prusament PETG: heat deflection at 0.45 MPa"),
+    (&["pla"], 55.0, "Prusa, data sheet of Prusament PLA: heat deflection at 0.45 MPa"),
+    (&["asa"], 93.0, "Prusa, data sheet of Prusament ASA: heat deflection at 0.45 MPa"),
+    (&["abs"], 80.0, "chosen: data sheets of ABS filaments name 80 to 98 C at 0.45 MPa"),
+    (
+        &["vero", "tango", "polyjet"],
+        45.0,
+        "Stratasys, data sheet of Vero: heat deflection at 0.45 MPa, 45 to 50 C",
+    ),
+    (
+        &["resin", "sla", "formlabs"],
+        58.0,
+        "Formlabs, data sheet of its standard resins: heat deflection at 0.45 MPa, 58 C before and 73 C after curing",
+    ),
+    (
+        &["acrylic", "pmma", "plexiglas"],
+        80.0,
+        "Evonik, data sheet of Plexiglas GS: permanent service temperature",
+    ),
+    (&["tpu"], 60.0, "chosen: data sheets of TPU filaments name Vicat temperatures from 60 C"),
+];
+
+fn softens(words: &[String]) -> Option<Softens> {
+    let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
+    let found = SOFTENS.iter().find(|(known, ..)| says(known));
+    found.map(|(_, celsius, source)| Softens { celsius: *celsius, source })
+}
+
 /// Words that say that nothing lies on it.
 const BARE: [&str; 4] = ["bare", "uncoated", "unsealed", "untreated"];
 
@@ -115,6 +146,7 @@ pub(super) fn substance(body: &Body) -> Substance {
         tears_mpa: Some(stock.bears_mpa),
         is_dark: is_dark(&words),
         refractive_index: stock.refractive_index,
+        softens: softens(&words),
         ..Substance::default()
     }
 }
@@ -145,6 +177,7 @@ pub(super) fn of_castable(castable: &Castable) -> Substance {
         viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
         is_dark: is_dark(&words(castable)),
         refractive_index: figures.refractive_index,
+        softens: None,
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use fabkit_report::escape;
 
 use super::{Pictures, image};
-use crate::Guide;
+use crate::{Guide, Outer};
 
 /// Letters of the design's hash that tell it from others at a glance.
 const HASH_SHOWN: usize = 12;
@@ -14,7 +14,7 @@ impl Guide {
     /// The cover, with jumps to those parts of the page that there are.
     pub(super) fn cover(&self, page: &str, pictures: &Pictures) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
-        for jump in ["Buy", "Make", "Mix", "Time", "Steps"] {
+        for jump in ["Buy", "Make", "Mix", "Mind", "Time", "Steps", "Calibrate"] {
             let id = jump.to_lowercase();
             if page.contains(&format!("id=\"{id}\"")) {
                 let _ = write!(body, "<a href=\"#{id}\">{jump}</a>");
@@ -35,21 +35,69 @@ impl Guide {
             ),
             ("After", self.reference.clone()),
             ("For", format!("{} {}", self.units, if self.units == 1 { "unit" } else { "units" })),
+            ("Size", self.outer.as_ref().map_or(String::new(), size)),
+            ("Mass", self.outer.as_ref().map_or(String::new(), mass)),
             ("Parts to make", self.made.iter().map(|part| part.quantity).sum::<u32>().to_string()),
             (
                 "Pieces to buy",
                 self.bought.iter().map(|piece| piece.quantity).sum::<u32>().to_string(),
             ),
             ("Steps", self.steps.len().to_string()),
-            (
-                "From parts to a cured unit",
-                format!("{:.0} h: {} days", self.timeline.total_h, self.timeline.days),
-            ),
+            ("From parts to a cured unit", self.working_time()),
+            ("Hands", self.hands()),
         ];
         body += "<dl>";
         for (term, text) in rows.iter().filter(|(_, text)| !text.is_empty()) {
             let _ = write!(body, "<dt>{term}</dt><dd>{}</dd>", escape(text));
         }
-        body + "</dl>\n</div>\n"
+        body += "</dl>\n</div>\n";
+        body + "<p class=\"sources\">Sizes, volumes and counts are those of the drawn bodies. Densities, pot lives and cures are \
+                those of makers' data sheets, mixing ratios of the design or its paper; hands-on times are chosen. Each step names \
+                its source, and <code>fabkit show</code> the source of every parameter.</p>\n"
+    }
+
+    fn working_time(&self) -> String {
+        let timeline = &self.timeline;
+        if timeline.total_h == 0.0 {
+            return String::new();
+        }
+        let one = format!("{:.0} h: {}", timeline.total_h, days(timeline.total_h));
+        match self.units {
+            1 => one,
+            units => {
+                let all_h = timeline.units.total_h;
+                format!("{one}; for {units} units {all_h:.0} h: {}", days(all_h))
+            }
+        }
+    }
+
+    fn hands(&self) -> String {
+        match (self.timeline.hands_h, self.units) {
+            (0.0, _) => String::new(),
+            (hours, 1) => format!("about {hours} h of it"),
+            (hours, units) => {
+                format!("about {hours} h; for {units} units {} h", self.timeline.units.hands_h)
+            }
+        }
+    }
+}
+
+fn days(hours: f64) -> String {
+    match (hours / 24.0).ceil() {
+        1.0 => "1 day".to_owned(),
+        days => format!("{days} days"),
+    }
+}
+
+fn size(outer: &Outer) -> String {
+    let [x, y, z] = outer.size_mm;
+    format!("{x:.1} × {y:.1} × {z:.1} mm (x, y, z of the assembly `{}`)", outer.assembly)
+}
+
+fn mass(outer: &Outer) -> String {
+    let known = format!("{:.1} g of solid parts and layers", outer.mass_g);
+    match outer.unweighed.len() {
+        0 => known,
+        _ => format!("{known}, without {}", outer.unweighed.join(", ")),
     }
 }

@@ -1,36 +1,115 @@
-//! What to mix.
+//! What to mix, and what to mind.
+
+use std::fmt::Write;
 
 use fabkit_report::escape;
 
-use super::table;
-use crate::{Guide, Mixed};
+use super::{steps, table};
+use crate::{Guide, Mixed, Warning};
 
 impl Guide {
     pub(super) fn mixtures(&self, body: &mut String) {
-        if self.mixes.is_empty() {
+        if !self.mixes.is_empty() {
+            *body += "<h2 id=\"mix\">What to mix</h2>\n";
+            let heads = [
+                "step",
+                "becomes",
+                "one batch",
+                "batches",
+                "volume + waste",
+                "air",
+                "pot life",
+                "in hand",
+                "cure",
+            ];
+            *body += &table(&heads, 3, self.mixes.iter().map(row));
+            *body += "<p>Weigh to 0.01 g, in the order of the table; stir slowly for as long as the maker says, and scrape the \
+                      cup's wall. A batch is mixed anew for each unit. Pot lives and cures are at 23 °C unless a row says \
+                      otherwise; below 18 °C both take longer.</p>\n";
+        }
+        self.mind(body);
+    }
+
+    fn mind(&self, body: &mut String) {
+        if self.warnings.is_empty() {
             return;
         }
-        *body += "<h2 id=\"mix\">What to mix</h2>\n";
-        let row = |mix: &Mixed| {
-            let components = mix.components.iter();
-            let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
-            let degas = if mix.degas { "degas" } else { "" };
-            let cure = match mix.cure_h {
-                0.0 => "with what follows".to_owned(),
-                hours => format!("{hours} h at {} °C", mix.cure_celsius),
-            };
+        *body += "<h2 id=\"mind\">What to mind</h2>\n";
+        let (done, open): (Vec<&Warning>, Vec<&Warning>) =
+            self.warnings.iter().partition(|warning| warning.dealt_with_in.is_some());
+        for (class, title, list) in [
+            ("warnings", "Left to you", open),
+            ("dealt-with", "What the steps deal with, so that nobody leaves it out", done),
+        ] {
+            if list.is_empty() {
+                continue;
+            }
+            let _ = write!(body, "<h3>{title}</h3>\n<ul class=\"{class}\">\n");
+            list.into_iter().for_each(|warning| told(body, warning));
+            *body += "</ul>\n";
+        }
+    }
+}
+
+fn row(mix: &Mixed) -> String {
+    let components = mix.components.iter();
+    let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
+    let degas = if mix.degas { "degas" } else { "" };
+    let cure = match mix.cure_h {
+        0.0 => "with what follows".to_owned(),
+        hours => format!("{hours} h at {} °C", mix.cure_celsius),
+    };
+    let pot_life = mix.pot_life_h.map_or("not stated".to_owned(), minutes);
+    format!(
+        "<td><a href=\"#step-{0}\">{0}</a></td><td class=\"word\">{1}</td><td class=\"word as-one\">{2}</td><td>{3}</td>\
+         <td>{4:.2} cm3 + {5:.0} %</td><td class=\"word\">{degas}</td><td class=\"as-one\">{pot_life}</td>\
+         <td class=\"as-one\">{6}</td><td>{cure}</td>",
+        mix.step,
+        escape(&mix.layer),
+        weighed.collect::<Vec<_>>().join("<br>"),
+        mix.batches,
+        mix.volume_mm3 / 1e3,
+        100.0 * mix.waste,
+        minutes(mix.in_hand_h),
+    )
+}
+
+/// Up to two hours in minutes.
+pub(super) fn minutes(hours: f64) -> String {
+    if hours <= 2.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours} h") }
+}
+
+fn told(body: &mut String, warning: &Warning) {
+    let _ = writeln!(
+        body,
+        "<li><strong>{}</strong>{}: {}. <em>{}.</em> <small>{}</small></li>",
+        escape(title(warning.rule)),
+        if warning.steps.is_empty() {
+            String::new()
+        } else {
             format!(
-                "<td><a href=\"#step-{0}\">{0}</a></td><td class=\"word\">{1}</td><td class=\"word as-one\">{2}</td><td>{3}</td>\
-                 <td>{4:.2} cm3 + {5:.0} %</td><td class=\"word\">{degas}</td><td>{cure}</td>",
-                mix.step,
-                escape(&mix.layer),
-                weighed.collect::<Vec<_>>().join("<br>"),
-                mix.batches,
-                mix.volume_mm3 / 1e3,
-                100.0 * mix.waste,
+                " (step{} {})",
+                if warning.steps.len() == 1 { "" } else { "s" },
+                steps(&warning.steps)
             )
-        };
-        let heads = ["step", "becomes", "one batch", "batches", "volume + waste", "air", "cure"];
-        *body += &table(&heads, 3, self.mixes.iter().map(row));
+        },
+        escape(&warning.why),
+        escape(&warning.do_this),
+        escape(&warning.source),
+    );
+}
+
+/// What a rule is called on the page.
+pub(super) fn title(rule: &str) -> &str {
+    match rule {
+        "inhibition" => "Cure inhibition",
+        "gloves" => "Gloves and cups",
+        "release" => "Release agent",
+        "primer" => "Primer",
+        "loose" => "Does not hold",
+        "heat" => "Heat",
+        "pot-life" => "Pot life",
+        "safety" => "Safety",
+        other => other,
     }
 }

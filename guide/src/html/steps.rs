@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use fabkit_report::escape;
 
+use super::mix::minutes;
 use super::{Pictures, image, name, table};
 use crate::{Guide, GuideStep, Need};
 
@@ -57,10 +58,25 @@ impl Guide {
         let mix = self.mixes.iter().find(|mix| mix.step == step.number).map(|mix| {
             let parts = mix.components.iter().map(|c| format!("{:.2} g {}", c.mass_g, c.name));
             let degas = if mix.degas { ", then draw the air out" } else { "" };
-            format!("{}{degas}", parts.collect::<Vec<_>>().join(" + "))
+            let pot_life = mix.pot_life_h.map_or(String::new(), |pot_life_h| {
+                format!(
+                    "; it can be worked for {}, and is in hand for {}",
+                    minutes(pot_life_h),
+                    minutes(mix.in_hand_h)
+                )
+            });
+            format!("{}{degas}{pot_life}", parts.collect::<Vec<_>>().join(" + "))
         });
         let stretch = &self.timeline.stretches[step.number - 1];
         let cures = stretch.end_h - stretch.hands_end_h;
+        let hands = match stretch.hands_end_h - stretch.start_h {
+            0.0 => String::new(),
+            hours => format!("about {}", minutes(hours)),
+        };
+        let following = self.timeline.stretches.get(step.number);
+        let next = following.map_or(String::new(), |next| {
+            format!("step {} from {} on", next.step, clock(next.start_h))
+        });
         let rows = [
             ("Together in", step.assembly.clone().unwrap_or_default()),
             ("Takes", step.needs.iter().map(needed).collect::<Vec<_>>().join(", ")),
@@ -71,7 +87,9 @@ impl Guide {
                 "Meanwhile",
                 step.during.map_or(String::new(), |number| format!("step {number} cures")),
             ),
+            ("Hands", hands),
             ("Then wait", if cures > 0.0 { format!("{cures} h") } else { String::new() }),
+            ("Next", next),
             ("Source", step.source.clone()),
         ];
         *body += "<dl>";
@@ -95,4 +113,10 @@ fn sentence(text: &str) -> String {
     let first = letters.next().map(|first| first.to_uppercase().to_string());
     let text = first.unwrap_or_default() + letters.as_str();
     if text.ends_with(['.', '!', '?']) { text } else { text + "." }
+}
+
+/// A time after the first step, as the chart counts days.
+fn clock(hours: f64) -> String {
+    let day = (hours / 24.0).floor();
+    format!("day {}, hour {:.1}", day + 1.0, hours - 24.0 * day)
 }

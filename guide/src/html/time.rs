@@ -19,6 +19,68 @@ impl Guide {
             self.timeline.total_h,
             escape(self.timeline.hands_on),
         );
+        *body += "<dl>";
+        for (term, text) in self.when() {
+            let _ = write!(body, "<dt>{term}</dt><dd>{text}</dd>");
+        }
+        *body += "</dl>\n";
+    }
+
+    /// The chart in words, as HTML.
+    fn when(&self) -> Vec<(&'static str, String)> {
+        let timeline = &self.timeline;
+        let link = |number: &usize| {
+            let name = escape(&self.steps[number - 1].name);
+            format!("<a href=\"#step-{number}\">{number} {name}</a>")
+        };
+        let cured = |number: &usize| {
+            let stretch = &timeline.stretches[number - 1];
+            match stretch.end_h - stretch.hands_end_h {
+                0.0 => link(number),
+                hours => format!("{} ({hours} h)", link(number)),
+            }
+        };
+        let list = |numbers: &[usize], of: &dyn Fn(&usize) -> String| {
+            numbers.iter().map(of).collect::<Vec<_>>().join(", ")
+        };
+        let waits = |number: &usize| {
+            let stretch = &timeline.stretches[number - 1];
+            stretch.end_h > stretch.hands_end_h
+        };
+        let curing: Vec<usize> = timeline.critical.iter().copied().filter(waits).collect();
+        let mut said = Vec::new();
+        if !curing.is_empty() {
+            said.push(("The build waits for", list(&curing, &cured)));
+        }
+        for meanwhile in &timeline.meanwhile {
+            let steps = list(&meanwhile.steps, &link);
+            said.push((
+                "Side by side",
+                format!("while {} cures: {steps}", link(&meanwhile.during)),
+            ));
+        }
+        said.push(("Hands", format!("about {} h for one unit", timeline.hands_h)));
+        let series = &timeline.units;
+        let next = match &series.waits_for {
+            Some(tool) => format!(
+                "{:.1} h after the one before, when {} is free again",
+                series.apart_h,
+                escape(tool)
+            ),
+            None => format!(
+                "{:.1} h after the one before, when the hands are free again",
+                series.apart_h
+            ),
+        };
+        said.push(("A further unit ends", next));
+        if series.count > 1 {
+            let all = format!(
+                "{:.0} h with one set of molds and tools, about {} h of it by hand",
+                series.total_h, series.hands_h
+            );
+            said.push(("All units", format!("{}: {all}", series.count)));
+        }
+        said
     }
 
     /// Pours and cures along time.

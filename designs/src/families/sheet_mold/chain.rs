@@ -42,6 +42,7 @@ fn red_water(waste: f64) -> Liquid {
     let mix = Mix {
         by_mass: vec![("water".into(), 100.0), ("red food dye".into(), 1.0)],
         density_g_per_cm3: 1.0,
+        pot_life_h: None,
         degas: true,
     };
     Liquid { mix, waste, cure: Cure { hours: 0.5, celsius: 23.0 } }

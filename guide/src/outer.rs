@@ -1,0 +1,102 @@
+//! How large and how heavy the finished thing is.
+
+use fabkit_geometry::measure::ray_volume;
+use fabkit_geometry::{Action, Assembly, Body, CompiledSolid, Kind, Sensor, Vector3};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::extent::extent;
+use crate::lists::{LINES, MM3_PER_CM3};
+use crate::{NoSuchPart, Request};
+
+/// Sizes and mass of what is built.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outer {
+    /// The assembly that is measured.
+    pub assembly: String,
+    /// Along x, y and z of the assembly's frame, mm.
+    pub size_mm: [f64; 3],
+    /// What parts and layers weigh together, solid through and through, g.
+    pub mass_g: f64,
+    /// What is not in that mass, by name: nobody knows its material's density.
+    pub unweighed: Vec<String>,
+}
+
+/// The finished sensor, or what a fixture's first assembly holds.
+pub(crate) fn assembly(sensor: &Sensor) -> Option<&str> {
+    let mut placed = sensor.bodies.iter().flat_map(|body| &body.placements);
+    let first = placed.clone().next();
+    let finished = placed.find(|place| place.assembly == Assembly::sensor());
+    finished.or(first).map(|place| place.assembly.0.as_str())
+}
+
+/// Density of a layer's mix, as its step states it, g/cm3.
+fn mixed(sensor: &Sensor, layer: &str) -> Option<f64> {
+    sensor.chain.iter().find_map(|step| match &step.action {
+        Action::Pour(pour) if pour.layer == layer => Some(pour.mix.density_g_per_cm3),
+        Action::Spray(spray) if spray.layer == layer => Some(spray.mix.density_g_per_cm3),
+        _ => None,
+    })
+}
+
+/// Measures it; `None` where nothing stands together.
+///
+/// # Errors
+/// A solid that is none.
+pub(crate) fn outer(sensor: &Sensor, request: &Request<'_>) -> Result<Option<Outer>, NoSuchPart> {
+    let Some(name) = assembly(sensor) else { return Ok(None) };
+    let here = |body: &&Body| body.placements.iter().any(|place| place.assembly.0 == name);
+    let bodies: Vec<&Body> = sensor.bodies.iter().filter(here).collect();
+    let weighed = |body: &&Body| -> Option<f64> {
+        match body.kind {
+            Kind::Bought => None,
+            Kind::Cast => mixed(sensor, &body.name).or((request.density)(&body.material)),
+            Kind::Made(_) => (request.density)(&body.material),
+        }
+    };
+    let densities: Vec<Option<f64>> = bodies.iter().map(weighed).collect();
+    let measured = bodies.par_iter().zip(&densities).map(|(body, density)| {
+        let solid = CompiledSolid::new(&body.solid)
+            .map_err(|source| NoSuchPart::Solid { body: body.name.clone(), source })?;
+        let places = body.placements.iter().filter(|place| place.assembly.0 == name);
+        let mut ends: [[f64; 2]; 3] = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        let mut count = 0.0;
+        for place in places {
+            count += 1.0;
+            let pose = place.assembly_from_body;
+            for (axis, end) in ends.iter_mut().enumerate() {
+                // Along the axis as the body sees it; what the pose shifts comes on top.
+                let along = Vector3::ith(axis, 1.0);
+                let shift = pose.translation_mm()[axis];
+                if let Some([low, high]) = extent(&solid, &pose.inverse().vector(along)) {
+                    *end = [end[0].min(low + shift), end[1].max(high + shift)];
+                }
+            }
+        }
+        let mass_g = match density {
+            None => None,
+            Some(density) => {
+                let volume = ray_volume(&solid, LINES)
+                    .map_err(|source| NoSuchPart::Volume { body: body.name.clone(), source })?;
+                Some(count * density * volume.value_mm3 / MM3_PER_CM3)
+            }
+        };
+        Ok((ends, mass_g))
+    });
+    let measured: Vec<_> = measured.collect::<Result<_, NoSuchPart>>()?;
+    let size = |axis: usize| {
+        let ends = measured.iter().map(|(ends, _)| ends[axis]);
+        let [low, high] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |sum, end| {
+            [sum[0].min(end[0]), sum[1].max(end[1])]
+        });
+        (high - low).max(0.0)
+    };
+    let masses = bodies.iter().zip(&measured);
+    let unweighed = masses.filter(|(_, (_, mass_g))| mass_g.is_none());
+    Ok(Some(Outer {
+        assembly: name.to_owned(),
+        size_mm: [size(0), size(1), size(2)],
+        mass_g: measured.iter().filter_map(|(_, mass_g)| *mass_g).sum(),
+        unweighed: unweighed.map(|(body, _)| body.name.clone()).collect(),
+    }))
+}

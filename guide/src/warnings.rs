@@ -1,0 +1,75 @@
+//! What goes wrong in a lab, and why not here: rules over what is poured, on what, and how warm.
+//!
+//! What the design has dealt with is said too, with the step that deals with it: whoever leaves that step out
+//! should know what for.
+
+mod liquids;
+mod safety;
+
+pub(crate) use liquids::in_hand_h;
+
+use fabkit_geometry::Sensor;
+use serde::Serialize;
+
+use crate::{Mixed, Timeline};
+
+/// One thing to mind.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Warning {
+    /// `inhibition`, `gloves`, `release`, `primer`, `loose`, `heat`, `pot-life` or `safety`.
+    pub rule: &'static str,
+    /// Numbers of the steps in which it matters.
+    pub steps: Vec<usize>,
+    /// Layers and parts that it is about, by name.
+    pub bodies: Vec<String>,
+    /// What happens, and why.
+    pub why: String,
+    /// What to do.
+    pub do_this: String,
+    /// Who says so.
+    pub source: String,
+    /// The number of the step that deals with it; `null` where it is left to the reader.
+    pub dealt_with_in: Option<usize>,
+}
+
+impl Warning {
+    fn new(rule: &'static str, why: impl Into<String>, do_this: impl Into<String>) -> Self {
+        Self {
+            rule,
+            steps: Vec::new(),
+            bodies: Vec::new(),
+            why: why.into(),
+            do_this: do_this.into(),
+            source: String::new(),
+            dealt_with_in: None,
+        }
+    }
+
+    fn in_steps(self, steps: impl IntoIterator<Item = usize>) -> Self {
+        Self { steps: steps.into_iter().collect(), ..self }
+    }
+
+    fn of<'a>(self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
+        Self { bodies: bodies.into_iter().map(str::to_owned).collect(), ..self }
+    }
+
+    fn from(self, source: impl Into<String>) -> Self {
+        Self { source: source.into(), ..self }
+    }
+
+    fn dealt_with(self, step: Option<usize>) -> Self {
+        Self { dealt_with_in: step, ..self }
+    }
+}
+
+/// All of them: what is left to the reader first, each group in the order of the steps.
+pub(crate) fn warnings(sensor: &Sensor, mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
+    let mut all = liquids::on_walls(sensor);
+    all.extend(liquids::primers(sensor));
+    all.extend(liquids::heat(sensor));
+    all.extend(liquids::pot_lives(mixes, timeline));
+    all.extend(liquids::gloves(sensor));
+    all.extend(safety::handling(sensor));
+    all.sort_by_key(|warning| (warning.dealt_with_in.is_some(), warning.steps.first().copied()));
+    all
+}

@@ -49,6 +49,7 @@ mod printability;
 mod scene;
 mod seen;
 mod sight;
+mod slicing;
 mod softness;
 mod standing;
 mod waiting;
@@ -66,6 +67,7 @@ pub use printability::{
     PrintLimits, machine_limits, part_limits, print_limits, printability, thinnest_wall,
 };
 pub use scene::InvalidBody;
+pub use slicing::{Chosen, PrintSettings, print_settings};
 
 use scene::Assemblies;
 

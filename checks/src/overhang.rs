@@ -66,7 +66,20 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
+/// What hangs over as a part lies on its bed, whatever its notes say; nothing of a part of a process whose
+/// supports are nothing to speak of.
+///
+/// # Errors
+/// A solid that is none.
+pub(crate) fn hanging(part: &Body) -> Result<Option<Finding>, InvalidBody> {
+    Limits::of(part).map_or(Ok(None), |limits| measured(part, limits))
+}
+
 fn of_part(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
+    if says_supports(part) { Ok(None) } else { measured(part, limits) }
+}
+
+fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
     let on_bed = without_letters(&part.solid).placed(part.bed_from_body);
     let body = CompiledSolid::new(&on_bed).map_err(invalid)?;
@@ -104,9 +117,6 @@ fn of_part(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> 
     let hanging = regions.iter().filter_map(|region| Some((region, region.hangs?)));
     let largest = hanging.clone().max_by(|a, b| a.0.area_mm2.total_cmp(&b.0.area_mm2));
     let Some((worst, ([x, y], z_mm))) = largest else { return Ok(None) };
-    if says_supports(part) {
-        return Ok(None);
-    }
     let area_mm2: f64 = hanging.clone().map(|(region, _)| region.area_mm2).sum();
     let steepest = hanging.map(|(region, _)| region.steepest_deg).fold(0.0, f64::max);
     let place = Point3::new(at(0, x), at(1, y), z_mm);

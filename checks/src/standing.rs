@@ -52,6 +52,14 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
+/// Why a part of filament may topple without a brim, whatever its notes say.
+///
+/// # Errors
+/// A solid that is none.
+pub(crate) fn unsteady(part: &Body) -> Result<Option<Finding>, InvalidBody> {
+    Ok(standing(part)?.and_then(|standing| standing.topples(part)))
+}
+
 /// From where to where a line upwards is inside a part, mm above the bed.
 type Column = Vec<[f64; 2]>;
 
@@ -65,15 +73,18 @@ struct Standing {
 }
 
 fn of_part(part: &Body) -> Result<Vec<Finding>, InvalidBody> {
-    let invalid = |source| InvalidBody { body: part.name.clone(), source };
-    let solid = without_letters(&part.solid).placed(part.bed_from_body);
-    let body = CompiledSolid::new(&solid).map_err(invalid)?;
-    let Some(standing) = Standing::of(&body) else { return Ok(Vec::new()) };
+    let Some(standing) = standing(part)? else { return Ok(Vec::new()) };
     let found = match part.process() {
-        Some(Process::Fdm) => standing.topples(part),
+        Some(Process::Fdm) => standing.topples(part).filter(|_| !says(part, &["brim", "raft"])),
         _ => standing.holds_resin(part),
     };
     Ok(found.into_iter().collect())
+}
+
+fn standing(part: &Body) -> Result<Option<Standing>, InvalidBody> {
+    let invalid = |source| InvalidBody { body: part.name.clone(), source };
+    let solid = without_letters(&part.solid).placed(part.bed_from_body);
+    Ok(Standing::of(&CompiledSolid::new(&solid).map_err(invalid)?))
 }
 
 impl Standing {
@@ -122,7 +133,7 @@ impl Standing {
         let area_mm2 = foot.len() as f64 * self.cell_mm * self.cell_mm;
         let places: Vec<[f64; 2]> = foot.iter().map(|i| self.point(*i, 0.0).xy().into()).collect();
         let width_mm = least_width(&places) + self.cell_mm;
-        if self.height_mm < LOW_MM || says(part, &["brim", "raft"]) {
+        if self.height_mm < LOW_MM {
             return None;
         }
         let place = foot.first().map(|i| part.bed_from_body.inverse().point(self.point(*i, 0.0)));

@@ -1,10 +1,16 @@
-//! 3MF: named, coloured objects with units (3MF Core Specification 1.4).
+//! 3MF: named, coloured objects with units (3MF Core Specification 1.4), with a picture, and with what slicers
+//! are told of each object.
+
+mod slicers;
+mod thumbnail;
 
 use std::fmt::Write as _;
 
 use fabkit_mesh::PrintMesh;
 
 use crate::{ExportError, VERSION, opc};
+
+pub use slicers::SlicerSettings;
 
 /// Qualifies fabkit's own metadata, as section 3.4.1 of the specification demands.
 const METADATA_NAMESPACE: &str = "urn:fabkit:metadata:1";
@@ -16,6 +22,8 @@ const CONTENT_TYPES: &str = concat!(
     r#"ContentType="application/vnd.openxmlformats-package.relationships+xml"/>"#,
     r#"<Default Extension="model" "#,
     r#"ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>"#,
+    r#"<Default Extension="png" ContentType="image/png"/>"#,
+    r#"<Default Extension="config" ContentType="application/xml"/>"#,
     "</Types>\n",
 );
 
@@ -24,6 +32,8 @@ const RELATIONSHIPS: &str = concat!(
     r#"<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">"#,
     r#"<Relationship Id="rel0" Target="/3D/3dmodel.model" "#,
     r#"Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>"#,
+    r#"<Relationship Id="rel1" Target="/Metadata/thumbnail.png" "#,
+    r#"Type="http://schemas.openxmlformats.org/package/2006/relationships/metadata/thumbnail"/>"#,
     "</Relationships>\n",
 );
 
@@ -47,6 +57,10 @@ pub struct Object<'a> {
     pub color: [u8; 3],
     /// Where it lies, mm; the specification asks for coordinates that are not negative.
     pub mesh: &'a PrintMesh,
+    /// What its slicer is told; nothing of what takes its settings from elsewhere.
+    pub settings: Option<SlicerSettings>,
+    /// What people are told of these settings, and why they are so.
+    pub about: &'a str,
 }
 
 /// Writes a 3MF file with one build item per object, mm, without transforms.
@@ -81,11 +95,15 @@ fn package(
         return Err(ExportError::Nothing);
     }
     let model = model_xml(document, objects, piece);
-    let parts = [
+    let thumbnail = thumbnail::png_of(objects)?;
+    let configs = slicers::configs(objects, piece);
+    let mut parts = vec![
         ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
         ("_rels/.rels", RELATIONSHIPS.as_bytes()),
         ("3D/3dmodel.model", model.as_bytes()),
+        ("Metadata/thumbnail.png", &thumbnail),
     ];
+    parts.extend(configs.iter().map(|(name, text)| (*name, text.as_bytes())));
     opc::archive(&parts)
 }
 
@@ -102,6 +120,12 @@ fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> Str
     xml.put(r#"xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" "#);
     xml.line(&format!(r#"xmlns:fabkit="{METADATA_NAMESPACE}">"#));
     xml.metadata("Title", document.title);
+    let mut about: Vec<&str> = objects.iter().map(|object| object.about).collect();
+    about.retain(|text| !text.is_empty());
+    about.dedup();
+    if !about.is_empty() {
+        xml.metadata("Description", &about.join(" "));
+    }
     xml.metadata("Application", &format!("fabkit {VERSION}"));
     xml.metadata("fabkit:DesignHash", document.design_hash);
     xml.line("<resources>");

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Pose, Reach, Solid, Substance};
+use crate::{Pose, Reach, SliceAdvice, Solid, Substance};
 
 /// How a part is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -201,6 +201,8 @@ pub struct Machine {
     pub overhang_deg: Option<f64>,
     /// Widest gap that it spans without support, mm.
     pub bridge_mm: Option<f64>,
+    /// What its owner tells the slicer of all parts made on it.
+    pub slicing: SliceAdvice,
     /// What differs from how the part is usually made, for whoever makes it.
     pub note: String,
 }
@@ -280,6 +282,8 @@ pub struct Body {
     pub bed_from_body: Pose,
     /// What to mind when making it.
     pub notes: Vec<String>,
+    /// What its slicer is told, beside what follows from what it is for.
+    pub slicing: SliceAdvice,
     /// What it is made on, if that is not just any machine for its process.
     pub machine: Option<Machine>,
     /// Linear shrinkage of what is cast in it, 0 for everything but molds: exported copies, and only
@@ -320,6 +324,7 @@ impl Body {
             gives_way: false,
             bed_from_body: Pose::identity(),
             notes: Vec::new(),
+            slicing: SliceAdvice::default(),
             machine: None,
             shrinkage: 0.0,
             genus: is_counted.then_some(0),

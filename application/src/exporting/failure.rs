@@ -1,5 +1,6 @@
 //! Why there is nothing to write.
 
+use fabkit_checks::InvalidBody;
 use fabkit_export::ExportError;
 use fabkit_geometry::{NotASheet, Shells};
 use fabkit_mesh::{MeshError, Shell};
@@ -146,6 +147,9 @@ pub enum ExportFailure {
         /// Why.
         source: ExportError,
     },
+    /// A solid that no rule can be applied to.
+    #[error(transparent)]
+    Examined(#[from] InvalidBody),
     /// Bodies that no light can be followed through.
     #[error(transparent)]
     Light(#[from] InvalidStack),

@@ -8,6 +8,7 @@ mod light;
 mod options;
 mod pieces;
 mod plates;
+mod printing;
 mod profiled;
 mod sheets;
 mod stock;
@@ -141,6 +142,8 @@ struct Meshed<'a> {
     figures: MeshFigures,
     compensation: Compensation,
     sheet: Option<CutSheet>,
+    /// What its slicer is told, where a 3MF file is asked for.
+    told: printing::Told,
 }
 
 /// A file and what the manifest says about it besides its content.
@@ -178,8 +181,13 @@ pub fn export(
         .map(|piece| {
             // Not after others have made too many already.
             limit_triangles(triangles.load(Ordering::Relaxed))?;
-            let meshed =
+            let mut meshed =
                 piece.meshed(options).map_err(|failure| topology::by_values(failure, design))?;
+            if options.formats.contains(&Format::ThreeMf) {
+                for one in &mut meshed {
+                    one.told = printing::told(sensor, one.body)?;
+                }
+            }
             let more = meshed.iter().map(|body| body.figures.triangles).sum::<usize>();
             limit_triangles(more + triangles.fetch_add(more, Ordering::Relaxed))?;
             let mut files = Vec::new();
@@ -318,7 +326,8 @@ fn measured<'a>(
             Pose::translation(x, y, z).then_in(*bed_from_body)
         }
     });
-    Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet })
+    let told = printing::Told::default();
+    Ok(Meshed { body, lying, print, file_from_part, figures, compensation, sheet, told })
 }
 
 impl Meshed<'_> {
@@ -373,7 +382,7 @@ fn part_files<'a>(
         let bytes = match format {
             Format::Stl => fabkit_export::stl(&body.name, &meshed.print).map_err(failed)?,
             Format::ThreeMf => {
-                let objects = [object(body, &meshed.print)];
+                let objects = [object(meshed, &meshed.print)];
                 fabkit_export::three_mf(document, &objects).map_err(failed)?
             }
             Format::Dxf | Format::Svg => match &meshed.sheet {
@@ -422,8 +431,10 @@ fn part_files<'a>(
     formats.filter_map(|&format| make(format).transpose()).collect()
 }
 
-fn object<'a>(body: &'a Body, mesh: &'a PrintMesh) -> Object<'a> {
-    Object { name: &body.name, material: &body.material, color: body.color, mesh }
+fn object<'a>(meshed: &'a Meshed, mesh: &'a PrintMesh) -> Object<'a> {
+    let Meshed { body, told, .. } = meshed;
+    let (name, material, settings) = (&body.name, &body.material, told.settings);
+    Object { name, material, color: body.color, mesh, settings, about: &told.about }
 }
 
 fn assemble(

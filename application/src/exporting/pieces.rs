@@ -95,7 +95,7 @@ impl<'a> Piece<'a> {
         let name = Format::ThreeMf.file_name(&group.name);
         let title = format!("{title}: {}", group.name);
         let document = Document { title: &title, design_hash: hash };
-        let objects: Vec<_> = meshed.iter().map(|m| object(m.body, &m.print)).collect();
+        let objects: Vec<_> = meshed.iter().map(|m| object(m, &m.print)).collect();
         let bytes = fabkit_export::three_mf_of_one_piece(document, &group.name, &objects)
             .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
         let file = OutputFile { name, bytes };

@@ -77,7 +77,7 @@ fn plates_of(
 
         let bodies = || here.iter().map(|spot| &copies[spot.item].body);
         let objects: Vec<Object> =
-            bodies().zip(&placed).map(|(body, mesh)| object(body, mesh)).collect();
+            here.iter().zip(&placed).map(|(spot, mesh)| object(copies[spot.item], mesh)).collect();
         let heading = format!("{}: {title}", design.sensor.title);
         let document = Document { title: &heading, design_hash: hash };
         let name = Format::ThreeMf.file_name(&title);

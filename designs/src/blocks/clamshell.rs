@@ -168,6 +168,7 @@ impl<'a> Clamshell<'a> {
             .from(&self.shell.material)
             .colored(color(&self.shell.material))
             .note("standing as in use, no supports: what overhangs inside is at most 2 mm wide")
+            .with_supports(false)
             .with_handles(1)
             .cut(self.joint().held().unmarked())
     }
@@ -186,6 +187,7 @@ impl<'a> Clamshell<'a> {
             .from(&self.base.material)
             .colored(color(&self.base.material))
             .note("floor down, no supports: the screws' seats are short bridges")
+            .with_supports(false)
             .note("the gripper's M3 screws cut their threads into the floor")
             .cut(self.joint().sunk(SHELF_MM, sunk, self.snug_mm).unmarked())
             .cut(self.mounting().held_through())

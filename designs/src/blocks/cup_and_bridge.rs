@@ -181,6 +181,7 @@ impl<'a> CupAndBridge<'a> {
             turned.named(format!("pour window {}", i + 1))
         });
         Self::tool(name, Solid::revolution(outline), "sleeve up, no supports")
+            .with_supports(false)
             .with_handles(1)
             .cut(holes(windows).with_handles(POUR_WINDOWS as i32))
             .cut(self.joint().passed(plate, 0.0).unmarked()) // A pan head lies on it.

@@ -7,7 +7,7 @@ mod applying;
 mod assigning;
 mod making;
 
-use fabkit_geometry::{Angle, Length, Machine, Process};
+use fabkit_geometry::{Angle, Length, Machine, Process, SliceAdvice};
 
 use crate::{Fit, choices, parameters};
 
@@ -104,6 +104,14 @@ parameters! {
         overhang: Option<Angle> = 0.0..=90.0,
         /// Widest gap between two walls that it spans without support.
         bridge: Option<Length> = 0.0..=200.0,
+        /// Lines side by side along each outline; told to the slicer.
+        perimeters: Option<u32> = 1..=20,
+        /// How much of the inside is filled: 0.2 for a fifth; told to the slicer.
+        infill: Option<f64> = 0.0..=1.0,
+        /// Whether parts are printed with supports, whatever hangs over; told to the slicer.
+        supports: Option<bool>,
+        /// Width of the brim, 0 mm for none; told to the slicer.
+        brim: Option<Length> = 0.0..=50.0,
         /// Room for a part.
         bed: Room,
         /// Where the figures come from.
@@ -153,6 +161,14 @@ impl Recipe {
             overhang_deg: figures.overhang.map(Angle::deg),
             bridge_mm: figures.bridge.map(Length::mm),
             bed_mm: [room.width, room.depth, room.height].map(|side| side.map(Length::mm)),
+            slicing: SliceAdvice {
+                layer_mm: figures.layer_height.map(Length::mm),
+                line_mm: figures.line_width.map(Length::mm),
+                perimeters: figures.perimeters,
+                infill_percent: figures.infill.map(|share| 100.0 * share),
+                supports: figures.supports,
+                brim_mm: figures.brim.map(Length::mm),
+            },
             note: String::new(),
         }
     }

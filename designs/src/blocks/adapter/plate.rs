@@ -38,6 +38,7 @@ impl Plan<'_> {
             .colored(BLACK)
             .lying(flipped())
             .note("the sensor's side down, no supports")
+            .with_supports(false)
             .cut(self.screws.sunk(self.thickness_mm, sunk_mm, SINK_MM).unmarked());
         let ways = self.ways(reach_mm + 1.0);
         let plate = if ways.is_empty() { plate } else { plate.cut(holes(ways)) };

@@ -21,6 +21,9 @@ const WINDOW_MARGIN_MM: f64 = 1.0;
 /// Widest upper edge of a window that every filament printer spans without supports, mm.
 const LONGEST_BRIDGE_MM: f64 = 10.0;
 
+/// Brim under a rounded rim, which touches the bed in a line, mm; chosen: as wide as the rim's edge is high.
+const RIM_BRIM_MM: f64 = 5.0;
+
 /// Poses on strips' backs: z axis towards the sensor's axis, y axis up.
 pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
     let degrees = |deg: f64| Angle::from_deg(deg).expect("finite");
@@ -104,10 +107,12 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         .colored(BLACK)
         .lying(flipped())
         .note("plate side down, no supports: the ledges overhang about 1 mm")
+        .with_supports(false)
         .note("matt black filament; stray light blurs the shadows")
         .notes(is_round.then_some(
             "the rounded rim lies on the bed: print it on a brim and smooth its lowest layers",
         ))
+        .on_brim(if is_round { RIM_BRIM_MM } else { 0.0 })
         // The chamber goes through; everything else is open to it or blind.
         .with_handles(1)
         .cut(Joints::new(p, layout).casing.held().unmarked())
@@ -144,6 +149,7 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
              break out of it from inside and outside"
         ),
     })
+    .with_supports(width > LONGEST_BRIDGE_MM)
     .note("the gripper's M3 screws cut their threads into the floor")
     .with_handles(1) // The plug's window.
     .cut(joints.casing.sunk(layout.joint_z_mm - head_z, head_z - bottom, gap).unmarked())

@@ -40,6 +40,8 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
         .colored(BLACK)
         .lying(flipped())
         .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
+        .in_layers(0.12)
+        .with_supports(false)
         .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
         .with_handles(1)
         .cut(Joints::new(p, layout).shell_base.passed(through, gap))

@@ -82,6 +82,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> 
     .colored(MOLD_BLUE)
     .lying(Pose::rotation_y(Angle::from_deg(90.0 * outwards).expect("finite")))
     .note("parting face up, 0.12 mm layers; sand and seal the cavity")
+    .in_layers(0.12)
     .note(match which {
         Half::A => "press the dowels in; they stay here",
         Half::B => "must slide onto the dowels of half a by hand",

@@ -71,6 +71,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
         .placed(gripped.map(|a| a.in_place().lifted(-55.0)))
         .colored(TOOL_GREY)
         .note("handle down, plug up, no supports")
+        .with_supports(false)
         .note("put the O-ring on dry")
         .with_handles(1)
 }
@@ -159,6 +160,7 @@ pub fn tube_jig(p: &Dome, layout: &Layout) -> Body {
         .colored(TOOL_GREY)
         .lying(flipped())
         .note("floor down, no supports; check its depth with a calliper: it is the tube's length")
+        .with_supports(false)
 }
 
 /// Container for the black mixture, and the holder that hangs a module into it by its connector.

@@ -66,10 +66,12 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         // The spigot down: cone, posts and both bayonets then print without support.
         .lying(flipped())
         .note("print with the spigot down, without support")
+        .with_supports(false)
         .note(
             "a tall part on a narrow ring: print it on a brim 8 mm wide, slowly where it is narrow, \
              and trim the brim off the spigot's edge",
         )
+        .on_brim(8.0)
         .note("paint the shaft's inside matt black if the filament is bright")
         // The bore for the light, and the slot for the cable.
         .with_handles(2)

@@ -181,7 +181,8 @@ pub fn bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
         .from(&p.body.material)
         .placed([SENSOR.at(turn).lifted(-46.0)])
         .colored(WHITE)
-        .note("print it standing on its floor, as it stands in use, without support");
+        .note("print it standing on its floor, as it stands in use, without support")
+        .with_supports(false);
     let c = &p.controller;
     let text = format!(
         "{}, {} x {} x {} mm, wires soldered in place of its pins",

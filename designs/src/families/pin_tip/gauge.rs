@@ -71,5 +71,6 @@ pub fn gauge(p: &PinTip, layout: &Layout) -> Body {
         .colored(TOOL_GREY)
         .lying(flipped())
         .note("print on the target, legs up, without support")
+        .with_supports(false)
         .with_handles(places.len() as i32)
 }

@@ -1,0 +1,66 @@
+//! What slicers are told of parts.
+
+use fabkit_checks::{Chosen, PrintSettings, print_settings};
+use fabkit_export::SlicerSettings;
+use fabkit_geometry::{Body, Process, Sensor};
+
+use super::ExportFailure;
+
+/// Settings of a part, and their reasons for people.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Told {
+    pub settings: Option<SlicerSettings>,
+    pub about: String,
+}
+
+/// What the slicer of a part is told.
+///
+/// # Errors
+/// [`ExportFailure::Examined`] if its solid is none.
+pub(super) fn told(sensor: &Sensor, body: &Body) -> Result<Told, ExportFailure> {
+    let about = match (print_settings(sensor, body)?, body.process()) {
+        (Some(settings), _) => {
+            let about = format!("{}: {}.", body.name, reasons(&settings));
+            return Ok(Told { settings: Some(slicer(&settings)), about });
+        }
+        (None, Some(process @ (Process::Sla | Process::PolyJet))) => format!(
+            "{}: no settings, because layers, exposure and supports of {process} are the resin's and the \
+             printer's.",
+            body.name
+        ),
+        _ => String::new(),
+    };
+    Ok(Told { settings: None, about })
+}
+
+fn slicer(settings: &PrintSettings) -> SlicerSettings {
+    SlicerSettings {
+        layer_mm: settings.layer_mm.value,
+        perimeters: settings.perimeters.value,
+        solid_layers: settings.solid_layers.value,
+        infill_percent: settings.infill_percent.value,
+        supports: settings.supports.value,
+        brim_mm: settings.brim_mm.value,
+    }
+}
+
+/// All settings, each with its reason.
+fn reasons(settings: &PrintSettings) -> String {
+    fn because<T>(what: String, chosen: &Chosen<T>) -> String {
+        format!("{what} ({})", chosen.why)
+    }
+    let supports = if settings.supports.value { "supports" } else { "no supports" };
+    let brim = match settings.brim_mm.value {
+        0.0 => "no brim".to_owned(),
+        mm => format!("brim {mm} mm"),
+    };
+    [
+        because(format!("layers {} mm", settings.layer_mm.value), &settings.layer_mm),
+        because(format!("{} perimeters", settings.perimeters.value), &settings.perimeters),
+        because(format!("{} solid layers", settings.solid_layers.value), &settings.solid_layers),
+        because(format!("infill {} %", settings.infill_percent.value), &settings.infill_percent),
+        because(supports.to_owned(), &settings.supports),
+        because(brim, &settings.brim_mm),
+    ]
+    .join("; ")
+}

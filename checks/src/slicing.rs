@@ -1,0 +1,221 @@
+//! How parts of filament are sliced: what their notes, their printers and the rules say, each with its reason.
+
+use fabkit_geometry::{Action, Assembly, Body, Process, Sensor};
+
+use crate::scene::InvalidBody;
+use crate::{overhang, standing};
+
+/// Half the width of the usual nozzle of 0.4 mm, which is how most printers' own profiles print, mm.
+const LAYER_MM: f64 = 0.2;
+
+/// What is cast shows the layers of its mold, mm; chosen: the finest that usual printers make without
+/// taking twice as long, and what the dome's molds note.
+const MOLD_LAYER_MM: f64 = 0.12;
+
+/// Line of a nozzle of 0.4 mm as PrusaSlicer and OrcaSlicer lay it, mm.
+const LINE_MM: f64 = 0.45;
+
+/// Closed above and below, mm: what PrusaSlicer's own profiles ask for at least is 0.7.
+const SKIN_MM: f64 = 0.8;
+
+/// Brim of what may topple, and of what warps, mm; chosen: as PrusaSlicer's own profiles have it for those
+/// who ask for a brim.
+const BRIM_MM: f64 = 5.0;
+
+/// Filaments that lift their corners from the bed while they cool; their makers advise a brim.
+const WARPING: [&str; 4] = ["ABS", "ASA", "PA", "PC"];
+
+/// A setting and why it is so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen<T> {
+    /// What the slicer is told.
+    pub value: T,
+    /// Why, in words.
+    pub why: String,
+}
+
+/// What the slicer of a part of filament is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrintSettings {
+    /// Height of a layer, mm.
+    pub layer_mm: Chosen<f64>,
+    /// Width of a line that masses and times are estimated with, mm; the slicer takes the printer's own.
+    pub line_mm: f64,
+    /// Lines side by side along each outline.
+    pub perimeters: Chosen<u32>,
+    /// Solid layers below, and as many above.
+    pub solid_layers: Chosen<u32>,
+    /// How much of the inside is filled, %.
+    pub infill_percent: Chosen<f64>,
+    /// Whether supports are printed.
+    pub supports: Chosen<bool>,
+    /// Width of the brim, mm; 0 for none.
+    pub brim_mm: Chosen<f64>,
+}
+
+/// What a part is for, as far as slicing goes.
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    /// Something is cast in it, and it comes off.
+    Mold,
+    /// It stays in the sensor.
+    Sensor,
+    /// All else.
+    Tool,
+}
+
+impl Role {
+    fn of(sensor: &Sensor, part: &Body) -> Self {
+        let place = Assembly::sensor();
+        if part.placements.iter().any(|placed| placed.assembly == place) {
+            return Self::Sensor;
+        }
+        let is_wall = sensor.chain.iter().any(|step| match &step.action {
+            Action::Pour(pour) => pour.walls.contains(&part.name),
+            _ => false,
+        });
+        if is_wall { Self::Mold } else { Self::Tool }
+    }
+}
+
+/// How a part is sliced; nothing of what is not made of filament: what prints resin takes layers and exposure
+/// from the resin's profile, and places supports by hand.
+///
+/// What the printer's owner says comes first, then what the part's own notes say, then what the rules find,
+/// then what is usual for a part of its kind.
+///
+/// # Errors
+/// [`InvalidBody`] if its solid is none.
+pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettings>, InvalidBody> {
+    if part.process() != Some(Process::Fdm) {
+        return Ok(None);
+    }
+    let role = Role::of(sensor, part);
+    let (own, note) = (part.machine.as_ref().map(|machine| &machine.slicing), &part.slicing);
+    let by = part.machine.as_ref().map_or("", |machine| &machine.name);
+    let layer_mm = said(own.and_then(|own| own.layer_mm), note.layer_mm, by)
+        .unwrap_or_else(|| usual_layer(role));
+    let layers = (SKIN_MM / layer_mm.value - 1e-9).ceil().max(1.0) as u32;
+    Ok(Some(PrintSettings {
+        line_mm: own.and_then(|own| own.line_mm).or(note.line_mm).unwrap_or(LINE_MM),
+        perimeters: said(own.and_then(|own| own.perimeters), note.perimeters, by)
+            .unwrap_or_else(|| usual_perimeters(role)),
+        solid_layers: chosen(layers, format!("{SKIN_MM} mm closed below and above")),
+        infill_percent: said(own.and_then(|own| own.infill_percent), note.infill_percent, by)
+            .unwrap_or_else(|| usual_infill(role)),
+        supports: match said(own.and_then(|own| own.supports), note.supports, by) {
+            Some(said) => said,
+            None => found_supports(part)?,
+        },
+        brim_mm: match said(own.and_then(|own| own.brim_mm), note.brim_mm, by) {
+            Some(said) => said,
+            None => found_brim(part)?,
+        },
+        layer_mm,
+    }))
+}
+
+fn chosen<T>(value: T, why: impl Into<String>) -> Chosen<T> {
+    Chosen { value, why: why.into() }
+}
+
+fn said<T>(own: Option<T>, note: Option<T>, by: &str) -> Option<Chosen<T>> {
+    let own = own.map(|value| chosen(value, format!("as the process {by} says")));
+    own.or_else(|| note.map(|value| chosen(value, "as the part's notes say")))
+}
+
+fn usual_layer(role: Role) -> Chosen<f64> {
+    match role {
+        Role::Mold => chosen(MOLD_LAYER_MM, "what is cast in it shows its layers"),
+        Role::Sensor | Role::Tool => chosen(LAYER_MM, "usual for a nozzle of 0.4 mm"),
+    }
+}
+
+fn usual_perimeters(role: Role) -> Chosen<u32> {
+    match role {
+        Role::Mold => chosen(4, "four lines keep what is cast out of the infill"),
+        Role::Sensor => chosen(3, "screws bite into three lines, and no light comes through"),
+        Role::Tool => chosen(3, "usual for what is handled"),
+    }
+}
+
+fn usual_infill(role: Role) -> Chosen<f64> {
+    match role {
+        Role::Mold => chosen(20.0, "a mold is pressed together, and must stay flat"),
+        Role::Sensor => chosen(20.0, "usual; walls bear what the sensor bears"),
+        Role::Tool => chosen(15.0, "it bears nothing"),
+    }
+}
+
+fn found_supports(part: &Body) -> Result<Chosen<bool>, InvalidBody> {
+    Ok(match overhang::hanging(part)? {
+        Some(finding) => chosen(true, finding.message),
+        None => chosen(false, "nothing hangs over that does not print by itself"),
+    })
+}
+
+fn found_brim(part: &Body) -> Result<Chosen<f64>, InvalidBody> {
+    if let Some(finding) = standing::unsteady(part)? {
+        return Ok(chosen(BRIM_MM, finding.message));
+    }
+    let words = || part.material.split(|c: char| !c.is_ascii_alphanumeric());
+    Ok(match WARPING.into_iter().find(|name| words().any(|word| word == *name)) {
+        Some(name) => chosen(BRIM_MM, format!("{name} lifts its corners while it cools")),
+        None => chosen(0.0, "it stands by itself"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_geometry::{Machine, SliceAdvice, Solid};
+
+    use super::*;
+    use crate::example;
+
+    fn settings(part: &Body) -> PrintSettings {
+        print_settings(&example::puck(), part).unwrap().unwrap()
+    }
+
+    fn hat() -> Body {
+        let brim = Solid::cylinder(15.0, 3.0).at(0.0, 0.0, 11.0);
+        let solid = Solid::union([Solid::cylinder(4.0, 12.0), brim]);
+        Body::made("hat", "a hat", Process::Fdm, solid).from("PLA")
+    }
+
+    #[test]
+    fn owners_speak_before_notes_and_notes_before_rules() {
+        let found = settings(&hat());
+        assert!(found.supports.value && found.supports.why.contains("hang over"), "{found:?}");
+        let noted = settings(&hat().with_supports(false).in_layers(0.1).on_brim(3.0));
+        assert!(!noted.supports.value);
+        assert_eq!((noted.layer_mm.value, noted.solid_layers.value), (0.1, 8));
+        assert_eq!(noted.brim_mm.value, 3.0);
+        let slicing = SliceAdvice { layer_mm: Some(0.3), ..SliceAdvice::default() };
+        let machine = Some(Machine { name: "coarse".into(), slicing, ..Machine::default() });
+        let owned = settings(&Body { machine, ..hat().in_layers(0.1) });
+        assert_eq!((owned.layer_mm.value, owned.solid_layers.value), (0.3, 3));
+        assert_eq!(owned.layer_mm.why, "as the process coarse says");
+        assert_eq!(print_settings(&example::puck(), &hat().made_by(Process::Sla)), Ok(None));
+    }
+
+    #[test]
+    fn tall_parts_and_filaments_that_warp_get_a_brim() {
+        let post = Body::made("post", "", Process::Fdm, Solid::cylinder(2.0, 60.0)).from("PLA");
+        assert_eq!(settings(&post).brim_mm.value, BRIM_MM);
+        let slab = |material: &str| {
+            let slab = Body::made("slab", "", Process::Fdm, Solid::cuboid(40.0, 40.0, 4.0));
+            settings(&slab.from(material)).brim_mm.value
+        };
+        assert_eq!([slab("PLA"), slab("black ABS"), slab("PLA-CABS")], [0.0, BRIM_MM, 0.0]);
+    }
+
+    #[test]
+    fn molds_are_finer_than_what_holds_them() {
+        let puck = example::puck();
+        let mut dish = puck.body("dish").unwrap().clone();
+        dish.kind = fabkit_geometry::Kind::Made(Process::Fdm);
+        let mold = print_settings(&puck, &dish).unwrap().unwrap();
+        assert_eq!((mold.layer_mm.value, mold.perimeters.value), (MOLD_LAYER_MM, 4));
+        assert_eq!(settings(&hat()).layer_mm.value, LAYER_MM);
+    }
+}

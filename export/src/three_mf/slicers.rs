@@ -1,0 +1,169 @@
+//! What slicers are told of each object, in the words of PrusaSlicer and of OrcaSlicer with its relatives.
+//!
+//! Nothing is said of printer, filament and temperatures: a file that carries a whole configuration takes the
+//! place of what its user has chosen, while settings of objects lie over it.
+
+use super::{Object, Xml, object_id};
+
+/// Settings of one object, as both slicers know them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlicerSettings {
+    /// Height of a layer, mm.
+    pub layer_mm: f64,
+    /// Lines side by side along each outline.
+    pub perimeters: u32,
+    /// Solid layers below, and as many above.
+    pub solid_layers: u32,
+    /// How much of the inside is filled, %.
+    pub infill_percent: f64,
+    /// Whether supports are printed.
+    pub supports: bool,
+    /// Width of the brim, mm; 0 for none.
+    pub brim_mm: f64,
+}
+
+type Words = Vec<(&'static str, String)>;
+
+fn switch(is_on: bool) -> String {
+    u8::from(is_on).to_string()
+}
+
+impl SlicerSettings {
+    fn prusa(&self) -> Words {
+        vec![
+            ("layer_height", self.layer_mm.to_string()),
+            ("perimeters", self.perimeters.to_string()),
+            ("top_solid_layers", self.solid_layers.to_string()),
+            ("bottom_solid_layers", self.solid_layers.to_string()),
+            ("fill_density", format!("{}%", self.infill_percent)),
+            ("support_material", switch(self.supports)),
+            ("brim_width", self.brim_mm.to_string()),
+        ]
+    }
+
+    fn orca(&self) -> Words {
+        let brim = if self.brim_mm > 0.0 { "outer_only" } else { "no_brim" };
+        vec![
+            ("layer_height", self.layer_mm.to_string()),
+            ("wall_loops", self.perimeters.to_string()),
+            ("top_shell_layers", self.solid_layers.to_string()),
+            ("bottom_shell_layers", self.solid_layers.to_string()),
+            ("sparse_infill_density", format!("{}%", self.infill_percent)),
+            ("enable_support", switch(self.supports)),
+            ("brim_type", brim.to_owned()),
+            ("brim_width", self.brim_mm.to_string()),
+        ]
+    }
+}
+
+/// An object of the build, and the objects whose meshes it consists of.
+struct Item<'a> {
+    id: usize,
+    name: &'a str,
+    settings: SlicerSettings,
+    /// Ids and objects; several of one piece.
+    volumes: Vec<(usize, &'a Object<'a>)>,
+}
+
+/// Files beside the model, by their names: none where no object has settings.
+pub(super) fn configs(objects: &[Object], piece: Option<&str>) -> Vec<(&'static str, String)> {
+    let numbered = || objects.iter().enumerate().map(|(i, object)| (object_id(i), object));
+    let item = |id, name, volumes: Vec<_>| {
+        let settings = volumes.iter().find_map(|(_, object): &(usize, &Object)| object.settings)?;
+        Some(Item { id, name, settings, volumes })
+    };
+    let items: Vec<Item> = match piece {
+        Some(name) => {
+            item(object_id(objects.len()), name, numbered().collect()).into_iter().collect()
+        }
+        None => numbered()
+            .filter_map(|(id, object)| item(id, object.name, vec![(id, object)]))
+            .collect(),
+    };
+    if items.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        ("Metadata/Slic3r_PE_model.config", prusa(&items)),
+        ("Metadata/model_settings.config", orca(&items)),
+    ]
+}
+
+/// Which spool each volume is printed from: only pieces of several materials need to say so.
+fn slots(volumes: &[(usize, &Object)]) -> Vec<Option<usize>> {
+    let mut materials: Vec<_> =
+        volumes.iter().map(|(_, object)| (object.material, object.color)).collect();
+    let all = materials.clone();
+    let mut seen = Vec::new();
+    materials.retain(|material| {
+        let is_new = !seen.contains(material);
+        seen.push(*material);
+        is_new
+    });
+    let slot = |material| materials.iter().position(|m| *m == material).map(|i| i + 1);
+    all.into_iter().map(|one| slot(one).filter(|_| materials.len() > 1)).collect()
+}
+
+/// As PrusaSlicer reads it: triangles of an object's volumes are counted through.
+fn prusa(items: &[Item]) -> String {
+    let mut xml = Xml::document("config");
+    for item in items {
+        xml.line(&format!(r#" <object id="{}" instances_count="1">"#, item.id));
+        let object = |xml: &mut Xml, key: &str, value: &str| {
+            xml.setting(r#"  <metadata type="object" "#, key, value);
+        };
+        object(&mut xml, "name", item.name);
+        for (key, value) in item.settings.prusa() {
+            object(&mut xml, key, &value);
+        }
+        let mut first = 0;
+        for ((_, volume), slot) in item.volumes.iter().zip(slots(&item.volumes)) {
+            let count = volume.mesh.triangles().len();
+            xml.line(&format!(r#"  <volume firstid="{first}" lastid="{}">"#, first + count - 1));
+            first += count;
+            xml.setting(r#"   <metadata type="volume" "#, "name", volume.name);
+            if let Some(slot) = slot {
+                xml.setting(r#"   <metadata type="volume" "#, "extruder", &slot.to_string());
+            }
+            xml.line("  </volume>");
+        }
+        xml.line(" </object>");
+    }
+    xml.line("</config>");
+    xml.0
+}
+
+/// As OrcaSlicer, Bambu Studio and their relatives read it.
+fn orca(items: &[Item]) -> String {
+    let mut xml = Xml::document("config");
+    for item in items {
+        xml.line(&format!(r#"  <object id="{}">"#, item.id));
+        xml.setting("    <metadata ", "name", item.name);
+        for (key, value) in item.settings.orca() {
+            xml.setting("    <metadata ", key, &value);
+        }
+        for ((id, volume), slot) in item.volumes.iter().zip(slots(&item.volumes)) {
+            xml.line(&format!(r#"    <part id="{id}" subtype="normal_part">"#));
+            xml.setting("      <metadata ", "name", volume.name);
+            if let Some(slot) = slot {
+                xml.setting("      <metadata ", "extruder", &slot.to_string());
+            }
+            xml.line("    </part>");
+        }
+        xml.line("  </object>");
+    }
+    xml.line("</config>");
+    xml.0
+}
+
+impl Xml {
+    fn document(root: &str) -> Self {
+        Self(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<{root}>\n"))
+    }
+
+    fn setting(&mut self, start: &str, key: &str, value: &str) {
+        self.put(&format!(r#"{start}key="{key}" value=""#));
+        self.escaped(value);
+        self.line(r#""/>"#);
+    }
+}

@@ -1,11 +1,15 @@
 //! The pages to build a design from: facts, tables and pictures.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod shots;
 
-use fabkit_depth::RenderError;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fabkit_checks::{InvalidBody, Stage};
 use fabkit_designs::Design;
-use fabkit_guide::{Guide, NoSuchPart, Pictures, Request};
+use fabkit_guide::{Guide, NoSuchPart, Pictures, Request, StepPictures};
 use fabkit_sweep::stock_density_g_per_cm3;
+use rayon::prelude::*;
 
 use crate::Error;
 use crate::identity::design_hash;
@@ -17,17 +21,36 @@ use crate::staging::OutputFile;
 pub const FILES: [&str; 4] = ["index.html", "guide.json", "bom.csv", "parts.csv"];
 
 const COVER_PX: [u32; 2] = [560, 420];
-const ASSEMBLY_PX: [u32; 2] = [420, 315];
 const PART_PX: [u32; 2] = [160, 120];
 
-/// What a design needs.
+/// Why there is no guide.
+#[derive(Debug, thiserror::Error)]
+pub enum GuideError {
+    /// A part that cannot be made.
+    #[error(transparent)]
+    Part(#[from] NoSuchPart),
+    /// A solid that is none.
+    #[error(transparent)]
+    Body(#[from] InvalidBody),
+}
+
+/// What stands where in each step of a design.
+///
+/// # Errors
+/// A solid that is none.
+pub fn stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
+    fabkit_checks::stages(&design.sensor)
+}
+
+/// What a design needs, with [`stages`] of the same design.
 ///
 /// # Errors
 /// A part that cannot be made.
-pub fn facts(design: &Design, units: u32) -> Result<Guide, NoSuchPart> {
+pub fn facts(design: &Design, stages: &[Stage], units: u32) -> Result<Guide, NoSuchPart> {
     let hash = design_hash(design);
     let density = |material: &str| stock_density_g_per_cm3(material);
-    Guide::of(&design.sensor, &Request { design_hash: &hash, units, density: &density })
+    let request = Request { design_hash: &hash, units, density: &density, stages };
+    Guide::of(&design.sensor, &request)
 }
 
 /// The files of a guide, all of them.
@@ -36,10 +59,11 @@ pub fn facts(design: &Design, units: u32) -> Result<Guide, NoSuchPart> {
 /// Bodies that cannot be drawn or meshed.
 pub fn files(
     design: &Design,
+    stages: &[Stage],
     guide: &Guide,
     progress: OnProgress,
 ) -> Result<Vec<OutputFile>, Error> {
-    let page = guide.to_html(&pictures(design, guide, progress)?);
+    let page = guide.to_html(&pictures(design, stages, guide, progress)?);
     let json = serde_json::to_string_pretty(&guide.to_json()).expect("names and numbers alone");
     let texts = [page, json + "\n", guide.bom_csv(), guide.parts_csv()];
     let file =
@@ -47,49 +71,51 @@ pub fn files(
     Ok(FILES.into_iter().zip(texts).map(file).collect())
 }
 
-fn pictures(design: &Design, guide: &Guide, progress: OnProgress) -> Result<Pictures, Error> {
+fn pictures(
+    design: &Design,
+    stages: &[Stage],
+    guide: &Guide,
+    progress: OnProgress,
+) -> Result<Pictures, Error> {
     let sensor = &design.sensor;
-    let assemblies: BTreeSet<&str> =
-        guide.steps.iter().filter_map(|step| step.assembly.as_deref()).collect();
-    let total = 2 + assemblies.len() + guide.made.len();
-    let mut done = 0;
-    let mut count = || {
-        done += 1;
-        progress(Step { done, all: total, ..Step::default() });
+    let stock = shots::Stock::of(sensor, stages)?;
+    let scenes: Vec<_> = stages.iter().map(|stage| (stage.step, stock.scenes(stage))).collect();
+    let mut wanted: BTreeMap<&str, &shots::Scene> = BTreeMap::new();
+    for scene in scenes.iter().flat_map(|(_, both)| both.iter().flatten()) {
+        wanted.insert(&scene.key, scene);
+    }
+    let (done, all) = (AtomicUsize::new(0), 2 + wanted.len() + guide.made.len());
+    let count = || {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress(Step { done, all, ..Step::default() });
     };
     let quiet = unwatched;
-    let shot = |size_px, section| Shot { size_px, section, from: None };
-    let of_assembly = |name: &str| {
-        // Molds, layers and pins are inside.
-        let cut = picture_of_assembly(sensor, name, false, shot(ASSEMBLY_PX, true), &quiet);
-        match cut {
-            Err(PictureError::Render(RenderError::NothingToDraw)) => {
-                picture_of_assembly(sensor, name, false, shot(ASSEMBLY_PX, false), &quiet)
-            }
-            other => other,
-        }
-    };
-    let cover = shot(COVER_PX, false);
-    let cover = picture_of_assembly(sensor, &default_assembly(sensor), false, cover, &quiet)?;
+    let shot = |size_px| Shot { size_px, section: false, from: None };
+    let cover =
+        picture_of_assembly(sensor, &default_assembly(sensor), false, shot(COVER_PX), &quiet)?;
     count();
     let model = crate::viewing::model(design)?;
     count();
-    let mut pictures = Pictures { cover: Some(cover), model: Some(model), ..Pictures::default() };
-    for name in assemblies {
-        // A step may name a place where nothing is drawn.
-        match of_assembly(name) {
-            Ok(png) => _ = pictures.assemblies.insert(name.to_owned(), png),
-            Err(PictureError::Unknown(_)) => {}
-            Err(error) => return Err(error.into()),
-        }
+    let drawn = wanted.into_par_iter().map(|(key, scene)| {
+        let png = scene.draw()?;
         count();
-    }
+        Ok((key, png))
+    });
+    let drawn: BTreeMap<&str, Vec<u8>> = drawn.collect::<Result<_, PictureError>>()?;
+    let of = |scene: &Option<shots::Scene>| Some(drawn.get(scene.as_ref()?.key.as_str())?.clone());
+    let steps = scenes.iter().map(|(step, [before, after])| {
+        (step + 1, StepPictures { before: of(before), after: of(after) })
+    });
     let bodies: BTreeMap<&str, _> = sensor.parts().map(|part| (part.name.as_str(), part)).collect();
-    for part in &guide.made {
-        let body = bodies[part.name.as_str()];
-        let png = picture_of_body(body, shot(PART_PX, false), &quiet)?;
-        pictures.parts.insert(part.name.clone(), png);
+    let parts = guide.made.par_iter().map(|part| {
+        let png = picture_of_body(bodies[part.name.as_str()], shot(PART_PX), &quiet)?;
         count();
-    }
-    Ok(pictures)
+        Ok((part.name.clone(), png))
+    });
+    Ok(Pictures {
+        cover: Some(cover),
+        model: Some(model),
+        steps: steps.collect(),
+        parts: parts.collect::<Result<_, PictureError>>()?,
+    })
 }

@@ -222,7 +222,7 @@ pub(crate) fn poured_upright(sensor: &Sensor, assembly: &str) -> Pose {
     up.map_or_else(Pose::identity, |up| Pose::z_to(up, Point3::origin()).inverse())
 }
 
-fn prepared(body: &Body) -> Result<CompiledSolid, PictureError> {
+pub(crate) fn prepared(body: &Body) -> Result<CompiledSolid, PictureError> {
     CompiledSolid::new(&body.solid)
         .map_err(|source| PictureError::Solid { body: body.name.clone(), source })
 }

@@ -63,6 +63,7 @@ pub use chemistry::{Harm, Hazard, hazards};
 pub use finding::{Finding, Measured, Rule, Severity};
 pub use masses::{Batch, batches};
 pub use memo::Memo;
+pub use motion::{Came, Stage, Stand, stages};
 pub use printability::{
     PrintLimits, machine_limits, part_limits, print_limits, printability, thinnest_wall,
 };

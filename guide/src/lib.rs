@@ -7,7 +7,9 @@
 //! ```
 //! use fabkit_guide::{Guide, Request};
 //! # let sensor = fabkit_checks::example::puck();
-//! let guide = Guide::of(&sensor, &Request { design_hash: "00", units: 2, density: &|_| None })?;
+//! let stages = fabkit_checks::stages(&sensor)?;
+//! let request = Request { design_hash: "00", units: 2, density: &|_| None, stages: &stages };
+//! let guide = Guide::of(&sensor, &request)?;
 //! // Two pucks are poured one after the other in the same mold.
 //! assert_eq!(guide.mixes[0].batches, 2);
 //! assert!(guide.parts_csv().starts_with("name,quantity,"));
@@ -24,13 +26,14 @@ mod html;
 mod lists;
 mod outer;
 mod timeline;
+mod told;
 mod warnings;
 
-use fabkit_checks::{Batch, batches};
-use fabkit_geometry::{Action, Placement, Sensor, Step};
+use fabkit_checks::{Batch, Stage, batches};
+use fabkit_geometry::{Action, Sensor};
 use serde::Serialize;
 
-pub use html::{Model, Pictures, Pressed, Rays, SeenRay};
+pub use html::{Model, Pictures, Pressed, Rays, SeenRay, StepPictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};
@@ -45,6 +48,8 @@ pub struct Request<'a> {
     pub units: u32,
     /// Density of a material that parts are made of, g/cm3, as far as anybody knows it.
     pub density: &'a dyn Fn(&str) -> Option<f64>,
+    /// What stands where in each step: of the same sensor, as [`fabkit_checks::stages`] tells it.
+    pub stages: &'a [Stage<'a>],
 }
 
 /// Everything that a lab needs to know to build a design.
@@ -150,6 +155,23 @@ pub struct GuideStep {
     pub during: Option<usize>,
     /// Section of the paper, or why it is so.
     pub source: String,
+    /// What hands hold in it.
+    pub tools: Vec<String>,
+    /// What to check when it is done.
+    pub checks: Vec<String>,
+    /// Which way things come and go.
+    pub ways: Vec<Way>,
+}
+
+/// Bodies that are brought to their places or taken away together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Way {
+    /// Which, by name.
+    pub bodies: Vec<String>,
+    /// Whether they come; else they go.
+    pub is_coming: bool,
+    /// Which way, a unit vector of the assembly's frame.
+    pub along: [f64; 3],
 }
 
 impl Guide {
@@ -160,6 +182,7 @@ impl Guide {
     pub fn of(sensor: &Sensor, request: &Request<'_>) -> Result<Self, NoSuchPart> {
         let mixes = mixes(sensor, &batches(sensor), request.units);
         let timeline = Timeline::of(sensor, request.units);
+        let steps = told::steps(sensor, request.stages, &mixes);
         Ok(Self {
             format: "fabkit-guide",
             version: 1,
@@ -174,7 +197,7 @@ impl Guide {
             liquids: lists::liquids(&mixes),
             warnings: warnings::warnings(sensor, &mixes, &timeline),
             mixes,
-            steps: sensor.chain.iter().enumerate().map(|(i, step)| told(sensor, i, step)).collect(),
+            steps,
             timeline,
         })
     }
@@ -212,48 +235,4 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
         })
     };
     batches.iter().filter_map(of).collect()
-}
-
-fn told(sensor: &Sensor, index: usize, step: &Step) -> GuideStep {
-    let number_of =
-        |name: &String| sensor.chain.iter().position(|s| s.name == *name).map(|i| i + 1);
-    GuideStep {
-        number: index + 1,
-        name: step.name.clone(),
-        action: word(&step.action),
-        instruction: step.instruction.clone(),
-        assembly: step.assembly.as_ref().map(|assembly| assembly.0.clone()),
-        needs: step.bodies.iter().map(|name| need(sensor, step, name)).collect(),
-        removed: match &step.action {
-            Action::Demold(pulls) => pulls.iter().map(|pull| pull.body.clone()).collect(),
-            _ => Vec::new(),
-        },
-        adjusted: step.adjustments.iter().map(|one| one.body.clone()).collect(),
-        during: step.during.as_ref().and_then(number_of),
-        source: step.source.clone(),
-    }
-}
-
-/// As many as stand where the step puts them; else as many as a lab needs.
-fn need(sensor: &Sensor, step: &Step, name: &str) -> Need {
-    let count = sensor.body(name).map_or(1, |body| {
-        let is_there = |placed: &&Placement| Some(&placed.assembly) == step.assembly.as_ref();
-        match body.placements.iter().filter(is_there).count() {
-            0 => body.quantity as usize,
-            count => count,
-        }
-    });
-    Need { name: name.to_owned(), count }
-}
-
-fn word(action: &Action) -> &'static str {
-    match action {
-        Action::Make => "make",
-        Action::Prepare => "prepare",
-        Action::Assemble => "assemble",
-        Action::Bond(_) => "bond",
-        Action::Spray(_) => "spray",
-        Action::Pour(_) => "pour",
-        Action::Demold(_) => "demold",
-    }
 }

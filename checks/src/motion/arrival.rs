@@ -38,12 +38,12 @@ pub(crate) fn arrivals<'a>(
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
 ) -> (Vec<Arrival<'a>>, Vec<Work<'a>>) {
-    let mut history = History { sensor, scene, standing: BTreeMap::new(), work: Vec::new() };
+    let mut history = History::new(sensor, scene);
     let arrivals = sensor.chain.iter().filter_map(|step| history.step(step)).collect();
     (arrivals, history.work)
 }
 
-struct History<'a> {
+pub(super) struct History<'a> {
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
     /// What stands in each assembly, as numbers of its bodies.
@@ -72,13 +72,24 @@ fn needed(step: &Step) -> impl Iterator<Item = &str> {
 }
 
 impl<'a> History<'a> {
-    fn step(&mut self, step: &'a Step) -> Option<Arrival<'a>> {
-        let assembly = step.assembly.as_ref()?.0.as_str();
-        let bodies = self.scene.bodies(assembly);
+    pub(super) fn new(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Self {
+        Self { sensor, scene, standing: BTreeMap::new(), work: Vec::new() }
+    }
+
+    /// What stands in an assembly now, in the order of the sensor's lists.
+    pub(super) fn standing(&mut self, assembly: &'a str) -> Vec<&'a Placed<'a>> {
+        let scene = self.scene;
         if !self.standing.contains_key(assembly) {
             let brought = self.brought_untold(assembly);
             self.standing.insert(assembly, brought);
         }
+        self.standing[assembly].iter().map(|&i| &scene.bodies(assembly)[i]).collect()
+    }
+
+    pub(super) fn step(&mut self, step: &'a Step) -> Option<Arrival<'a>> {
+        let assembly = step.assembly.as_ref()?.0.as_str();
+        let bodies = self.scene.bodies(assembly);
+        self.standing(assembly);
         let arrival = self.arrival(step, assembly);
         let standing = self.standing.entry(assembly).or_default();
         if let Some(arrival) = &arrival {

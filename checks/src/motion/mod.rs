@@ -9,6 +9,7 @@ mod arrival;
 mod grip;
 mod order;
 mod path;
+mod stages;
 mod tools;
 
 use fabkit_geometry::{Occasion, Sensor};
@@ -18,6 +19,8 @@ use crate::chain::Place;
 use crate::finding::{Finding, Rule};
 use crate::memo::Memo;
 use crate::scene::Assemblies;
+
+pub use stages::{Came, Stage, Stand, stages};
 
 use arrival::{Arrival, Work, arrivals};
 use order::{Order, Stuck};

@@ -24,7 +24,7 @@ const AZIMUTHS: u32 = 24;
 const ROUNDING: f64 = 1e-12;
 
 /// Bodies that move as one.
-type Piece<'a> = Vec<&'a Placed<'a>>;
+pub(crate) type Piece<'a> = Vec<&'a Placed<'a>>;
 
 /// Directions in which a piece may leave.
 type Ways = fn(&Piece) -> Vec<Vector3<f64>>;
@@ -54,6 +54,8 @@ pub(crate) struct Order<'a> {
     /// Where tools are known to have no room.
     blocked: tools::Blocked,
     pub(crate) stuck: Vec<Stuck<'a>>,
+    /// How pieces have left, in that order: straight along a direction, or along a stated way (none).
+    pub(crate) left: Vec<(Piece<'a>, Option<Vector3<f64>>)>,
 }
 
 fn is_drawn(placed: &Placed) -> bool {
@@ -114,6 +116,7 @@ impl<'a> Order<'a> {
             witness: HashMap::new(),
             blocked: tools::Blocked::new(),
             stuck: Vec::new(),
+            left: Vec::new(),
         };
         order.take_apart(order.with_motions(&arrival.coming), &arrival.standing);
         order
@@ -142,7 +145,9 @@ impl<'a> Order<'a> {
                 self.take_apart_outside(&pieces.remove(free));
                 continue;
             }
-            if let Some(group) = self.group(&pieces, standing) {
+            if let Some((group, way)) = self.group(&pieces, standing) {
+                let together = group.iter().flat_map(|i| pieces[*i].clone()).collect();
+                self.left.push((together, Some(way)));
                 let (inside, outside) = pieces
                     .into_iter()
                     .enumerate()
@@ -179,25 +184,34 @@ impl<'a> Order<'a> {
         [ways_out, across].into_iter().find_map(|ways| {
             (0..pieces.len()).rev().find(|&index| {
                 let others = others(pieces, index, standing);
-                self.leaves(&pieces[index], &others, ways)
+                let way = self.way_out(&pieces[index], &others, ways);
+                self.left.extend(way.map(|way| (pieces[index].clone(), way)));
+                way.is_some()
             })
         })
     }
 
-    fn leaves(&mut self, piece: &Piece<'a>, others: &[&'a Placed<'a>], ways: Ways) -> bool {
-        let is_free = match self.motion(piece) {
+    /// A way out that is free: a direction, or a stated way, which has none.
+    fn way_out(
+        &mut self,
+        piece: &Piece<'a>,
+        others: &[&'a Placed<'a>],
+        ways: Ways,
+    ) -> Option<Option<Vector3<f64>>> {
+        let found = match self.motion(piece) {
             Some(motion) => {
                 let allowed = |mover: &Placed, other: &Placed| self.meant_mm(mover, other);
-                follow(motion, piece, others, &allowed).is_none()
+                follow(motion, piece, others, &allowed).is_none().then_some(None)
             }
             None => {
                 let mut ways = ways(piece);
                 let out = outwards(piece, others);
                 ways.sort_by(|a, b| b.dot(&out).total_cmp(&a.dot(&out)));
-                ways.iter().any(|way| !self.is_in_the_way(piece, others, way))
+                let free = ways.iter().find(|way| !self.is_in_the_way(piece, others, way));
+                free.copied().map(Some)
             }
         };
-        is_free && self.has_room(piece, others)
+        found.filter(|_| self.has_room(piece, others))
     }
 
     fn motion(&self, piece: &Piece) -> Option<&'a Motion> {
@@ -279,20 +293,20 @@ impl<'a> Order<'a> {
         &mut self,
         pieces: &[Piece<'a>],
         standing: &[&'a Placed<'a>],
-    ) -> Option<BTreeSet<usize>> {
-        let mut best: Option<BTreeSet<usize>> = None;
+    ) -> Option<(BTreeSet<usize>, Vector3<f64>)> {
+        let mut best: Option<(BTreeSet<usize>, Vector3<f64>)> = None;
         // What has a way of its own goes no other.
         let starts: Vec<usize> =
             (0..pieces.len()).filter(|&i| self.motion(&pieces[i]).is_none()).collect();
         for way in ways_out(&Vec::new()) {
             for &start in &starts {
-                let most = best.as_ref().map_or(pieces.len(), BTreeSet::len);
+                let most = best.as_ref().map_or(pieces.len(), |(best, _)| best.len());
                 let limit = if standing.is_empty() { most.min(pieces.len() - 1) } else { most };
                 if let Some(group) = self.leaving_with(start, pieces, standing, &way, limit)
                     && group.len() > 1
-                    && best.as_ref().is_none_or(|best| group.len() < best.len())
+                    && best.as_ref().is_none_or(|(best, _)| group.len() < best.len())
                 {
-                    best = Some(group);
+                    best = Some((group, way));
                 }
             }
         }

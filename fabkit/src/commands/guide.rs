@@ -23,8 +23,9 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     Roles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
     let design = target.design(&args.design.set)?;
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
-    let guide = guiding::facts(&design, args.units).map_err(Failure::bug)?;
-    let files = guiding::files(&design, &guide, &|step: Step| progress.show(step))?;
+    let stages = guiding::stages(&design).map_err(Failure::bug)?;
+    let guide = guiding::facts(&design, &stages, args.units).map_err(Failure::bug)?;
+    let files = guiding::files(&design, &stages, &guide, &|step: Step| progress.show(step))?;
     drop(progress);
     interrupt::begin_writing()?;
     write_all(&args.output, &files, &interrupt::requested)?;

@@ -23,12 +23,21 @@ use crate::{Guide, Tool};
 pub struct Pictures {
     /// The finished sensor or fixture.
     pub cover: Option<Vec<u8>>,
-    /// What stands together, cut open, by the assembly's name.
-    pub assemblies: BTreeMap<String, Vec<u8>>,
+    /// Each step that happens in an assembly, by its number.
+    pub steps: BTreeMap<usize, StepPictures>,
     /// Each part as it lies on the bed, by its name.
     pub parts: BTreeMap<String, Vec<u8>>,
     /// What the reader can turn.
     pub model: Option<Model>,
+}
+
+/// A step.
+#[derive(Clone, Debug, Default)]
+pub struct StepPictures {
+    /// What is on its way, with arrows.
+    pub before: Option<Vec<u8>>,
+    /// What stands there afterwards.
+    pub after: Option<Vec<u8>>,
 }
 
 /// Beside the report's: words to the left, steps with their pictures, one row or step never cut by paper's edge.
@@ -37,7 +46,7 @@ td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.lon
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; margin: .4rem 0; } dt { color: var(--quiet); } dd { margin: 0; }
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
-.step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .step input { transform: scale(1.3); margin-right: .6rem; }
+.step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: .3rem 0; flex: 0 1 21rem; } .step ul { margin: 0; padding: 0; list-style: none; } .step input { transform: scale(1.3); margin-right: .6rem; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
 @media print { nav { display: none; } .step { border-color: #999; } }
 ";
@@ -54,9 +63,8 @@ impl Guide {
         if !self.steps.is_empty() {
             body += "<h2 id=\"steps\">Steps</h2>\n";
         }
-        let mut shown = Vec::new();
         for step in &self.steps {
-            self.step(&mut body, step, pictures, &mut shown);
+            self.step(&mut body, step, pictures);
         }
         let cover = self.cover(&body, pictures);
         let section = pictures.model.as_ref().map_or(String::new(), Model::section);

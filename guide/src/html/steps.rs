@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use fabkit_report::escape;
 
-use super::mix::minutes;
-use super::{Pictures, image, name, table};
+use super::mix::{minutes, title};
+use super::{Pictures, StepPictures, image, name, table};
 use crate::{Guide, GuideStep, Need};
 
 impl Guide {
@@ -30,13 +30,7 @@ impl Guide {
         *body += &table(&heads, 1, rows.map(row));
     }
 
-    pub(super) fn step<'a>(
-        &'a self,
-        body: &mut String,
-        step: &'a GuideStep,
-        pictures: &Pictures,
-        shown: &mut Vec<&'a str>,
-    ) {
+    pub(super) fn step(&self, body: &mut String, step: &GuideStep, pictures: &Pictures) {
         let _ = write!(
             body,
             "<section class=\"step\" id=\"step-{0}\"><h3><label><input type=\"checkbox\">{0}. {1}</label></h3>\n<p>{2}</p>\n",
@@ -44,16 +38,8 @@ impl Guide {
             escape(&step.name),
             escape(&sentence(&step.instruction)),
         );
-        if let Some(assembly) = step.assembly.as_deref() {
-            match pictures.assemblies.get(assembly) {
-                // Once is enough: what stands there is drawn as it is when all is in its place.
-                Some(png) if !shown.contains(&assembly) => {
-                    shown.push(assembly);
-                    *body +=
-                        &image(png, &format!("{assembly}, cut open, with everything in its place"));
-                }
-                _ => {}
-            }
+        if let Some(shots) = pictures.steps.get(&step.number) {
+            self.shots(body, step, shots);
         }
         let mix = self.mixes.iter().find(|mix| mix.step == step.number).map(|mix| {
             let parts = mix.components.iter().map(|c| format!("{:.2} g {}", c.mass_g, c.name));
@@ -80,6 +66,7 @@ impl Guide {
         let rows = [
             ("Together in", step.assembly.clone().unwrap_or_default()),
             ("Takes", step.needs.iter().map(needed).collect::<Vec<_>>().join(", ")),
+            ("Tools", step.tools.join(", ")),
             ("Mix", mix.unwrap_or_default()),
             ("Take off", step.removed.join(", ")),
             ("Set right", step.adjusted.join(", ")),
@@ -96,7 +83,54 @@ impl Guide {
         for (term, text) in rows.iter().filter(|(_, text)| !text.is_empty()) {
             let _ = write!(body, "<dt>{term}</dt><dd>{}</dd>", escape(text));
         }
+        if !step.checks.is_empty() {
+            let checks = step.checks.iter().map(|check| {
+                format!("<li><label><input type=\"checkbox\">{}</label></li>", escape(check))
+            });
+            let _ = write!(body, "<dt>Check</dt><dd><ul>{}</ul></dd>", checks.collect::<String>());
+        }
+        let minded = self.warnings.iter().filter(|w| w.steps.contains(&step.number));
+        let mut minded: Vec<&str> = minded.map(|warning| title(warning.rule)).collect();
+        minded.dedup();
+        if !minded.is_empty() {
+            let _ = write!(
+                body,
+                "<dt>Mind</dt><dd><a href=\"#mind\">{}</a></dd>",
+                escape(&minded.join(", ").to_lowercase())
+            );
+        }
         *body += "</dl></section>\n";
+    }
+
+    fn shots(&self, body: &mut String, step: &GuideStep, shots: &StepPictures) {
+        let place = step.assembly.as_deref().unwrap_or_default();
+        let come = |is_coming: bool| {
+            let ways = step.ways.iter().filter(|way| way.is_coming == is_coming);
+            let mut names: Vec<&str> =
+                ways.flat_map(|way| &way.bodies).map(String::as_str).collect();
+            let mut seen = std::collections::BTreeSet::new();
+            names.retain(|name| seen.insert(*name));
+            names.join(", ")
+        };
+        let before = match (come(true), come(false)) {
+            (coming, going) if coming.is_empty() && going.is_empty() => "before".to_owned(),
+            (coming, going) if going.is_empty() => format!("arrows: where {coming} go"),
+            (_, going) => format!("arrows: how {going} come off"),
+        };
+        let figure = |png: &Option<Vec<u8>>, words: &str| {
+            png.as_ref().map_or(String::new(), |png| {
+                let alt = format!("step {} in {place}, {words}", step.number);
+                format!(
+                    "<figure>{}<figcaption>{}</figcaption></figure>",
+                    image(png, &alt),
+                    escape(words)
+                )
+            })
+        };
+        let both = figure(&shots.before, &before) + &figure(&shots.after, "afterwards, cut open");
+        if !both.is_empty() {
+            let _ = writeln!(body, "<div class=\"shots\">{both}</div>");
+        }
     }
 }
 

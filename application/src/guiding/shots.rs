@@ -1,0 +1,215 @@
+//! What a step looks like: what is on its way with arrows, and what stands there afterwards.
+
+use std::collections::BTreeMap;
+
+use fabkit_checks::{Came, Stage, Stand};
+use fabkit_depth::{Actor, RenderError, View, render};
+use fabkit_geometry::{Aabb, Action, CompiledSolid, Point3, Pose, Sensor, Solid, Vector3};
+
+use crate::pictures::{PictureError, encoded, poured_upright, prepared};
+
+/// Width and height of a step's picture, px.
+const STEP_PX: [u32; 2] = [340, 255];
+
+/// Air between what is on its way and what it goes to, over the size of all of it.
+const GAP: f64 = 0.22;
+
+/// Radius of an arrow's shaft and of its head, and length of the head, over the gap.
+const ARROW: [f64; 3] = [0.055, 0.14, 0.35];
+
+const ARROW_COLOR: [u8; 3] = [192, 57, 43];
+
+/// A picture to draw.
+pub(super) struct Scene {
+    /// The same for the same picture.
+    pub(super) key: String,
+    actors: Vec<Actor>,
+    is_cut: bool,
+}
+
+impl Scene {
+    /// As PNG.
+    pub(super) fn draw(&self) -> Result<Vec<u8>, PictureError> {
+        let [width, height] = STEP_PX;
+        let cut = View::section(width, height, Point3::origin(), -Vector3::y());
+        let whole = View::isometric(width, height);
+        let picture = match render(&self.actors, if self.is_cut { &cut } else { &whole }) {
+            // All of it may stand in front of the plane.
+            Err(RenderError::NothingToDraw) if self.is_cut => render(&self.actors, &whole),
+            other => other,
+        };
+        encoded(&picture?)
+    }
+}
+
+/// Every body of a sensor, prepared once.
+pub(super) struct Stock<'a> {
+    sensor: &'a Sensor,
+    solids: BTreeMap<&'a str, CompiledSolid>,
+}
+
+/// Something in its place, or away from it.
+#[derive(Clone, Copy)]
+struct Set<'a> {
+    stand: Stand<'a>,
+    shift: Vector3<f64>,
+}
+
+impl<'a> Stock<'a> {
+    pub(super) fn of(sensor: &'a Sensor, stages: &[Stage<'a>]) -> Result<Self, PictureError> {
+        let all = stages.iter().flat_map(|stage| stage.before.iter().chain(&stage.after));
+        let mut solids = BTreeMap::new();
+        for stand in all {
+            if !solids.contains_key(stand.body.name.as_str()) {
+                solids.insert(stand.body.name.as_str(), prepared(stand.body)?);
+            }
+        }
+        Ok(Self { sensor, solids })
+    }
+
+    /// Before a step, with what is on its way, and after it.
+    pub(super) fn scenes(&self, stage: &Stage<'a>) -> [Option<Scene>; 2] {
+        let action = &self.sensor.chain[stage.step].action;
+        // Molds show what is in them; what is put together is seen from outside.
+        let is_cut = matches!(action, Action::Pour(_) | Action::Spray(_) | Action::Demold(_));
+        let before = match stage.going.is_empty() {
+            true => self.moving(stage, &stage.before, &stage.coming, false, is_cut),
+            false => {
+                let leaving: Vec<Came> = stage.going.iter().rev().cloned().collect();
+                self.moving(stage, &stage.after, &leaving, true, is_cut)
+            }
+        };
+        let after = stage.after.iter().map(|stand| Set { stand: *stand, shift: Vector3::zeros() });
+        [before, self.scene(stage, after.collect(), Vec::new(), true)]
+    }
+
+    fn moving(
+        &self,
+        stage: &Stage<'a>,
+        standing: &[Stand<'a>],
+        moving: &[Came<'a>],
+        is_leaving: bool,
+        is_cut: bool,
+    ) -> Option<Scene> {
+        let here = |stand: &Stand<'a>| Set { stand: *stand, shift: Vector3::zeros() };
+        let mut sets: Vec<Set> = standing.iter().map(here).collect();
+        let all = standing.iter().chain(moving.iter().flat_map(|came| &came.bodies));
+        let hull = all.fold(Aabb::nothing(), |hull, stand| hull.hull(&self.bounds(&here(stand))));
+        if hull.is_empty() {
+            return None;
+        }
+        let gap_mm = GAP * (hull.max - hull.min).norm();
+        let mut arrows = Vec::new();
+        for came in moving {
+            let piece = came.bodies.iter().map(here);
+            let Some(out) = came.out else {
+                sets.extend(piece);
+                continue;
+            };
+            let bounds = piece.fold(Aabb::nothing(), |hull, set| hull.hull(&self.bounds(&set)));
+            let way_mm = self.clearing_mm(&bounds, &out, &sets) + gap_mm;
+            let shift = way_mm * out;
+            arrows.push(Arrow::in_gap(&bounds, &out, way_mm, gap_mm, is_leaving));
+            sets.extend(came.bodies.iter().map(|stand| Set { stand: *stand, shift }));
+        }
+        self.scene(stage, sets, arrows, is_cut)
+    }
+
+    /// How far a piece goes until all that lies ahead of it is behind, mm.
+    fn clearing_mm(&self, piece: &Aabb, out: &Vector3<f64>, sets: &[Set]) -> f64 {
+        let aside = if out.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+        let u = out.cross(&aside).normalize();
+        let across = [u, out.cross(&u)];
+        let shadow = |bounds: &Aabb, w: &Vector3<f64>| {
+            let half = 0.5 * w.abs().dot(&(bounds.max - bounds.min));
+            let middle = w.dot(&bounds.centre().coords);
+            [middle - half, middle + half]
+        };
+        let back = shadow(piece, out)[0];
+        let ahead = sets.iter().map(|set| self.bounds(set)).filter(|other| {
+            across.iter().all(|w| {
+                let ([a, b], [c, d]) = (shadow(piece, w), shadow(other, w));
+                a.max(c) < b.min(d)
+            })
+        });
+        ahead.map(|other| shadow(&other, out)[1] - back).fold(0.0, f64::max)
+    }
+
+    fn bounds(&self, set: &Set) -> Aabb {
+        let (bounds, pose) =
+            (self.solids[set.stand.body.name.as_str()].bounds(), set.stand.assembly_from_body);
+        let half = pose.rotation().abs() * (0.5 * (bounds.max - bounds.min));
+        let centre = pose.point(bounds.centre()) + set.shift;
+        Aabb { min: centre - half, max: centre + half }
+    }
+
+    fn scene(
+        &self,
+        stage: &Stage,
+        sets: Vec<Set>,
+        arrows: Vec<Arrow>,
+        is_cut: bool,
+    ) -> Option<Scene> {
+        if sets.is_empty() {
+            return None;
+        }
+        let assembly = self.sensor.chain[stage.step].assembly.as_ref()?;
+        let upright = poured_upright(self.sensor, &assembly.0);
+        let mut key = format!("{is_cut}");
+        let mut actors = Vec::new();
+        for Set { stand, shift } in sets {
+            let moved = Pose::translation(shift.x, shift.y, shift.z);
+            let pose = upright.then_in(moved.then_in(stand.assembly_from_body));
+            key += &format!("|{} {:?}", stand.body.name, pose);
+            actors.push(Actor {
+                body: self.solids[stand.body.name.as_str()].clone(),
+                scene_from_body: pose,
+                color: stand.body.color,
+                opacity: stand.body.opacity,
+            });
+        }
+        for arrow in arrows {
+            let (solid, pose) = arrow.placed(&upright, is_cut)?;
+            key += &format!("|arrow {pose:?}");
+            actors.push(Actor::new(solid, ARROW_COLOR).placed(pose));
+        }
+        Some(Scene { key, actors, is_cut })
+    }
+}
+
+/// An arrow in the assembly's frame.
+struct Arrow {
+    tail: Point3<f64>,
+    along: Vector3<f64>,
+    length_mm: f64,
+}
+
+impl Arrow {
+    /// In the air behind a piece that has gone out of its place.
+    fn in_gap(
+        piece: &Aabb,
+        out: &Vector3<f64>,
+        way_mm: f64,
+        gap_mm: f64,
+        is_leaving: bool,
+    ) -> Self {
+        let half = 0.5 * out.abs().dot(&(piece.max - piece.min));
+        let near = piece.centre() + out * (way_mm - half);
+        let at = |share: f64| near - out * (share * gap_mm);
+        let (tail, along) = if is_leaving { (at(0.9), *out) } else { (at(0.1), -out) };
+        Self { tail, along, length_mm: 0.8 * gap_mm }
+    }
+
+    /// As a body and its place in the scene.
+    fn placed(&self, upright: &Pose, is_cut: bool) -> Option<(CompiledSolid, Pose)> {
+        let [shaft, head, tip] = ARROW.map(|share| share * self.length_mm);
+        let neck = self.length_mm - tip;
+        let solid = Solid::cylinder(shaft, neck).plus(Solid::cone(head, 0.0, tip).at_z(neck));
+        let (mut tail, along) = (upright.point(self.tail), upright.vector(self.along));
+        // What a section would halve stands behind its plane.
+        if is_cut && tail.y.abs() < head && along.y.abs() < 0.5 {
+            tail.y = 1.05 * head;
+        }
+        Some((CompiledSolid::new(&solid).ok()?, Pose::z_to(along, tail)))
+    }
+}

@@ -1,0 +1,146 @@
+//! A step in words: what it takes, with which tools, which way things go, and what to check afterwards.
+
+mod checked;
+
+use std::collections::BTreeMap;
+
+use fabkit_checks::{Came, Stage};
+use fabkit_geometry::{Action, Occasion, Placement, Sensor, Step};
+
+use crate::{GuideStep, Mixed, Need, Way};
+use checked::Measured;
+
+/// Warmer than this, an oven is needed, degrees Celsius; chosen: no room is.
+const ROOM_CELSIUS: f64 = 30.0;
+
+/// Every step of a sensor's chain.
+pub(crate) fn steps(sensor: &Sensor, stages: &[Stage], mixes: &[Mixed]) -> Vec<GuideStep> {
+    let measured = Measured::of(stages);
+    let stages: BTreeMap<usize, &Stage> = stages.iter().map(|stage| (stage.step, stage)).collect();
+    let told = |(index, step): (usize, &Step)| {
+        let stage = stages.get(&index).copied();
+        let mix = mixes.iter().find(|mix| mix.step == index + 1);
+        GuideStep {
+            tools: tools(step, stage),
+            checks: measured.checks(sensor, step, stage, mix),
+            ways: stage.map_or(Vec::new(), ways),
+            ..plain(sensor, index, step)
+        }
+    };
+    sensor.chain.iter().enumerate().map(told).collect()
+}
+
+fn plain(sensor: &Sensor, index: usize, step: &Step) -> GuideStep {
+    let number_of =
+        |name: &String| sensor.chain.iter().position(|s| s.name == *name).map(|i| i + 1);
+    GuideStep {
+        number: index + 1,
+        name: step.name.clone(),
+        action: word(&step.action),
+        instruction: step.instruction.clone(),
+        assembly: step.assembly.as_ref().map(|assembly| assembly.0.clone()),
+        needs: step.bodies.iter().map(|name| need(sensor, step, name)).collect(),
+        removed: match &step.action {
+            Action::Demold(pulls) => pulls.iter().map(|pull| pull.body.clone()).collect(),
+            _ => Vec::new(),
+        },
+        adjusted: step.adjustments.iter().map(|one| one.body.clone()).collect(),
+        during: step.during.as_ref().and_then(number_of),
+        source: step.source.clone(),
+        tools: Vec::new(),
+        checks: Vec::new(),
+        ways: Vec::new(),
+    }
+}
+
+/// As many as stand where the step puts them; else as many as a lab needs.
+fn need(sensor: &Sensor, step: &Step, name: &str) -> Need {
+    let count = sensor.body(name).map_or(1, |body| {
+        let is_there = |placed: &&Placement| Some(&placed.assembly) == step.assembly.as_ref();
+        match body.placements.iter().filter(is_there).count() {
+            0 => body.quantity as usize,
+            count => count,
+        }
+    });
+    Need { name: name.to_owned(), count }
+}
+
+/// What hands hold in it: what bodies ask for, and what mixing takes.
+fn tools(step: &Step, stage: Option<&Stage>) -> Vec<String> {
+    let mut tools: Vec<String> = Vec::new();
+    let mut add = |tool: String| {
+        if !tools.contains(&tool) {
+            tools.push(tool);
+        }
+    };
+    let liquid = match &step.action {
+        Action::Pour(pour) => Some((&pour.mix, pour.cure)),
+        Action::Spray(spray) => Some((&spray.mix, spray.cure)),
+        _ => None,
+    };
+    if let Some((mix, cure)) = liquid {
+        add("a scale to 0.01 g, cups and a stick".to_owned());
+        if mix.degas {
+            add("a vacuum chamber".to_owned());
+        }
+        if cure.celsius > ROOM_CELSIUS {
+            add(format!("an oven at {} °C", cure.celsius));
+        }
+    }
+    let Some(stage) = stage else { return tools };
+    let coming = stage.coming.iter().flat_map(|came| &came.bodies);
+    let adjusted = stage.after.iter().filter(|stand| {
+        step.adjustments.iter().any(|adjustment| adjustment.body == stand.body.name)
+    });
+    let occasion = match &step.action {
+        Action::Pour(_) => Some(Occasion::Pour),
+        Action::Demold(_) => Some(Occasion::Removal),
+        _ => None,
+    };
+    let there = occasion.map_or(&[][..], |_| &stage.before[..]);
+    let asked = coming.map(|stand| (stand, Some(Occasion::Arrival)));
+    let asked = asked.chain(adjusted.map(|stand| (stand, Some(Occasion::Adjustment))));
+    let asked = asked.chain(there.iter().map(|stand| (stand, occasion)));
+    for (stand, occasion) in asked {
+        for reach in stand.body.reach.iter().filter(|reach| Some(reach.occasion) == occasion) {
+            add(reach.tool.clone());
+        }
+    }
+    tools
+}
+
+/// Which way things come and go.
+fn ways(stage: &Stage) -> Vec<Way> {
+    let way = |came: &Came, is_coming: bool| {
+        let out = came.out?;
+        let mut bodies: Vec<String> = Vec::new();
+        for stand in &came.bodies {
+            if !bodies.contains(&stand.body.name) {
+                bodies.push(stand.body.name.clone());
+            }
+        }
+        // No -0 in a file.
+        let along = if is_coming { -out } else { out }.map(|v| v + 0.0);
+        Some(Way { bodies, is_coming, along: along.into() })
+    };
+    let coming = stage.coming.iter().filter_map(|came| way(came, true));
+    let mut all: Vec<Way> = Vec::new();
+    for way in coming.chain(stage.going.iter().filter_map(|came| way(came, false))) {
+        if !all.contains(&way) {
+            all.push(way);
+        }
+    }
+    all
+}
+
+fn word(action: &Action) -> &'static str {
+    match action {
+        Action::Make => "make",
+        Action::Prepare => "prepare",
+        Action::Assemble => "assemble",
+        Action::Bond(_) => "bond",
+        Action::Spray(_) => "spray",
+        Action::Pour(_) => "pour",
+        Action::Demold(_) => "demold",
+    }
+}

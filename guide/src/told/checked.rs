@@ -1,0 +1,263 @@
+//! What to check after a step, with a number: from the drawn bodies in their places.
+
+use std::collections::BTreeMap;
+
+use fabkit_checks::{Stage, Stand};
+use fabkit_geometry::{Aabb, Action, Body, CompiledSolid, Kind, Pose, Sensor, Step, Vector3};
+use rayon::prelude::*;
+
+use crate::Mixed;
+use crate::extent::extent;
+
+/// What nobody measures without a gauge, mm.
+const FLUSH_MM: f64 = 0.05;
+
+/// Bodies whose boxes are this near touch each other, mm.
+const TOUCHING_MM: f64 = 0.1;
+
+/// Farther than any rim, mm.
+const FAR_MM: f64 = 1e6;
+
+/// More are not read.
+const MOST: usize = 6;
+
+/// Every body of the stages, prepared.
+pub(super) struct Measured<'a> {
+    solids: BTreeMap<&'a str, CompiledSolid>,
+}
+
+impl<'a> Measured<'a> {
+    pub(super) fn of(stages: &'a [Stage<'a>]) -> Self {
+        let all = stages.iter().flat_map(|stage| stage.before.iter().chain(&stage.after));
+        let bodies: BTreeMap<&str, &Body> =
+            all.map(|stand| (stand.body.name.as_str(), stand.body)).collect();
+        let prepared = bodies.into_par_iter().filter_map(|(name, body)| {
+            // What is no solid has no stage.
+            Some((name, CompiledSolid::new(&body.solid).ok()?))
+        });
+        Self { solids: prepared.collect() }
+    }
+
+    /// From where to where a body in its place reaches along a direction of the assembly, mm.
+    fn extent(&self, stand: &Stand, along: &Vector3<f64>) -> Option<[f64; 2]> {
+        let solid = self.solids.get(stand.body.name.as_str())?;
+        let pose: &Pose = &stand.assembly_from_body;
+        let shift = pose.translation_mm().dot(along);
+        let ends = extent(solid, &pose.inverse().vector(*along).normalize())?;
+        Some(ends.map(|end| end + shift))
+    }
+
+    /// Sizes along the axes of the assembly, mm.
+    fn size_mm(&self, stand: &Stand) -> Option<[f64; 3]> {
+        let along =
+            |axis| self.extent(stand, &Vector3::ith(axis, 1.0)).map(|[low, high]| high - low);
+        Some([along(0)?, along(1)?, along(2)?])
+    }
+
+    pub(super) fn checks(
+        &self,
+        sensor: &Sensor,
+        step: &Step,
+        stage: Option<&Stage>,
+        mix: Option<&Mixed>,
+    ) -> Vec<String> {
+        let mut said = Vec::new();
+        if step.action == Action::Make {
+            let parts = sensor
+                .parts()
+                .filter(|part| step.bodies.is_empty() || step.bodies.contains(&part.name));
+            let count: u32 = parts.map(|part| part.quantity).sum();
+            said.push(format!(
+                "{count} pieces lie there, each as large as the table of parts says"
+            ));
+        }
+        if let Some(mix) = mix {
+            let total_g: f64 = mix.components.iter().map(|c| c.mass_g).sum();
+            let takes_g = total_g / (1.0 + mix.waste);
+            said.push(format!(
+                "the cup holds {total_g:.2} g; {} takes {takes_g:.2} g of it",
+                mix.layer
+            ));
+        }
+        if let Some(stage) = stage {
+            match &step.action {
+                Action::Pour(pour) => {
+                    said.extend(self.level(&pour.layer, &pour.walls, &pour.up, stage))
+                }
+                Action::Demold(_) => said.extend(self.left(sensor, step, stage)),
+                _ => {}
+            }
+            said.extend(self.seats(stage));
+            said.extend(pressed(sensor, stage));
+        }
+        said.truncate(MOST);
+        said
+    }
+
+    /// Where a liquid stands against the highest of its walls.
+    fn level(
+        &self,
+        layer: &str,
+        walls: &[String],
+        up: &Vector3<f64>,
+        stage: &Stage,
+    ) -> Option<String> {
+        let top = |stand: &Stand| self.extent(stand, up).map(|[_, high]| high);
+        let liquid = stage.after.iter().find(|stand| stand.body.name == layer)?;
+        let rims = stage.before.iter().chain(stage.coming.iter().flat_map(|came| &came.bodies));
+        let rims = rims.filter(|stand| walls.contains(&stand.body.name));
+        let liquid_mm = top(liquid)?;
+        let rims = rims.filter_map(|stand| Some((stand.body.name.as_str(), top(stand)?)));
+        // The rim that it stands nearest below is the one that eyes compare it with; of two alike, the first.
+        let over = |rim: f64| match rim - liquid_mm {
+            below_mm if below_mm > -FLUSH_MM => below_mm.abs(),
+            above_mm => FAR_MM - above_mm,
+        };
+        let (wall, rim) = rims.fold(None, |most: Option<(&str, f64)>, next| match most {
+            Some(most) if over(most.1) <= over(next.1) => Some(most),
+            _ => Some(next),
+        })?;
+        let below_mm = rim - liquid_mm;
+        Some(if below_mm.abs() < FLUSH_MM {
+            format!("{layer} stands level with the top of {wall}")
+        } else if below_mm > 0.0 {
+            format!("{layer} ends {below_mm:.1} mm below the top of {wall}")
+        } else {
+            format!("{layer} ends {:.1} mm above the top of {wall}", -below_mm)
+        })
+    }
+
+    /// How large what was cast is once it is free.
+    fn left(&self, sensor: &Sensor, step: &Step, stage: &Stage) -> Vec<String> {
+        let here = |layer: &str| {
+            sensor.chain.iter().any(|other| {
+                let is_poured = matches!(&other.action, Action::Pour(pour) if pour.layer == layer);
+                is_poured && other.assembly == step.assembly
+            })
+        };
+        let cast = stage.after.iter().filter(|stand| stand.body.kind == Kind::Cast);
+        let cast = cast.filter(|stand| here(&stand.body.name));
+        let told = |stand: &Stand| {
+            let [x, y, z] = self.size_mm(stand)?;
+            Some(format!(
+                "{} measures {x:.1} × {y:.1} × {z:.1} mm, without bubbles",
+                stand.body.name
+            ))
+        };
+        cast.filter_map(told).collect()
+    }
+
+    /// Where what was put in ends, against what it was put into.
+    fn seats(&self, stage: &Stage) -> Vec<String> {
+        let mut standing: Vec<Stand> = stage.before.clone();
+        let mut counts: Vec<(String, String, usize)> = Vec::new();
+        for came in &stage.coming {
+            if let (Some(out), Some(stand)) = (came.out, came.bodies.first())
+                && let Some(beside) = self.beside(stand, &out, &standing)
+                && let (Some([_, end]), Some([_, face])) =
+                    (self.extent(stand, &out), self.extent(beside, &out))
+            {
+                let (name, on) = (&stand.body.name, &beside.body.name);
+                let out_mm = end - face;
+                let rest = if out_mm.abs() < FLUSH_MM {
+                    format!("ends flush with {on}")
+                } else if out_mm > 0.0 {
+                    format!("stands {out_mm:.1} mm out of {on}")
+                } else {
+                    format!("ends {:.1} mm inside {on}", -out_mm)
+                };
+                match counts.iter_mut().find(|(known, told, _)| known == name && *told == rest) {
+                    Some((.., count)) => *count += 1,
+                    None => counts.push((name.clone(), rest, 1)),
+                }
+            }
+            standing.extend(&came.bodies);
+        }
+        let told = counts.into_iter().map(|(name, rest, count)| match count {
+            1 => format!("{name} {rest}"),
+            count => format!("each of {count} {name} {rest}"),
+        });
+        told.collect()
+    }
+
+    /// What a body goes into or onto: of what it touches, the smallest part behind whose outline it disappears; else
+    /// the largest.
+    fn beside<'s>(
+        &self,
+        stand: &Stand,
+        out: &Vector3<f64>,
+        standing: &'s [Stand<'s>],
+    ) -> Option<&'s Stand<'s>> {
+        let bounds = |stand: &Stand| {
+            let solid = self.solids.get(stand.body.name.as_str())?;
+            Some(placed(&solid.bounds(), &stand.assembly_from_body))
+        };
+        let own = bounds(stand)?;
+        let near = own.grown(TOUCHING_MM);
+        let [u, v] = across(out);
+        let is_within = |other: &Aabb| {
+            [u, v].iter().all(|w| {
+                let ([a, b], [c, d]) = (shadow(&own, w), shadow(other, w));
+                c - TOUCHING_MM <= a && b <= d + TOUCHING_MM
+            })
+        };
+        // Whether it holds, whether it is a part, and how small it is; if it does not hold, how large.
+        let rank = |other: &Aabb, body: &Body| {
+            let volume: f64 = other.size_mm().iter().product();
+            let holds = is_within(other);
+            (holds, body.is_made(), if holds { -volume } else { volume })
+        };
+        let touching = standing.iter().filter_map(|other| {
+            let of = bounds(other).filter(|of| !near.common(of).is_empty())?;
+            Some((other, rank(&of, other.body)))
+        });
+        let best = touching.fold(None, |best: Option<(&Stand, _)>, next| match best {
+            Some(best) if best.1 >= next.1 => Some(best),
+            _ => Some(next),
+        });
+        best.map(|(other, _)| other)
+    }
+}
+
+/// Two directions across another one.
+fn across(along: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let aside = if along.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+    let u = along.cross(&aside).normalize();
+    [u, along.cross(&u)]
+}
+
+/// From where to where a box reaches along a unit vector.
+fn shadow(bounds: &Aabb, along: &Vector3<f64>) -> [f64; 2] {
+    let half = 0.5 * along.abs().dot(&(bounds.max - bounds.min));
+    let middle = along.dot(&bounds.centre().coords);
+    [middle - half, middle + half]
+}
+
+/// The box around a box that has been moved.
+fn placed(bounds: &Aabb, pose: &Pose) -> Aabb {
+    let half = pose.rotation().abs() * (0.5 * (bounds.max - bounds.min));
+    let centre = pose.point(bounds.centre());
+    Aabb { min: centre - half, max: centre + half }
+}
+
+/// What is pressed into what, and how tightly.
+fn pressed(sensor: &Sensor, stage: &Stage) -> Vec<String> {
+    let comes = |name: &str| {
+        let mut bodies = stage.coming.iter().flat_map(|came| &came.bodies);
+        bodies.any(|stand| stand.body.name == name)
+    };
+    let stands = |name: &str| stage.after.iter().any(|stand| stand.body.name == name);
+    let is_meant = |body: &str| sensor.body(body).is_some_and(Body::is_made);
+    let fits = sensor.press_fits.iter().filter(|fit| {
+        (comes(&fit.inner) || comes(&fit.outer)) && stands(&fit.inner) && stands(&fit.outer)
+    });
+    // Threads hold by their own cut.
+    let fits = fits.filter(|fit| is_meant(&fit.inner) && is_meant(&fit.outer));
+    let told = fits.map(|fit| {
+        format!(
+            "{} sits tight in {}: drawn {:.2} mm per side too large for it",
+            fit.inner, fit.outer, fit.interference_mm
+        )
+    });
+    told.collect()
+}

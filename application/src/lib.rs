@@ -53,6 +53,7 @@ pub mod identity;
 mod legend;
 pub mod materials;
 pub mod memory;
+pub mod packaging;
 pub mod pictures;
 pub mod progress;
 pub mod reading;

@@ -48,6 +48,7 @@ pub use manifest::{
     OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
 };
 pub use npz::{Array, NpzPieces, Values, npy, npz};
+pub use opc::zip;
 pub use parquet::{Column, parquet};
 pub use picture::{grey8_png, grey16_png, png};
 pub use plate::{Bed, Spot, pack};

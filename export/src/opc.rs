@@ -43,6 +43,18 @@ struct Stored<'a> {
     offset: u32,
 }
 
+/// A ZIP archive of files, all of 1980-01-01, so that equal files give equal archives. Names must be ASCII.
+///
+/// # Errors
+/// [`ExportError::TooLarge`] beyond 4 GiB or 65,535 files.
+pub fn zip(files: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
+    if u16::try_from(files.len()).is_err() {
+        let (needed, limit) = (files.len() as u64, u16::MAX.into());
+        return Err(ExportError::TooLarge { what: "the archive's directory", needed, limit });
+    }
+    archive(files)
+}
+
 /// Packs named parts in the order given. Names must be ASCII.
 pub(crate) fn archive(parts: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
     let mut bytes = Vec::new();

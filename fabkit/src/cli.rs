@@ -15,6 +15,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit_application::exporting::Format;
 use fabkit_application::geometry::Length;
 use fabkit_application::memory;
+use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
@@ -197,6 +198,22 @@ pub struct Export {
     /// Its fixtures too, each into a folder of its own
     #[arg(long, conflicts_with = "parts")]
     pub fixtures: bool,
+    /// All that a lab publishes: parts in every format, fixtures, guides, the sensor's file and camera,
+    /// licence and citation
+    #[arg(long, conflicts_with_all = ["parts", "format"])]
+    pub all: bool,
+    /// The guide too, into a folder of its own
+    #[arg(long, conflicts_with = "parts")]
+    pub guide: bool,
+    /// Licence of a package by its SPDX identifier, for example CC0-1.0
+    #[arg(long, requires = "all", value_parser = license, default_value = "CC-BY-4.0", value_name = "ID")]
+    pub license: License,
+    /// Who made the design, for the package's citation; may be repeated
+    #[arg(long = "author", requires = "all", value_name = "NAME")]
+    pub authors: Vec<String>,
+    /// Write one archive instead of a folder; the same bytes for the same files
+    #[arg(long, conflicts_with_all = ["output", "clean"], value_name = "FILE.zip")]
+    pub zip: Option<PathBuf>,
     /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
@@ -423,6 +440,13 @@ impl FormatArg {
             Self::Step => None,
         }
     }
+}
+
+pub(crate) fn license(text: &str) -> Result<License, String> {
+    License::of(text).ok_or_else(|| {
+        let known = LICENSES.map(|license| license.id);
+        format!("known licences are {}", known.join(", "))
+    })
 }
 
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {

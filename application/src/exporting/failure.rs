@@ -147,6 +147,12 @@ pub enum ExportFailure {
         /// Why.
         source: ExportError,
     },
+    /// No guide can be made.
+    #[error("the guide: {reason}")]
+    Guide {
+        /// Why.
+        reason: String,
+    },
     /// A solid that no rule can be applied to.
     #[error(transparent)]
     Examined(#[from] InvalidBody),

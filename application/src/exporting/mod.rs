@@ -79,6 +79,15 @@ pub struct ForeignFile {
 }
 
 impl Exported {
+    /// A folder that holds nothing but its list of contents yet.
+    ///
+    /// # Errors
+    /// [`ExportFailure::Write`] if the encoder refuses.
+    pub fn empty(manifest: Manifest) -> Result<Self, ExportFailure> {
+        let files = vec![manifest_file(&manifest)?];
+        Ok(Self { files, manifest, bodies: Vec::new() })
+    }
+
     /// Adds files, and lists them in the manifest.
     ///
     /// # Errors

@@ -27,6 +27,27 @@ pub enum Format {
 }
 
 impl Format {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Stl,
+        Self::ThreeMf,
+        Self::Dxf,
+        Self::Svg,
+        Self::Png,
+        Self::Tree,
+        Self::Samples,
+        Self::Light,
+        Self::Glb,
+    ];
+
+    /// What a package holds: what somebody builds from or looks at. The guide has pictures, and the rest is for
+    /// whoever checks fabkit.
+    pub fn published() -> Vec<Self> {
+        let is_published =
+            |format: &Self| !matches!(format, Self::Png | Self::Tree | Self::Samples | Self::Light);
+        Self::ALL.into_iter().filter(is_published).collect()
+    }
+
     /// The word used in the manifest and on the command line.
     pub fn word(self) -> &'static str {
         match self {

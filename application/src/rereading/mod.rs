@@ -169,7 +169,7 @@ impl Kind {
     }
 }
 
-/// Reads a folder again, and the exports in folders directly below an export, where fixtures lie.
+/// Reads a folder again, and the exports in folders below an export, where fixtures and guides lie.
 ///
 /// # Errors
 /// A folder that holds no list of contents, or one of another version; damage is none.
@@ -180,19 +180,27 @@ pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
     };
     let mut all = vec![one(folder, kind)?];
     if kind == Kind::Export {
-        let mut below: Vec<PathBuf> = fs::read_dir(folder)
-            .map_err(|e| cannot_list(folder, e))?
-            .flatten()
-            .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
-            .map(|entry| entry.path())
-            .filter(|path| Kind::of(path) == Some(Kind::Export))
-            .collect();
-        below.sort();
-        for folder in below {
-            all.push(one(&folder, Kind::Export)?);
+        for fixture in exports_below(folder)? {
+            all.push(one(&fixture, Kind::Export)?);
+            for guide in exports_below(&fixture)? {
+                all.push(one(&guide, Kind::Export)?);
+            }
         }
     }
     Ok(all)
+}
+
+/// Exports in folders directly below another one, sorted.
+fn exports_below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut below: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(|e| cannot_list(folder, e))?
+        .flatten()
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+        .map(|entry| entry.path())
+        .filter(|path| Kind::of(path) == Some(Kind::Export))
+        .collect();
+    below.sort();
+    Ok(below)
 }
 
 fn no_list(folder: &Path) -> RereadError {

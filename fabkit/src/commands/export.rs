@@ -8,14 +8,15 @@ use fabkit_application::bodies;
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
 use fabkit_application::exporting::{
-    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Overwriting, WrittenExport,
+    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Format, Overwriting, WrittenExport,
 };
+use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::source::{self, Faults, Target};
 use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Outcome, profiled};
+use super::{Outcome, packaged, profiled};
 use crate::cli::{Export, Global};
 use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
@@ -32,14 +33,16 @@ const MOST_NAMED: usize = 8;
 pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
-    if args.fixtures && (target.fixture.is_some() || target.part.is_some()) {
-        let message = format!("--fixtures is for a whole sensor, not for {}", args.sensor);
-        let hint = format!("write `fabkit export {} --fixtures`", target.sensor);
+    let with_fixtures = args.fixtures || args.all;
+    if with_fixtures && (target.fixture.is_some() || target.part.is_some()) {
+        let option = if args.all { "--all" } else { "--fixtures" };
+        let message = format!("{option} is for a whole sensor, not for {}", args.sensor);
+        let hint = format!("write `fabkit export {} {option}`", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let chosen = Chosen::new(args, &Defaults::read()?)?;
     let profile = chosen.process.as_deref().map(source::read_profile).transpose()?;
-    let (design, fixtures) = match args.fixtures {
+    let (design, fixtures) = match with_fixtures {
         true => target.design_with_fixtures(&args.set)?,
         false => (target.design(&args.set)?, Vec::new()),
     };
@@ -51,7 +54,10 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
             .into_iter()
             .chain(args.parts.iter().cloned())
             .collect(),
-        formats: args.format.iter().filter_map(|format| format.own()).collect(),
+        formats: match args.all {
+            true => Format::published(),
+            false => args.format.iter().filter_map(|format| format.own()).collect(),
+        },
         tolerance_mm: chosen.tolerance_mm,
         bed: chosen.bed,
         stock: chosen.stock,
@@ -80,7 +86,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     };
     // Where nobody would read the answer, or whoever asks knows it, nobody looks.
     let is_told = !args.force && (global.json || !global.quiet);
-    let look = || is_told.then(|| target.faults(&args.set, args.fixtures));
+    let look = || is_told.then(|| target.faults(&args.set, with_fixtures));
     let (exported, faults) = rayon::join(make, look);
     drop(progress);
     let (mut exported, mut of_fixtures) = exported?;
@@ -101,11 +107,35 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         }
     }
 
+    let mut guides = Vec::new();
+    if args.all || args.guide {
+        let progress = Progress::new(global, format!("drawing the guide of {}", args.sensor));
+        let guide = |design: &Design| packaging::guide(design, &|step| progress.show(step));
+        guides.push((PathBuf::from(GUIDE_FOLDER), guide(&design)?));
+        for (name, fixture) in &fixtures {
+            guides.push((Path::new(name).join(GUIDE_FOLDER), guide(fixture)?));
+        }
+    }
+    let mut has_file = true;
+    if args.all {
+        let terms = Terms { license: args.license, authors: args.authors.clone() };
+        let family = target.family()?;
+        has_file =
+            packaging::complete(&mut exported, &design, &fixtures, family.as_deref(), &terms)?;
+    }
+
+    if args.zip.is_some() {
+        let exports = std::iter::once((PathBuf::new(), &exported))
+            .chain(of_fixtures.iter().map(|(name, exported)| (PathBuf::from(*name), exported)))
+            .chain(guides.iter().map(|(folder, exported)| (folder.clone(), exported)));
+        return packaged::zipped(args, &target, &design, exports.collect());
+    }
     let folder = args.output.clone();
     let folder = folder.unwrap_or_else(|| default_folder(chosen.output, &target, &design));
     // Fixtures lie in folders below; the sensor's own list of contents comes last.
     let below = of_fixtures.iter().map(|(name, exported)| (folder.join(name), exported));
-    let exports: Vec<_> = below.chain([(folder.clone(), &exported)]).collect();
+    let of_guides = guides.iter().map(|(name, exported)| (folder.join(name), exported));
+    let exports: Vec<_> = below.chain(of_guides).chain([(folder.clone(), &exported)]).collect();
     let files = exports.iter().flat_map(|(folder, exported)| {
         exported.files.iter().map(move |file| (folder.join(&file.name), file.bytes.len() as u64))
     });
@@ -137,13 +167,19 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         folder.display(),
         start.elapsed().as_secs_f64(),
     );
+    if !guides.is_empty() {
+        text += &format!("open {}\n", folder.join(GUIDE_FOLDER).join("index.html").display());
+    }
+    if !has_file {
+        text += &packaged::no_file(&design);
+    }
     let own = own.ok_or_else(|| Failure::bug("an export without a folder"))?;
     text += &remains(&exported, &own);
     if !chosen.from_file.is_empty() {
         text += &format!("from {}: {}\n", defaults::FILE, chosen.from_file.join(", "));
     }
     let mut json = json(&own, &folder, faults.as_ref());
-    if args.fixtures {
+    if with_fixtures {
         json["fixtures"] = json!(manifests);
     }
     if !chosen.from_file.is_empty() {

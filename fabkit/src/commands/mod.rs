@@ -14,6 +14,7 @@ mod list;
 mod man;
 mod misread;
 mod new;
+mod packaged;
 mod profile;
 mod profiled;
 mod progress;

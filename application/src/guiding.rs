@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_depth::RenderError;
 use fabkit_designs::Design;
-use fabkit_guide::{Guide, NoSuchPart, Pictures, Request};
+use fabkit_designs::buying::{Articles, Role};
+use fabkit_geometry::Order;
+use fabkit_guide::{Guide, NoSuchPart, Pictures, Request, Shop, Use};
 use fabkit_sweep::stock_density_g_per_cm3;
 
 use crate::identity::design_hash;
@@ -26,7 +28,32 @@ const PART_PX: [u32; 2] = [160, 120];
 pub fn facts(design: &Design, units: u32) -> Result<Guide, NoSuchPart> {
     let hash = design_hash(design);
     let density = |material: &str| stock_density_g_per_cm3(material);
-    Guide::of(&design.sensor, &Request { design_hash: &hash, units, density: &density })
+    let shop = Listed(&design.articles);
+    Guide::of(
+        &design.sensor,
+        &Request { design_hash: &hash, units, density: &density, shop: &shop },
+    )
+}
+
+/// The design's list of what may be bought.
+struct Listed<'a>(&'a Articles);
+
+impl Shop for Listed<'_> {
+    fn article(&self, name: &str) -> Order {
+        self.0.article(name)
+    }
+
+    fn stock(&self, process: &str, material: &str) -> Order {
+        self.0.stock(process, material)
+    }
+
+    fn asked_for(&self, sentence: &str) -> Vec<(Use, Order)> {
+        let used = |(role, order)| match role {
+            Role::Tool => (Use::Tool, order),
+            Role::Supply | Role::Piece | Role::Stock => (Use::Supply, order),
+        };
+        self.0.asked_for(sentence).into_iter().map(used).collect()
+    }
 }
 
 /// The files of a guide, all of them.

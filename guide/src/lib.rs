@@ -5,9 +5,9 @@
 //! ([`Guide::to_html`]) say the same. Nothing here opens a file or draws a body: pictures are handed in.
 //!
 //! ```
-//! use fabkit_guide::{Guide, Request};
+//! use fabkit_guide::{Guide, NoShop, Request};
 //! # let sensor = fabkit_checks::example::puck();
-//! let guide = Guide::of(&sensor, &Request { design_hash: "00", units: 2, density: &|_| None })?;
+//! let guide = Guide::of(&sensor, &Request { design_hash: "00", units: 2, density: &|_| None, shop: &NoShop })?;
 //! // Two pucks are poured one after the other in the same mold.
 //! assert_eq!(guide.mixes[0].batches, 2);
 //! assert!(guide.parts_csv().starts_with("name,quantity,"));
@@ -21,6 +21,8 @@
 mod csv;
 mod html;
 mod lists;
+mod shop;
+mod supplies;
 mod timeline;
 
 use fabkit_checks::{Batch, batches};
@@ -29,6 +31,8 @@ use serde::Serialize;
 
 pub use html::Pictures;
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
+pub use shop::{Figure, NoShop, Purchase, Shop, Use};
+pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Stretch, Timeline};
 
 /// What a guide is asked for.
@@ -40,6 +44,8 @@ pub struct Request<'a> {
     pub units: u32,
     /// Density of a material that parts are made of, g/cm3, as far as anybody knows it.
     pub density: &'a dyn Fn(&str) -> Option<f64>,
+    /// What may be bought.
+    pub shop: &'a dyn Shop,
 }
 
 /// Everything that a lab needs to know to build a design.
@@ -65,6 +71,12 @@ pub struct Guide {
     pub bought: Vec<Bought>,
     /// What is poured and sprayed, summed over all steps.
     pub liquids: Vec<Liquid>,
+    /// What parts are made from.
+    pub stock: Vec<Stock>,
+    /// What the work uses up, and its tools.
+    pub supplies: Vec<Supply>,
+    /// What everything that is bought costs.
+    pub costs: Costs,
     /// What is mixed, step by step.
     pub mixes: Vec<Mixed>,
     /// What to do.
@@ -146,6 +158,12 @@ impl Guide {
     /// A part that cannot be made.
     pub fn of(sensor: &Sensor, request: &Request<'_>) -> Result<Self, NoSuchPart> {
         let mixes = mixes(sensor, &batches(sensor), request.units);
+        let made = lists::made(sensor, request)?;
+        let bought = lists::bought(sensor, request.units);
+        let liquids = lists::liquids(&mixes, request.shop);
+        let stock = supplies::stock(&made, request.shop);
+        let supplies = supplies::supplies(sensor, (&made, &mixes), request.shop);
+        let costs = supplies::costs(&bought, &liquids, &stock, &supplies);
         Ok(Self {
             format: "fabkit-guide",
             version: 1,
@@ -154,9 +172,12 @@ impl Guide {
             reference: sensor.reference.clone(),
             design_hash: request.design_hash.to_owned(),
             units: request.units,
-            made: lists::made(sensor, request)?,
-            bought: lists::bought(sensor, request.units),
-            liquids: lists::liquids(&mixes),
+            made,
+            bought,
+            liquids,
+            stock,
+            supplies,
+            costs,
             mixes,
             steps: sensor.chain.iter().enumerate().map(|(i, step)| told(sensor, i, step)).collect(),
             timeline: Timeline::of(&sensor.chain),

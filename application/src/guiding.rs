@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_checks::{InvalidBody, Stage};
 use fabkit_designs::Design;
-use fabkit_guide::{Guide, NoSuchPart, Pictures, Request, StepPictures};
+use fabkit_designs::buying::{Articles, Role};
+use fabkit_geometry::Order;
+use fabkit_guide::{Guide, NoSuchPart, Pictures, Request, Shop, StepPictures, Use};
 use fabkit_sweep::stock_density_g_per_cm3;
 use rayon::prelude::*;
 
@@ -49,8 +51,30 @@ pub fn stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
 pub fn facts(design: &Design, stages: &[Stage], units: u32) -> Result<Guide, NoSuchPart> {
     let hash = design_hash(design);
     let density = |material: &str| stock_density_g_per_cm3(material);
-    let request = Request { design_hash: &hash, units, density: &density, stages };
+    let shop = Listed(&design.articles);
+    let request = Request { design_hash: &hash, units, density: &density, shop: &shop, stages };
     Guide::of(&design.sensor, &request)
+}
+
+/// The design's list of what may be bought.
+struct Listed<'a>(&'a Articles);
+
+impl Shop for Listed<'_> {
+    fn article(&self, name: &str) -> Order {
+        self.0.article(name)
+    }
+
+    fn stock(&self, process: &str, material: &str) -> Order {
+        self.0.stock(process, material)
+    }
+
+    fn asked_for(&self, sentence: &str) -> Vec<(Use, Order)> {
+        let used = |(role, order)| match role {
+            Role::Tool => (Use::Tool, order),
+            Role::Supply | Role::Piece | Role::Stock => (Use::Supply, order),
+        };
+        self.0.asked_for(sentence).into_iter().map(used).collect()
+    }
 }
 
 /// The files of a guide, all of them.

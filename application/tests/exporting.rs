@@ -30,6 +30,7 @@ fn design(parts: Vec<Body>) -> Design {
         derived: Vec::new(),
         materials: Vec::new(),
         companions: Vec::new(),
+        articles: Default::default(),
     }
 }
 

@@ -13,7 +13,7 @@ mod nuts;
 mod o_ring;
 pub mod tools;
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, Order, Path, Solid};
 
 pub use dowel::Dowel;
 pub use lens::Lens;
@@ -221,11 +221,23 @@ impl Screw {
 
     /// How it is ordered, for example `pan head screw ISO 7045 M1.6x5`.
     pub fn ordered(&self) -> String {
+        self.order().asked_for()
+    }
+
+    /// What to ask a shop for, with the driver that turns it: ISO 4757 gives the cross recess of each thread.
+    pub fn order(&self) -> Order {
         let head = match self.head {
             Head::Pan => "pan head",
             Head::Countersunk => "countersunk",
         };
-        format!("{head} screw {} M{}x{}", self.standard(), self.thread_mm, self.length_mm)
+        let driver = match self.thread_mm {
+            _ if self.standard() == "DIN 963" => "screwdriver, slotted, blade 0.3 mm thick",
+            thread if thread < 2.2 => "screwdriver PH0",
+            thread if thread < 3.6 => "screwdriver PH1",
+            _ => "screwdriver PH2",
+        };
+        let size = format!("M{}x{}", self.thread_mm, self.length_mm);
+        Order::of(format!("{head} screw {}", self.standard()), size).with_tool(driver)
     }
 
     /// Diameter of the countersink at the surface, mm, for a countersunk head with `gap_mm` to
@@ -360,6 +372,13 @@ impl SocketScrew {
         let off = |length: &f64| (length - wanted_mm).abs();
         let nearest = SOCKET_LENGTHS_MM.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         nearest.unwrap_or(wanted_mm)
+    }
+
+    /// What to ask a shop for, with the key that turns it: the socket of ISO 4762.
+    pub fn order(&self, length_mm: f64) -> Order {
+        let key_mm = self.thread_mm - 1.0;
+        Order::of("socket head screw ISO 4762", format!("M{}x{length_mm}", self.thread_mm))
+            .with_tool(format!("hexagon key {key_mm} mm"))
     }
 
     /// The screw, its head bearing at z = 0.

@@ -4,6 +4,7 @@ use fabkit_geometry::Sensor;
 
 pub mod assembling;
 pub mod blocks;
+pub mod buying;
 mod companion;
 mod families;
 mod fits;
@@ -98,6 +99,8 @@ pub struct Design {
     pub materials: Vec<materials::Castable>,
     /// Files that belong to the design besides those of its parts.
     pub companions: Vec<Companion>,
+    /// What may be bought, as fabkit and the user's files list it.
+    pub articles: buying::Articles,
 }
 
 /// The families and sensors that fabkit comes with.

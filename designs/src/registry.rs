@@ -24,6 +24,7 @@ use laying::{Extra, Laid, bug, lay_defaults};
 
 use crate::Design;
 use crate::blocks::adapter::{self, Adapter, MountFace};
+use crate::buying::fill;
 use crate::labeling::{self, Labels};
 use crate::loads::{self, Loads};
 use crate::materials::{Castable, adhere, check_kinds, hold, substances};
@@ -413,10 +414,11 @@ impl Registry {
                     report_unnamed(&making, &of_sensor, &more, &mut found);
                 }
                 assign(&mut sensor, "", &making, making.is_asked(), &mut found);
+                hold(&mut sensor, &own.materials);
+                fill(&mut sensor, &own.articles, &own.materials.components(), &mut found);
                 if !found.is_empty() {
                     return Err(InvalidDesign { problems: Found::sorted(found) });
                 }
-                hold(&mut sensor, &own.materials);
                 let materials: Vec<Castable> = own.used(&settings);
                 materials.iter().for_each(|material| material.light(&mut sensor));
                 substances(&mut sensor, &own.materials);
@@ -424,8 +426,11 @@ impl Registry {
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));
                 let companions = Vec::new();
-                let design = Design { sensor, parameters, derived, materials, companions };
-                let workshop = Workshop { processes: own.processes, making, labels };
+                let articles = own.articles.clone();
+                let design =
+                    Design { sensor, parameters, derived, materials, companions, articles };
+                let workshop =
+                    Workshop { processes: own.processes, making, labels, articles: own.articles };
                 Ok(Loaded { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),

@@ -301,6 +301,8 @@ pub struct Body {
     pub gives_mm: f64,
     /// What it does for what it touches, where it is bought.
     pub duty: Duty,
+    /// What to ask a shop for, where it is bought.
+    pub order: Option<crate::Order>,
 }
 
 impl Body {
@@ -332,6 +334,7 @@ impl Body {
             reach: Vec::new(),
             gives_mm: 0.0,
             duty: Duty::Stands,
+            order: None,
         }
     }
 

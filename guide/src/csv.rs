@@ -1,6 +1,10 @@
 //! The guide's tables for spreadsheets (RFC 4180).
 
-use crate::{Guide, Tool};
+use crate::{Guide, Purchase, Tool, Use};
+
+/// Heads of the table of what to buy.
+pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\
+                             price_eur,cost_eur,substitutes,source,steps";
 
 fn quoted(text: &str) -> String {
     match text.contains(['"', ',', '\n', '\r']) {
@@ -20,18 +24,56 @@ fn numbers(steps: &[usize]) -> String {
     steps.iter().map(usize::to_string).collect::<Vec<_>>().join(" ")
 }
 
+/// What matters of an article.
+fn what(order: &Purchase) -> String {
+    let figures = order.figures.iter().map(|figure| match &*figure.name {
+        "what matters" => figure.value.clone(),
+        name => format!("{name}: {}", figure.value),
+    });
+    match figures.collect::<Vec<_>>().join("; ") {
+        nothing if nothing.is_empty() => "any".into(),
+        figures => quoted(&figures),
+    }
+}
+
+/// From `article` to `source`.
+fn ordered(order: &Purchase) -> String {
+    let money = |eur: Option<f64>| eur.map_or("not known".into(), |eur| format!("{eur:.2}"));
+    let packs = order.packs.to_string();
+    let (price, cost) = (money(order.price_eur), money(order.cost_eur));
+    let kit = order.kit.as_deref().unwrap_or("none");
+    let texts = [&order.article, &order.size, &order.maker, &order.number, &order.standard];
+    let texts = texts.map(String::as_str).into_iter().chain([&*order.pack, kit, &packs, &price]);
+    let texts = texts.chain([&*cost, &order.substitutes, &order.source]);
+    texts.map(quoted).collect::<Vec<_>>().join(",")
+}
+
 impl Guide {
-    /// What to buy: `kind,name,quantity,unit,of,what,steps`.
+    /// What to buy: [`BOM_HEADS`].
     pub fn bom_csv(&self) -> String {
-        let mut csv = String::from("kind,name,quantity,unit,of,what,steps\n");
+        let mut csv = format!("{BOM_HEADS}\n");
         for piece in &self.bought {
             let (name, what) = (quoted(&piece.name), quoted(&piece.what));
             let (of, steps) = (word(piece.of), numbers(&piece.steps));
-            csv += &format!("component,{name},{},pieces,{of},{what},{steps}\n", piece.quantity);
+            let quantity = piece.quantity;
+            let order = ordered(&piece.order);
+            csv += &format!("component,{name},{quantity},pieces,{of},{what},{order},{steps}\n");
         }
         for liquid in &self.liquids {
             let (name, steps) = (quoted(&liquid.name), numbers(&liquid.steps));
-            csv += &format!("liquid,{name},{:.2},g,,,{steps}\n", liquid.mass_g);
+            let (what, order) = (what(&liquid.order), ordered(&liquid.order));
+            csv += &format!("liquid,{name},{:.2},g,,{what},{order},{steps}\n", liquid.mass_g);
+        }
+        for stock in &self.stock {
+            let (name, what) = (quoted(&stock.name), what(&stock.order));
+            let (amount, unit, order) = (stock.amount, stock.unit, ordered(&stock.order));
+            csv += &format!("stock,{name},{amount:.2},{unit},,{what},{order},\n");
+        }
+        for supply in &self.supplies {
+            let kind = if supply.used == Use::Tool { "tool" } else { "supply" };
+            let (name, what) = (quoted(&supply.name), what(&supply.order));
+            let (order, steps) = (ordered(&supply.order), numbers(&supply.steps));
+            csv += &format!("{kind},{name},1,packs,,{what},{order},{steps}\n");
         }
         csv
     }

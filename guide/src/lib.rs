@@ -5,10 +5,11 @@
 //! ([`Guide::to_html`]) say the same. Nothing here opens a file or draws a body: pictures are handed in.
 //!
 //! ```
-//! use fabkit_guide::{Guide, Request};
+//! use fabkit_guide::{Guide, NoShop, Request};
 //! # let sensor = fabkit_checks::example::puck();
 //! let stages = fabkit_checks::stages(&sensor)?;
-//! let request = Request { design_hash: "00", units: 2, density: &|_| None, stages: &stages };
+//! let shop = &NoShop;
+//! let request = Request { design_hash: "00", units: 2, density: &|_| None, shop, stages: &stages };
 //! let guide = Guide::of(&sensor, &request)?;
 //! // Two pucks are poured one after the other in the same mold.
 //! assert_eq!(guide.mixes[0].batches, 2);
@@ -25,6 +26,8 @@ mod extent;
 mod html;
 mod lists;
 mod outer;
+mod shop;
+mod supplies;
 mod timeline;
 mod told;
 mod warnings;
@@ -36,6 +39,8 @@ use serde::Serialize;
 pub use html::{Model, Pictures, Pressed, Rays, SeenRay, StepPictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
+pub use shop::{Figure, NoShop, Purchase, Shop, Use};
+pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};
 pub use warnings::Warning;
 
@@ -50,6 +55,8 @@ pub struct Request<'a> {
     pub density: &'a dyn Fn(&str) -> Option<f64>,
     /// What stands where in each step: of the same sensor, as [`fabkit_checks::stages`] tells it.
     pub stages: &'a [Stage<'a>],
+    /// What may be bought.
+    pub shop: &'a dyn Shop,
 }
 
 /// Everything that a lab needs to know to build a design.
@@ -77,6 +84,12 @@ pub struct Guide {
     pub bought: Vec<Bought>,
     /// What is poured and sprayed, summed over all steps.
     pub liquids: Vec<Liquid>,
+    /// What parts are made from.
+    pub stock: Vec<Stock>,
+    /// What the work uses up, and its tools.
+    pub supplies: Vec<Supply>,
+    /// What everything that is bought costs.
+    pub costs: Costs,
     /// What is mixed, step by step.
     pub mixes: Vec<Mixed>,
     /// What to mind.
@@ -183,6 +196,12 @@ impl Guide {
         let mixes = mixes(sensor, &batches(sensor), request.units);
         let timeline = Timeline::of(sensor, request.units);
         let steps = told::steps(sensor, request.stages, &mixes);
+        let made = lists::made(sensor, request)?;
+        let bought = lists::bought(sensor, request.units);
+        let liquids = lists::liquids(&mixes, request.shop);
+        let stock = supplies::stock(&made, request.shop);
+        let supplies = supplies::supplies(sensor, (&made, &mixes), request.shop);
+        let costs = supplies::costs(&bought, &liquids, &stock, &supplies);
         Ok(Self {
             format: "fabkit-guide",
             version: 1,
@@ -192,9 +211,12 @@ impl Guide {
             design_hash: request.design_hash.to_owned(),
             units: request.units,
             outer: outer::outer(sensor, request)?,
-            made: lists::made(sensor, request)?,
-            bought: lists::bought(sensor, request.units),
-            liquids: lists::liquids(&mixes),
+            made,
+            bought,
+            liquids,
+            stock,
+            supplies,
+            costs,
             warnings: warnings::warnings(sensor, &mixes, &timeline),
             mixes,
             steps,

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::measure::{MeasureError, ray_volume};
-use fabkit_geometry::{Assembly, Body, CompiledSolid, InvalidSolid, Kind, Sensor};
+use fabkit_geometry::{Assembly, Body, CompiledSolid, InvalidSolid, Kind, Order, Sensor, Unit};
 use serde::Serialize;
 
+use crate::shop::{Purchase, Shop, share_kits};
 use crate::{Mixed, Request};
 
 /// Lines through each part: good to a percent for thin sheets, to some thousandths for the rest.
@@ -84,6 +85,8 @@ pub struct Bought {
     pub quantity: u32,
     /// Numbers of the steps that need it.
     pub steps: Vec<usize>,
+    /// What to order.
+    pub order: Purchase,
 }
 
 /// A component of mixes.
@@ -95,6 +98,8 @@ pub struct Liquid {
     pub mass_g: f64,
     /// Numbers of the steps that need it.
     pub steps: Vec<usize>,
+    /// What to order.
+    pub order: Purchase,
 }
 
 /// Whether a body stays in the finished sensor.
@@ -151,11 +156,25 @@ pub(crate) fn bought(sensor: &Sensor, units: u32) -> Vec<Bought> {
         of: of(body),
         quantity: quantity(body, units),
         steps: steps_with(sensor, &body.name),
+        order: ordered(body, quantity(body, units)),
     };
     bought.map(entry).collect()
 }
 
-pub(crate) fn liquids(mixes: &[Mixed]) -> Vec<Liquid> {
+/// As many packs as hold that many pieces, or their lengths together.
+fn ordered(body: &Body, quantity: u32) -> Purchase {
+    let unsaid = || Order::of(body.summary.clone(), "");
+    let order = body.order.clone().unwrap_or_else(unsaid);
+    let each = match (order.pack.unit, order.length_mm) {
+        (Unit::Millimetre, Some(length_mm)) => length_mm,
+        (Unit::Piece, _) => 1.0,
+        // Of what is sold by mass, volume or an unknown length, each takes a pack.
+        _ => order.pack.amount,
+    };
+    Purchase::of(&order, f64::from(quantity) * each)
+}
+
+pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
     let mut liquids: BTreeMap<&str, Liquid> = BTreeMap::new();
     for mix in mixes {
         for component in &mix.components {
@@ -163,6 +182,7 @@ pub(crate) fn liquids(mixes: &[Mixed]) -> Vec<Liquid> {
                 name: component.name.clone(),
                 mass_g: 0.0,
                 steps: Vec::new(),
+                order: Purchase::of(&shop.article(&component.name), 0.0),
             });
             liquid.mass_g += component.mass_g * f64::from(mix.batches);
             if !liquid.steps.contains(&mix.step) {
@@ -170,5 +190,12 @@ pub(crate) fn liquids(mixes: &[Mixed]) -> Vec<Liquid> {
             }
         }
     }
-    liquids.into_values().collect()
+    let mut liquids: Vec<Liquid> = liquids.into_values().collect();
+    for liquid in &mut liquids {
+        let order = shop.article(&liquid.name);
+        let needed = if order.pack.unit == Unit::Piece { 1.0 } else { liquid.mass_g };
+        liquid.order.take(order.pack.count(needed));
+    }
+    share_kits(liquids.iter_mut().map(|liquid| &mut liquid.order));
+    liquids
 }

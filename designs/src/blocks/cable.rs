@@ -11,6 +11,10 @@ use crate::parameters::Report;
 /// How far a cable is pushed aside by what passes it, mm: it is laid in, and laid out of the way.
 pub const GIVES_MM: f64 = 3.0;
 
+/// Length of a wire from a sensor's lamps to what feeds them, as it is ordered, mm; chosen: from a gripper to a
+/// box beside it, and the ends that are cut off.
+pub const WIRE_MM: f64 = 500.0;
+
 /// How much thicker a bend is than its least, mm.
 const SWELL_MM: f64 = 0.01;
 

@@ -1,6 +1,6 @@
 //! Light for a rectangular chamber: LEDs on strips at its walls, or on a board around the lens below.
 
-use fabkit_geometry::{Angle, Body, Length, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{Angle, Body, Length, Order, Path, Pose, Process, Profile, Solid};
 
 use super::posted_camera::{self, Posted};
 use super::{
@@ -185,7 +185,16 @@ impl Light<'_> {
         };
         let poses = self.poses();
         let drawn = poses.iter().map(|pose| assembly.drawn_out(pose, 2.0).lifted(-22.0));
-        let led = LED.bought(&leds.model, led, drawn).colored(LED_YELLOW).shining().sticking();
+        let order = match leds.from {
+            LightFrom::Below => Order::of(&leds.model, ""),
+            LightFrom::Sides => Order::of(&leds.model, "").cut_to(length),
+        };
+        let led = LED
+            .bought(&leds.model, led, drawn)
+            .ordered(order)
+            .colored(LED_YELLOW)
+            .shining()
+            .sticking();
         let board = (leds.from == LightFrom::Below).then(|| self.board(assembly));
         [led].into_iter().chain(board).collect()
     }

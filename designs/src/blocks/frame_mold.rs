@@ -159,6 +159,7 @@ impl Frames<'_> {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), places)
             .times(poses.len() as u32)
+            .ordered(dowel.order())
             .reached(dowel.press())
             .fastening()
     }

@@ -241,6 +241,7 @@ impl Joint {
         let screws = self.screw.solid();
         let screws =
             bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw))
+                .ordered(self.screw.order())
                 .reached(self.screw.driver())
                 .fastening();
         std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
@@ -253,13 +254,13 @@ impl Joint {
             Hold::HeatSet { nut, poses, .. } => {
                 let places = poses.iter().map(place_nut);
                 let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
-                Some(body.colored(BRASS).reached(nut.iron()).threaded())
+                Some(body.ordered(nut.order()).colored(BRASS).reached(nut.iron()).threaded())
             }
             Hold::Hex { nut, poses, depth_mm, .. } => {
                 let places = poses.iter().map(place_nut);
                 let tool = if *depth_mm > 0.0 { nut.pusher() } else { nut.socket() };
                 let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
-                Some(body.reached(tool).threaded())
+                Some(body.ordered(nut.order()).reached(tool).threaded())
             }
         }
     }

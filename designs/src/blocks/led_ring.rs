@@ -1,6 +1,6 @@
 //! Equal LEDs on a circle of an annular board, their lengths along the circle.
 
-use fabkit_geometry::{Body, Length, Placement, Pose, Solid};
+use fabkit_geometry::{Body, Length, Order, Placement, Pose, Solid};
 
 use super::{APART_MM, LED, LED_YELLOW, half_chord, ring};
 use crate::parameters::{Report, limits};
@@ -49,7 +49,11 @@ impl LedRing<'_> {
     /// What is bought.
     pub fn body(&self, placements: impl IntoIterator<Item = Placement>) -> Body {
         let solid = Solid::cuboid(self.width.mm(), self.length.mm(), self.height.mm());
-        LED.bought(self.model, solid, placements).colored(LED_YELLOW).shining().sticking()
+        LED.bought(self.model, solid, placements)
+            .ordered(Order::of(self.model, ""))
+            .colored(LED_YELLOW)
+            .shining()
+            .sticking()
     }
 
     /// Reports LEDs that do not fit: beside the board's bore, within a radius (mm), beside each other.

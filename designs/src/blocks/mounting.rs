@@ -451,6 +451,7 @@ impl Flange {
         let ordered = format!("socket head screw ISO 4762 M{}x{length}", self.bolt.thread_mm);
         let text = format!("{ordered}, and what the robot's maker demands");
         bought(&self.name(), text, self.bolt.solid(length), self.poses().iter().map(place))
+            .ordered(self.bolt.order(length))
             .reached(self.bolt.driver())
             .fastening()
     }

@@ -1,6 +1,6 @@
 //! A small camera on posts: its board is screwed to a base, and looks along +z at a plane.
 
-use fabkit_geometry::{Angle, Body, Length, Process, Solid};
+use fabkit_geometry::{Angle, Body, Length, Order, Process, Solid};
 
 use super::nominal_lens::LensLaw;
 use super::{
@@ -175,7 +175,12 @@ impl Posted<'_> {
             .named("connector");
         let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
         let lens = board_camera!(c).lens(self.top_z).turned_from_front();
-        CAMERA.bought(ordered, solid, []).times(1).reached(lens).colored(CAMERA_GREEN)
+        CAMERA
+            .bought(ordered, solid, [])
+            .ordered(Order::of(&c.model, ""))
+            .times(1)
+            .reached(lens)
+            .colored(CAMERA_GREEN)
     }
 
     /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.

@@ -1,6 +1,6 @@
 //! Parallel pins that align what is taken apart again.
 
-use fabkit_geometry::Solid;
+use fabkit_geometry::{Order, Solid};
 
 /// A parallel pin, ISO 2338: hole and pin share their nominal diameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,13 +31,24 @@ const DOWEL_LENGTHS_MM: [f64; 17] = [
 ];
 
 impl Dowel {
-    /// What to order: a pin of the standard, or one to be cut where the standard has none.
+    /// Whether the standard has it.
+    fn is_stocked(&self) -> bool {
+        let Self { diameter_mm, length_mm } = *self;
+        DOWELS.iter().any(|[diameter, shortest, longest]| {
+            *diameter == diameter_mm && (*shortest..=*longest).contains(&length_mm)
+        }) && DOWEL_LENGTHS_MM.contains(&length_mm)
+    }
+
+    /// What to ask a shop for: a pin of the standard, or one to be cut where the standard has none.
+    pub fn order(&self) -> Order {
+        let article = if self.is_stocked() { "dowel pin ISO 2338" } else { "steel pin" };
+        Order::of(article, format!("{} x {} mm", self.diameter_mm, self.length_mm))
+    }
+
+    /// The same as a sentence.
     pub fn specification(&self) -> String {
         let Self { diameter_mm, length_mm } = *self;
-        let is_stocked = DOWELS.iter().any(|[diameter, shortest, longest]| {
-            *diameter == diameter_mm && (*shortest..=*longest).contains(&length_mm)
-        }) && DOWEL_LENGTHS_MM.contains(&length_mm);
-        match is_stocked {
+        match self.is_stocked() {
             true => format!("dowel pin ISO 2338, {diameter_mm} x {length_mm} mm"),
             false => format!(
                 "steel pin, {diameter_mm} x {length_mm} mm, to be made: no size of ISO 2338"

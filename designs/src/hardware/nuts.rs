@@ -1,6 +1,6 @@
 //! Nuts that are melted or dropped into plastic, and spacers.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Path, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, Order, Path, Solid};
 
 /// A brass nut that is melted into plastic: open at z = 0, going down -z. No standard covers these;
 /// the sizes are a maker's.
@@ -69,6 +69,13 @@ impl HeatSetNut {
             "heat-set nut M{} as {}, {} mm outside, {} mm long, hole {} mm",
             self.thread_mm, self.maker, self.diameter_mm, self.length_mm, self.hole_mm
         )
+    }
+
+    /// What to ask a shop for.
+    pub fn order(&self) -> Order {
+        let size = format!("M{}x{}", self.thread_mm, self.length_mm);
+        Order::of(format!("heat-set nut {}", self.maker), size)
+            .with_tool(format!("soldering iron with a tip for M{}", self.thread_mm))
     }
 
     /// The nut.
@@ -142,7 +149,13 @@ impl HexNut {
 
     /// How it is ordered.
     pub fn ordered(&self) -> String {
-        format!("hexagon nut ISO 4032 M{}", self.thread_mm)
+        self.order().asked_for()
+    }
+
+    /// What to ask a shop for.
+    pub fn order(&self) -> Order {
+        Order::of("hexagon nut ISO 4032", format!("M{}", self.thread_mm))
+            .with_tool(format!("spanner or pliers {} mm", self.across_flats_mm))
     }
 
     /// The nut.
@@ -180,6 +193,13 @@ impl HexSpacer {
     /// From the axis to a corner, mm.
     pub fn corner_radius_mm(&self) -> f64 {
         corner_mm(self.across_flats_mm)
+    }
+
+    /// What to ask a shop for: to a tenth of a millimetre, as it can be turned off.
+    pub fn order(&self, length_mm: f64) -> Order {
+        let size = format!("M{} x {} mm", self.thread_mm, (10.0 * length_mm).round() / 10.0);
+        Order::of("hexagonal spacer, female both ends", size)
+            .with_tool(format!("spanner or pliers {} mm", self.across_flats_mm))
     }
 
     /// The spacer, bored through.

@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use fabkit_geometry::{Path, Solid};
+use fabkit_geometry::{Order, Path, Solid};
 
 /// How much longer a ring may become for the moment in which it is pulled over something, as a share;
 /// chosen: makers of silicone and nitrile rings allow more than twice as much.
@@ -120,6 +120,24 @@ impl ORing {
     pub fn or_unstocked(cord_mm: f64, bottom_mm: f64) -> Self {
         let unstocked = Self { inside_mm: bottom_mm, cord_mm, standard: "not stocked" };
         Self::on(cord_mm, bottom_mm).unwrap_or(unstocked)
+    }
+
+    /// Its size code in ISO 3601-1, which is its dash number in AS568; nothing of metric sizes.
+    pub fn size_code(&self) -> Option<usize> {
+        let coded: [(f64, &[f64], usize); 3] =
+            [(1.78, &CORD_1_78, 4), (2.62, &CORD_2_62, 102), (3.53, &CORD_3_53, 201)];
+        let (_, inside, first) = coded.into_iter().find(|(cord, ..)| *cord == self.cord_mm)?;
+        Some(first + inside.iter().position(|inside_mm| *inside_mm == self.inside_mm)?)
+    }
+
+    /// What to ask a shop for.
+    pub fn order(&self) -> Order {
+        let size = format!("{} x {} mm", self.inside_mm, self.cord_mm);
+        match self.size_code() {
+            Some(code) => Order::of("O-ring ISO 3601-1", format!("{size} (AS568-{code:03})")),
+            None if self.standard == ISO_3601 => Order::of("O-ring ISO 3601-1", size),
+            None => Order::of("O-ring, metric", size),
+        }
     }
 
     /// Its volume, mm^3, which no groove changes.

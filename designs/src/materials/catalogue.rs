@@ -83,10 +83,29 @@ impl Catalogue {
         self.by_key.get(&key_of(name))
     }
 
+    /// Components of all mixes, and the primers that they ask for.
+    pub fn components(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.by_key.values().flat_map(asked_for).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
     /// All names.
     pub fn names(&self) -> Vec<&str> {
         self.by_key.values().map(|castable| &**castable).collect()
     }
+}
+
+/// Components of a mix, and primers that it asks for.
+fn asked_for(castable: &Castable) -> impl Iterator<Item = &str> {
+    let material = castable.material();
+    let mixed = material.by_mass.iter().map(|(name, _)| name.as_str());
+    let primers = material.bonds.iter().filter_map(|bond| match &bond.hold {
+        Hold::Primer(primer) => Some(primer.as_str()),
+        _ => None,
+    });
+    mixed.chain(primers)
 }
 
 fn is_builtin(raw: &Raw) -> bool {

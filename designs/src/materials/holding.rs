@@ -1,7 +1,7 @@
 //! What cast layers are to hold to: primers go into the chain and onto the list of what to buy, and
 //! what does not stick is noted for the checks.
 
-use fabkit_geometry::{Action, Assembly, Body, Loose, Sensor, Solid, in_order};
+use fabkit_geometry::{Action, Assembly, Body, Loose, Order, Sensor, Solid, in_order};
 use fabkit_text::{Report, Setting, shown};
 
 use super::catalogue::Catalogue;
@@ -144,6 +144,7 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
         let name = if number == 0 { "primer".into() } else { format!("primer-{}", number + 1) };
         let [radius, height] = BOTTLE_MM;
         Body::bought(name, format!("{primer}, for {what}"), Solid::cylinder(radius, height))
+            .ordered(Order::of(primer, ""))
     };
     let bottles = primers.into_iter().enumerate().map(bottle);
     let bodies = std::mem::take(&mut sensor.bodies);

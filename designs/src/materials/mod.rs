@@ -21,8 +21,10 @@ use crate::{choices, parameters};
 pub(crate) use adhering::{adhere, substances};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
 pub(crate) use holding::{check_kinds, hold};
+pub(crate) use units::split;
 pub use units::{
-    Celsius, Density, Force, Hardness, Hours, Minutes, Percent, Pressure, Scale, Viscosity,
+    Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Minutes, Percent, Pressure,
+    Scale, Viscosity, Voltage, Wavelength,
 };
 
 /// Room temperature, degrees Celsius, where nothing is said.

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use fabkit_text::{Json, Kind, Refusal, Scalar, shown};
 
 /// The number before a unit, and the unit.
-fn split(text: &str) -> Option<(f64, &str)> {
+pub(crate) fn split(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | '_');
     let mut end = text.find(|c| !is_number(c)).unwrap_or(text.len());
@@ -132,6 +132,16 @@ quantities! {
     Force "10 N" ["N" = 1.0, "mN" = 1e-3, "kN" = 1e3];
     /// Stress, kPa.
     Pressure "69 kPa" ["kPa" = 1.0, "MPa" = 1e3, "Pa" = 1e-3, "psi" = 6.894_757_293_168_361];
+    /// Price, EUR.
+    Euros "12 EUR" ["EUR" = 1.0, "€" = 1.0, "ct" = 0.01];
+    /// Voltage, V.
+    Voltage "2.9 V" ["V" = 1.0, "mV" = 1e-3];
+    /// Current, mA.
+    Current "20 mA" ["mA" = 1.0, "A" = 1e3];
+    /// Wavelength of light, nm.
+    Wavelength "365 nm" ["nm" = 1.0];
+    /// Colour temperature of white light, K.
+    Kelvin "4000 K" ["K" = 1.0];
 }
 
 impl Percent {

@@ -8,6 +8,7 @@ use fabkit_text::{
     suggestion,
 };
 
+use crate::buying::{Articles, BUYING};
 use crate::materials::{Castable, Catalogue, MATERIALS};
 use crate::processes::{Making, PARTS, PROCESSES, Processes};
 
@@ -15,7 +16,7 @@ use named::{Noun, Raw, raws};
 pub(crate) use named::{near, unknown_hint};
 pub(crate) use schema::add_to_schema;
 
-/// A file with what a user keeps for all sensors: materials and processes.
+/// A file with what a user keeps for all sensors: materials, processes and what to buy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UserFile {
     /// Its name in messages.
@@ -25,10 +26,10 @@ pub struct UserFile {
 }
 
 /// The user's file.
-const USER: Dialect = Dialect::new("materials", 1, ", then `materials:` or `processes:`");
+const USER: Dialect = Dialect::new("materials", 1, ", then `materials:`, `processes:` or `buy:`");
 
 /// Keys of the user's file.
-const USER_KEYS: [&str; 2] = [MATERIALS.key, PROCESSES.key];
+const USER_KEYS: [&str; 3] = [MATERIALS.key, PROCESSES.key, BUYING.key];
 
 /// What files say beside the parameters of a family.
 #[derive(Clone, Debug)]
@@ -37,6 +38,8 @@ pub(crate) struct Own {
     pub materials: Catalogue,
     /// What is said of processes and of parts.
     pub processes: Processes,
+    /// Everything that may be bought.
+    pub articles: Articles,
 }
 
 /// What parameters are read with.
@@ -57,13 +60,16 @@ impl Own {
         found: &mut Vec<Found>,
     ) -> Self {
         let (mut materials, mut processes, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+        let mut buying = Vec::new();
         if let Some((place, mut entries)) = user_entries(user, found) {
             take_raws(MATERIALS, &mut entries, &place, &mut materials, found);
             take_raws(PROCESSES, &mut entries, &place, &mut processes, found);
+            take_raws(BUYING, &mut entries, &place, &mut buying, found);
         }
         for (place, entries) in layers.iter_mut().rev() {
             take_raws(MATERIALS, entries, place, &mut materials, found);
             take_raws(PROCESSES, entries, place, &mut processes, found);
+            take_raws(BUYING, entries, place, &mut buying, found);
             if let Some(at) = entries.iter().position(|entry| entry.key == PARTS) {
                 parts.push((place.clone(), entries.remove(at)));
             }
@@ -71,6 +77,7 @@ impl Own {
         Self {
             materials: Catalogue::builtin().with(materials, found),
             processes: Processes::read(processes, parts, found),
+            articles: Articles::builtin().with(buying, found),
         }
     }
 

@@ -38,6 +38,14 @@ pub(crate) struct Raw {
     entries: Vec<Entry>,
 }
 
+impl Raw {
+    /// Whether it starts from that name.
+    pub fn extends(&self, name: &str) -> bool {
+        let base = self.entries.iter().find(|entry| entry.key == "extends");
+        base.and_then(|entry| entry.value.text()).is_some_and(|base| key_of(base) == key_of(name))
+    }
+}
+
 /// A name as it is compared: without case, and without doubled spaces.
 pub(crate) fn key_of(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()

@@ -3,6 +3,7 @@
 use fabkit_text::{Json, Section, section_schema};
 use serde_json::json;
 
+use crate::buying::Article;
 use crate::materials::Figures;
 use crate::processes::ProcessFigures;
 
@@ -13,6 +14,7 @@ pub(crate) fn add_to_schema(schema: &mut Json) {
         definition["properties"]["materials"] = materials();
         definition["properties"]["processes"] = processes();
         definition["properties"]["parts"] = parts();
+        definition["properties"]["buy"] = buy();
     }
 }
 
@@ -65,6 +67,13 @@ fn parts() -> Json {
             "additionalProperties": false,
         },
     })
+}
+
+fn buy() -> Json {
+    let summary = "What is known of it; of what is listed already, what differs.";
+    let mut one = section_schema(&Article::fields(), summary);
+    one["properties"]["extends"] = json!({ "type": "string", "description": "Another article; the section then lists what differs." });
+    named(&one, "What to buy, by the name of a piece, an article, a component or a kit.")
 }
 
 /// Sections by name, or a list of sections with their names in them.

@@ -5,6 +5,7 @@ use fabkit_text::{Found, InvalidDesign, Report, Setting, join, shown};
 
 use super::making::{Given, fits};
 use super::{Making, PARTS, ProcessKind, Processes, Recipe};
+use crate::buying::{Articles, fill_all};
 use crate::labeling::{self, Labels};
 use crate::own::near;
 
@@ -14,6 +15,7 @@ pub struct Workshop {
     pub(crate) processes: Processes,
     pub(crate) making: Making,
     pub(crate) labels: Option<Labels>,
+    pub(crate) articles: Articles,
 }
 
 impl Workshop {
@@ -30,6 +32,7 @@ impl Workshop {
     ) -> Result<Vec<Setting>, InvalidDesign> {
         let mut found = Vec::new();
         let scope = format!("{fixture}/");
+        fill_all(kit, &self.articles);
         assign(kit, &scope, &self.making, true, &mut found);
         if let Some(labels) = self.labels.as_ref().filter(|labels| labels.is_of_all()) {
             labeling::apply(labels, kit, report);

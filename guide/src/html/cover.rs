@@ -42,6 +42,7 @@ impl Guide {
                 "Pieces to buy",
                 self.bought.iter().map(|piece| piece.quantity).sum::<u32>().to_string(),
             ),
+            ("Costs", self.costs.told()),
             ("Steps", self.steps.len().to_string()),
             ("From parts to a cured unit", self.working_time()),
             ("Hands", self.hands()),

@@ -224,6 +224,7 @@ impl Plan<'_> {
         let text = format!("socket head screw ISO 4762 M{}x{length}", bolt.thread_mm);
         let name = format!("bolt-m{}", bolt.thread_mm);
         let body = bought(&name, text, bolt.solid(length), bolts.iter().map(lowered))
+            .ordered(bolt.order(length))
             .reached(bolt.driver())
             .fastening();
         match self.is_above_flange() {

@@ -1,6 +1,6 @@
 //! What is bought: camera with lens, LEDs, screws, bolts, nuts.
 
-use fabkit_geometry::{Angle, Body, Path, Point3, Pose, Solid};
+use fabkit_geometry::{Angle, Body, Order, Path, Point3, Pose, Solid};
 
 use super::bodies::*;
 use super::casing::led_poses;
@@ -35,9 +35,11 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
+                .ordered(Order::of(&c.model, format!("with lens {}", c.lens)))
                 .reached(lens.turned_from_front())
                 .colored(CAMERA_GREEN),
             LED.bought(led_text, led(p), leds)
+                .ordered(Order::of(&p.leds.model, "").cut_to(p.leds.strip_length.mm()))
                 .colored(LED_YELLOW)
                 .shining_from(package(p))
                 .sticking(),
@@ -129,6 +131,7 @@ fn camera_cable(p: &Cap, layout: &Layout) -> Body {
     let place = SENSOR.at(turned(p, Pose::identity())).lifted(-44.0);
     CAMERA_CABLE
         .bought("USB 3.0 cable with an angled micro-B plug", solid, [place])
+        .ordered(Order::of("USB 3.0 cable with an angled micro-B plug", ""))
         .colored(RUBBER)
         .giving(GIVES_MM)
 }

@@ -1,6 +1,6 @@
 //! What is bought: glass, camera, LEDs, screws, nuts, dowels, O-ring.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Order, Path, Placement, Pose, Process, Solid};
 
 use super::bodies::*;
 use super::cavities;
@@ -67,10 +67,15 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         ])
         .placed(is_dipped.then(|| COATING.in_place()))
         .times(1)
+        .ordered(Order::of(
+            "glass test tube",
+            format!("{} mm outside, {} mm wall", p.tube.outer_diameter.mm(), p.tube.wall.mm()),
+        ))
         .colored(GLASS)
         .opaque(0.3),
         CAMERA
             .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
+            .ordered(Order::of(&p.camera.model, ""))
             .reached(board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_front())
             .colored(CAMERA_GREEN),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
@@ -86,6 +91,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), dowels)
             .times(2 * (side.len() + lid.len()) as u32)
+            .ordered(dowel.order())
             .reached(dowel.press())
             .fastening()
     });
@@ -100,6 +106,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             gripped.flat_map(|tool| each(tool, &here, -42.0)),
         )
         .times(1)
+        .ordered(seat.ring().order())
         .colored(RUBBER)
         .giving(seat.ring().gives_mm());
     let forms = cavities(p, layout).map(|cavity| {
@@ -116,6 +123,10 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
                 form_tube(p, layout, &form, cavity.radius),
                 each(cavity.form.assembly, &here, -60.0),
             )
+            .ordered(Order::of(
+                "glass test tube with rim",
+                format!("{} mm outside, {} mm long", 2.0 * cavity.radius, p.form.tube_length.mm()),
+            ))
             .colored(GLASS)
             .opaque(0.35)
     });

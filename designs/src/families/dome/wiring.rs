@@ -3,7 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Point3, Pose, Process, Solid, Vector3};
+use fabkit_geometry::{
+    Angle, Body, CUT_OVERLAP_MM, Cut, Order, Point3, Pose, Process, Solid, Vector3,
+};
 
 use super::bodies::*;
 use super::housing::{cable_slot, relief_edges_mm};
@@ -11,7 +13,7 @@ use super::layout::Layout;
 use super::parameters::{CableExit, Dome};
 use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::adapter::Exit;
-use crate::blocks::cable::{Cable, GIVES_MM};
+use crate::blocks::cable::{Cable, GIVES_MM, WIRE_MM};
 use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes, turn};
 use crate::fits::Fit;
 
@@ -238,6 +240,7 @@ pub fn bodies(p: &Dome, layout: &Layout) -> Vec<Body> {
                 cord,
                 [in_sensor().lifted(-46.0)],
             )
+            .ordered(Order::of("USB cable of the camera", "with the camera's own plug"))
             .colored(RUBBER)
             .giving(GIVES_MM),
         LED_WIRE
@@ -245,6 +248,13 @@ pub fn bodies(p: &Dome, layout: &Layout) -> Vec<Body> {
                 format!("stranded wire, {} mm thick over all", p.cables.wire_diameter.mm()),
                 wire.solid(),
                 places,
+            )
+            .ordered(
+                Order::of(
+                    "stranded wire",
+                    format!("{} mm over its insulation", p.cables.wire_diameter.mm()),
+                )
+                .cut_to(WIRE_MM),
             )
             .colored([190, 60, 50])
             .giving(GIVES_MM),

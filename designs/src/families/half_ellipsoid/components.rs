@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{Angle, Body, Color, Pose, Solid};
+use fabkit_geometry::{Angle, Body, Color, Order, Pose, Solid};
 
 use super::bodies::*;
 use super::housing::{leds_by_kind, pocket_radii_mm, wire_places};
@@ -10,7 +10,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR};
-use crate::blocks::cable::GIVES_MM;
+use crate::blocks::cable::{GIVES_MM, WIRE_MM};
 use crate::blocks::{INTO_MM, LED_YELLOW};
 
 const UV: Color = [170, 130, 230];
@@ -28,7 +28,11 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let [white, uv] = leds_by_kind(p, layout);
     let leds = |name: Name, model: &str, color: Color, poses: Vec<Pose>| {
         let places = poses.into_iter().map(|pose| SENSOR.at(pose).lifted(-40.0));
-        name.bought(model, led.clone(), places).colored(color).shining().sticking()
+        name.bought(model, led.clone(), places)
+            .ordered(Order::of(model, ""))
+            .colored(color)
+            .shining()
+            .sticking()
     };
     let c = &p.camera;
     let camera_text = format!(
@@ -55,10 +59,21 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [SENSOR.at(front).lifted(6.0)])
+                .ordered(Order::of(&c.model, ""))
                 .colored(CAMERA_GREY),
             leds(WHITE_LED, &p.leds.white_model, LED_YELLOW, white),
             leds(UV_LED, &p.leds.uv_model, UV, uv),
-            LED_WIRE.bought(wire_text, wire, wires).colored(UV).giving(GIVES_MM),
+            LED_WIRE
+                .bought(wire_text, wire, wires)
+                .ordered(
+                    Order::of(
+                        "stranded wire",
+                        format!("{} mm over its insulation", p.led_board.wire_diameter.mm()),
+                    )
+                    .cut_to(WIRE_MM),
+                )
+                .colored(UV)
+                .giving(GIVES_MM),
         ],
         board_parts(p, layout),
         Joints::new(p, layout).holder.bought(drawn_out, drawn_out),
@@ -110,6 +125,7 @@ fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     vec![
         SWITCH
             .bought(p.led_board.switch_model.as_str(), block(SWITCH_MM, height), [at(2.0)])
+            .ordered(Order::of(&p.led_board.switch_model, ""))
             .colored(CAMERA_GREY),
         RESISTOR
             .bought(
@@ -117,6 +133,7 @@ fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
                 block([length, width], least.min(height)),
                 [at(1.0), at(3.0)],
             )
+            .ordered(Order::of("resistor", "0603"))
             .colored(CAMERA_GREY),
     ]
 }

@@ -1,6 +1,6 @@
 //! What is bought: camera, LEDs, O-ring, screws and bolts.
 
-use fabkit_geometry::{Body, Color, Point3, Pose, Process, Solid};
+use fabkit_geometry::{Body, Color, Order, Point3, Pose, Process, Solid};
 
 use super::bodies::*;
 use super::body::led_poses;
@@ -42,10 +42,12 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
             led_ring!(p.leds).body(led_poses(p, layout).iter().map(below(-7.0))),
             O_RING
                 .bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)])
+                .ordered(seat.ring().order())
                 .colored(RUBBER)
                 .giving(seat.ring().gives_mm()),
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
+                .ordered(Order::of(&c.model, format!("with lens of {} mm", c.focal_length.mm())))
                 .placed([FOCUSING.in_place()])
                 .reached(
                     board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_sides(),
@@ -64,6 +66,10 @@ const PLUG_MM: f64 = 5.0;
 
 /// Diameter of eight wires in one sleeve, mm, where the slot has room for it.
 const CABLE_MM: f64 = 4.0;
+
+/// How many wires, and how long each is, mm, as they are ordered.
+const WIRES: f64 = 8.0;
+const WIRE_MM: f64 = 200.0;
 
 /// Play of the cable in its slot, mm.
 const CABLE_PLAY_MM: f64 = 0.4;
@@ -94,7 +100,12 @@ fn camera_cable(p: &PinTip, layout: &Layout) -> Body {
     let cable = Cable { diameter_mm: diameter, bend_mm: BEND_MM, corners: corners.to_vec() };
     let text = format!("eight stranded wires in a sleeve of {diameter:.1} mm, 200 mm long");
     let place = SENSOR.at(Pose::rotation_z(p.body.cable_angle)).lifted(-74.0);
-    CAMERA_CABLE.bought(text, cable.solid(), [place]).colored(RUBBER).giving(GIVES_MM)
+    let order = Order::of("stranded wire", "0.14 mm2, eight colours").cut_to(WIRES * WIRE_MM);
+    CAMERA_CABLE
+        .bought(text, cable.solid(), [place])
+        .ordered(order)
+        .colored(RUBBER)
+        .giving(GIVES_MM)
 }
 
 /// Width of the plug across the board, mm.

@@ -4,7 +4,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Path, Pose, Process, Solid};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Order, Path, Pose, Process, Solid};
 
 use super::bodies::*;
 use super::layout::Layout;
@@ -191,13 +191,16 @@ pub fn bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
         c.width.mm(),
         c.thickness.mm()
     );
-    let board =
-        CONTROLLER.bought(text, seat.board(p), [SENSOR.at(turn).lifted(-46.0)]).colored(MASK_GREEN);
+    let board = CONTROLLER
+        .bought(text, seat.board(p), [SENSOR.at(turn).lifted(-46.0)])
+        .ordered(Order::of(&c.model, ""))
+        .colored(MASK_GREEN);
     let width = TIE_MM[0];
     let ties = [-seat.aside(), seat.aside()]
         .map(|y| SENSOR.at(turn.then_in(Pose::translation(0.0, y, 0.0))).lifted(-46.0));
     let tie = CABLE_TIE
         .bought(format!("cable tie, {width} mm wide, 100 mm long"), seat.tie(), ties)
+        .ordered(Order::of("cable tie", format!("{width} mm wide, 100 mm long")))
         .colored(STEEL)
         .giving(OPEN_MM)
         .fastening()

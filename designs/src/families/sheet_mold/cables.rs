@@ -4,7 +4,7 @@
 //! board is screwed down; the box's is laid into its opening before that wall is put on, so that no plug
 //! has to pass it.
 
-use fabkit_geometry::{Body, Placement, Point3};
+use fabkit_geometry::{Body, Order, Placement, Point3};
 
 use super::bodies::*;
 use super::components::{PLUG_ABOVE_MM, plug_reach_mm};
@@ -61,7 +61,9 @@ pub fn cables(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> [Body
         BOX_CABLE.bought("USB cable of the camera in the box", below, [box_camera]),
         STAND_CABLE.bought("USB cable of the camera above the display", above, [stand_camera]),
     ]
-    .map(|body| body.colored(RUBBER).giving(GIVES_MM))
+    .map(|body| {
+        body.ordered(Order::of("USB cable of the camera", "")).colored(RUBBER).giving(GIVES_MM)
+    })
 }
 
 /// Reports a cable that has no room around its camera's board.

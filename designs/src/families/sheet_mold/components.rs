@@ -1,6 +1,6 @@
 //! What is bought: cameras, screws, spacers, tubes, needles, LEDs.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Placement, Pose, Process, Solid, Vector3};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, Order, Placement, Pose, Process, Solid, Vector3};
 
 use super::bodies::*;
 use super::channels::Side;
@@ -77,7 +77,10 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on(camera, pose, -8.0)));
     let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
         let text = format!("hexagonal spacer M3, female both ends, {length} mm");
-        name.bought(text, HexSpacer::M3.solid(length), placements).colored(BRASS).threaded()
+        name.bought(text, HexSpacer::M3.solid(length), placements)
+            .ordered(HexSpacer::M3.order(length))
+            .colored(BRASS)
+            .threaded()
     };
 
     let tube_ends = Side::BOTH.into_iter().flat_map(|side| {
@@ -99,13 +102,19 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let mut all = vec![
         CAMERA
             .bought(camera_specification(p), camera(p, layout), cameras.clone())
+            .ordered(Order::of(&p.camera.model, ""))
             .reached(board_camera!(p.camera).lens(camera_board_top_mm(p)).turned_from_front())
             .colored(CAMERA_GREEN),
-        CAMERA_SPACER.bought(
-            format!("round spacer, 2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
-            tube(1.1, 2.0, p.camera.spacer.mm()),
-            spacers,
-        ),
+        CAMERA_SPACER
+            .bought(
+                format!("round spacer, 2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
+                tube(1.1, 2.0, p.camera.spacer.mm()),
+                spacers,
+            )
+            .ordered(Order::of(
+                "round spacer",
+                format!("2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
+            )),
     ];
     all.extend(super::cables::cables(p, layout, &cameras));
     all.extend(fasteners(p, layout, &cameras));
@@ -127,6 +136,17 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             tube_ends.chain(display_tubes),
         )
         .times(inlets.len() as u32)
+        .ordered(
+            Order::of(
+                "silicone tube",
+                format!(
+                    "{} x {} mm (inside x outside)",
+                    p.tubes.inner_diameter.mm(),
+                    p.tubes.outer_diameter.mm()
+                ),
+            )
+            .cut_to(p.tubes.length.mm()),
+        )
         .colored([228, 222, 210])
         .opaque(0.7)
         .sticking(),
@@ -144,6 +164,14 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)),
         )
+        .ordered(Order::of(
+            "blunt dispensing needle",
+            format!(
+                "{} mm outside, {} mm inside",
+                p.tubes.needle_outer_diameter.mm(),
+                p.tubes.needle_inner_diameter.mm()
+            ),
+        ))
         .sticking(),
         LED_STRIP
             .bought(
@@ -154,6 +182,13 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 ),
                 led_strip(p),
                 (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
+            )
+            .ordered(
+                Order::of(
+                    "LED strip, white, self-adhesive, 5 V",
+                    format!("{} mm wide", p.housing.led_strip_width.mm()),
+                )
+                .cut_to(p.housing.led_strip_length.mm()),
             )
             .colored(LED_YELLOW)
             .sticking(),

@@ -1,0 +1,143 @@
+//! Orders get what the list knows of them, and files are held against what is bought.
+
+use fabkit_geometry::{Body, Kind, Order, Sensor, Unit};
+use fabkit_text::{Found, join, shown};
+
+use super::reading::Known;
+use super::{Articles, BUYING, Role};
+use crate::own::{near, unknown_hint};
+
+/// Most names that a hint lists.
+const MOST_LISTED: usize = 12;
+
+impl Articles {
+    /// An order with all that is said of its article, of that size of it, and of the body of that name.
+    pub fn filled(&self, order: &Order, body: &str) -> Order {
+        let mut filled = order.clone();
+        for known in self.said_of(order, body) {
+            take(&mut filled, known);
+        }
+        if let Some(what) = self.said_of(order, body).filter_map(|k| k.article.what.clone()).last()
+        {
+            filled.figures.insert(0, ("what matters".into(), what));
+        }
+        filled
+    }
+
+    /// From the general to the special.
+    fn said_of<'a>(&'a self, order: &Order, body: &str) -> impl Iterator<Item = &'a Known> {
+        let sized = (!order.size.is_empty()).then(|| self.find(&order.asked_for())).flatten();
+        [self.find(&order.article), sized, self.find(body)].into_iter().flatten()
+    }
+}
+
+fn take(order: &mut Order, known: &Known) {
+    let article = &known.article;
+    let text = |to: &mut String, from: &Option<String>| {
+        if let Some(from) = from {
+            to.clone_from(from);
+        }
+    };
+    text(&mut order.maker, &article.maker);
+    text(&mut order.number, &article.number);
+    text(&mut order.substitutes, &article.substitutes);
+    order.standard = article.standard.clone().or(order.standard.take());
+    order.kit = article.kit.clone().or(order.kit.take());
+    if let (Some(length), Some(width)) = (article.length, article.width) {
+        order.sheet_mm = Some([length.mm(), width.mm()]);
+    }
+    if let Some(pack) = article.pack {
+        order.pack = pack.0;
+    }
+    order.figures.retain(|(name, _)| known.figures.iter().all(|(other, _)| other != name));
+    order.figures.extend(known.figures.iter().cloned());
+    let source = match (&article.source, &known.own) {
+        (Some(source), _) => source.clone(),
+        (None, Some(place)) => place.file.to_string(),
+        (None, None) => "fabkit's list".to_owned(),
+    };
+    order.source = match article.price {
+        Some(price) => {
+            order.price_eur = Some(price.0);
+            format!("{source}; {}", known.price_source)
+        }
+        None => source,
+    };
+}
+
+/// Fills the orders of all bodies that are bought.
+pub(crate) fn fill_all(sensor: &mut Sensor, articles: &Articles) {
+    for body in sensor.bodies.iter_mut().filter(|body| body.kind == Kind::Bought) {
+        let order = body.order.take().unwrap_or_else(|| Order::of(body.summary.clone(), ""));
+        body.order = Some(match order.at_hand {
+            true => order,
+            false => articles.filled(&order, &body.name),
+        });
+    }
+}
+
+/// The same of a sensor, whose file is held against what is bought: `components` are those of all mixes that it
+/// may have.
+pub(crate) fn fill(
+    sensor: &mut Sensor,
+    articles: &Articles,
+    components: &[&str],
+    found: &mut Vec<Found>,
+) {
+    fill_all(sensor, articles);
+    let bought: Vec<&Body> = sensor.components().collect();
+    for known in articles.by_key.values() {
+        let Some(place) = &known.own else { continue };
+        let path = join(BUYING.key, &shown(&known.name));
+        let is_named = |order: &Order| {
+            [&order.article, &order.asked_for()].into_iter().any(|name| same(name, &known.name))
+        };
+        let bodies = bought.iter().filter(|body| {
+            same(&body.name, &known.name) || body.order.as_ref().is_some_and(is_named)
+        });
+        let bodies: Vec<&&Body> = bodies.collect();
+        let is_component = components.iter().any(|name| same(name, &known.name));
+        let unit = known.article.pack.map_or(Unit::Piece, |pack| pack.0.unit);
+        let wants = match () {
+            () if is_component => matches!(unit, Unit::Gram | Unit::Piece),
+            () => bodies.iter().all(|body| match unit {
+                Unit::Piece => true,
+                Unit::Millimetre => body.order.as_ref().is_some_and(|o| o.length_mm.is_some()),
+                Unit::Gram | Unit::Millilitre => false,
+            }),
+        };
+        if !wants {
+            let right = if is_component { "g" } else { "pieces" };
+            let message =
+                format!("{} is counted in {right}, not in {}", shown(&known.name), unit.word());
+            let hint = format!("write how many {right} a pack holds");
+            let path = join(&path, "pack");
+            found.push(place.problem(&path, unit.word(), message).hint(hint));
+            continue;
+        }
+        let is_of_list = Articles::builtin().find(&known.name).is_some();
+        let is_new = matches!(known.article.role, Some(Role::Stock | Role::Supply | Role::Tool));
+        let is_base = articles.raws.iter().any(|raw| raw.extends(&known.name));
+        // What one file says for all sensors need not be in each.
+        let is_for_all = place.layer == fabkit_text::TextLayer::Base;
+        if is_component || is_of_list || is_new || is_base || is_for_all || !bodies.is_empty() {
+            continue;
+        }
+        let names: Vec<&str> =
+            bought.iter().map(|body| &*body.name).chain(components.iter().copied()).collect();
+        let message = format!("`{}` is nothing that is bought for this sensor", shown(&known.name));
+        let close = near(&known.name, names.iter().copied().chain(Articles::builtin().names()));
+        let listed = &names[..names.len().min(MOST_LISTED)];
+        let hint = match close.is_empty() {
+            true => unknown_hint(&known.name, listed),
+            false => {
+                format!("{} pieces are {}", fabkit_text::did_you_mean(&close), listed.join("; "))
+            }
+        };
+        found.push(place.problem(&path, &shown(&known.name), message).hint(hint));
+    }
+}
+
+fn same(a: &str, b: &str) -> bool {
+    crate::own::named::key_of(a) == crate::own::named::key_of(b)
+}

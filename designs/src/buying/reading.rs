@@ -1,0 +1,109 @@
+//! Articles as files say them.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::Unit;
+use fabkit_text::{Found, Place, Setting, SourceKind, join, shown};
+
+use super::{Article, BUYING, PRICE_SOURCE, PackSize, is_builtin};
+use crate::own::named::{Layered, Raw, read};
+
+/// An article with where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    /// As it was first written.
+    pub name: String,
+    /// What is known of it.
+    pub article: Article,
+    /// What matters of it, by name and as text.
+    pub figures: Vec<(String, String)>,
+    /// Where the price comes from.
+    pub price_source: String,
+    /// Where a file says it that is not built in.
+    pub own: Option<Place>,
+}
+
+/// Keys of figures that an order lists, and what they are called there.
+const FIGURES: [(&str, &str); 5] = [
+    ("forward_voltage", "forward voltage"),
+    ("current", "current"),
+    ("wavelength", "wavelength"),
+    ("color_temperature", "colour temperature"),
+    ("view_angle", "view angle"),
+];
+
+pub(super) fn by_key(raws: &[Raw], found: &mut Vec<Found>) -> BTreeMap<String, Known> {
+    let layered = Layered::new(raws);
+    let known =
+        |(key, said): (&String, &[&Raw])| Some((key.clone(), one(&layered, key, said, found)?));
+    layered.iter().filter_map(known).collect()
+}
+
+/// One article; `None` after reporting what is wrong with it.
+fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> Option<Known> {
+    let (first, last) = (said.first()?, said.last()?);
+    let name = first.name.clone();
+    let stack = layered.stack(BUYING, key, found)?;
+    let builtin: Vec<_> = stack
+        .iter()
+        .filter(|(place, _)| super::FILES.iter().any(|(f, _)| *f == &*place.file))
+        .cloned()
+        .collect();
+    let is_changed = builtin.len() < stack.len() && !builtin.is_empty();
+    let (article, settings) = read::<Article>(BUYING, &name, &last.place, stack, found)?;
+    if is_changed {
+        let (usual, _) = read::<Article>(BUYING, &name, &first.place, builtin, &mut Vec::new())?;
+        same_unit(&name, usual.pack, article.pack, last, found)?;
+    }
+    let price_source = match of(&settings, "price") {
+        Some(price) if price.source.kind != SourceKind::User || !price.source.note.is_empty() => {
+            format!("price {}", told(price))
+        }
+        _ => match (&article.price_source, is_builtin(last)) {
+            (Some(source), _) => format!("price: {source}"),
+            (None, true) => PRICE_SOURCE.to_owned(),
+            (None, false) => format!("price as {} says", last.place.file),
+        },
+    };
+    let figures = FIGURES.iter().filter_map(|(key, name)| {
+        let setting = of(&settings, key)?;
+        let is_told = setting.source.kind != SourceKind::User;
+        let from = if is_told { format!(" ({})", told(setting)) } else { String::new() };
+        Some(((*name).to_owned(), format!("{}{from}", setting.value)))
+    });
+    let figures = figures.collect();
+    let own = (!is_builtin(last)).then(|| last.place.clone());
+    Some(Known { name, article, figures, price_source, own })
+}
+
+fn of<'s>(settings: &'s [Setting], key: &str) -> Option<&'s Setting> {
+    settings.iter().find(|setting| setting.path.ends_with(&format!(".{key}")))
+}
+
+fn told(setting: &Setting) -> String {
+    match &*setting.source.note {
+        "" => setting.source.kind.word().to_owned(),
+        note => format!("{}: {note}", setting.source.kind.word()),
+    }
+}
+
+/// What is sold by the piece is not sold by the metre: whoever needs it counts in the unit of the list.
+fn same_unit(
+    name: &str,
+    usual: Option<PackSize>,
+    pack: Option<PackSize>,
+    raw: &Raw,
+    found: &mut Vec<Found>,
+) -> Option<()> {
+    let unit = |pack: Option<PackSize>| pack.map_or(Unit::Piece, |pack| pack.0.unit);
+    let [usual, given] = [usual, pack].map(unit);
+    if usual == given {
+        return Some(());
+    }
+    let path = join(&join(BUYING.key, &shown(name)), "pack");
+    let message =
+        format!("{} is counted in {}, not in {}", shown(name), usual.word(), given.word());
+    let hint = format!("write how many {} a pack holds", usual.word());
+    found.push(raw.place.problem(&path, given.word(), message).hint(hint));
+    None
+}

@@ -1,0 +1,197 @@
+//! What parts are made from, what work uses up, which tools it takes, and what all of it costs.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::{Kind, Sensor, Unit};
+use serde::Serialize;
+
+use crate::shop::{Purchase, Shop, Use};
+use crate::{Bought, Liquid, Made, Mixed};
+
+/// Share of a sheet that parts cover; chosen: gaps, edges and what does not fit are the rest.
+const SHEET_USED: f64 = 0.75;
+
+/// Cures above this are warm, degrees Celsius.
+const WARM_CELSIUS: f64 = 30.0;
+
+const MM3_PER_CM3: f64 = 1e3;
+
+/// What parts are made from.
+#[derive(Clone, Debug, Serialize)]
+pub struct Stock {
+    /// What it is: material, and for sheets how thick.
+    pub name: String,
+    /// `fdm`, `sla`, `polyjet`, `laser`, `pcb` or `cnc`.
+    pub process: String,
+    /// The parts that are made from it.
+    pub parts: Vec<String>,
+    /// How much of it they are, solid and without support.
+    pub amount: f64,
+    /// In what: `g`, `ml`, `pieces` or `cm2`.
+    pub unit: &'static str,
+    /// What to order.
+    pub order: Purchase,
+}
+
+/// What work uses up, or is done with.
+#[derive(Clone, Debug, Serialize)]
+pub struct Supply {
+    /// What it is.
+    pub name: String,
+    /// Whether it is used up.
+    pub used: Use,
+    /// Numbers of the steps that ask for it; nothing where the making of a part does.
+    pub steps: Vec<usize>,
+    /// What to order.
+    pub order: Purchase,
+}
+
+/// What everything that is bought costs together.
+#[derive(Clone, Debug, Serialize)]
+pub struct Costs {
+    /// EUR, in whole packs.
+    pub total_eur: f64,
+    /// Names of what nobody knows the price of.
+    pub unknown: Vec<String>,
+    /// What is not in it.
+    pub leaves_out: &'static str,
+}
+
+/// What is not in the sum.
+const LEAVES_OUT: &str = "tools, shipping, and the hours of people and machines";
+
+/// Parts that share stock.
+#[derive(Default)]
+struct Pile<'a> {
+    parts: Vec<&'a Made>,
+}
+
+pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
+    // Boards and machined parts are ordered one by one; sheets by how thick they are, in tenths of a millimetre.
+    let mut piles: BTreeMap<(String, String, String), Pile> = BTreeMap::new();
+    for part in made {
+        let tenths = (10.0 * part.size_mm.iter().copied().fold(f64::INFINITY, f64::min)).round();
+        let more = match &*part.process {
+            "laser" => format!("{} mm thick", tenths / 10.0),
+            "pcb" | "cnc" => part.name.clone(),
+            _ => String::new(),
+        };
+        let key = (part.process.clone(), part.material.clone(), more);
+        piles.entry(key).or_default().parts.push(part);
+    }
+    piles.into_iter().map(|(key, pile)| of_pile(key, &pile, shop)).collect()
+}
+
+fn of_pile(
+    (process, material, more): (String, String, String),
+    Pile { parts }: &Pile,
+    shop: &dyn Shop,
+) -> Stock {
+    let mut order = shop.stock(&process, &material);
+    if process == "laser" {
+        order.size = [&*order.size, &*more].join(", ");
+    }
+    let sum = |of: &dyn Fn(&Made) -> f64| -> f64 {
+        parts.iter().map(|part| f64::from(part.quantity) * of(part)).sum()
+    };
+    let volume_ml = sum(&|part| part.volume_mm3 / MM3_PER_CM3);
+    let (amount, unit, needed) = match (order.pack.unit, order.sheet_mm) {
+        (Unit::Piece, Some([x, y])) => {
+            let area_mm2 = sum(&|part| {
+                let mut sizes = part.size_mm;
+                sizes.sort_by(f64::total_cmp);
+                sizes[1] * sizes[2]
+            });
+            (area_mm2 / 100.0, "cm2", area_mm2 / (SHEET_USED * x * y))
+        }
+        (Unit::Gram, _) if parts.iter().all(|part| part.mass_g.is_some()) => {
+            let mass_g = sum(&|part| part.mass_g.unwrap_or_default());
+            (mass_g, "g", mass_g)
+        }
+        (Unit::Millilitre, _) => (volume_ml, "ml", volume_ml),
+        // Of a material that nobody knows the density of, a pack.
+        (Unit::Gram, _) => (volume_ml, "ml", order.pack.amount),
+        _ => (sum(&|_| 1.0), "pieces", sum(&|_| 1.0)),
+    };
+    let name = match &*more {
+        "" => material,
+        more => format!("{material}, {more}"),
+    };
+    let parts = parts.iter().map(|part| part.name.clone()).collect();
+    let order = Purchase::of(&order, needed);
+    Stock { name, process, parts, amount, unit, order }
+}
+
+/// Supplies and tools, in the order of their names, supplies first.
+pub(crate) fn supplies(
+    sensor: &Sensor,
+    (made, mixes): (&[Made], &[Mixed]),
+    shop: &dyn Shop,
+) -> Vec<Supply> {
+    let mut all: BTreeMap<(bool, String), Supply> = BTreeMap::new();
+    let mut ask = |used: Use, order: &fabkit_geometry::Order, step: Option<usize>| {
+        let name = order.asked_for();
+        let supply = all.entry((used == Use::Tool, name.clone())).or_insert_with(|| Supply {
+            name,
+            used,
+            steps: Vec::new(),
+            order: Purchase::of(order, 1e-3),
+        });
+        supply.steps.extend(step.filter(|step| supply.steps.last() != Some(step)));
+    };
+    for (index, step) in sensor.chain.iter().enumerate() {
+        let mut sentence = step.instruction.clone();
+        for mix in mixes.iter().filter(|mix| mix.step == index + 1) {
+            let warm = mix.cure_celsius > WARM_CELSIUS;
+            let tokens = [(true, " @mix"), (mix.degas, " @degas"), (warm, " @warm")];
+            tokens.iter().filter(|(is, _)| *is).for_each(|(_, token)| sentence += token);
+        }
+        for (used, order) in shop.asked_for(&sentence) {
+            ask(used, &order, Some(index + 1));
+        }
+        let bodies = step.bodies.iter().filter_map(|name| sensor.body(name));
+        for tool in bodies.filter_map(|body| body.order.as_ref()).flat_map(|order| &order.tools) {
+            ask(Use::Tool, &shop.article(tool), Some(index + 1));
+        }
+    }
+    let bought = sensor.bodies.iter().filter(|body| body.kind == Kind::Bought);
+    for body in bought {
+        for (used, order) in shop.asked_for(&body.summary) {
+            ask(used, &order, None);
+        }
+        // What no step names is put in somewhere.
+        let is_named = sensor.chain.iter().any(|step| step.bodies.contains(&body.name));
+        for tool in body.order.iter().filter(|_| !is_named).flat_map(|order| &order.tools) {
+            ask(Use::Tool, &shop.article(tool), None);
+        }
+    }
+    for note in made.iter().flat_map(|part| &part.notes) {
+        for (used, order) in shop.asked_for(note) {
+            ask(used, &order, None);
+        }
+    }
+    all.into_values().collect()
+}
+
+pub(crate) fn costs(
+    bought: &[Bought],
+    liquids: &[Liquid],
+    stock: &[Stock],
+    supplies: &[Supply],
+) -> Costs {
+    let supplies = supplies.iter().filter(|supply| supply.used == Use::Supply);
+    let bought = bought.iter().map(|piece| (&piece.name, &piece.order));
+    let liquids = liquids.iter().map(|liquid| (&liquid.name, &liquid.order));
+    let stock = stock.iter().map(|stock| (&stock.name, &stock.order));
+    let supplies = supplies.map(|supply| (&supply.name, &supply.order));
+    let (mut total_eur, mut unknown) = (0.0, Vec::new());
+    for (name, order) in bought.chain(liquids).chain(stock).chain(supplies) {
+        match order.cost_eur {
+            Some(cost) => total_eur += cost,
+            None => unknown.push(name.clone()),
+        }
+    }
+    unknown.sort();
+    unknown.dedup();
+    Costs { total_eur, unknown, leaves_out: LEAVES_OUT }
+}

@@ -156,8 +156,8 @@ pub struct SeriesResistor {
 
 /// Values of the series E24 in one decade (IEC 60063).
 pub const E24: [f64; 24] = [
-    1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0, 3.3, 3.6, 3.9, 4.3, 4.7, 5.1, 5.6, 6.2,
-    6.8, 7.5, 8.2, 9.1,
+    1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0, 3.3, 3.6, 3.9, 4.3, 4.7, 5.1, 5.6,
+    6.2, 6.8, 7.5, 8.2, 9.1,
 ];
 
 impl SeriesResistor {
@@ -260,7 +260,9 @@ mod tests {
 
     #[test]
     fn values_are_those_of_the_series() {
-        for (exact, bought) in [(190.0, 200.0), (47.0, 47.0), (47.1, 51.0), (9.2e3, 10e3), (0.2, 1.0)] {
+        for (exact, bought) in
+            [(190.0, 200.0), (47.0, 47.0), (47.1, 51.0), (9.2e3, 10e3), (0.2, 1.0)]
+        {
             assert_eq!(SeriesResistor::e24_not_below(exact), bought, "{exact}");
         }
     }

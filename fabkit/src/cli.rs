@@ -422,6 +422,8 @@ pub enum FormatArg {
     Light,
     /// The finished sensor or fixture for viewers, with colours and an animation that takes it apart
     Glb,
+    /// Circuit boards for a fab: Gerber X2, drills, job file, places and parts, a folder for each board
+    Gerber,
 }
 
 impl FormatArg {
@@ -437,6 +439,7 @@ impl FormatArg {
             Self::Samples => Some(Format::Samples),
             Self::Light => Some(Format::Light),
             Self::Glb => Some(Format::Glb),
+            Self::Gerber => Some(Format::Gerber),
             Self::Step => None,
         }
     }

@@ -25,6 +25,7 @@
 
 mod bounds;
 mod casting;
+mod circuit;
 mod compiled;
 mod lens;
 mod lettered;
@@ -54,6 +55,7 @@ mod validate;
 
 pub use bounds::Aabb;
 pub use casting::*;
+pub use circuit::*;
 pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
 pub use lens::*;
 pub use lettered::{LETTERED, is_lettered, without_letters};

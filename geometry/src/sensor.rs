@@ -1,6 +1,6 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
-use crate::{Adhesion, Angle, Body, Kind, Leg, NominalLens, Pose, Step, TouchSurface};
+use crate::{Adhesion, Angle, Body, Circuit, Kind, Leg, NominalLens, Pose, Step, TouchSurface};
 
 /// Parts of several materials that leave the printer as one piece.
 ///
@@ -99,6 +99,8 @@ pub struct Sensor {
     pub touch: Option<TouchSurface>,
     /// The part that fixtures hold, where it comes off the rest.
     pub detachable: Option<Detachable>,
+    /// Its circuits: what is etched, soldered and wired.
+    pub circuits: Vec<Circuit>,
 }
 
 /// Parts first, then layers, then components, each in their own order: that of every list and file.
@@ -140,6 +142,7 @@ impl Sensor {
             sight: Vec::new(),
             touch: None,
             detachable: None,
+            circuits: Vec::new(),
         }
     }
 

@@ -19,7 +19,7 @@ use crate::running::{Interrupted, run, short};
 
 /// Made by another kernel, and not one of [`Format`].
 const STEP: &str = "step";
-const FORMATS: [Format; 9] = [
+const FORMATS: [Format; 10] = [
     Format::Stl,
     Format::ThreeMf,
     Format::Dxf,
@@ -29,6 +29,7 @@ const FORMATS: [Format; 9] = [
     Format::Samples,
     Format::Light,
     Format::Glb,
+    Format::Gerber,
 ];
 
 /// What to export; what is left out is as in the command.

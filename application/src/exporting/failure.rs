@@ -1,5 +1,6 @@
 //! Why there is nothing to write.
 
+use fabkit_boards::BoardError;
 use fabkit_checks::InvalidBody;
 use fabkit_export::ExportError;
 use fabkit_geometry::{NotASheet, Shells};
@@ -168,6 +169,20 @@ pub enum ExportFailure {
         /// The parts asked for.
         parts: Vec<String>,
     },
+    /// A circuit board that cannot be made as it is drawn.
+    #[error(transparent)]
+    Board(#[from] BoardError),
+    /// Boards of a design that has none.
+    #[error(
+        "{design} has no circuit board of its own{}",
+        if .wired.is_empty() { String::new() } else { format!(": {} are bought and wired", .wired.join(", ")) }
+    )]
+    NoBoards {
+        /// The design.
+        design: String,
+        /// What is wired instead.
+        wired: Vec<String>,
+    },
 }
 
 impl ExportFailure {
@@ -200,6 +215,8 @@ impl Explained for ExportFailure {
             | Self::ProfileUnused { .. }
             | Self::Light(_)
             | Self::Camera(_)
+            | Self::Board(_)
+            | Self::NoBoards { .. }
             | Self::NoOutlines { .. } => ErrorKind::BadInput,
             _ => ErrorKind::Bug,
         }
@@ -242,6 +259,12 @@ impl Explained for ExportFailure {
             Self::ProfileUnused { .. } => {
                 "leave the profile out, or name that of the printer that makes these parts"
             }
+            Self::Board(BoardError::NoPlate { .. }) => "let the board be a plate with holes",
+            Self::Board(_) => {
+                "make the board wider (its outside follows from the housing) or its bore smaller, take smaller or \
+                 fewer LEDs, or lay this board out by hand from its outline (dxf)"
+            }
+            Self::NoBoards { .. } => "leave gerber out; a guide says how the lamps are wired",
             Self::NoOutlines { .. } => "printed parts have the formats stl,3mf",
             _ => return None,
         };

@@ -117,7 +117,13 @@ pub fn write(
     let manifests: Vec<PathBuf> =
         exports.iter().map(|(folder, _)| folder.join(MANIFEST_NAME)).collect();
     // Nobody else writes there from here on.
-    let mut set = Transaction::open(manifests.iter().map(PathBuf::as_path), cancelled)?;
+    let below: Vec<PathBuf> = exports
+        .iter()
+        .flat_map(|(folder, exported)| files(exported).map(|file| folder.join(&file.name)))
+        .filter(|place| !manifests.iter().any(|manifest| manifest.parent() == place.parent()))
+        .collect();
+    let places = manifests.iter().chain(&below).map(PathBuf::as_path);
+    let mut set = Transaction::open(places, cancelled)?;
     let mut refusals = Vec::new();
     let mut merged = Vec::new();
     for (folder, exported) in exports {
@@ -326,10 +332,9 @@ fn old_manifest(folder: &Path) -> Result<Old, StagingError> {
     })
 }
 
-/// A manifest that somebody wrote by hand reaches no other folder.
+/// A manifest that somebody wrote by hand reaches no folder that is not below its own.
 fn is_plain(name: &str) -> bool {
-    let path = Path::new(name);
-    path.file_name() == Some(path.as_os_str()) && name != MANIFEST_NAME
+    crate::resumable::is_plain(name) && name != MANIFEST_NAME
 }
 
 /// BLAKE3 of a file's content, in hex; nothing where there is no file.

@@ -1,5 +1,6 @@
 //! From a design to the bytes of all its files.
 
+mod boards;
 mod compensation;
 mod failure;
 mod folder;
@@ -26,6 +27,7 @@ use fabkit_geometry::{Body, Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
+pub use self::boards::{FinishedBoard, boards};
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
@@ -228,6 +230,9 @@ pub fn export(
     if options.formats.contains(&Format::Light) {
         made.push(light::made(design, &hash)?);
     }
+    if options.formats.contains(&Format::Gerber) {
+        made.extend(boards::made(design, &hash)?);
+    }
     if options.formats.contains(&Format::Glb) {
         made.push(glb::made(design, &hash, options)?);
     }
@@ -400,8 +405,8 @@ fn part_files<'a>(
             },
             Format::Png => pictures::picture_of_body(body, PART_SHOT, &unwatched)
                 .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
-            // One file of all bodies.
-            Format::Light | Format::Glb => return Ok(None),
+            // One file of all bodies, or a folder of each board.
+            Format::Light | Format::Glb | Format::Gerber => return Ok(None),
             Format::Tree => {
                 let process = body.process_word();
                 let document = TreeDocument {

@@ -24,6 +24,8 @@ pub enum Format {
     Light,
     /// The whole sensor or fixture as it stands, for viewers: one file, whichever parts are asked for.
     Glb,
+    /// What a fab etches and drills: a folder for each circuit board, whichever parts are asked for.
+    Gerber,
 }
 
 impl Format {
@@ -60,6 +62,7 @@ impl Format {
             Self::Samples => "samples",
             Self::Light => "light",
             Self::Glb => "glb",
+            Self::Gerber => "gerber",
         }
     }
 

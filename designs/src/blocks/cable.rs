@@ -96,6 +96,16 @@ impl Cable {
         report.at_least(path, bend, least, "what is bent more breaks in the end");
     }
 
+    /// How long it is along its middle, mm.
+    pub fn length_mm(&self) -> f64 {
+        let straight: f64 = self.corners.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+        let shorter = self.bends().into_iter().map(|bend| {
+            let turn = 2.0 * (bend.reach_mm / self.bend_mm).atan();
+            2.0 * bend.reach_mm - self.bend_mm * turn
+        });
+        straight - shorter.sum::<f64>()
+    }
+
     fn bends(&self) -> Vec<Bend> {
         let corners = self.corners.windows(3);
         let bends = corners.map(|at| {

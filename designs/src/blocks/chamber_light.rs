@@ -1,5 +1,7 @@
 //! Light for a rectangular chamber: LEDs on strips at its walls, or on a board around the lens below.
 
+mod circuit;
+
 use fabkit_geometry::{Angle, Body, Length, Order, Path, Pose, Process, Profile, Solid};
 
 use super::posted_camera::{self, Posted};
@@ -41,6 +43,14 @@ parameters! {
         step: Length = 0.4..=6.0,
         /// Type.
         model: String = 1..=80,
+        /// Supply, V.
+        supply_volts: f64 = 4.5..=24.0,
+        /// Forward voltage of an LED at its current, V.
+        forward_volts: f64 = 1.5..=4.2,
+        /// Current of an LED, mA, that its resistor is calculated for.
+        current_ma: f64 = 0.5..=60.0,
+        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
+        resistor_ohms: f64 = 0.0..=100000.0,
     }
 }
 

@@ -6,6 +6,7 @@ mod board_camera;
 pub mod cable;
 pub mod cable_way;
 pub mod chamber_light;
+pub mod circuit;
 pub mod clamshell;
 pub mod cup_and_bridge;
 pub mod edge;

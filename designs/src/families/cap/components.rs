@@ -113,6 +113,16 @@ pub fn exit(p: &Cap, layout: &Layout) -> Exit {
     Exit::Aside { angle, width_mm, above_mm }
 }
 
+/// How far from the axis the cable is drawn, mm.
+fn cable_end_mm(p: &Cap) -> f64 {
+    p.holder.width.mm() / 2.0 + CABLE_BEYOND_MM
+}
+
+/// How long the cable is drawn, plug apart, mm.
+pub fn cable_beyond_mm(p: &Cap) -> f64 {
+    cable_end_mm(p) - PLUG_REACH_MM[1] + INTO_MM
+}
+
 /// The camera's cable with its angled plug, which goes in through the window.
 fn camera_cable(p: &Cap, layout: &Layout) -> Body {
     let (top, height) = plug_top_and_height_mm(p, layout);
@@ -123,9 +133,7 @@ fn camera_cable(p: &Cap, layout: &Layout) -> Body {
     let cable = Cable {
         diameter_mm: cable_mm(height),
         bend_mm: 0.0,
-        corners: [INTO_MM - front, -p.holder.width.mm() / 2.0 - CABLE_BEYOND_MM]
-            .map(|y| Point3::new(0.0, y, middle))
-            .to_vec(),
+        corners: [INTO_MM - front, -cable_end_mm(p)].map(|y| Point3::new(0.0, y, middle)).to_vec(),
     };
     let solid = Solid::union([plug.named("plug"), cable.solid()]);
     let place = SENSOR.at(turned(p, Pose::identity())).lifted(-44.0);

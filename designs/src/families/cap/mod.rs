@@ -4,6 +4,7 @@
 mod bodies;
 mod casing;
 mod chain;
+mod circuit;
 mod components;
 mod constraints;
 mod joints;
@@ -84,6 +85,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
         .chain(components::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
+        circuits: vec![circuit::circuit(p)],
         press_fits: joints
             .casing
             .press_fit(bodies::HOLDER)

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod chain;
+mod circuit;
 mod components;
 mod constraints;
 mod housing;
@@ -101,6 +102,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
+        circuits: vec![circuit::circuit(p, &layout)],
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
         sight: sight(&[(bodies::TRANSLUCENT_GEL, &p.translucent_gel.material)], bodies::BLACK_COAT),

@@ -176,6 +176,14 @@ sections! {
         height: Length = 0.2..=4.0,
         /// Type.
         model: String = 1..=80,
+        /// Supply, V.
+        supply_volts: f64 = 4.5..=24.0,
+        /// Forward voltage of an LED at its current, V.
+        forward_volts: f64 = 1.5..=4.2,
+        /// Current of an LED, mA, that its resistor is calculated for.
+        current_ma: f64 = 0.5..=60.0,
+        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
+        resistor_ohms: f64 = 0.0..=100000.0,
     }
 
     /// The camera and the board it comes on.

@@ -62,7 +62,8 @@ impl Slit {
     }
 }
 
-fn is_aside(p: &Dome) -> bool {
+/// Whether cable and wires leave through the side.
+pub fn is_aside(p: &Dome) -> bool {
     p.base.cable_exit == CableExit::Side
 }
 

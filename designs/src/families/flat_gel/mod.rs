@@ -65,6 +65,7 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
         .chain(camera_and_screws(layout));
     Sensor {
         chain: chain::chain(p, layout),
+        circuits: vec![layout.light.circuit()],
         press_fits: fits
             .into_iter()
             .flatten()

@@ -82,7 +82,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
 }
 
 /// Length, width and height of the switch, mm: eight leads 0.5 mm apart (JEDEC MO-187 CA, as TI's DCU0008A).
-const SWITCH_MM: [f64; 2] = [3.1, 2.0];
+pub const SWITCH_MM: [f64; 2] = [3.1, 2.0];
 
 /// Length, width and height of a resistor, mm: size 0603 (IEC 60115-8: 1608).
 const RESISTOR_MM: [f64; 3] = [1.6, 0.8, 0.45];
@@ -106,17 +106,31 @@ pub fn switch_reach_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
     out.max(outer + inner - (circle - SWITCH_MM[1] / 2.0))
 }
 
+/// Where what hangs into the pocket is: origin on the board's lower side, x axis outwards.
+pub struct BoardPartPoses {
+    /// The switch.
+    pub switch: Pose,
+    /// The resistors of the white and of the UV LEDs.
+    pub resistors: [Pose; 2],
+}
+
+/// The switch opposite to the wires, a resistor on each side.
+pub fn board_part_poses(p: &HalfEllipsoid, layout: &Layout) -> BoardPartPoses {
+    let at = |quarters: f64| {
+        let rad = p.base.cable_angle.rad() + quarters * FRAC_PI_2;
+        let turn = Pose::rotation_z(Angle::from_rad(rad).expect("a sum of finite angles"));
+        turn.then_in(Pose::translation(parts_circle_mm(p, layout), 0.0, layout.base_top_z_mm))
+    };
+    BoardPartPoses { switch: at(2.0), resistors: [at(1.0), at(3.0)] }
+}
+
 /// Dual switch and resistors under the board: the switch opposite to the wires, a resistor on each side.
 fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     if !has_parts(p) {
         return Vec::new();
     }
-    let at = |quarters: f64| {
-        let rad = p.base.cable_angle.rad() + quarters * FRAC_PI_2;
-        let turn = Pose::rotation_z(Angle::from_rad(rad).expect("a sum of finite angles"));
-        let out = Pose::translation(parts_circle_mm(p, layout), 0.0, layout.base_top_z_mm);
-        SENSOR.at(turn.then_in(out)).lifted(-50.0)
-    };
+    let poses = board_part_poses(p, layout);
+    let at = |pose: Pose| SENSOR.at(pose).lifted(-50.0);
     // Lengthwise along the circle, hanging from the board.
     let block =
         |[length, width]: [f64; 2], height: f64| Solid::cuboid(width, length, height).at_z(-height);
@@ -124,14 +138,14 @@ fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let [length, width, least] = RESISTOR_MM;
     vec![
         SWITCH
-            .bought(p.led_board.switch_model.as_str(), block(SWITCH_MM, height), [at(2.0)])
+            .bought(p.led_board.switch_model.as_str(), block(SWITCH_MM, height), [at(poses.switch)])
             .ordered(Order::of(&p.led_board.switch_model, ""))
             .colored(CAMERA_GREY),
         RESISTOR
             .bought(
                 "resistor 0603, for the current of one kind of LEDs",
                 block([length, width], least.min(height)),
-                [at(1.0), at(3.0)],
+                poses.resistors.map(at),
             )
             .ordered(Order::of("resistor", "0603"))
             .colored(CAMERA_GREY),

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod chain;
+mod circuit;
 mod components;
 mod constraints;
 mod housing;
@@ -71,6 +72,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         .chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
+        circuits: vec![circuit::circuit(p, &layout)],
         press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
         sight: sight(

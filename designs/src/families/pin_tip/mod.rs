@@ -4,6 +4,7 @@
 mod bodies;
 mod body;
 mod chain;
+mod circuit;
 mod components;
 mod constraints;
 mod controller;
@@ -70,6 +71,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     Sensor {
         contrasts: vec![[bodies::DOTS, bodies::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),
+        circuits: vec![circuit::circuit(p, &layout)],
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
         press_fits: [board].into_iter().chain(screws).collect(),
         touch: Some(touch(&layout).into()),

@@ -51,11 +51,20 @@ fn in_box(p: &SheetMold, layout: &Layout) -> Cable {
     }
 }
 
+/// How long both are drawn, mm: that of the box first.
+pub fn lengths_mm(p: &SheetMold, layout: &Layout) -> [f64; 2] {
+    both(p, layout).map(|cable| cable.length_mm())
+}
+
+/// That of the camera in the box, and that of the one above the display.
+fn both(p: &SheetMold, layout: &Layout) -> [Cable; 2] {
+    let end = layout.display_size_mm[0] / 2.0 + BEYOND_MM;
+    [in_box(p, layout), cable(p, &[[plug_reach_mm(p)[1], 0.0], [end, 0.0]])]
+}
+
 /// Both, each in the frame of its camera's plate.
 pub fn cables(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> [Body; 2] {
-    let end = layout.display_size_mm[0] / 2.0 + BEYOND_MM;
-    let above = cable(p, &[[plug_reach_mm(p)[1], 0.0], [end, 0.0]]);
-    let [below, above] = [in_box(p, layout), above].map(|cable| cable.solid());
+    let [below, above] = both(p, layout).map(|cable| cable.solid());
     let [box_camera, stand_camera] = cameras.clone();
     [
         BOX_CABLE.bought("USB cable of the camera in the box", below, [box_camera]),

@@ -5,6 +5,7 @@ mod bodies;
 mod cables;
 mod chain;
 mod channels;
+mod circuit;
 mod components;
 mod constraints;
 mod display;
@@ -66,6 +67,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let reason = "the tube is stretched over the needle";
     Sensor {
         chain: chain::chain(p, layout),
+        circuits: vec![circuit::circuit(p, layout)],
         contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         sight: names(&[bodies::MARKER_PAINT]),

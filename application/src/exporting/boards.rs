@@ -1,0 +1,59 @@
+//! A folder of fabrication files for each circuit board of a design.
+
+use fabkit_boards::{BoardError, BoardShape, Layout, USUAL, check, files, lay_out};
+use fabkit_designs::Design;
+use fabkit_geometry::{Circuit, Sensor};
+
+use super::{ExportFailure, Made};
+use crate::staging::OutputFile;
+
+/// A circuit with its finished board, which keeps all rules.
+pub struct FinishedBoard<'a> {
+    /// What is soldered.
+    pub circuit: &'a Circuit,
+    /// What is etched.
+    pub layout: Layout,
+}
+
+/// Lays all boards of a sensor out, and looks whether each is what its circuit says.
+///
+/// # Errors
+/// [`BoardError`] for parts or tracks that find no room, and for what breaks a rule.
+pub fn boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
+    let etched = sensor.circuits.iter().filter_map(|circuit| {
+        let body = circuit.board.as_deref().and_then(|name| sensor.body(name))?;
+        Some((circuit, body))
+    });
+    let finished = etched.map(|(circuit, body)| {
+        let layout = lay_out(circuit, &BoardShape::of(body)?, &USUAL)?;
+        let found = check(&layout, circuit, &USUAL);
+        match found.split_first() {
+            None => Ok(FinishedBoard { circuit, layout }),
+            Some((first, others)) => Err(BoardError::Broken {
+                board: body.name.clone(),
+                first: first.to_string(),
+                more: others.len(),
+            }),
+        }
+    });
+    finished.collect()
+}
+
+/// The files of all boards, each board's in a folder of its name.
+pub(super) fn made(design: &Design, design_hash: &str) -> Result<Vec<Made>, ExportFailure> {
+    let boards = boards(&design.sensor)?;
+    if boards.is_empty() {
+        let circuits = &design.sensor.circuits;
+        let wired = circuits.iter().map(|circuit| circuit.name.clone()).collect();
+        return Err(ExportFailure::NoBoards { design: design.sensor.name.clone(), wired });
+    }
+    let mut made = Vec::new();
+    for FinishedBoard { circuit, layout } in boards {
+        let board = &layout.board.name;
+        for file in files(&layout, circuit, &USUAL, design_hash) {
+            let file = OutputFile { name: format!("{board}/{}", file.name), bytes: file.bytes };
+            made.push(Made { file, format: "gerber", parts: vec![board.clone()], stock: None });
+        }
+    }
+    Ok(made)
+}

@@ -1,0 +1,352 @@
+//! Whether a finished board is what its circuit says and what a fab makes.
+
+use std::fmt;
+
+use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
+
+use crate::Rules;
+use crate::connected::{meet, pieces};
+use crate::layout::{Layout, SIDES, land_shape};
+use crate::place::is_in;
+use crate::rules::width_for_mm;
+use crate::shapes::{Point, Shape};
+
+/// What lengths on a board are known to, mm.
+const EXACT_MM: f64 = 1e-6;
+
+/// How a board breaks a rule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Flaw {
+    /// Pins of one net are on several pieces of copper.
+    Open,
+    /// Pins of several nets are on one piece of copper.
+    Short,
+    /// A pad is not where the circuit has it.
+    Misplaced,
+    /// An LED or a switch is turned round: its pads are where others of its own should be.
+    Turned,
+    /// Copper of two nets is too near to each other.
+    Clearance,
+    /// Copper is too near to an edge, or beyond it.
+    Edge,
+    /// A track is too narrow, for the fab or for its current.
+    Track,
+    /// A drill is too small.
+    Drill,
+    /// The ring of copper around a drill is too narrow.
+    Ring,
+    /// Two holes are too near to each other.
+    Holes,
+    /// The mask covers a pad, or opens to what is no pad.
+    Mask,
+    /// Silk lies on solder.
+    Silk,
+    /// Two parts overlap, or a part is where something else stands.
+    Parts,
+    /// A resistor is not what its calculation says, or bears too little.
+    Resistor,
+}
+
+/// One rule that a board breaks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Which rule.
+    pub flaw: Flaw,
+    /// Where, in the sensor's x and y, mm.
+    pub at_mm: Point,
+    /// What, with names and numbers.
+    pub what: String,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at ({:.2}, {:.2}) mm: {}", self.at_mm[0], self.at_mm[1], self.what)
+    }
+}
+
+/// Everything that is wrong with a board, in the order of the rules.
+pub fn check(layout: &Layout, circuit: &Circuit, rules: &Rules) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut tell = |flaw, at_mm, what: String| found.push(Finding { flaw, at_mm, what });
+    netlist(layout, circuit, &mut tell);
+    places(layout, circuit, &mut tell);
+    copper(layout, circuit, rules, &mut tell);
+    holes(layout, rules, &mut tell);
+    covers(layout, rules, &mut tell);
+    parts(layout, circuit, &mut tell);
+    resistors(circuit, &mut tell);
+    found.sort_by_key(|finding| finding.flaw);
+    found
+}
+
+fn netlist(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
+    let pieces = pieces(layout);
+    let net_of = |(part, pin): &(String, String)| circuit.net_of(part, pin).map(|net| &net.name);
+    let named = |(part, pin): &(String, String)| format!("{part}.{pin}");
+    for net in &circuit.nets {
+        let on: Vec<_> = pieces
+            .iter()
+            .filter(|piece| piece.pins.iter().any(|pin| net_of(pin) == Some(&net.name)))
+            .collect();
+        if on.len() > 1 {
+            let ends = on[1].pins.iter().map(named).collect::<Vec<_>>().join(", ");
+            let what = format!("net {} is open: {ends} is not connected to the rest", net.name);
+            tell(Flaw::Open, on[1].at_mm, what);
+        }
+    }
+    for piece in &pieces {
+        let mut nets: Vec<String> = piece
+            .pins
+            .iter()
+            .map(|pin| net_of(pin).map_or_else(|| format!("unused {}", named(pin)), Clone::clone))
+            .collect();
+        nets.sort();
+        nets.dedup();
+        if nets.len() > 1 {
+            tell(
+                Flaw::Short,
+                piece.at_mm,
+                format!("nets {} are one piece of copper", nets.join(", ")),
+            );
+        }
+    }
+}
+
+/// Pads where the circuit has them.
+fn places(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
+    for part in &circuit.parts {
+        let Some(placed) = layout.parts.iter().find(|one| one.designator == part.designator) else {
+            if !layout.left_out.contains(&part.designator) {
+                tell(Flaw::Misplaced, [0.0; 2], format!("{} is not on the board", part.designator));
+            }
+            continue;
+        };
+        let place = part.place.unwrap_or(placed.place);
+        let wanted: Vec<(&str, Shape)> =
+            part.lands.iter().map(|land| (&*land.pin, land_shape(&place, land))).collect();
+        for (pin, shape) in &wanted {
+            let on = |pad: &&crate::Pad| pad.part == part.designator && pad.pin == **pin;
+            let Some(pad) = layout.pads.iter().find(on) else {
+                tell(
+                    Flaw::Misplaced,
+                    shape.middle(),
+                    format!("{}.{pin} has no pad", part.designator),
+                );
+                continue;
+            };
+            let same = |other: &Shape| far(other.middle(), pad.shape.middle()) <= 1e-3;
+            if pad.side == place.side && same(shape) {
+                continue;
+            }
+            let is_swapped = wanted.iter().any(|(other, at)| other != pin && same(at));
+            let flaw = if is_swapped { Flaw::Turned } else { Flaw::Misplaced };
+            let how = if is_swapped { "is turned round" } else { "is not where its part stands" };
+            tell(flaw, pad.shape.middle(), format!("{}.{pin} {how}", part.designator));
+            break;
+        }
+    }
+}
+
+fn far(a: Point, b: Point) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Copper with the net that it really is on, as far as a pin tells; else what it was laid for.
+fn copper(
+    layout: &Layout,
+    circuit: &Circuit,
+    rules: &Rules,
+    tell: &mut impl FnMut(Flaw, Point, String),
+) {
+    for side in SIDES {
+        let mut copper: Vec<(Option<usize>, Shape, String)> = Vec::new();
+        for pad in layout.pads.iter().filter(|pad| pad.side == side) {
+            copper.push((pad.net, pad.shape.clone(), format!("{}.{}", pad.part, pad.pin)));
+        }
+        for track in layout.tracks.iter().filter(|track| track.side == side) {
+            copper.push((
+                Some(track.net),
+                track.shape(),
+                format!("track of {}", layout.nets[track.net]),
+            ));
+        }
+        for via in &layout.vias {
+            copper.push((Some(via.net), via.shape(), format!("via of {}", layout.nets[via.net])));
+        }
+        let boxes: Vec<[Point; 2]> =
+            copper.iter().map(|one| one.1.grown(rules.clearance_mm).bounds()).collect();
+        for i in 0..copper.len() {
+            for j in i + 1..copper.len() {
+                if (copper[i].0 == copper[j].0 && copper[i].0.is_some())
+                    || !meet(&boxes[i], &boxes[j])
+                {
+                    continue;
+                }
+                let apart = copper[i].1.distance(&copper[j].1);
+                // What touches is a short, and told as that.
+                if apart > 0.0 && apart < rules.clearance_mm - EXACT_MM {
+                    let what = format!(
+                        "{} is {apart:.3} mm from {}; it must be {:.2} mm",
+                        copper[i].2, copper[j].2, rules.clearance_mm
+                    );
+                    tell(Flaw::Clearance, copper[i].1.middle(), what);
+                }
+            }
+        }
+        for (_, shape, name) in
+            copper.iter().filter(|(_, _, name)| side == SIDES[0] || !name.starts_with("via"))
+        {
+            let inside = layout.board.distance_inside(shape);
+            if inside < rules.edge_mm - EXACT_MM {
+                let what = format!(
+                    "{name} is {inside:.3} mm inside the edge; it must be {:.2} mm",
+                    rules.edge_mm
+                );
+                tell(Flaw::Edge, shape.middle(), what);
+            }
+        }
+    }
+    for track in &layout.tracks {
+        let current_a = circuit.nets.get(track.net).map_or(0.0, |net| net.current_a);
+        let least = rules.track_mm.max(width_for_mm(current_a, rules));
+        if track.width_mm < least - EXACT_MM {
+            let what = format!(
+                "a track of {} is {:.3} mm wide; for {current_a:.3} A it must be {least:.3} mm",
+                layout.nets[track.net], track.width_mm
+            );
+            tell(Flaw::Track, track.ends[0], what);
+        }
+    }
+}
+
+fn holes(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, String)) {
+    let mut holes: Vec<(Point, f64)> = Vec::new();
+    for via in &layout.vias {
+        if via.drill_mm < rules.drill_mm - EXACT_MM {
+            let what = format!(
+                "a via's drill is {:.2} mm; it must be {:.2} mm",
+                via.drill_mm, rules.drill_mm
+            );
+            tell(Flaw::Drill, via.at_mm, what);
+        }
+        let ring = (via.diameter_mm - via.drill_mm) / 2.0;
+        if ring < rules.ring_mm - EXACT_MM {
+            let what = format!("a via's ring is {ring:.3} mm; it must be {:.2} mm", rules.ring_mm);
+            tell(Flaw::Ring, via.at_mm, what);
+        }
+        holes.push((via.at_mm, via.drill_mm));
+    }
+    for drill in &layout.drills {
+        if drill.diameter_mm < rules.drill_mm - EXACT_MM {
+            let what = format!(
+                "a hole is {:.2} mm; it must be {:.2} mm",
+                drill.diameter_mm, rules.drill_mm
+            );
+            tell(Flaw::Drill, drill.at_mm, what);
+        }
+        holes.push((drill.at_mm, drill.diameter_mm));
+    }
+    for (i, (at, diameter)) in holes.iter().enumerate() {
+        for (other, other_diameter) in &holes[i + 1..] {
+            let apart = far(*at, *other) - (diameter + other_diameter) / 2.0;
+            if apart < rules.hole_to_hole_mm - EXACT_MM {
+                let what = format!(
+                    "two holes are {apart:.3} mm apart; it must be {:.2} mm",
+                    rules.hole_to_hole_mm
+                );
+                tell(Flaw::Holes, *at, what);
+            }
+        }
+    }
+}
+
+fn covers(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, String)) {
+    let opens =
+        |side: BoardSide| layout.openings.iter().filter(move |(on, _)| *on == side).map(|(_, o)| o);
+    for pad in &layout.pads {
+        // The opening reaches beyond the pad on all sides.
+        let grown = pad.shape.grown(rules.mask_mm - 1e-3);
+        let is_open = opens(pad.side).any(|open| grown.corners().iter().all(|p| open.contains(*p)));
+        if !is_open {
+            let what = format!("the mask covers {}.{}", pad.part, pad.pin);
+            tell(Flaw::Mask, pad.shape.middle(), what);
+        }
+    }
+    for side in SIDES {
+        for open in opens(side) {
+            let shown = layout.pads.iter().filter(|pad| pad.side == side);
+            let own: Vec<Option<usize>> =
+                shown.filter(|pad| open.contains(pad.shape.middle())).map(|pad| pad.net).collect();
+            for track in layout.tracks.iter().filter(|track| track.side == side) {
+                if !own.contains(&Some(track.net)) && track.shape().distance(open) <= 0.0 {
+                    let what =
+                        format!("the mask is open over a track of {}", layout.nets[track.net]);
+                    tell(Flaw::Mask, track.ends[0], what);
+                }
+            }
+        }
+    }
+    for line in &layout.silk {
+        let ink = line.shape();
+        if opens(line.side).any(|open| open.distance(&ink) < rules.silk_mm - EXACT_MM) {
+            tell(Flaw::Silk, line.ends[0], "silk lies on or beside a pad".to_owned());
+        }
+    }
+}
+
+fn parts(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
+    for (i, one) in layout.parts.iter().enumerate() {
+        for other in &layout.parts[i + 1..] {
+            if one.place.side == other.place.side && one.outline.distance(&other.outline) <= 0.0 {
+                let what = format!("{} and {} overlap", one.designator, other.designator);
+                tell(Flaw::Parts, one.place.at_mm, what);
+            }
+        }
+        for keep in circuit.keep_outs.iter().filter(|keep| keep.side == one.place.side) {
+            // Where the sensor draws a part, its own constraints have looked.
+            let is_ours = circuit.part(&one.designator).is_some_and(|part| part.place.is_none());
+            if is_ours && is_in(keep, &one.outline) {
+                tell(
+                    Flaw::Parts,
+                    one.place.at_mm,
+                    format!("{} is where {} is", one.designator, keep.what),
+                );
+            }
+        }
+    }
+}
+
+fn resistors(circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
+    for one in &circuit.resistors {
+        let names = one.designators.join(", ");
+        if let Some(exact) = one.exact_ohms().filter(|exact| one.ohms < exact * (1.0 - 1e-9)) {
+            let what = format!(
+                "{names}: {} ohm let more than the wanted current through; {exact:.1} ohm do not",
+                one.ohms
+            );
+            tell(Flaw::Resistor, [0.0; 2], what);
+        }
+        if one.power_w() > one.rated_w {
+            let what = format!(
+                "{names}: {:.3} W in a resistor that bears {} W",
+                one.power_w(),
+                one.rated_w
+            );
+            tell(Flaw::Resistor, [0.0; 2], what);
+        }
+        for name in &one.designators {
+            let told = circuit.part(name).map(|part| (part.kind, part.value.as_str()));
+            let value = ohms_text(one.ohms);
+            if told != Some((CircuitKind::Resistor, value.as_str())) {
+                let what =
+                    format!("{name} is {:?}, calculated are {value}", told.map(|told| told.1));
+                tell(Flaw::Resistor, [0.0; 2], what);
+            }
+        }
+    }
+}
+
+/// A value as it is ordered: `470 ohm`, `4.7 kohm`.
+pub fn ohms_text(ohms: f64) -> String {
+    if ohms >= 1e3 { format!("{} kohm", ohms / 1e3) } else { format!("{ohms} ohm") }
+}

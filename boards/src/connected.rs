@@ -1,0 +1,64 @@
+//! What is connected to what: read off the copper, without believing what it was laid for.
+
+use std::collections::BTreeMap;
+
+use crate::layout::{Layout, SIDES};
+use crate::shapes::{Point, Shape};
+
+/// Copper in one piece: the pins on it, and where its first copper is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Piece {
+    /// Part and pin, sorted.
+    pub pins: Vec<(String, String)>,
+    /// mm.
+    pub at_mm: Point,
+}
+
+/// All pieces of copper that hold a pin.
+pub(crate) fn pieces(layout: &Layout) -> Vec<Piece> {
+    // Pads, tracks, vias; a via is there on both sides.
+    let mut copper: Vec<(Option<usize>, Shape)> = Vec::new();
+    let side = |of| SIDES.iter().position(|side| *side == of);
+    copper.extend(layout.pads.iter().map(|pad| (side(pad.side), pad.shape.clone())));
+    copper.extend(layout.tracks.iter().map(|track| (side(track.side), track.shape())));
+    copper.extend(layout.vias.iter().map(|via| (None, via.shape())));
+    let mut root: Vec<usize> = (0..copper.len()).collect();
+    fn find(root: &mut [usize], mut i: usize) -> usize {
+        while root[i] != i {
+            root[i] = root[root[i]];
+            i = root[i];
+        }
+        i
+    }
+    let boxes: Vec<[Point; 2]> = copper.iter().map(|(_, shape)| shape.bounds()).collect();
+    for i in 0..copper.len() {
+        for j in i + 1..copper.len() {
+            let is_same_side = match (copper[i].0, copper[j].0) {
+                (Some(one), Some(other)) => one == other,
+                _ => true,
+            };
+            if is_same_side
+                && meet(&boxes[i], &boxes[j])
+                && copper[i].1.distance(&copper[j].1) <= 0.0
+            {
+                let (a, b) = (find(&mut root, i), find(&mut root, j));
+                root[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let mut pieces: BTreeMap<usize, Piece> = BTreeMap::new();
+    for (i, pad) in layout.pads.iter().enumerate() {
+        let piece = pieces
+            .entry(find(&mut root, i))
+            .or_insert_with(|| Piece { pins: Vec::new(), at_mm: pad.shape.middle() });
+        piece.pins.push((pad.part.clone(), pad.pin.clone()));
+    }
+    let mut pieces: Vec<Piece> = pieces.into_values().collect();
+    pieces.iter_mut().for_each(|piece| piece.pins.sort());
+    pieces
+}
+
+/// Whether two boxes meet.
+pub(crate) fn meet(one: &[Point; 2], other: &[Point; 2]) -> bool {
+    (0..2).all(|axis| one[0][axis] <= other[1][axis] && other[0][axis] <= one[1][axis])
+}

@@ -1,0 +1,210 @@
+//! Gerber X2 (Ucamco's Gerber layer format specification) and XNC drill files.
+//!
+//! Coordinates are those of the sensor's x and y, in mm with six decimals, seen from above on all layers.
+
+use std::fmt::Write;
+
+use fabkit_geometry::{BoardSide, Path, Segment};
+
+use crate::shapes::{Point, Shape};
+
+/// Files never tell when they were made: the same board gives the same bytes.
+pub(crate) const DATE: &str = "2000-01-01T00:00:00Z";
+
+/// Who a project is.
+#[derive(Clone, Debug)]
+pub(crate) struct Project<'a> {
+    /// The board.
+    pub name: &'a str,
+    /// From the design's hash.
+    pub guid: String,
+    /// The first digits of the design's hash.
+    pub revision: String,
+}
+
+impl<'a> Project<'a> {
+    pub fn new(name: &'a str, design_hash: &str) -> Self {
+        let digits: String = design_hash.chars().chain(std::iter::repeat('0')).take(32).collect();
+        let [a, b, c, d] = [0..8, 8..12, 12..16, 16..20].map(|range| &digits[range]);
+        let guid = format!("{a}-{b}-{c}-{d}-{}", &digits[20..]);
+        Self { name, guid, revision: digits[..8].to_owned() }
+    }
+}
+
+/// Lengths as the format's integers: millionths of a millimetre.
+fn units(mm: f64) -> i64 {
+    (mm * 1e6).round() as i64
+}
+
+/// A decimal number without superfluous digits.
+fn number(mm: f64) -> String {
+    let text = format!("{:.6}", mm);
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// A layer that is being written.
+pub(crate) struct Layer {
+    text: String,
+    /// Definitions of apertures, each written once.
+    known: Vec<(String, String)>,
+    attributes: Vec<String>,
+    current: Option<usize>,
+}
+
+impl Layer {
+    pub fn new(project: &Project<'_>, function: &str, polarity: &str) -> Self {
+        let mut text = String::new();
+        let Project { name, guid, revision } = project;
+        for attribute in [
+            format!("GenerationSoftware,fabkit,fabkit,{}", env!("CARGO_PKG_VERSION")),
+            format!("CreationDate,{DATE}"),
+            format!("ProjectId,{name},{guid},{revision}"),
+            "SameCoordinates,sensor".to_owned(),
+            format!("FileFunction,{function}"),
+            format!("FilePolarity,{polarity}"),
+        ] {
+            _ = writeln!(text, "%TF.{attribute}*%");
+        }
+        text += "%FSLAX46Y46*%\n%MOMM*%\n%LPD*%\nG01*\nG75*\n";
+        Self { text, known: Vec::new(), attributes: Vec::new(), current: None }
+    }
+
+    /// Chooses an aperture of a function; defines it where it is new.
+    fn choose(&mut self, template: &str, function: &str) {
+        let key = (template.to_owned(), function.to_owned());
+        let index = self.known.iter().position(|known| *known == key).unwrap_or_else(|| {
+            let number = self.known.len() + 10;
+            _ = writeln!(self.text, "%TA.AperFunction,{function}*%");
+            if let Some(corners) = template.strip_prefix("outline ") {
+                _ = writeln!(
+                    self.text,
+                    "%AMOUTLINE{number}*{corners}*%\n%ADD{number}OUTLINE{number}*%"
+                );
+            } else {
+                _ = writeln!(self.text, "%ADD{number}{template}*%");
+            }
+            self.text += "%TD*%\n";
+            // That took the objects' attributes away, too.
+            self.attributes.clear();
+            self.known.push(key);
+            self.known.len() - 1
+        });
+        if self.current != Some(index) {
+            self.current = Some(index);
+            _ = writeln!(self.text, "D{}*", index + 10);
+        }
+    }
+
+    /// Attributes of the objects that follow.
+    pub fn about(&mut self, attributes: &[String]) {
+        if self.attributes == attributes {
+            return;
+        }
+        if !self.attributes.is_empty() {
+            self.text += "%TD*%\n";
+        }
+        for attribute in attributes {
+            _ = writeln!(self.text, "%TO.{attribute}*%");
+        }
+        self.attributes = attributes.to_vec();
+    }
+
+    fn at(&mut self, [x, y]: Point, code: &str) {
+        _ = writeln!(self.text, "X{}Y{}{code}*", units(x), units(y));
+    }
+
+    /// A shape in one flash.
+    pub fn flash(&mut self, shape: &Shape, function: &str, attributes: &[String]) {
+        let middle = shape.middle();
+        let template = match shape.corners() {
+            [_] => format!("C,{}", number(2.0 * shape.radius_mm())),
+            corners => {
+                let mut text = format!("outline 4,1,{}", corners.len());
+                for corner in corners.iter().chain(corners.first()) {
+                    let [x, y] = [0, 1].map(|axis| number(corner[axis] - middle[axis]));
+                    _ = write!(text, ",{x},{y}");
+                }
+                text + ",0"
+            }
+        };
+        self.choose(&template, function);
+        self.about(attributes);
+        self.at(middle, "D03");
+    }
+
+    /// A straight line with round ends.
+    pub fn line(&mut self, ends: [Point; 2], width_mm: f64, function: &str, attributes: &[String]) {
+        self.choose(&format!("C,{}", number(width_mm)), function);
+        self.about(attributes);
+        self.at(ends[0], "D02");
+        self.at(ends[1], "D01");
+    }
+
+    /// A closed path of lines and arcs, exact.
+    pub fn outline(&mut self, path: &Path) {
+        self.choose("C,0.05", "Profile");
+        self.at(path.start, "D02");
+        let mut from = path.start;
+        for segment in &path.segments {
+            if let Segment::Arc { to, centre, ccw } = segment {
+                let [i, j] = [0, 1].map(|axis| units(centre[axis] - from[axis]));
+                let code = format!("I{i}J{j}D01");
+                self.text += if *ccw { "G03*\n" } else { "G02*\n" };
+                self.at(*to, &code);
+                self.text += "G01*\n";
+            } else {
+                self.at(segment.to(), "D01");
+            }
+            from = segment.to();
+        }
+    }
+
+    pub fn end(mut self) -> Vec<u8> {
+        self.about(&[]);
+        self.text += "M02*\n";
+        self.text.into_bytes()
+    }
+}
+
+/// A drill file: tools by diameter, each with its hits in their order.
+pub(crate) fn drills(project: &Project<'_>, function: &str, holes: &[(Point, f64)]) -> Vec<u8> {
+    let mut tools: Vec<f64> = holes.iter().map(|(_, diameter)| *diameter).collect();
+    tools.sort_by(f64::total_cmp);
+    tools.dedup_by(|a, b| number(*a) == number(*b));
+    let mut text = String::from("M48\n");
+    let Project { name, guid, revision } = project;
+    for attribute in [
+        format!("GenerationSoftware,fabkit,fabkit,{}", env!("CARGO_PKG_VERSION")),
+        format!("CreationDate,{DATE}"),
+        format!("ProjectId,{name},{guid},{revision}"),
+        format!("FileFunction,{function}"),
+    ] {
+        _ = writeln!(text, "; #@! TF.{attribute}");
+    }
+    text += "METRIC\n";
+    for (index, tool) in tools.iter().enumerate() {
+        _ = writeln!(text, "T{:02}C{:.3}", index + 1, tool);
+    }
+    text += "%\nG90\nG05\n";
+    for (index, tool) in tools.iter().enumerate() {
+        _ = writeln!(text, "T{:02}", index + 1);
+        for ([x, y], _) in holes.iter().filter(|(_, diameter)| number(*diameter) == number(*tool)) {
+            _ = writeln!(text, "X{x:.4}Y{y:.4}");
+        }
+    }
+    text += "M30\n";
+    text.into_bytes()
+}
+
+/// `Top` or `Bot`, as the format has it.
+pub(crate) fn side_word(side: BoardSide) -> &'static str {
+    if side == BoardSide::Top { "Top" } else { "Bot" }
+}
+
+/// Text that may stand in an attribute.
+pub(crate) fn field(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_ascii_alphanumeric() || "+-_./ ".contains(c) { c } else { '_' })
+        .collect()
+}

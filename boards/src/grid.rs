@@ -1,0 +1,102 @@
+//! The points that tracks go over: rings and rays on a round board, rows and columns elsewhere.
+
+use std::f64::consts::TAU;
+
+use crate::BoardShape;
+use crate::shapes::{Point, Shape};
+
+/// Between neighbours, mm; as coarse as the board is wide, so that the count stays bounded.
+const FINE_MM: f64 = 0.1;
+/// Points that a grid has at most, about.
+const MOST: f64 = 40_000.0;
+/// Cells in which points are looked up, mm.
+const CELL_MM: f64 = 1.0;
+
+/// Points with neighbours.
+pub(crate) struct Grid {
+    /// Where they are, mm.
+    pub points: Vec<Point>,
+    /// Rows: rings or lines.
+    rows: usize,
+    /// Points of a row.
+    columns: usize,
+    /// Whether a row closes.
+    is_round: bool,
+    /// Longest way between two neighbours, mm.
+    pub step_mm: f64,
+    low: Point,
+    cells: [usize; 2],
+    cell_points: Vec<Vec<u32>>,
+}
+
+impl Grid {
+    pub fn of(board: &BoardShape) -> Self {
+        let [low, high] = Shape::polygon(board.edge.clone()).bounds();
+        let area = (high[0] - low[0]) * (high[1] - low[1]);
+        let step = FINE_MM.max((area / MOST).sqrt());
+        let (points, rows, columns, is_round) = match board.annulus_mm() {
+            Some([inner, outer]) => {
+                let rows = ((outer - inner) / step) as usize + 1;
+                // Eighths, because LEDs stand at such angles.
+                let columns = ((TAU * outer / step / 8.0).ceil() as usize) * 8;
+                let at = |i: usize| {
+                    let (row, column) = (i / columns, i % columns);
+                    let radius = inner + step * row as f64;
+                    let angle = TAU * column as f64 / columns as f64;
+                    [radius * angle.cos(), radius * angle.sin()]
+                };
+                ((0..rows * columns).map(at).collect::<Vec<_>>(), rows, columns, true)
+            }
+            None => {
+                let middle = [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0);
+                let half = [0, 1].map(|axis| ((high[axis] - low[axis]) / 2.0 / step) as usize);
+                let [columns, rows] = half.map(|half| 2 * half + 1);
+                let at = |i: usize| {
+                    let (row, column) = (i / columns, i % columns);
+                    [
+                        middle[0] + step * (column as f64 - half[0] as f64),
+                        middle[1] + step * (row as f64 - half[1] as f64),
+                    ]
+                };
+                ((0..rows * columns).map(at).collect::<Vec<_>>(), rows, columns, false)
+            }
+        };
+        let cells = [0, 1].map(|axis| ((high[axis] - low[axis]) / CELL_MM) as usize + 1);
+        let mut cell_points = vec![Vec::new(); cells[0] * cells[1]];
+        for (i, p) in points.iter().enumerate() {
+            let cell =
+                [0, 1].map(|a| (((p[a] - low[a]) / CELL_MM).max(0.0) as usize).min(cells[a] - 1));
+            cell_points[cell[1] * cells[0] + cell[0]].push(i as u32);
+        }
+        let step_mm = step * std::f64::consts::SQRT_2;
+        Self { points, rows, columns, is_round, step_mm, low, cells, cell_points }
+    }
+
+    /// Neighbours of a point.
+    pub fn beside(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
+        let (row, column) = ((index / self.columns) as i64, (index % self.columns) as i64);
+        let ways = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)];
+        ways.into_iter().filter_map(move |(up, along)| {
+            let (row, mut column) = (row + up, column + along);
+            if self.is_round {
+                column = column.rem_euclid(self.columns as i64);
+            }
+            let is_there =
+                (0..self.rows as i64).contains(&row) && (0..self.columns as i64).contains(&column);
+            is_there.then(|| row as usize * self.columns + column as usize)
+        })
+    }
+
+    /// Calls with each point that may be within `by_mm` of a shape.
+    pub fn near(&self, shape: &Shape, by_mm: f64, mut each: impl FnMut(usize)) {
+        let [low, high] = shape.bounds();
+        let cell = |axis: usize, at: f64| {
+            (((at - self.low[axis]) / CELL_MM).max(0.0) as usize).min(self.cells[axis] - 1)
+        };
+        for y in cell(1, low[1] - by_mm)..=cell(1, high[1] + by_mm) {
+            for x in cell(0, low[0] - by_mm)..=cell(0, high[0] + by_mm) {
+                self.cell_points[y * self.cells[0] + x].iter().for_each(|i| each(*i as usize));
+            }
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! The board as it is drawn: its exact outline, its holes and its heights.
+
+use fabkit_geometry::{Body, Path, Profile, Segment, Solid};
+
+use crate::BoardError;
+use crate::shapes::{Point, Shape};
+
+/// How far flattened arcs may be from the exact ones, mm: a tenth of what any reader is asked for.
+const CHORD_MM: f64 = 0.0005;
+
+/// A board's body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoardShape {
+    /// Its name.
+    pub name: String,
+    /// Outline and holes in the sensor's x and y, mm.
+    pub profile: Profile,
+    /// mm.
+    pub thickness_mm: f64,
+    /// The outline as short lines.
+    pub edge: Vec<Point>,
+    /// The holes that are milled or drilled, as short lines, in the order of the profile.
+    pub holes: Vec<Vec<Point>>,
+}
+
+/// A hole that is a circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundHole {
+    /// mm.
+    pub at_mm: Point,
+    /// mm.
+    pub diameter_mm: f64,
+}
+
+impl BoardShape {
+    /// The outline of a plate that lies level.
+    ///
+    /// # Errors
+    /// [`BoardError::NoPlate`] for any other body.
+    pub fn of(body: &Body) -> Result<Self, BoardError> {
+        let mut solid = &body.solid;
+        loop {
+            match solid {
+                Solid::Placed { pose, of } => {
+                    let [x, y, _] = (*pose.translation_mm()).into();
+                    let is_level = (pose.vector(fabkit_geometry::Vector3::x()).x - 1.0).abs()
+                        < 1e-12
+                        && (pose.vector(fabkit_geometry::Vector3::y()).y - 1.0).abs() < 1e-12;
+                    if !is_level || x != 0.0 || y != 0.0 {
+                        return Err(BoardError::NoPlate { board: body.name.clone() });
+                    }
+                    solid = of;
+                }
+                Solid::Feature { of, .. } => solid = of,
+                Solid::Extrusion(one) => {
+                    let edge = flat(&one.profile.outer);
+                    let holes = one.profile.holes.iter().map(flat).collect();
+                    return Ok(Self {
+                        name: body.name.clone(),
+                        profile: one.profile.clone(),
+                        thickness_mm: one.height_mm,
+                        edge,
+                        holes,
+                    });
+                }
+                _ => return Err(BoardError::NoPlate { board: body.name.clone() }),
+            }
+        }
+    }
+
+    /// The hole of that number, if it is a circle.
+    pub fn round_hole(&self, index: usize) -> Option<RoundHole> {
+        let path = self.profile.holes.get(index)?;
+        let mut centres = path.segments.iter().map(|segment| match segment {
+            Segment::Arc { centre, .. } => Some(*centre),
+            _ => None,
+        });
+        let at_mm = centres.next()??;
+        if !centres.all(|centre| centre == Some(at_mm)) {
+            return None;
+        }
+        let [x, y] = path.start;
+        Some(RoundHole { at_mm, diameter_mm: 2.0 * (x - at_mm[0]).hypot(y - at_mm[1]) })
+    }
+
+    /// Outline and holes, each as short lines.
+    pub fn loops(&self) -> impl Iterator<Item = &Vec<Point>> {
+        std::iter::once(&self.edge).chain(&self.holes)
+    }
+
+    /// Distance of a shape from the nearest edge, mm; less than 0 where it is not on the board.
+    pub fn distance_inside(&self, shape: &Shape) -> f64 {
+        let nearest =
+            self.loops().flat_map(|one| lines(one)).map(|edge| shape.distance_to_line(edge));
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        if shape.corners().iter().all(|corner| self.contains(*corner)) {
+            nearest
+        } else {
+            -nearest.abs() - 2.0 * shape.radius_mm()
+        }
+    }
+
+    /// Distance of a point from the nearest edge, mm; less than 0 where it is not on the board.
+    pub fn distance_inside_of_point(&self, p: Point) -> f64 {
+        self.distance_inside(&Shape::disc(p, 0.0))
+    }
+
+    /// Whether there is board at a point.
+    pub fn contains(&self, p: Point) -> bool {
+        is_within(&self.edge, p) && !self.holes.iter().any(|hole| is_within(hole, p))
+    }
+
+    /// Greatest distance of the outline from the axis, mm.
+    pub fn reach_mm(&self) -> f64 {
+        self.edge.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max)
+    }
+
+    /// Inner and outer radius, mm, where outline and its first hole are circles about the axis.
+    pub fn annulus_mm(&self) -> Option<[f64; 2]> {
+        let outer =
+            self.profile.outer.segments.iter().all(
+                |segment| matches!(segment, Segment::Arc { centre, .. } if *centre == [0.0; 2]),
+            );
+        let bore = self.round_hole(0)?;
+        (outer && bore.at_mm == [0.0; 2]).then(|| [bore.diameter_mm / 2.0, self.reach_mm()])
+    }
+}
+
+/// The lines of a closed loop.
+pub fn lines(points: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
+    (0..points.len()).map(|i| [points[i], points[(i + 1) % points.len()]])
+}
+
+fn is_within(points: &[Point], [x, y]: Point) -> bool {
+    let crosses = |[a, b]: [Point; 2]| {
+        (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+    };
+    lines(points).filter(|line| crosses(*line)).count() % 2 == 1
+}
+
+/// A path as a closed loop of short lines.
+fn flat(path: &Path) -> Vec<Point> {
+    let mut points = vec![path.start];
+    for segment in &path.segments {
+        let from = *points.last().expect("it has a start");
+        if let Segment::Arc { to, centre, ccw } = *segment {
+            let [start, end] = [from, to].map(|p| (p[1] - centre[1]).atan2(p[0] - centre[0]));
+            let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
+            let turn = std::f64::consts::TAU;
+            let mut sweep = if ccw { end - start } else { start - end }.rem_euclid(turn);
+            if sweep < 1e-9 {
+                sweep = turn;
+            }
+            let step = 2.0 * (1.0 - (CHORD_MM / radius).min(1.0)).acos();
+            let count = (sweep / step).ceil().max(1.0) as usize;
+            for i in 1..count {
+                let angle = start + if ccw { 1.0 } else { -1.0 } * sweep * i as f64 / count as f64;
+                points.push([centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]);
+            }
+        }
+        points.push(segment.to());
+    }
+    points.pop();
+    points
+}

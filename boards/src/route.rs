@@ -1,0 +1,269 @@
+//! Tracks: for each net the cheapest way from what is connected to what is not, over the grid of both sides.
+//!
+//! A net that finds no way goes first in the next try; the order alone changes, so that the same board comes
+//! out everywhere. Distances are kept for whole pieces between points, not at the points alone.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use fabkit_geometry::Circuit;
+
+use crate::grid::Grid;
+use crate::layout::{Layout, SIDES, Track, Via};
+use crate::rules::width_for_mm;
+use crate::shapes::{Point, Shape};
+use crate::{BoardError, Rules};
+
+/// Orders that are tried.
+const TRIES: usize = 24;
+/// What a via costs, as a length of track, um.
+const VIA_COST: u64 = 1_500;
+/// Between a via and an opening of the mask, mm.
+const VIA_TO_OPENING_MM: f64 = 0.05;
+
+struct Router<'a> {
+    grid: Grid,
+    /// Of each point from the nearest edge, mm.
+    inside_mm: Vec<f64>,
+    rules: &'a Rules,
+}
+
+/// Lays all tracks, `usual_mm` wide, or as wide as a net's current needs.
+pub(crate) fn route(
+    layout: &mut Layout,
+    circuit: &Circuit,
+    rules: &Rules,
+    usual_mm: f64,
+) -> Result<(), BoardError> {
+    let grid = Grid::of(&layout.board);
+    let inside_mm = grid.points.iter().map(|p| layout.board.distance_inside_of_point(*p)).collect();
+    let router = Router { grid, inside_mm, rules };
+    let width = |net: usize| usual_mm.max(width_for_mm(circuit.nets[net].current_a, rules));
+    let pins = |net: &usize| layout.pads.iter().filter(|pad| pad.net == Some(*net)).count();
+    let mut order: Vec<usize> = (0..layout.nets.len()).filter(|net| pins(net) > 1).collect();
+    // Short ones first: they have no other way.
+    order.sort_by_key(|net| (pins(net), *net));
+    let mut failed = None;
+    for _ in 0..TRIES {
+        layout.tracks.clear();
+        layout.vias.clear();
+        let stuck = order.iter().position(|net| match router.net(layout, *net, width(*net)) {
+            Ok((tracks, vias)) => {
+                layout.tracks.extend(tracks);
+                layout.vias.extend(vias);
+                false
+            }
+            Err(pin) => {
+                failed = Some((*net, pin));
+                true
+            }
+        });
+        match stuck {
+            None => return Ok(()),
+            Some(place) => {
+                let net = order.remove(place);
+                order.insert(0, net);
+            }
+        }
+    }
+    let (net, from) = failed.expect("the last try failed");
+    Err(BoardError::NoWay {
+        board: layout.board.name.clone(),
+        net: layout.nets[net].clone(),
+        from,
+        width_mm: width(net),
+        clearance_mm: rules.clearance_mm,
+    })
+}
+
+/// What a net may not come near: everything of others, on each side.
+struct Barred {
+    /// Where no track may go, by side.
+    track: [Vec<bool>; 2],
+    /// Where no via may be.
+    via: Vec<bool>,
+}
+
+impl Router<'_> {
+    /// Points whose pieces of track keep the distance if the points do.
+    fn apart_mm(&self, clear_mm: f64) -> f64 {
+        clear_mm.hypot(self.grid.step_mm / 2.0)
+    }
+
+    fn barred(&self, layout: &Layout, net: usize, width_mm: f64) -> Barred {
+        let rules = self.rules;
+        let edge = self.apart_mm(rules.edge_mm + width_mm / 2.0);
+        let near_edge: Vec<bool> = self.inside_mm.iter().map(|inside| *inside < edge).collect();
+        let via_edge = rules.edge_mm + rules.via_mm / 2.0;
+        let mut barred = Barred {
+            track: [near_edge.clone(), near_edge],
+            via: self.inside_mm.iter().map(|inside| *inside < via_edge).collect(),
+        };
+        let track_mm = self.apart_mm(rules.clearance_mm + width_mm / 2.0);
+        let via_mm = rules.clearance_mm + rules.via_mm / 2.0;
+        let points = &self.grid.points;
+        let mut bar = |shape: &Shape, sides: &[usize], is_foreign: bool, via_mm: f64| {
+            self.grid.near(shape, track_mm.max(via_mm), |i| {
+                let apart = shape.distance_to_point(points[i]);
+                if is_foreign && apart < track_mm {
+                    sides.iter().for_each(|side| barred.track[*side][i] = true);
+                }
+                barred.via[i] |= apart < via_mm;
+            });
+        };
+        for pad in &layout.pads {
+            let is_foreign = pad.net != Some(net);
+            // A via below solder takes it away, whichever net it is of.
+            let open = rules.via_mm / 2.0 + rules.mask_mm + VIA_TO_OPENING_MM;
+            let via_mm = if is_foreign { via_mm.max(open) } else { open };
+            bar(&pad.shape, &[side(pad.side)], is_foreign, via_mm);
+        }
+        for track in layout.tracks.iter().filter(|track| track.net != net) {
+            bar(&track.shape(), &[side(track.side)], true, via_mm);
+        }
+        for via in &layout.vias {
+            let holes = rules.hole_to_hole_mm + rules.via_drill_mm / 2.0 + via.drill_mm / 2.0
+                - via.diameter_mm / 2.0;
+            let is_foreign = via.net != net;
+            let apart = if is_foreign { via_mm.max(holes) } else { holes };
+            bar(&via.shape(), &[0, 1], is_foreign, apart);
+        }
+        barred
+    }
+
+    /// Tracks and vias of one net; the pin that stays alone if there is no way.
+    fn net(
+        &self,
+        layout: &Layout,
+        net: usize,
+        width_mm: f64,
+    ) -> Result<(Vec<Track>, Vec<Via>), String> {
+        let barred = self.barred(layout, net, width_mm);
+        let count = self.grid.points.len();
+        let pads: Vec<_> = layout.pads.iter().filter(|pad| pad.net == Some(net)).collect();
+        // The points of each pad.
+        let mut pad_at: BTreeMap<usize, usize> = BTreeMap::new();
+        for (index, pad) in pads.iter().enumerate() {
+            let side = side(pad.side);
+            self.grid.near(&pad.shape, 0.0, |i| {
+                if pad.shape.contains(self.grid.points[i]) && !barred.track[side][i] {
+                    pad_at.insert(side * count + i, index);
+                }
+            });
+        }
+        let mut is_joined = vec![false; pads.len()];
+        is_joined[0] = true;
+        // Pads that touch each other need no track; none do on purpose.
+        let mut tree: Vec<usize> =
+            pad_at.iter().filter(|(_, pad)| **pad == 0).map(|(state, _)| *state).collect();
+        let (mut tracks, mut vias) = (Vec::new(), Vec::new());
+        while let Some(alone) = is_joined.iter().position(|joined| !joined) {
+            let way = self.way(&barred, &tree, |state| {
+                pad_at.get(&state).is_some_and(|pad| !is_joined[*pad])
+            });
+            let Some(way) = way else {
+                return Err(format!("{} pin {}", pads[alone].part, pads[alone].pin));
+            };
+            let reached = pad_at[way.last().expect("a way has an end")];
+            is_joined[reached] = true;
+            let more = pad_at.iter().filter(|(_, pad)| **pad == reached).map(|(state, _)| *state);
+            tree.extend(more.chain(way.iter().copied()));
+            tree.sort_unstable();
+            tree.dedup();
+            self.lay(&way, net, width_mm, &mut tracks, &mut vias);
+        }
+        Ok((tracks, vias))
+    }
+
+    /// The cheapest way from any of `tree` to a target, as states: side x points + point.
+    fn way(
+        &self,
+        barred: &Barred,
+        tree: &[usize],
+        is_target: impl Fn(usize) -> bool,
+    ) -> Option<Vec<usize>> {
+        let count = self.grid.points.len();
+        let mut cost = vec![u64::MAX; 2 * count];
+        let mut from = vec![usize::MAX; 2 * count];
+        let mut open = BinaryHeap::new();
+        for state in tree {
+            cost[*state] = 0;
+            open.push(Reverse((0, *state)));
+        }
+        while let Some(Reverse((so_far, state))) = open.pop() {
+            if so_far > cost[state] {
+                continue;
+            }
+            if is_target(state) {
+                let mut way = vec![state];
+                while from[way[way.len() - 1]] != usize::MAX {
+                    way.push(from[way[way.len() - 1]]);
+                }
+                way.reverse();
+                return Some(way);
+            }
+            let (side, point) = (state / count, state % count);
+            let mut step = |to: usize, more: u64| {
+                if so_far + more < cost[to] {
+                    cost[to] = so_far + more;
+                    from[to] = state;
+                    open.push(Reverse((so_far + more, to)));
+                }
+            };
+            let at = self.grid.points[point];
+            for beside in self.grid.beside(point).filter(|to| !barred.track[side][*to]) {
+                let to = self.grid.points[beside];
+                let length = ((to[0] - at[0]).hypot(to[1] - at[1]) * 1e3).round() as u64;
+                step(side * count + beside, length);
+            }
+            if !barred.via[point] && !barred.track[1 - side][point] {
+                step((1 - side) * count + point, VIA_COST);
+            }
+        }
+        None
+    }
+
+    fn lay(
+        &self,
+        way: &[usize],
+        net: usize,
+        width_mm: f64,
+        tracks: &mut Vec<Track>,
+        vias: &mut Vec<Via>,
+    ) {
+        let count = self.grid.points.len();
+        let at = |state: usize| self.grid.points[state % count];
+        for run in way.chunk_by(|a, b| a / count == b / count) {
+            let points: Vec<Point> = run.iter().map(|state| at(*state)).collect();
+            let side = SIDES[run[0] / count];
+            let ends = straightened(&points);
+            tracks.extend(ends.into_iter().map(|ends| Track { side, ends, width_mm, net }));
+        }
+        for change in way.windows(2).filter(|pair| pair[0] / count != pair[1] / count) {
+            let Rules { via_drill_mm: drill_mm, via_mm: diameter_mm, .. } = *self.rules;
+            vias.push(Via { at_mm: at(change[0]), drill_mm, diameter_mm, net });
+        }
+    }
+}
+
+fn side(of: fabkit_geometry::BoardSide) -> usize {
+    usize::from(of == SIDES[1])
+}
+
+/// Pieces between points, those in one direction as one.
+fn straightened(points: &[Point]) -> Vec<[Point; 2]> {
+    let mut lines: Vec<[Point; 2]> = Vec::new();
+    for pair in points.windows(2) {
+        let is_on = lines.last().is_some_and(|last| {
+            let [u, v] = [[last[0], last[1]], [pair[0], pair[1]]]
+                .map(|[a, b]: [Point; 2]| [b[0] - a[0], b[1] - a[1]]);
+            let cross = u[0] * v[1] - u[1] * v[0];
+            cross.abs() < 1e-9 * u[0].hypot(u[1]) && u[0] * v[0] + u[1] * v[1] > 0.0
+        });
+        match lines.last_mut() {
+            Some(last) if is_on => last[1] = pair[1],
+            _ => lines.push([pair[0], pair[1]]),
+        }
+    }
+    lines
+}

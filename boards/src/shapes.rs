@@ -1,0 +1,202 @@
+//! Exact plane shapes and the distances between them: convex polygons, swept by a disc.
+
+/// A point in the sensor's x and y, mm.
+pub type Point = [f64; 2];
+
+/// All points within a radius of a convex polygon of one (disc), two (track) or four (pad) corners.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    corners: Vec<Point>,
+    radius_mm: f64,
+}
+
+fn sub(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// Distance of a point from a line between two points, mm.
+pub fn point_to_line(p: Point, [a, b]: [Point; 2]) -> f64 {
+    let along = sub(b, a);
+    let length2 = dot(along, along);
+    let t = if length2 > 0.0 { (dot(sub(p, a), along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    let foot = [a[0] + t * along[0], a[1] + t * along[1]];
+    (p[0] - foot[0]).hypot(p[1] - foot[1])
+}
+
+/// Distance between two lines, mm; 0 where they cross.
+pub fn line_to_line(one: [Point; 2], other: [Point; 2]) -> f64 {
+    let side = |[a, b]: [Point; 2], p: Point| cross(sub(b, a), sub(p, a));
+    let (s0, s1) = (side(one, other[0]), side(one, other[1]));
+    let (t0, t1) = (side(other, one[0]), side(other, one[1]));
+    if s0 * s1 < 0.0 && t0 * t1 < 0.0 {
+        return 0.0;
+    }
+    let ends = [
+        point_to_line(one[0], other),
+        point_to_line(one[1], other),
+        point_to_line(other[0], one),
+        point_to_line(other[1], one),
+    ];
+    ends.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+impl Shape {
+    /// A disc.
+    pub fn disc(centre: Point, diameter_mm: f64) -> Self {
+        Self { corners: vec![centre], radius_mm: diameter_mm / 2.0 }
+    }
+
+    /// A straight track with round ends.
+    pub fn track(a: Point, b: Point, width_mm: f64) -> Self {
+        Self { corners: vec![a, b], radius_mm: width_mm / 2.0 }
+    }
+
+    /// A rectangle by its corners, counter-clockwise or clockwise.
+    pub fn polygon(corners: Vec<Point>) -> Self {
+        Self { corners, radius_mm: 0.0 }
+    }
+
+    /// Its polygon: one corner of a disc, two of a track.
+    pub fn corners(&self) -> &[Point] {
+        &self.corners
+    }
+
+    /// How far it reaches beyond its polygon, mm.
+    pub fn radius_mm(&self) -> f64 {
+        self.radius_mm
+    }
+
+    /// Width of a track or diameter of a disc; of a rectangle its shorter edge, mm.
+    pub fn width_mm(&self) -> f64 {
+        match self.corners[..] {
+            [a, b, c, ..] => {
+                let edge = |p: Point, q: Point| (p[0] - q[0]).hypot(p[1] - q[1]);
+                edge(a, b).min(edge(b, c)) + 2.0 * self.radius_mm
+            }
+            _ => 2.0 * self.radius_mm,
+        }
+    }
+
+    /// Its middle, mm.
+    pub fn middle(&self) -> Point {
+        let n = self.corners.len() as f64;
+        let sum = self.corners.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+        [sum[0] / n, sum[1] / n]
+    }
+
+    /// Larger on all sides; corners of a rectangle stay sharp.
+    #[must_use]
+    pub fn grown(&self, by_mm: f64) -> Self {
+        let [a, b, c, d] = self.corners[..] else {
+            return Self { radius_mm: self.radius_mm + by_mm, ..self.clone() };
+        };
+        let unit = |p: Point, q: Point| {
+            let length = (q[0] - p[0]).hypot(q[1] - p[1]);
+            [(q[0] - p[0]) / length * by_mm, (q[1] - p[1]) / length * by_mm]
+        };
+        let (u, v) = (unit(a, b), unit(b, c));
+        let at =
+            |p: Point, s: f64, t: f64| [p[0] + s * u[0] + t * v[0], p[1] + s * u[1] + t * v[1]];
+        Self {
+            corners: vec![at(a, -1.0, -1.0), at(b, 1.0, -1.0), at(c, 1.0, 1.0), at(d, -1.0, 1.0)],
+            radius_mm: self.radius_mm,
+        }
+    }
+
+    fn edges(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
+        let n = self.corners.len();
+        let count = if n == 2 { 1 } else { n };
+        (0..count).map(move |i| [self.corners[i], self.corners[(i + 1) % n]])
+    }
+
+    /// Whether a point lies in it or on its edge.
+    pub fn contains(&self, p: Point) -> bool {
+        self.distance_to_point(p) <= 0.0
+    }
+
+    fn polygon_contains(&self, p: Point) -> bool {
+        if self.corners.len() < 3 {
+            return false;
+        }
+        let sides: Vec<f64> = self.edges().map(|[a, b]| cross(sub(b, a), sub(p, a))).collect();
+        sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
+    }
+
+    /// Distance of a point from it, mm; negative or 0 within.
+    pub fn distance_to_point(&self, p: Point) -> f64 {
+        if self.polygon_contains(p) {
+            return -self.radius_mm;
+        }
+        let lines = self.edges().map(|edge| point_to_line(p, edge));
+        lines.fold(f64::INFINITY, f64::min) - self.radius_mm
+    }
+
+    /// Distance of a line from it, mm; 0 or less where they touch.
+    pub fn distance_to_line(&self, line: [Point; 2]) -> f64 {
+        if self.polygon_contains(line[0]) {
+            return -self.radius_mm;
+        }
+        let lines = self.edges().map(|edge| line_to_line(edge, line));
+        lines.fold(f64::INFINITY, f64::min) - self.radius_mm
+    }
+
+    /// Clear distance between two, mm; 0 or less where they touch.
+    pub fn distance(&self, other: &Self) -> f64 {
+        if self.polygon_contains(other.corners[0]) || other.polygon_contains(self.corners[0]) {
+            return -self.radius_mm - other.radius_mm;
+        }
+        let lines = self.edges().map(|edge| other.distance_to_line(edge));
+        lines.fold(f64::INFINITY, f64::min) - self.radius_mm
+    }
+
+    /// Its box: least and greatest x and y, mm.
+    pub fn bounds(&self) -> [Point; 2] {
+        let start = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        let [low, high] = self.corners.iter().fold(start, |[low, high], p| {
+            [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
+        });
+        let r = self.radius_mm;
+        [[low[0] - r, low[1] - r], [high[0] + r, high[1] + r]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(x: f64) -> Shape {
+        Shape::polygon(vec![[x, 0.0], [x + 1.0, 0.0], [x + 1.0, 1.0], [x, 1.0]])
+    }
+
+    #[test]
+    fn distances_are_those_of_the_shapes() {
+        assert_eq!(square(0.0).distance(&square(1.5)), 0.5);
+        assert_eq!(square(0.0).distance(&Shape::disc([3.0, 0.5], 1.0)), 1.5);
+        assert_eq!(Shape::disc([3.0, 0.5], 1.0).distance(&square(0.0)), 1.5);
+        let (a, b) = ([0.0, 2.0], [5.0, 2.0]);
+        assert_eq!(square(0.0).distance(&Shape::track(a, b, 0.5)), 0.75);
+        assert!(square(0.0).distance(&Shape::track([0.5, 0.5], [9.0, 9.0], 0.2)) <= 0.0);
+    }
+
+    #[test]
+    fn what_crosses_touches() {
+        let (one, other) = ([[0.0, 0.0], [2.0, 2.0]], [[0.0, 2.0], [2.0, 0.0]]);
+        assert_eq!(line_to_line(one, other), 0.0);
+        assert_eq!(line_to_line(one, [[3.0, 0.0], [3.0, 5.0]]), 1.0);
+    }
+
+    #[test]
+    fn a_grown_rectangle_is_one() {
+        let grown = square(0.0).grown(0.5);
+        assert_eq!(grown.bounds(), [[-0.5, -0.5], [1.5, 1.5]]);
+        assert!(grown.contains([1.4, 1.4]) && !square(0.0).contains([1.4, 1.4]));
+    }
+}

@@ -1,0 +1,144 @@
+//! What is printed: designators, where cathodes and first pins are, names of nets at wires, the board's name.
+
+use std::f64::consts::FRAC_PI_2;
+
+use fabkit_geometry::{BoardPlace, BoardSide, Circuit, CircuitKind};
+
+use crate::Rules;
+use crate::font;
+use crate::layout::{Layout, PlacedPart, SilkLine};
+use crate::shapes::{Point, Shape};
+
+/// Heights of letters that are tried, mm: the smaller is what fabs still print.
+const HEIGHTS_MM: [f64; 2] = [1.0, 0.7];
+/// Ink stays inside the board's edge, mm.
+const EDGE_MM: f64 = 0.15;
+/// How far from its part a text may be, steps of a quarter millimetre.
+const RINGS: u32 = 10;
+
+/// Prints what finds room; nothing ever lies on solder or on other ink.
+pub(crate) fn print(layout: &mut Layout, circuit: &Circuit, rules: &Rules) {
+    let parts = layout.parts.clone();
+    for part in &parts {
+        polarity(layout, part, rules);
+    }
+    for part in &parts {
+        let text = match part.kind {
+            // What is connected there says more than a number.
+            CircuitKind::WirePad | CircuitKind::TestPoint => {
+                circuit.net_of(&part.designator, "1").map(|net| net.name.clone())
+            }
+            _ => None,
+        };
+        let text = text.unwrap_or_else(|| part.designator.clone());
+        let outline = part.outline.clone();
+        letter(layout, rules, &text, part.place.side, &outline, part.place.at_mm);
+    }
+    let far = Shape::disc([0.0, layout.board.reach_mm() * 0.8], 0.0);
+    let name = layout.board.name.clone();
+    for side in crate::SIDES {
+        if letter(layout, rules, &name, side, &far, far.middle()) {
+            break;
+        }
+    }
+}
+
+/// A line beside the cathode or the first pin, on the part's side.
+fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
+    let pin = match part.kind {
+        CircuitKind::Led => "K",
+        CircuitKind::Switch => "1",
+        _ => return,
+    };
+    let Some(pad) = layout.pads.iter().find(|pad| pad.part == part.designator && pad.pin == pin)
+    else {
+        return;
+    };
+    let [low, high] = pad.shape.bounds();
+    let reach = (high[0] - low[0]).hypot(high[1] - low[1]) / 2.0;
+    let at = pad.shape.middle();
+    let away = [at[0] - part.place.at_mm[0], at[1] - part.place.at_mm[1]];
+    let angle = away[1].atan2(away[0]);
+    // Beyond the pad first, then to its sides.
+    let tried = (0..24).flat_map(|step| {
+        let off = f64::from(step / 2) * FRAC_PI_2 / 6.0 * if step % 2 == 0 { 1.0 } else { -1.0 };
+        [0.6, 0.4].into_iter().flat_map(move |length| {
+            (0..6).map(move |far| (angle + off, 0.15 * f64::from(far), length))
+        })
+    });
+    for (angle, far, length) in tried {
+        let (sin, cos) = angle.sin_cos();
+        let out = reach * 0.6 + far;
+        let half = length / 2.0;
+        let end = |s: f64| [at[0] + out * cos - s * half * sin, at[1] + out * sin + s * half * cos];
+        let line = SilkLine { side: part.place.side, ends: [end(-1.0), end(1.0)], width_mm: 0.2 };
+        if is_free(layout, rules, &[line]) {
+            layout.silk.push(line);
+            return;
+        }
+    }
+}
+
+/// A text as near to `at` as it finds room.
+fn letter(
+    layout: &mut Layout,
+    rules: &Rules,
+    text: &str,
+    side: BoardSide,
+    outline: &Shape,
+    at: Point,
+) -> bool {
+    let [low, high] = outline.bounds();
+    let reach = (high[0] - low[0]).hypot(high[1] - low[1]) / 4.0;
+    for height in HEIGHTS_MM {
+        for ring in 0..RINGS {
+            let far = reach + 0.25 * f64::from(ring);
+            for step in 0..24 {
+                let angle = f64::from(step) * FRAC_PI_2 / 6.0;
+                let middle = [at[0] + far * angle.cos(), at[1] + far * angle.sin()];
+                // Level, or along the board's edge.
+                let around = middle[1].atan2(middle[0]) - FRAC_PI_2;
+                for turn_rad in [0.0, around] {
+                    let place = BoardPlace { at_mm: middle, turn_rad, side };
+                    let lines = written(text, height, &place, rules);
+                    if is_free(layout, rules, &lines) {
+                        layout.silk.extend(lines);
+                        return true;
+                    }
+                }
+            }
+        }
+    }
+    false
+}
+
+/// The ink of a text; on the lower side it reads from below.
+fn written(text: &str, height_mm: f64, place: &BoardPlace, rules: &Rules) -> Vec<SilkLine> {
+    let ends = font::lines(text, height_mm).into_iter().map(|ends| {
+        ends.map(|[x, y]| match place.side {
+            BoardSide::Top => place.point([x, y]),
+            // Seen from below, x runs the other way.
+            BoardSide::Bottom => place.point([-x, -y]),
+        })
+    });
+    ends.map(|ends| SilkLine { side: place.side, ends, width_mm: rules.silk_line_mm }).collect()
+}
+
+fn is_free(layout: &Layout, rules: &Rules, lines: &[SilkLine]) -> bool {
+    lines.iter().all(|line| {
+        let ink = line.shape();
+        let others = layout.silk.iter().filter(|other| other.side == line.side);
+        let is_on = |side: &BoardSide| *side == line.side;
+        layout.board.distance_inside_of_point(line.ends[0]) > EDGE_MM
+            && layout.board.distance_inside_of_point(line.ends[1]) > EDGE_MM
+            && others.into_iter().all(|other| other.shape().distance(&ink) > rules.silk_mm)
+            && layout
+                .openings
+                .iter()
+                .filter(|(side, _)| is_on(side))
+                .all(|(_, open)| open.distance(&ink) > rules.silk_mm)
+            && layout.parts.iter().filter(|part| is_on(&part.place.side)).all(|part| {
+                part.kind == CircuitKind::TestPoint || part.outline.distance(&ink) > 0.0
+            })
+    })
+}

@@ -1,0 +1,206 @@
+//! What is no drawing: the job file, where parts go, what they are, and the board described in full.
+
+use std::fmt::Write;
+
+use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
+use serde_json::{Value, json};
+
+use crate::gerber::{DATE, Project};
+use crate::layout::{Layout, PlacedPart};
+use crate::shapes::Shape;
+use crate::{Drill, Rules};
+
+/// Millionths: what the layers say.
+fn exact(mm: f64) -> Value {
+    json!((mm * 1e6).round() / 1e6)
+}
+
+fn points(shape: &Shape) -> Vec<Value> {
+    shape.corners().iter().map(|p| json!([exact(p[0]), exact(p[1])])).collect()
+}
+
+/// The job file (Ucamco's Gerber job format).
+pub(crate) fn job(
+    layout: &Layout,
+    rules: &Rules,
+    project: &Project<'_>,
+    layers: &[(String, String, &'static str, Vec<u8>)],
+) -> String {
+    let [low, high] = Shape::polygon(layout.board.edge.clone()).bounds();
+    let files: Vec<Value> = layers
+        .iter()
+        .map(|(name, function, polarity, _)| {
+            json!({ "Path": name, "FileFunction": function, "FilePolarity": polarity })
+        })
+        .collect();
+    let core = layout.board.thickness_mm - 2.0 * rules.copper_mm;
+    let stack: Vec<Value> = [
+        ("Legend", None, "Top Silk Screen"),
+        ("SolderMask", None, "Top Solder Mask"),
+        ("Copper", Some(rules.copper_mm), "F.Cu"),
+        ("Dielectric", Some(core), "FR4"),
+        ("Copper", Some(rules.copper_mm), "B.Cu"),
+        ("SolderMask", None, "Bottom Solder Mask"),
+        ("Legend", None, "Bottom Silk Screen"),
+    ]
+    .into_iter()
+    .map(|(kind, thickness, name)| match thickness {
+        Some(mm) => json!({ "Type": kind, "Thickness": exact(mm), "Name": name }),
+        None => json!({ "Type": kind, "Name": name }),
+    })
+    .collect();
+    let job = json!({
+        "Header": {
+            "GenerationSoftware": {
+                "Vendor": "fabkit", "Application": "fabkit", "Version": env!("CARGO_PKG_VERSION"),
+            },
+            "CreationDate": DATE,
+        },
+        "GeneralSpecs": {
+            "ProjectId": { "Name": project.name, "GUID": project.guid, "Revision": project.revision },
+            "Size": { "X": exact(high[0] - low[0]), "Y": exact(high[1] - low[1]) },
+            "LayerNumber": 2,
+            "BoardThickness": exact(layout.board.thickness_mm),
+        },
+        "DesignRules": [{
+            "Layers": "Outer",
+            "PadToPad": rules.clearance_mm,
+            "PadToTrack": rules.clearance_mm,
+            "TrackToTrack": rules.clearance_mm,
+            "MinLineWidth": rules.track_mm,
+        }],
+        "FilesAttributes": files,
+        "MaterialStackup": stack,
+    });
+    serde_json::to_string_pretty(&job).expect("names and numbers alone") + "\n"
+}
+
+fn is_ordered(part: &&PlacedPart) -> bool {
+    !matches!(part.kind, CircuitKind::TestPoint | CircuitKind::WirePad)
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
+
+fn side(of: BoardSide) -> &'static str {
+    if of == BoardSide::Top { "top" } else { "bottom" }
+}
+
+/// From the sensor's x axis to the part's, counter-clockwise seen from above, degrees.
+fn rotation_deg(part: &PlacedPart) -> f64 {
+    let deg = part.place.turn_rad.to_degrees().rem_euclid(360.0);
+    // No -0, and no 360 that is a rounded 359.9999.
+    ((deg * 1e3).round() / 1e3).rem_euclid(360.0) + 0.0
+}
+
+/// Pick and place: middle and rotation of each part, seen from above on both sides.
+pub(crate) fn places(layout: &Layout) -> String {
+    let mut text = String::from("Ref,Val,Package,PosX,PosY,Rot,Side\n");
+    for part in layout.parts.iter().filter(is_ordered) {
+        let [x, y] = part.place.at_mm.map(|mm| (mm * 1e4).round() / 1e4 + 0.0);
+        _ = writeln!(
+            text,
+            "{},{},{},{x:.4},{y:.4},{:.3},{}",
+            part.designator,
+            quoted(&part.value),
+            quoted(&part.package),
+            rotation_deg(part),
+            side(part.place.side),
+        );
+    }
+    text
+}
+
+/// What to order for one board.
+pub(crate) fn parts(layout: &Layout) -> String {
+    let mut rows: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    for part in layout.parts.iter().filter(is_ordered) {
+        match rows.iter_mut().find(|row| row.0 == part.value && row.1 == part.package) {
+            Some(row) => row.2.push(&part.designator),
+            None => rows.push((&part.value, &part.package, vec![&part.designator])),
+        }
+    }
+    let mut text = String::from("Designators,Quantity,Value,Package\n");
+    for (value, package, names) in rows {
+        let (count, names) = (names.len(), quoted(&names.join(" ")));
+        _ = writeln!(text, "{names},{count},{},{}", quoted(value), quoted(package));
+    }
+    text
+}
+
+/// Everything that is drawn, drilled and connected, for whoever checks the layers.
+pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str) -> String {
+    let name = |net: usize| layout.nets[net].as_str();
+    let pads: Vec<Value> = layout
+        .pads
+        .iter()
+        .map(|pad| {
+            json!({
+                "part": pad.part,
+                "pin": pad.pin,
+                "net": pad.net.map(name),
+                "side": side(pad.side),
+                "at_mm": pad.shape.middle().map(exact),
+                "corners_mm": points(&pad.shape),
+                "radius_mm": exact(pad.shape.radius_mm()),
+            })
+        })
+        .collect();
+    let vias: Vec<Value> = layout
+        .vias
+        .iter()
+        .map(|via| {
+            json!({
+                "at_mm": via.at_mm.map(exact),
+                "drill_mm": via.drill_mm,
+                "diameter_mm": via.diameter_mm,
+                "net": name(via.net),
+            })
+        })
+        .collect();
+    let drill = |drill: &Drill| json!({ "at_mm": drill.at_mm.map(exact), "diameter_mm": exact(drill.diameter_mm) });
+    let parts: Vec<Value> = layout
+        .parts
+        .iter()
+        .map(|part| {
+            let body = circuit.part(&part.designator).and_then(|part| part.body.as_deref());
+            json!({
+                "designator": part.designator,
+                "value": part.value,
+                "package": part.package,
+                "side": side(part.place.side),
+                "at_mm": part.place.at_mm.map(exact),
+                "turn_deg": rotation_deg(part),
+                "body": body,
+            })
+        })
+        .collect();
+    let tracks: Vec<Value> = layout
+        .tracks
+        .iter()
+        .map(|track| {
+            json!({
+                "side": side(track.side),
+                "net": name(track.net),
+                "ends_mm": track.ends.map(|end| end.map(exact)),
+                "width_mm": track.width_mm,
+            })
+        })
+        .collect();
+    let document = json!({
+        "format": "fabkit-board",
+        "version": 1,
+        "board": layout.board.name,
+        "design_hash": design_hash,
+        "thickness_mm": exact(layout.board.thickness_mm),
+        "profile": layout.board.profile,
+        "nets": layout.nets,
+        "parts": parts,
+        "pads": pads,
+        "tracks": tracks,
+        "vias": vias,
+        "drills": layout.drills.iter().map(drill).collect::<Vec<_>>(),
+    });
+    serde_json::to_string_pretty(&document).expect("names and numbers alone") + "\n"
+}

@@ -1,0 +1,96 @@
+//! What is soldered and wired for the light of a chamber.
+
+use std::f64::consts::FRAC_PI_2;
+
+use fabkit_geometry::{BoardPlace, BoardSide, Circuit, Connection, KeepOutRegion};
+
+use super::{LED_BOARD, Light, LightFrom};
+use crate::blocks::circuit::{
+    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_x, camera_to_host, electric,
+};
+use crate::blocks::{LED, PRINTED_WALL_MM};
+
+/// A wire's pad along and across the wire, mm.
+const PAD_MM: [f64; 2] = [1.6, 1.2];
+/// From the middle of the board's edge to each of both pads, mm.
+const BESIDE_MM: f64 = 1.0;
+/// Between a pad and the board's edge, mm.
+const EDGE_MM: f64 = 0.5;
+
+impl Light<'_> {
+    /// From below: LEDs between supply and ground, each with its resistor. From the sides: strips to their
+    /// supply.
+    pub fn circuit(&self) -> Circuit {
+        match self.leds.from {
+            LightFrom::Below => self.board_circuit(),
+            LightFrom::Sides => self.strips(),
+        }
+    }
+
+    fn board_circuit(&self) -> Circuit {
+        let leds = self.leds;
+        let mut board = Builder::on(LED_BOARD, leds.supply_volts);
+        let package = LedPackage::Chip([leds.pitch.mm(), leds.width.mm()]);
+        board.each_with_resistor(
+            electric!(leds),
+            (&leds.model, package, LED),
+            along_x(&self.poses()),
+            CHIP_0603,
+            "leds.resistor_ohms, or leds.current_ma where that is 0",
+        );
+        // On the lower side, where the long edge has its middle and the camera's wires leave.
+        let (rect, _) = self.board_rect();
+        let long = self.chamber.longer();
+        let out = rect.half[1 - long] - EDGE_MM - PAD_MM[0] / 2.0;
+        for (along, net, color) in [(-BESIDE_MM, SUPPLY, "red"), (BESIDE_MM, GROUND, "black")] {
+            let at_mm = if long == 0 { [along, -out] } else { [out, along] };
+            let turn_rad = if long == 0 { -FRAC_PI_2 } else { 0.0 };
+            board.wire(
+                net,
+                Wire {
+                    place: BoardPlace { at_mm, turn_rad, side: BoardSide::Bottom },
+                    hole_mm: None,
+                    pad_mm: PAD_MM,
+                    by: None,
+                    to: if net == SUPPLY { "supply" } else { "ground of the supply" },
+                    length_mm: None,
+                    color,
+                },
+            );
+        }
+        let half_mm = self.chamber.half.map(|half| half - PRINTED_WALL_MM / 2.0);
+        board.keep_out(BoardSide::Top, KeepOutRegion::BeyondRect { half_mm }, "the shell's step");
+        board.test_points();
+        board.connection(camera_to_host("camera", None, None, "USB"));
+        board.done()
+    }
+
+    fn strips(&self) -> Circuit {
+        let leds = self.leds;
+        let mut wired = Builder::wired("led-strips", leds.supply_volts);
+        for wall in 1..=leds.count.min(4) {
+            for (net, color) in [(SUPPLY, "red"), (GROUND, "black")] {
+                wired.connection(Connection {
+                    from: format!("strip at wall {wall}, {net}"),
+                    to: if net == SUPPLY {
+                        "supply of the strip's voltage"
+                    } else {
+                        "ground of the supply"
+                    }
+                    .to_owned(),
+                    carries: net.to_owned(),
+                    by: None,
+                    length_mm: None,
+                    color: Some(color.to_owned()),
+                });
+            }
+        }
+        let each = leds.current_ma / 1e3;
+        wired.draws(each * self.poses().len() as f64);
+        wired.connection(camera_to_host("camera", None, None, "USB"));
+        wired.note(
+            "buy strips with resistors of their own for the supply's voltage, or put one into each strip's line",
+        );
+        wired.done()
+    }
+}

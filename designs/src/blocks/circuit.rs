@@ -1,0 +1,428 @@
+//! Circuits of lamps: LEDs with their resistors, wires to them, what a package looks like to solder.
+
+use fabkit_geometry::{
+    BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, Connection, KeepOut, KeepOutRegion,
+    Land, Net, Pose, SeriesResistor, Vector3,
+};
+
+use crate::assembling::Name;
+
+/// Net of the supply.
+pub const SUPPLY: &str = "V+";
+/// Net of ground.
+pub const GROUND: &str = "GND";
+
+/// A chip resistor's package with what it bears, W: thick film at 70 degrees Celsius (Yageo RC and Vishay CRCW
+/// alike), and its length and width, mm (IEC 60115-8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chip {
+    /// In hundredths of an inch.
+    pub name: &'static str,
+    /// Length and width, mm.
+    pub size_mm: [f64; 2],
+    /// W.
+    pub rated_w: f64,
+}
+
+/// 1.0 x 0.5 mm.
+pub const CHIP_0402: Chip = Chip { name: "0402", size_mm: [1.0, 0.5], rated_w: 0.063 };
+/// 1.6 x 0.8 mm.
+pub const CHIP_0603: Chip = Chip { name: "0603", size_mm: [1.6, 0.8], rated_w: 0.1 };
+
+/// Lands of a part with two ends along x: inner edges a quarter of the length from the middle, outer ones a
+/// quarter, 0.4 mm at most, beyond its ends. That is within 0.1 mm of IPC-7351's nominal lands of 0402, 0603
+/// and 0805. Lands of LEDs that are wider than 2 mm are three quarters as wide as these.
+fn two_lands([length, width]: [f64; 2], [first, second]: [&str; 2]) -> Vec<Land> {
+    let (inner, outer) = (length / 4.0, length / 2.0 + (length / 4.0).min(0.4));
+    let across = if width > 2.0 { 0.75 * width } else { width };
+    let land = |pin: &str, sign: f64| Land {
+        pin: pin.to_owned(),
+        at_mm: [sign * (inner + outer) / 2.0, 0.0],
+        size_mm: [outer - inner, across],
+        is_round: false,
+    };
+    vec![land(first, -1.0), land(second, 1.0)]
+}
+
+/// An LED's package as a board sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LedPackage {
+    /// Length, along which its ends are, and width, mm.
+    Chip([f64; 2]),
+    /// Diameter, mm: two lands below it.
+    Round(f64),
+}
+
+impl LedPackage {
+    fn name(self) -> String {
+        match self {
+            Self::Chip([length, width]) => format!("{length:.1} x {width:.1} mm"),
+            Self::Round(diameter) => format!("round {diameter:.1} mm"),
+        }
+    }
+
+    fn size_mm(self) -> [f64; 2] {
+        match self {
+            Self::Chip(size) => size,
+            Self::Round(diameter) => [diameter * std::f64::consts::FRAC_1_SQRT_2; 2],
+        }
+    }
+
+    /// The cathode on the side of -x.
+    fn lands(self) -> Vec<Land> {
+        match self {
+            Self::Chip(size) => two_lands(size, ["K", "A"]),
+            Self::Round(diameter) => {
+                // Both lie within the circle, a tenth of it apart on each side of the middle.
+                let size_mm = [0.286 * diameter, 0.514 * diameter];
+                let land = |pin: &str, sign: f64| Land {
+                    pin: pin.to_owned(),
+                    at_mm: [sign * 0.243 * diameter, 0.0],
+                    size_mm,
+                    is_round: false,
+                };
+                vec![land("K", -1.0), land("A", 1.0)]
+            }
+        }
+    }
+}
+
+/// What a family says of its LEDs' electricity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Electric {
+    /// V.
+    pub supply_v: f64,
+    /// V.
+    pub forward_v: f64,
+    /// Of each LED, A.
+    pub current_a: f64,
+    /// Given, ohm; 0 where it follows from the current.
+    pub ohms: f64,
+}
+
+/// The electricity of a family's section `leds`.
+macro_rules! electric {
+    ($leds:expr) => {
+        $crate::blocks::circuit::Electric {
+            supply_v: $leds.supply_volts,
+            forward_v: $leds.forward_volts,
+            current_a: $leds.current_ma / 1e3,
+            ohms: $leds.resistor_ohms,
+        }
+    };
+}
+pub(crate) use electric;
+
+/// A circuit that is being put together.
+pub struct Builder {
+    circuit: Circuit,
+    counts: [u32; 5],
+}
+
+impl Builder {
+    /// A circuit on a board.
+    pub fn on(board: Name, supply_v: f64) -> Self {
+        Self::new(board.name, Some(board.name), supply_v)
+    }
+
+    /// A circuit without a board of its own.
+    pub fn wired(name: &str, supply_v: f64) -> Self {
+        Self::new(name, None, supply_v)
+    }
+
+    fn new(name: &str, board: Option<&str>, supply_v: f64) -> Self {
+        let circuit = Circuit {
+            name: name.to_owned(),
+            board: board.map(str::to_owned),
+            supply_v,
+            parts: Vec::new(),
+            nets: Vec::new(),
+            resistors: Vec::new(),
+            current_a: 0.0,
+            keep_outs: Vec::new(),
+            connections: Vec::new(),
+            notes: Vec::new(),
+        };
+        Self { circuit, counts: [0; 5] }
+    }
+
+    fn next(&mut self, kind: CircuitKind) -> String {
+        let (index, letters) = match kind {
+            CircuitKind::Led => (0, "D"),
+            CircuitKind::Resistor => (1, "R"),
+            CircuitKind::Switch => (2, "U"),
+            CircuitKind::WirePad => (3, "W"),
+            CircuitKind::TestPoint => (4, "TP"),
+        };
+        self.counts[index] += 1;
+        format!("{letters}{}", self.counts[index])
+    }
+
+    /// Connects a pin.
+    pub fn connect(&mut self, net: &str, part: &str, pin: &str) {
+        let pin = (part.to_owned(), pin.to_owned());
+        match self.circuit.nets.iter_mut().find(|known| known.name == net) {
+            Some(known) => known.pins.push(pin),
+            None => {
+                let net = Net { name: net.to_owned(), pins: vec![pin], current_a: 0.0 };
+                self.circuit.nets.push(net);
+            }
+        }
+    }
+
+    /// The largest current of a net, A.
+    pub fn carries(&mut self, net: &str, current_a: f64) {
+        let mut nets = self.circuit.nets.iter_mut();
+        if let Some(net) = nets.find(|known| known.name == net) {
+            net.current_a += current_a;
+        }
+    }
+
+    /// An LED from a net to ground.
+    pub fn led(
+        &mut self,
+        model: &str,
+        package: LedPackage,
+        place: BoardPlace,
+        body: Name,
+        from: &str,
+    ) -> String {
+        let name = self.next(CircuitKind::Led);
+        self.circuit.parts.push(CircuitPart {
+            designator: name.clone(),
+            kind: CircuitKind::Led,
+            value: model.to_owned(),
+            package: package.name(),
+            lands: package.lands(),
+            size_mm: package.size_mm(),
+            place: Some(place),
+            body: Some(body.name.to_owned()),
+        });
+        self.connect(from, &name, "A");
+        self.connect(GROUND, &name, "K");
+        name
+    }
+
+    /// A resistor between two nets.
+    pub fn resistor(
+        &mut self,
+        ohms: f64,
+        chip: Chip,
+        drawn: Option<(BoardPlace, Name)>,
+        [from, to]: [&str; 2],
+    ) -> String {
+        let name = self.next(CircuitKind::Resistor);
+        self.circuit.parts.push(CircuitPart {
+            designator: name.clone(),
+            kind: CircuitKind::Resistor,
+            value: ohms_text(ohms),
+            package: chip.name.to_owned(),
+            lands: two_lands(chip.size_mm, ["1", "2"]),
+            size_mm: chip.size_mm,
+            place: drawn.map(|(place, _)| place),
+            body: drawn.map(|(_, body)| body.name.to_owned()),
+        });
+        self.connect(from, &name, "1");
+        self.connect(to, &name, "2");
+        name
+    }
+
+    /// Any other part.
+    pub fn part(&mut self, part: CircuitPart) -> String {
+        let designator = self.next(part.kind);
+        self.circuit.parts.push(CircuitPart { designator: designator.clone(), ..part });
+        designator
+    }
+
+    /// A resistor's calculation, for LEDs that share it; what is ordered, ohm.
+    pub fn calculate(
+        &mut self,
+        electric: Electric,
+        leds: u32,
+        chip: Chip,
+        source: &str,
+    ) -> SeriesResistor {
+        let Electric { supply_v, forward_v, current_a, ohms } = electric;
+        let wanted_a = (ohms == 0.0).then_some(current_a);
+        let mut one = SeriesResistor {
+            designators: Vec::new(),
+            supply_v,
+            forward_v,
+            leds,
+            wanted_a,
+            ohms,
+            rated_w: chip.rated_w,
+            source: source.to_owned(),
+        };
+        if let Some(exact) = one.exact_ohms() {
+            one.ohms = SeriesResistor::e24_not_below(exact);
+        }
+        one
+    }
+
+    /// Writes a calculation down.
+    pub fn calculated(&mut self, calculation: SeriesResistor) {
+        self.circuit.resistors.push(calculation);
+    }
+
+    /// LEDs between supply and ground, each with its own resistor beside it.
+    pub fn each_with_resistor(
+        &mut self,
+        electric: Electric,
+        (model, package, body): (&str, LedPackage, Name),
+        places: Vec<BoardPlace>,
+        chip: Chip,
+        source: &str,
+    ) {
+        let mut calculation = self.calculate(electric, 1, chip, source);
+        let each = calculation.current_a();
+        for (place, number) in places.into_iter().zip(1..) {
+            let net = format!("LED{number}");
+            let resistor = self.resistor(calculation.ohms, chip, None, [SUPPLY, &net]);
+            calculation.designators.push(resistor);
+            self.led(model, package, place, body, &net);
+            self.carries(&net, each);
+        }
+        let all = each * calculation.designators.len() as f64;
+        self.carries(SUPPLY, all);
+        self.carries(GROUND, all);
+        self.circuit.current_a += all;
+        self.calculated(calculation);
+    }
+
+    /// A pad for a wire: beside a hole that its strand goes through, or alone.
+    pub fn wire(&mut self, net: &str, wire: Wire<'_>) -> String {
+        let Wire { place, hole_mm, pad_mm, by, to, length_mm, color } = wire;
+        // From the hole's edge, as far as copper stays off what is drilled and not plated.
+        let out = hole_mm.map_or(0.0, |hole| hole / 2.0 + HOLE_TO_PAD_MM + pad_mm[0] / 2.0);
+        let name = self.part(CircuitPart {
+            designator: String::new(),
+            kind: CircuitKind::WirePad,
+            value: format!("wire {net}"),
+            package: format!("pad {:.2} x {:.2} mm", pad_mm[0], pad_mm[1]),
+            lands: vec![Land {
+                pin: "1".into(),
+                at_mm: [out, 0.0],
+                size_mm: pad_mm,
+                is_round: false,
+            }],
+            size_mm: [0.0; 2],
+            place: Some(place),
+            body: by.map(|by| by.name.to_owned()),
+        });
+        self.connect(net, &name, "1");
+        self.circuit.connections.push(Connection {
+            from: format!("{} {name}", self.circuit.name),
+            to: to.to_owned(),
+            carries: net.to_owned(),
+            by: by.map(|by| by.name.to_owned()),
+            length_mm,
+            color: Some(color.to_owned()),
+        });
+        name
+    }
+
+    /// Points to hold a probe against: supply and ground.
+    pub fn test_points(&mut self) {
+        for net in [SUPPLY, GROUND] {
+            let name = self.part(CircuitPart {
+                designator: String::new(),
+                kind: CircuitKind::TestPoint,
+                value: format!("test point {net}"),
+                package: "disc 1.0 mm".into(),
+                lands: vec![Land {
+                    pin: "1".into(),
+                    at_mm: [0.0; 2],
+                    size_mm: [1.0; 2],
+                    is_round: true,
+                }],
+                size_mm: [0.0; 2],
+                place: None,
+                body: None,
+            });
+            self.connect(net, &name, "1");
+        }
+    }
+
+    /// Where others stand on the board.
+    pub fn keep_out(&mut self, side: BoardSide, region: KeepOutRegion, what: &str) {
+        self.circuit.keep_outs.push(KeepOut { side, region, what: what.to_owned() });
+    }
+
+    /// A cable or wire that ends at no pad of a board.
+    pub fn connection(&mut self, connection: Connection) {
+        self.circuit.connections.push(connection);
+    }
+
+    /// What to mind.
+    pub fn note(&mut self, text: impl Into<String>) {
+        self.circuit.notes.push(text.into());
+    }
+
+    /// Everything at once, A, where it is not only what [`Builder::each_with_resistor`] counts.
+    pub fn draws(&mut self, current_a: f64) {
+        self.circuit.current_a += current_a;
+    }
+
+    /// The circuit.
+    pub fn done(self) -> Circuit {
+        self.circuit
+    }
+}
+
+/// From the edge of a hole that is not plated to a wire's pad, mm: what fabs want, and what arcs of outlines
+/// that are followed by short lines take of it.
+const HOLE_TO_PAD_MM: f64 = 0.201;
+
+/// A wire at its board.
+#[derive(Clone, Copy, Debug)]
+pub struct Wire<'a> {
+    /// Its hole, or its pad where there is none; its pad lies along the place's x.
+    pub place: BoardPlace,
+    /// Diameter of the hole.
+    pub hole_mm: Option<f64>,
+    /// The pad along and across.
+    pub pad_mm: [f64; 2],
+    /// The drawn body.
+    pub by: Option<Name>,
+    /// Its other end.
+    pub to: &'a str,
+    /// How long it is drawn, mm.
+    pub length_mm: Option<f64>,
+    /// Of its insulation.
+    pub color: &'a str,
+}
+
+/// Where LEDs that are drawn with their length along x have their pins.
+pub fn along_x(poses: &[Pose]) -> Vec<BoardPlace> {
+    let place = |pose: &Pose| BoardPlace::of_body(pose, Vector3::x(), BoardSide::Top);
+    poses.iter().map(place).collect()
+}
+
+/// Where LEDs that are drawn with their length along y have their pins.
+pub fn along_y(poses: &[Pose]) -> Vec<BoardPlace> {
+    let place = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Top);
+    poses.iter().map(place).collect()
+}
+
+/// A camera's cable to the computer that reads it.
+pub fn camera_to_host(
+    camera: &str,
+    by: Option<Name>,
+    length_mm: Option<f64>,
+    carries: &str,
+) -> Connection {
+    Connection {
+        from: camera.to_owned(),
+        to: "computer".to_owned(),
+        carries: carries.to_owned(),
+        by: by.map(|by| by.name.to_owned()),
+        length_mm,
+        color: None,
+    }
+}
+
+/// A value as it is ordered.
+pub fn ohms_text(ohms: f64) -> String {
+    if ohms >= 1e3 { format!("{} kohm", ohms / 1e3) } else { format!("{ohms} ohm") }
+}

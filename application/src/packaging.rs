@@ -13,7 +13,6 @@ use crate::exporting::{ExportFailure, Exported, ForeignFile};
 use crate::ground_truth::Viewpoint;
 use crate::guiding;
 use crate::identity::design_hash;
-use crate::pictures::PictureError;
 use crate::progress::OnProgress;
 use crate::source::NamedDesigns;
 use crate::staging::OutputFile;
@@ -71,10 +70,12 @@ pub fn complete(
 /// # Errors
 /// Bodies that cannot be drawn or measured, as [`ExportFailure::Guide`].
 pub fn guide(design: &Design, progress: OnProgress) -> Result<Exported, ExportFailure> {
-    let failed = |source: PictureError| ExportFailure::Guide { reason: source.to_string() };
-    let facts = guiding::facts(design, 1)
-        .map_err(|source| ExportFailure::Guide { reason: source.to_string() })?;
-    let files = guiding::files(design, &facts, progress).map_err(failed)?;
+    fn failed(source: impl std::error::Error) -> ExportFailure {
+        ExportFailure::Guide { reason: source.to_string() }
+    }
+    let stages = guiding::stages(design).map_err(failed)?;
+    let facts = guiding::facts(design, &stages, 1).map_err(failed)?;
+    let files = guiding::files(design, &stages, &facts, progress).map_err(failed)?;
     let sensor = &design.sensor;
     let manifest = Manifest {
         sensor: sensor.name.clone(),

@@ -115,7 +115,8 @@ fn tables(folder: &Path, guide: &Value) {
 fn more_units_take_more_of_what_stays_in_them() {
     for name in builtin_names() {
         let design = built(name, &[]);
-        let [one, three] = [1, 3].map(|units| guiding::facts(&design, units).unwrap());
+        let stages = guiding::stages(&design).unwrap();
+        let [one, three] = [1, 3].map(|units| guiding::facts(&design, &stages, units).unwrap());
         let made = one.made.iter().zip(&three.made).map(|(a, b)| (&a.name, a.quantity, b.quantity));
         let bought = one.bought.iter().zip(&three.bought);
         let bought = bought.map(|(a, b)| (&a.name, a.quantity, b.quantity));

@@ -81,8 +81,10 @@ pub struct Order {
     pub price_eur: Option<f64>,
     /// What may be bought in its place; empty where nothing is known.
     pub substitutes: String,
-    /// Where all of it comes from.
+    /// Where that comes from, but the price.
     pub source: String,
+    /// Where the price comes from; empty where nobody knows it.
+    pub price_source: String,
 }
 
 impl Order {
@@ -104,6 +106,7 @@ impl Order {
             price_eur: None,
             substitutes: String::new(),
             source: "the design alone".into(),
+            price_source: String::new(),
         }
     }
 

@@ -4,7 +4,7 @@ use crate::{Guide, Purchase, Tool, Use};
 
 /// Heads of the table of what to buy.
 pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\
-                             price_eur,cost_eur,substitutes,source,steps";
+                             price_eur,cost_eur,substitutes,source,price_source,steps";
 
 fn quoted(text: &str) -> String {
     match text.contains(['"', ',', '\n', '\r']) {
@@ -44,7 +44,7 @@ fn ordered(order: &Purchase) -> String {
     let kit = order.kit.as_deref().unwrap_or("none");
     let texts = [&order.article, &order.size, &order.maker, &order.number, &order.standard];
     let texts = texts.map(String::as_str).into_iter().chain([&*order.pack, kit, &packs, &price]);
-    let texts = texts.chain([&*cost, &order.substitutes, &order.source]);
+    let texts = texts.chain([&*cost, &order.substitutes, &order.source, &order.price_source]);
     texts.map(quoted).collect::<Vec<_>>().join(",")
 }
 

@@ -72,8 +72,10 @@ pub struct Purchase {
     pub cost_eur: Option<f64>,
     /// What may be bought in its place.
     pub substitutes: String,
-    /// Where all of it comes from.
+    /// Where that comes from, but the price.
     pub source: String,
+    /// Where the price comes from.
+    pub price_source: String,
 }
 
 /// What matters of an article.
@@ -106,6 +108,7 @@ impl Purchase {
             cost_eur: None,
             substitutes: or(&order.substitutes, NONE),
             source: order.source.clone(),
+            price_source: or(&order.price_source, NONE),
         };
         match order.at_hand {
             true => {

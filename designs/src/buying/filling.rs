@@ -56,13 +56,11 @@ fn take(order: &mut Order, known: &Known) {
         (None, Some(place)) => place.file.to_string(),
         (None, None) => "fabkit's list".to_owned(),
     };
-    order.source = match article.price {
-        Some(price) => {
-            order.price_eur = Some(price.0);
-            format!("{source}; {}", known.price_source)
-        }
-        None => source,
-    };
+    order.source = source;
+    if let Some(price) = article.price {
+        order.price_eur = Some(price.0);
+        order.price_source.clone_from(&known.price_source);
+    }
 }
 
 /// Fills the orders of all bodies that are bought.

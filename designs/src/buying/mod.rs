@@ -39,8 +39,7 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Where prices come from that say nothing else.
-const PRICE_SOURCE: &str =
-    "price chosen: what shops in Europe asked in 2025, roughly, without shipping";
+const PRICE_SOURCE: &str = "chosen: what shops in Europe asked in 2025, roughly, without shipping";
 
 static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
     let mut found = Vec::new();

@@ -57,12 +57,12 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
     }
     let price_source = match of(&settings, "price") {
         Some(price) if price.source.kind != SourceKind::User || !price.source.note.is_empty() => {
-            format!("price {}", told(price))
+            told(price)
         }
         _ => match (&article.price_source, is_builtin(last)) {
-            (Some(source), _) => format!("price: {source}"),
+            (Some(source), _) => source.clone(),
             (None, true) => PRICE_SOURCE.to_owned(),
-            (None, false) => format!("price as {} says", last.place.file),
+            (None, false) => last.place.file.to_string(),
         },
     };
     let figures = FIGURES.iter().filter_map(|(key, name)| {

@@ -1,5 +1,6 @@
 //! What to buy.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use fabkit_report::escape;
@@ -14,42 +15,58 @@ impl Guide {
             *body += "<p>Nothing.</p>\n";
             return;
         }
+        let usual = self.usual_price_source();
+        let ordered = |order: &Purchase| ordered(order, usual);
         let _ = write!(
             body,
-            "<p>{}. Packs are whole. Prices are guesses that tell what is dear from what is cheap; those that you \
-             know better go into the sensor's file, below <code>buy:</code>.</p>\n",
+            "<p>{}. Packs are whole. Prices, where nothing else is said, are {}; those that you know better go into \
+             the sensor's file, below <code>buy:</code>.</p>\n",
             escape(&self.costs.told()),
+            escape(usual),
         );
         if !self.bought.is_empty() {
             let rows = self.bought.iter().map(|piece| {
                 let what = format!("{}{}", escape(&piece.what), figures(&piece.order));
-                let cells = [name(&piece.name), cell(&what), of(piece.of).to_owned()];
+                let [by, instead, packs, cost] = ordered(&piece.order);
                 let quantity = format!("<td>{}</td>", piece.quantity);
-                cells.concat() + &quantity + &ordered(&piece.order) + &linked(&piece.steps)
+                [name(&piece.name), cell(&what), by, instead, of(piece.of).to_owned(), packs]
+                    .concat()
+                    + &[quantity, cost, linked(&piece.steps)].concat()
             });
             *body += "<h3>Pieces</h3>\n";
-            *body += &table(&heads("piece", &["what to order", "for", "n"]), 3, rows);
+            let heads = [
+                "piece",
+                "what to order",
+                "order by",
+                "instead",
+                "for",
+                "packs",
+                "n",
+                "EUR",
+                "steps",
+            ];
+            *body += &table(&heads, 6, rows);
         }
         if !self.liquids.is_empty() {
             *body += "<h3>What is mixed</h3>\n<p>With the waste of cups and vents.</p>\n";
             let rows = self.liquids.iter().map(|liquid| {
-                let cells = [name(&liquid.name), cell(&figures(&liquid.order))];
+                let [by, instead, packs, cost] = ordered(&liquid.order);
                 let mass = format!("<td>{:.2} g</td>", liquid.mass_g);
-                cells.concat() + &mass + &ordered(&liquid.order) + &linked(&liquid.steps)
+                let cells = [name(&liquid.name), cell(&figures(&liquid.order)), by, instead, packs];
+                cells.concat() + &[mass, cost, linked(&liquid.steps)].concat()
             });
-            *body += &table(&heads("component", &["what matters", "mass"]), 2, rows);
+            *body += &table(&heads("component", &["mass", "EUR", "steps"]), 5, rows);
         }
         if !self.stock.is_empty() {
             *body += "<h3>What parts are made from</h3>\n<p>As much as the parts are, solid and without support.</p>\n";
             let rows = self.stock.iter().map(|stock| {
                 let what =
                     format!("for {}{}", escape(&stock.parts.join(", ")), figures(&stock.order));
-                let cells = [name(&stock.name), cell(&what)];
+                let [by, instead, packs, cost] = ordered(&stock.order);
                 let amount = format!("<td>{:.0} {}</td>", stock.amount.max(1.0), stock.unit);
-                cells.concat() + &amount + &ordered(&stock.order)
+                [name(&stock.name), cell(&what), by, instead, packs, amount, cost].concat()
             });
-            let heads = heads("material", &["what matters", "amount"]);
-            *body += &table(&heads[..heads.len() - 1], 2, rows);
+            *body += &table(&heads("material", &["amount", "EUR"]), 5, rows);
         }
         for (used, head, note) in [
             (Use::Supply, "What the work uses up", "A pack of each is enough for several units."),
@@ -61,11 +78,25 @@ impl Guide {
             }
             let _ = write!(body, "<h3>{head}</h3>\n<p>{note}</p>\n");
             let rows = rows.map(|supply| {
-                let cells = [name(&supply.name), cell(&figures(&supply.order))];
-                cells.concat() + &ordered(&supply.order) + &linked(&supply.steps)
+                let [by, instead, packs, cost] = ordered(&supply.order);
+                let cells = [name(&supply.name), cell(&figures(&supply.order)), by, instead, packs];
+                cells.concat() + &[cost, linked(&supply.steps)].concat()
             });
-            *body += &table(&heads("article", &["what matters"]), 2, rows);
+            *body += &table(&heads("article", &["EUR", "steps"]), 5, rows);
         }
+    }
+
+    /// Where most prices come from.
+    fn usual_price_source(&self) -> &str {
+        let bought = self.bought.iter().map(|piece| &piece.order);
+        let liquids = self.liquids.iter().map(|liquid| &liquid.order);
+        let stock = self.stock.iter().map(|stock| &stock.order);
+        let supplies = self.supplies.iter().map(|supply| &supply.order);
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for order in bought.chain(liquids).chain(stock).chain(supplies) {
+            *counts.entry(&order.price_source).or_default() += 1;
+        }
+        counts.into_iter().max_by_key(|(_, count)| *count).map_or("", |(source, _)| source)
     }
 }
 
@@ -81,10 +112,10 @@ impl Costs {
     }
 }
 
-/// The first columns of a table, and those that all tables of purchases share.
-fn heads<'a>(first: &'a str, then: &[&'a str]) -> Vec<&'a str> {
-    let shared = ["order by", "packs", "EUR", "instead", "steps"];
-    std::iter::once(first).chain(then.iter().copied()).chain(shared).collect()
+/// The columns of words that these tables share, and their last ones.
+fn heads<'a>(first: &'a str, last: &[&'a str]) -> Vec<&'a str> {
+    let words = [first, "what matters", "order by", "instead", "packs"];
+    words.into_iter().chain(last.iter().copied()).collect()
 }
 
 fn cell(html: &str) -> String {
@@ -111,24 +142,28 @@ fn figures(order: &Purchase) -> String {
     }
 }
 
-/// By what it is ordered, how many packs, what they cost, what may take its place.
-fn ordered(order: &Purchase) -> String {
+/// Cells: by what it is ordered, what may take its place, how many packs, what they cost. Where the price comes from
+/// is said where it is not where prices usually come from.
+fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
+    let priced = match &*order.price_source {
+        other if other != usual && order.cost_eur != Some(0.0) => format!("; price: {other}"),
+        _ => String::new(),
+    };
     let by = format!(
         "{}<span class=\"known\">source: {}</span>",
         escape(&order.ordered_by()),
-        escape(&order.source)
+        escape(&format!("{}{priced}", order.source))
     );
     let packs = match (order.packs, &order.kit) {
-        (0, Some(kit)) => format!("with {}", escape(kit)),
-        (0, None) => escape(&order.pack),
-        (packs, Some(kit)) => format!("{packs} × {}", escape(kit)),
-        (packs, None) => format!("{packs} × {}", escape(&order.pack)),
+        (0, Some(kit)) => format!("with {kit}"),
+        (0, None) => order.pack.clone(),
+        (packs, Some(kit)) => format!("{packs} × {kit}"),
+        (packs, None) => format!("{packs} × {}", order.pack),
     };
     let cost = match order.cost_eur {
         None => "not known".to_owned(),
-        Some(_) if order.packs == 0 => "0".to_owned(),
         Some(cost) if cost.fract() == 0.0 => format!("{cost:.0}"),
         Some(cost) => format!("{cost:.2}"),
     };
-    [cell(&by), cell(&packs), format!("<td>{cost}</td>"), word(&order.substitutes)].concat()
+    [cell(&by), word(&order.substitutes), word(&packs), format!("<td>{cost}</td>")]
 }

@@ -8,7 +8,7 @@
 //! use fabkit_guide::{Guide, Request};
 //! # let sensor = fabkit_checks::example::puck();
 //! let stages = fabkit_checks::stages(&sensor)?;
-//! let request = Request { design_hash: "00", units: 2, density: &|_| None, stages: &stages };
+//! let request = Request { design_hash: "00", units: 2, density: &|_| None, stages: &stages, calibration: None };
 //! let guide = Guide::of(&sensor, &request)?;
 //! // Two pucks are poured one after the other in the same mold.
 //! assert_eq!(guide.mixes[0].batches, 2);
@@ -20,7 +20,9 @@
 
 #![forbid(unsafe_code)]
 
+mod calibration;
 mod csv;
+mod diff;
 mod extent;
 mod html;
 mod lists;
@@ -33,7 +35,9 @@ use fabkit_checks::{Batch, Stage, batches};
 use fabkit_geometry::{Action, Sensor};
 use serde::Serialize;
 
-pub use html::{Pictures, StepPictures};
+pub use calibration::{Calibration, Capture, FixtureNote, Typed};
+pub use diff::{BodyChange, Change, DesignName, Difference, ParameterChange, Side, StepChange};
+pub use html::{Pairs, Pictures, StepPictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};
@@ -50,6 +54,8 @@ pub struct Request<'a> {
     pub density: &'a dyn Fn(&str) -> Option<f64>,
     /// What stands where in each step: of the same sensor, as [`fabkit_checks::stages`] tells it.
     pub stages: &'a [Stage<'a>],
+    /// How it is calibrated, where it is.
+    pub calibration: Option<&'a Calibration>,
 }
 
 /// Everything that a lab needs to know to build a design.
@@ -85,6 +91,8 @@ pub struct Guide {
     pub steps: Vec<GuideStep>,
     /// When, for one unit.
     pub timeline: Timeline,
+    /// How it is calibrated; `null` of what is not.
+    pub calibration: Option<Calibration>,
 }
 
 /// One mix of a step.
@@ -199,6 +207,7 @@ impl Guide {
             mixes,
             steps,
             timeline,
+            calibration: request.calibration.cloned(),
         })
     }
 

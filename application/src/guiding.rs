@@ -1,5 +1,6 @@
 //! The pages to build a design from: facts, tables and pictures.
 
+mod calibrating;
 mod shots;
 
 use std::collections::BTreeMap;
@@ -9,7 +10,7 @@ use fabkit_checks::{InvalidBody, Stage};
 use fabkit_designs::Design;
 use fabkit_designs::buying::{Articles, Role};
 use fabkit_geometry::Order;
-use fabkit_guide::{Guide, NoSuchPart, Pictures, Request, Shop, StepPictures, Use};
+use fabkit_guide::{Calibration, Guide, NoSuchPart, Pictures, Request, Shop, StepPictures, Use};
 use fabkit_sweep::stock_density_g_per_cm3;
 use rayon::prelude::*;
 
@@ -19,22 +20,13 @@ use crate::pictures::{PictureError, Shot, default_assembly, picture_of_assembly,
 use crate::progress::{OnProgress, Step, unwatched};
 use crate::staging::OutputFile;
 
+pub use calibrating::calibration;
+
 /// Names of the files of a guide.
 pub const FILES: [&str; 4] = ["index.html", "guide.json", "bom.csv", "parts.csv"];
 
 const COVER_PX: [u32; 2] = [560, 420];
 const PART_PX: [u32; 2] = [160, 120];
-
-/// Why there is no guide.
-#[derive(Debug, thiserror::Error)]
-pub enum GuideError {
-    /// A part that cannot be made.
-    #[error(transparent)]
-    Part(#[from] NoSuchPart),
-    /// A solid that is none.
-    #[error(transparent)]
-    Body(#[from] InvalidBody),
-}
 
 /// What stands where in each step of a design.
 ///
@@ -48,11 +40,17 @@ pub fn stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
 ///
 /// # Errors
 /// A part that cannot be made.
-pub fn facts(design: &Design, stages: &[Stage], units: u32) -> Result<Guide, NoSuchPart> {
+pub fn facts(
+    design: &Design,
+    stages: &[Stage],
+    calibration: Option<&Calibration>,
+    units: u32,
+) -> Result<Guide, NoSuchPart> {
     let hash = design_hash(design);
     let density = |material: &str| stock_density_g_per_cm3(material);
     let shop = Listed(&design.articles);
-    let request = Request { design_hash: &hash, units, density: &density, shop: &shop, stages };
+    let (density, shop) = (&density, &shop);
+    let request = Request { design_hash: &hash, units, density, shop, stages, calibration };
     Guide::of(&design.sensor, &request)
 }
 

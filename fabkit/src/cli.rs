@@ -95,6 +95,9 @@ pub enum Command {
     /// Write the pages to build a sensor or fixture from: what to buy, make and mix, and each step
     #[command(after_help = examples::GUIDE)]
     Guide(Guide),
+    /// Say what changes from one design to another: what can be used again, what to make, cast and buy
+    #[command(after_help = examples::DIFF)]
+    Diff(Diff),
     /// Turn a measured coupon into a profile of the printer, for `export --process`
     #[command(after_help = examples::PROFILE)]
     Profile(Profile),
@@ -278,6 +281,36 @@ pub struct Guide {
     /// How many to build: what is in each sensor is counted that often, molds and tools once
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
     pub units: u32,
+    /// The language of the page
+    #[arg(long, default_value = "en", value_enum)]
+    pub language: Language,
+}
+
+/// A language that pages are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// English
+    En,
+}
+
+/// `fabkit diff`.
+#[derive(Debug, Args)]
+pub struct Diff {
+    /// What there is: a sensor's name or file, or SENSOR/FIXTURE
+    #[arg(value_name = "FROM", add = completing::designs())]
+    pub from: String,
+    /// What is wanted
+    #[arg(value_name = "TO", add = completing::designs())]
+    pub to: String,
+    /// Change a parameter of the first
+    #[arg(long, value_name = "PATH=VALUE", add = completing::settings())]
+    pub set_from: Vec<String>,
+    /// Change a parameter of the second
+    #[arg(long, value_name = "PATH=VALUE", add = completing::settings())]
+    pub set_to: Vec<String>,
+    /// Write a page with pictures, too
+    #[arg(short, long, value_name = "FILE.html")]
+    pub output: Option<PathBuf>,
 }
 
 /// `fabkit profile`.

@@ -9,7 +9,8 @@
 //! # let sensor = fabkit_checks::example::puck();
 //! let stages = fabkit_checks::stages(&sensor)?;
 //! let shop = &NoShop;
-//! let request = Request { design_hash: "00", units: 2, density: &|_| None, shop, stages: &stages };
+//! let request =
+//!     Request { design_hash: "00", units: 2, density: &|_| None, shop, stages: &stages, calibration: None };
 //! let guide = Guide::of(&sensor, &request)?;
 //! // Two pucks are poured one after the other in the same mold.
 //! assert_eq!(guide.mixes[0].batches, 2);
@@ -21,7 +22,9 @@
 
 #![forbid(unsafe_code)]
 
+mod calibration;
 mod csv;
+mod diff;
 mod extent;
 mod html;
 mod lists;
@@ -36,7 +39,9 @@ use fabkit_checks::{Batch, Stage, batches};
 use fabkit_geometry::{Action, Sensor};
 use serde::Serialize;
 
-pub use html::{Model, Pictures, Pressed, Rays, SeenRay, StepPictures};
+pub use calibration::{Calibration, Capture, FixtureNote, Typed};
+pub use diff::{BodyChange, Change, DesignName, Difference, ParameterChange, Side, StepChange};
+pub use html::{Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
 pub use shop::{Figure, NoShop, Purchase, Shop, Use};
@@ -57,6 +62,8 @@ pub struct Request<'a> {
     pub stages: &'a [Stage<'a>],
     /// What may be bought.
     pub shop: &'a dyn Shop,
+    /// How it is calibrated, where it is.
+    pub calibration: Option<&'a Calibration>,
 }
 
 /// Everything that a lab needs to know to build a design.
@@ -98,6 +105,8 @@ pub struct Guide {
     pub steps: Vec<GuideStep>,
     /// When, for one unit.
     pub timeline: Timeline,
+    /// How it is calibrated; `null` of what is not.
+    pub calibration: Option<Calibration>,
 }
 
 /// One mix of a step.
@@ -221,6 +230,7 @@ impl Guide {
             mixes,
             steps,
             timeline,
+            calibration: request.calibration.cloned(),
         })
     }
 

@@ -109,28 +109,29 @@ fn tools(step: &Step, stage: Option<&Stage>) -> Vec<String> {
     tools
 }
 
-/// Which way things come and go.
+/// Which way things come and go; what is put together outside first, then how it comes.
 fn ways(stage: &Stage) -> Vec<Way> {
-    let way = |came: &Came, is_coming: bool| {
-        let out = came.out?;
-        let mut bodies: Vec<String> = Vec::new();
-        for stand in &came.bodies {
-            if !bodies.contains(&stand.body.name) {
-                bodies.push(stand.body.name.clone());
-            }
-        }
-        // No -0 in a file.
-        let along = if is_coming { -out } else { out }.map(|v| v + 0.0);
-        Some(Way { bodies, is_coming, along: along.into() })
-    };
-    let coming = stage.coming.iter().filter_map(|came| way(came, true));
     let mut all: Vec<Way> = Vec::new();
-    for way in coming.chain(stage.going.iter().filter_map(|came| way(came, false))) {
-        if !all.contains(&way) {
-            all.push(way);
+    stage.coming.iter().for_each(|came| add_ways(&mut all, came, true));
+    stage.going.iter().for_each(|came| add_ways(&mut all, came, false));
+    all
+}
+
+fn add_ways(all: &mut Vec<Way>, came: &Came, is_coming: bool) {
+    came.apart.iter().for_each(|came| add_ways(all, came, is_coming));
+    let Some(out) = came.out else { return };
+    let mut bodies: Vec<String> = Vec::new();
+    for stand in &came.bodies {
+        if !bodies.contains(&stand.body.name) {
+            bodies.push(stand.body.name.clone());
         }
     }
-    all
+    // No -0 in a file.
+    let along = if is_coming { -out } else { out }.map(|v| v + 0.0);
+    let way = Way { bodies, is_coming, along: along.into() };
+    if !all.contains(&way) {
+        all.push(way);
+    }
 }
 
 fn word(action: &Action) -> &'static str {

@@ -25,6 +25,7 @@ pub(super) struct Scene {
     pub(super) key: String,
     actors: Vec<Actor>,
     is_cut: bool,
+    is_from_below: bool,
 }
 
 impl Scene {
@@ -32,7 +33,10 @@ impl Scene {
     pub(super) fn draw(&self) -> Result<Vec<u8>, PictureError> {
         let [width, height] = STEP_PX;
         let cut = View::section(width, height, Point3::origin(), -Vector3::y());
-        let whole = View::isometric(width, height);
+        let whole = match self.is_from_below {
+            true => View::from_side(-50.0, -24.0, width, height),
+            false => View::isometric(width, height),
+        };
         let picture = match render(&self.actors, if self.is_cut { &cut } else { &whole }) {
             // All of it may stand in front of the plane.
             Err(RenderError::NothingToDraw) if self.is_cut => render(&self.actors, &whole),
@@ -80,7 +84,7 @@ impl<'a> Stock<'a> {
             }
         };
         let after = stage.after.iter().map(|stand| Set { stand: *stand, shift: Vector3::zeros() });
-        [before, self.scene(stage, after.collect(), Vec::new(), true)]
+        [before, self.scene(stage, after.collect(), Vec::new(), [true, false])]
     }
 
     fn moving(
@@ -98,21 +102,47 @@ impl<'a> Stock<'a> {
         if hull.is_empty() {
             return None;
         }
+        let assembly = self.sensor.chain[stage.step].assembly.as_ref()?;
+        let upright = poured_upright(self.sensor, &assembly.0);
         let gap_mm = GAP * (hull.max - hull.min).norm();
         let mut arrows = Vec::new();
+        self.spread(&mut sets, moving, gap_mm, is_leaving, &mut arrows);
+        let outs = arrows.iter().map(|arrow| upright.vector(arrow.out).z);
+        let is_from_below = outs.clone().count() > 0 && outs.sum::<f64>() < 0.0;
+        self.scene(stage, sets, arrows, [is_cut, is_from_below])
+    }
+
+    /// Sets pieces away from what stands there, each behind those that come before it; what is put together
+    /// outside stands apart there.
+    fn spread(
+        &self,
+        sets: &mut Vec<Set<'a>>,
+        moving: &[Came<'a>],
+        gap_mm: f64,
+        is_leaving: bool,
+        arrows: &mut Vec<Arrow>,
+    ) {
         for came in moving {
-            let piece = came.bodies.iter().map(here);
-            let Some(out) = came.out else {
-                sets.extend(piece);
-                continue;
-            };
-            let bounds = piece.fold(Aabb::nothing(), |hull, set| hull.hull(&self.bounds(&set)));
-            let way_mm = self.clearing_mm(&bounds, &out, &sets) + gap_mm;
-            let shift = way_mm * out;
-            arrows.push(Arrow::in_gap(&bounds, &out, way_mm, gap_mm, is_leaving));
-            sets.extend(came.bodies.iter().map(|stand| Set { stand: *stand, shift }));
+            let (mut piece, mut inner) = (Vec::new(), Vec::new());
+            if came.apart.is_empty() {
+                let here = |stand: &Stand<'a>| Set { stand: *stand, shift: Vector3::zeros() };
+                piece.extend(came.bodies.iter().map(here));
+            } else {
+                self.spread(&mut piece, &came.apart, gap_mm / 2.0, is_leaving, &mut inner);
+            }
+            let mut shift = Vector3::zeros();
+            if let Some(out) = came.out {
+                let bounds =
+                    piece.iter().fold(Aabb::nothing(), |hull, set| hull.hull(&self.bounds(set)));
+                let way_mm = self.clearing_mm(&bounds, &out, sets) + gap_mm;
+                shift = way_mm * out;
+                arrows.push(Arrow::in_gap(&bounds, &out, way_mm, gap_mm, is_leaving));
+            }
+            let moved = |set: Set<'a>| Set { shift: set.shift + shift, ..set };
+            sets.extend(piece.into_iter().map(moved));
+            arrows
+                .extend(inner.into_iter().map(|arrow| Arrow { tail: arrow.tail + shift, ..arrow }));
         }
-        self.scene(stage, sets, arrows, is_cut)
     }
 
     /// How far a piece goes until all that lies ahead of it is behind, mm.
@@ -148,14 +178,14 @@ impl<'a> Stock<'a> {
         stage: &Stage,
         sets: Vec<Set>,
         arrows: Vec<Arrow>,
-        is_cut: bool,
+        [is_cut, is_from_below]: [bool; 2],
     ) -> Option<Scene> {
         if sets.is_empty() {
             return None;
         }
         let assembly = self.sensor.chain[stage.step].assembly.as_ref()?;
         let upright = poured_upright(self.sensor, &assembly.0);
-        let mut key = format!("{is_cut}");
+        let mut key = format!("{is_cut} {is_from_below}");
         let mut actors = Vec::new();
         for Set { stand, shift } in sets {
             let moved = Pose::translation(shift.x, shift.y, shift.z);
@@ -173,12 +203,14 @@ impl<'a> Stock<'a> {
             key += &format!("|arrow {pose:?}");
             actors.push(Actor::new(solid, ARROW_COLOR).placed(pose));
         }
-        Some(Scene { key, actors, is_cut })
+        Some(Scene { key, actors, is_cut, is_from_below })
     }
 }
 
 /// An arrow in the assembly's frame.
 struct Arrow {
+    /// Away from where it belongs.
+    out: Vector3<f64>,
     tail: Point3<f64>,
     along: Vector3<f64>,
     length_mm: f64,
@@ -197,7 +229,7 @@ impl Arrow {
         let near = piece.centre() + out * (way_mm - half);
         let at = |share: f64| near - out * (share * gap_mm);
         let (tail, along) = if is_leaving { (at(0.9), *out) } else { (at(0.1), -out) };
-        Self { tail, along, length_mm: 0.8 * gap_mm }
+        Self { out: *out, tail, along, length_mm: 0.8 * gap_mm }
     }
 
     /// As a body and its place in the scene.

@@ -54,8 +54,17 @@ pub(crate) struct Order<'a> {
     /// Where tools are known to have no room.
     blocked: tools::Blocked,
     pub(crate) stuck: Vec<Stuck<'a>>,
-    /// How pieces have left, in that order: straight along a direction, or along a stated way (none).
-    pub(crate) left: Vec<(Piece<'a>, Option<Vector3<f64>>)>,
+    /// How pieces have left, in that order.
+    pub(crate) left: Vec<Left<'a>>,
+}
+
+/// A piece that has left.
+pub(crate) struct Left<'a> {
+    pub(crate) piece: Piece<'a>,
+    /// Straight along a direction, or along a stated way.
+    pub(crate) way: Option<Vector3<f64>>,
+    /// How it was taken apart outside, where it was.
+    pub(crate) apart: Vec<Left<'a>>,
 }
 
 fn is_drawn(placed: &Placed) -> bool {
@@ -142,18 +151,25 @@ impl<'a> Order<'a> {
     fn take_apart(&mut self, mut pieces: Vec<Piece<'a>>, standing: &[&'a Placed<'a>]) {
         while pieces.len() > usize::from(standing.is_empty()) {
             if let Some(free) = self.free(&pieces, standing) {
+                let before = std::mem::take(&mut self.left);
                 self.take_apart_outside(&pieces.remove(free));
+                let apart = std::mem::replace(&mut self.left, before);
+                if let Some(last) = self.left.last_mut() {
+                    last.apart = apart;
+                }
                 continue;
             }
             if let Some((group, way)) = self.group(&pieces, standing) {
                 let together = group.iter().flat_map(|i| pieces[*i].clone()).collect();
-                self.left.push((together, Some(way)));
                 let (inside, outside) = pieces
                     .into_iter()
                     .enumerate()
                     .partition::<Vec<_>, _>(|(i, _)| group.contains(i));
                 let of = |pieces: Vec<(usize, Piece<'a>)>| pieces.into_iter().map(|(_, p)| p);
+                let before = std::mem::take(&mut self.left);
                 self.take_apart(of(inside).collect(), &[]);
+                let apart = std::mem::replace(&mut self.left, before);
+                self.left.push(Left { piece: together, way: Some(way), apart });
                 pieces = of(outside).collect();
                 continue;
             }
@@ -185,7 +201,8 @@ impl<'a> Order<'a> {
             (0..pieces.len()).rev().find(|&index| {
                 let others = others(pieces, index, standing);
                 let way = self.way_out(&pieces[index], &others, ways);
-                self.left.extend(way.map(|way| (pieces[index].clone(), way)));
+                let piece = || pieces[index].clone();
+                self.left.extend(way.map(|way| Left { piece: piece(), way, apart: Vec::new() }));
                 way.is_some()
             })
         })

@@ -1,10 +1,10 @@
 //! Step by step, what stands where, what comes, and along which way: what pictures of the steps show.
 
-use fabkit_geometry::{Action, Body, Leg, Pose, Sensor, Vector3};
+use fabkit_geometry::{Action, Body, Leg, Pose, Sensor, Step, Vector3};
 use rayon::prelude::*;
 
 use super::arrival::{Arrival, History};
-use super::order::Order;
+use super::order::{Left, Order};
 use crate::memo::Memo;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 
@@ -25,6 +25,8 @@ pub struct Came<'a> {
     /// Which way they leave their places, a unit vector of the assembly's frame: what comes, comes against it. `None`
     /// where nothing stands there yet.
     pub out: Option<Vector3<f64>>,
+    /// How they are put together before they come, where that is done in the same step: in the same order.
+    pub apart: Vec<Came<'a>>,
 }
 
 /// A step of the chain that happens in an assembly.
@@ -69,39 +71,23 @@ pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
     }
     let memo = Memo::default();
     // The scene is this function's own; bodies are the sensor's.
-    let stands = |placed: &[&Placed]| -> Vec<(usize, Pose)> {
-        placed.iter().map(|placed| (number(sensor, placed.of), placed.pose)).collect()
+    let stand = |placed: &&Placed| Stand {
+        body: &sensor.bodies[number(sensor, placed.of)],
+        assembly_from_body: placed.pose,
     };
-    let stages = told.par_iter().map(|(step, before, arrival, after)| {
-        let coming = arrival.as_ref().map_or(Vec::new(), |arrival| coming(sensor, arrival, &memo));
-        let going = going(&sensor.chain[*step].action, before);
-        let came = |(placed, out): (Vec<&Placed>, Option<Vector3<f64>>)| (stands(&placed), out);
-        (
-            *step,
-            stands(before),
-            coming.into_iter().map(came).collect::<Vec<_>>(),
-            going.into_iter().map(came).collect::<Vec<_>>(),
-            stands(after),
-        )
-    });
-    let stages: Vec<_> = stages.collect();
-    let stand = |(body, pose): (usize, Pose)| Stand {
-        body: &sensor.bodies[body],
-        assembly_from_body: pose,
-    };
-    let all = |of: Vec<(usize, Pose)>| of.into_iter().map(stand).collect::<Vec<_>>();
-    let moved = |of: Vec<(Vec<(usize, Pose)>, Option<Vector3<f64>>)>| {
-        of.into_iter().map(|(bodies, out)| Came { bodies: all(bodies), out }).collect()
-    };
-    let stage = |(step, before, coming, going, after)| Stage {
-        step,
+    let all = |of: &[&Placed]| of.iter().map(stand).collect::<Vec<_>>();
+    let stages = told.par_iter().map(|(step, before, arrival, after)| Stage {
+        step: *step,
         before: all(before),
-        coming: moved(coming),
-        going: moved(going),
+        coming: arrival.as_ref().map_or(Vec::new(), |a| coming(sensor, a, &memo, &all)),
+        going: going(&sensor.chain[*step].action, before, &all),
         after: all(after),
-    };
-    Ok(stages.into_iter().map(stage).collect())
+    });
+    Ok(stages.collect())
 }
+
+/// From places in the scene to those of the sensor's bodies.
+type Stands<'f, 's> = &'f dyn Fn(&[&Placed]) -> Vec<Stand<'s>>;
 
 fn number(sensor: &Sensor, body: &Body) -> usize {
     let is_it = |other: &Body| std::ptr::eq(other, body);
@@ -109,42 +95,82 @@ fn number(sensor: &Sensor, body: &Body) -> usize {
 }
 
 /// What a step brings, the last that could leave first.
-fn coming<'a>(
-    sensor: &'a Sensor,
-    arrival: &Arrival<'a>,
-    memo: &'a Memo,
-) -> Vec<(Vec<&'a Placed<'a>>, Option<Vector3<f64>>)> {
+fn coming<'s>(
+    sensor: &'s Sensor,
+    arrival: &Arrival,
+    memo: &Memo,
+    stands: Stands<'_, 's>,
+) -> Vec<Came<'s>> {
     let order = Order::find(sensor, arrival, memo);
-    let is_known = |placed: &&Placed| {
-        let mut left = order.left.iter().flat_map(|(piece, _)| piece);
-        left.any(|other| std::ptr::eq(*other, *placed))
+    let pieces: Vec<Vec<&Placed>> = arrival.coming.clone();
+    let mut came = put_together(arrival.step, &pieces, &order.left, stands);
+    fix(arrival.step, &mut came);
+    came
+}
+
+/// What never left stood there first; the others come against the order in which they left.
+fn put_together<'s>(
+    step: &Step,
+    pieces: &[Vec<&Placed>],
+    left: &[Left],
+    stands: Stands<'_, 's>,
+) -> Vec<Came<'s>> {
+    let is_known = |placed: &&&Placed| {
+        let mut known = left.iter().flat_map(|left| &left.piece);
+        known.any(|other| std::ptr::eq(*other, **placed))
     };
-    let first = arrival.coming.iter().map(|piece| {
-        let rest: Vec<&Placed> = piece.iter().copied().filter(|p| !is_known(p)).collect();
-        (rest, None)
-    });
-    let first: Vec<_> = first.filter(|(rest, _)| !rest.is_empty()).collect();
-    let left = order.left.iter().rev().map(|(piece, way)| {
+    let first = pieces
+        .iter()
+        .map(|piece| piece.iter().filter(|placed| !is_known(placed)).copied().collect::<Vec<_>>());
+    let first = first.filter(|rest| !rest.is_empty());
+    let mut came: Vec<Came> =
+        first.map(|rest| Came { bodies: stands(&rest), out: None, apart: Vec::new() }).collect();
+    for Left { piece, way, apart } in left.iter().rev() {
         let stated = || {
-            let motion = arrival.step.motions.iter().find(|motion| {
+            let motion = step.motions.iter().find(|motion| {
                 piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
             });
             motion.and_then(|motion| motion.legs.iter().rev().find_map(straight))
         };
-        (piece.clone(), way.or_else(stated))
-    });
-    // Of a group that came together, its pieces have met outside: once is enough.
-    let mut seen: Vec<&Placed> = Vec::new();
-    let mut all = first;
-    for (piece, way) in left.collect::<Vec<_>>().into_iter() {
-        let is_new = |placed: &&&Placed| !seen.iter().any(|other| std::ptr::eq(*other, **placed));
-        let fresh: Vec<&Placed> = piece.iter().filter(is_new).copied().collect();
-        seen.extend(&fresh);
-        if !fresh.is_empty() {
-            all.push((fresh, way));
-        }
+        let alone: Vec<Vec<&Placed>> = piece.iter().map(|placed| vec![*placed]).collect();
+        let apart = match apart.is_empty() {
+            true => Vec::new(),
+            false => put_together(step, &alone, apart, stands),
+        };
+        came.push(Came { bodies: stands(piece), out: way.or_else(stated), apart });
     }
-    all
+    came
+}
+
+/// What is soldered or stuck onto something comes with it.
+fn fix(step: &Step, came: &mut Vec<Came>) {
+    for fixing in &step.fixings {
+        let is_small = |one: &Came| {
+            one.apart.is_empty()
+                && one.bodies.iter().all(|stand| fixing.bodies.contains(&stand.body.name))
+        };
+        let (small, mut rest): (Vec<Came>, Vec<Came>) =
+            std::mem::take(came).into_iter().partition(is_small);
+        let onto = rest
+            .iter()
+            .position(|one| one.bodies.iter().any(|stand| fixing.onto.contains(&stand.body.name)));
+        let Some(onto) = onto else {
+            // It stands there already: what is small goes straight to it.
+            rest.extend(small);
+            *came = rest;
+            continue;
+        };
+        let host = &mut rest[onto];
+        if host.apart.is_empty() {
+            host.apart.push(Came { bodies: host.bodies.clone(), out: None, apart: Vec::new() });
+        }
+        for one in small {
+            host.bodies.extend(&one.bodies);
+            let out = one.bodies.first().map(|stand| stand.assembly_from_body.vector(Vector3::z()));
+            host.apart.push(Came { out, ..one });
+        }
+        *came = rest;
+    }
 }
 
 /// Back along a straight leg.
@@ -156,14 +182,13 @@ fn straight(leg: &Leg) -> Option<Vector3<f64>> {
 }
 
 /// What a step takes off, one pull after the other.
-fn going<'a>(
-    action: &Action,
-    before: &[&'a Placed<'a>],
-) -> Vec<(Vec<&'a Placed<'a>>, Option<Vector3<f64>>)> {
+fn going<'s>(action: &Action, before: &[&Placed], stands: Stands<'_, 's>) -> Vec<Came<'s>> {
     let Action::Demold(pulls) = action else { return Vec::new() };
     let gone = pulls.iter().map(|pull| {
-        let bodies = before.iter().copied().filter(|placed| placed.name == pull.body).collect();
-        (bodies, pull.direction.try_normalize(0.0))
+        let bodies: Vec<&Placed> =
+            before.iter().copied().filter(|placed| placed.name == pull.body).collect();
+        let out = pull.direction.try_normalize(0.0);
+        Came { bodies: stands(&bodies), out, apart: Vec::new() }
     });
-    gone.filter(|(bodies, _): &(Vec<_>, _)| !bodies.is_empty()).collect()
+    gone.filter(|came| !came.bodies.is_empty()).collect()
 }

@@ -34,6 +34,12 @@ Examples:
   fabkit guide rtac0/pin-dome -o dome-guide
   fabkit guide 9dtact --units 5 -o five";
 
+pub(crate) const DIFF: &str = "\
+Examples:
+  fabkit diff rtac0 rtac0 --set-to surface.radius=16mm
+  fabkit diff rtac0-published-2025 rtac0 -o difference.html
+  fabkit diff rtac0/pin-dome rtac0/pin-dome --set-to surface.radius=16mm";
+
 pub(crate) const PROFILE: &str = "\
 Examples:
   fabkit export rtac0/coupon

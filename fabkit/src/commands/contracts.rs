@@ -17,6 +17,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("completions", include_str!("../../schemas/completions.json")),
     ("dataset", include_str!("../../schemas/dataset.json")),
     ("depth", include_str!("../../schemas/depth.json")),
+    ("diff", include_str!("../../schemas/diff.json")),
     ("error", include_str!("../../schemas/error.json")),
     ("export", include_str!("../../schemas/export.json")),
     ("guide", include_str!("../../schemas/guide.json")),

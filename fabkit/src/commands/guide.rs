@@ -21,10 +21,15 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     }
     let outputs = guiding::FILES.map(|name| args.output.join(name));
     Roles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
+    let project = target.project(&args.design.set)?;
     let design = target.design(&args.design.set)?;
+    let calibration = guiding::calibration(&project, target, &args.design.set);
+    // Of pins that do not fit, their own guide and `check` tell.
+    let calibration = calibration.ok().flatten();
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guiding::stages(&design).map_err(Failure::bug)?;
-    let guide = guiding::facts(&design, &stages, args.units).map_err(Failure::bug)?;
+    let guide =
+        guiding::facts(&design, &stages, calibration.as_ref(), args.units).map_err(Failure::bug)?;
     let files = guiding::files(&design, &stages, &guide, &|step: Step| progress.show(step))?;
     drop(progress);
     interrupt::begin_writing()?;

@@ -7,6 +7,7 @@ mod completions;
 mod contracts;
 mod dataset;
 mod depth;
+mod diff;
 mod export;
 mod fixing;
 mod guide;
@@ -141,6 +142,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Verify(args) => verify::run(args, &cli.global),
         Command::Export(args) => export::run(args, &cli.global),
         Command::Guide(args) => guide::run(args, &cli.global),
+        Command::Diff(args) => diff::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args, &cli.global),
         Command::Depth(args) => depth::run(args),

@@ -1,7 +1,9 @@
 //! The guide as one page: no network, on screen and on paper; only the model needs script.
 
 mod buy;
+mod calibrate;
 mod cover;
+mod diff;
 mod make;
 mod mix;
 mod steps;
@@ -17,6 +19,8 @@ use fabkit_report::{escape, page_with_style};
 pub use viewer::{Model, Pressed, Rays, SeenRay};
 
 use crate::{Guide, Tool};
+
+pub use diff::Pairs;
 
 /// PNG files for the page, and the model.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +50,7 @@ td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.lon
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; margin: .4rem 0; } dt { color: var(--quiet); } dd { margin: 0; }
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
-.step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: .3rem 0; flex: 0 1 21rem; } .step ul { margin: 0; padding: 0; list-style: none; } .step input { transform: scale(1.3); margin-right: .6rem; }
+.step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: .3rem 0; flex: 0 1 21rem; } .typed pre, details pre { white-space: pre-wrap; margin: .2rem 0 .6rem; } .step ul { margin: 0; padding: 0; list-style: none; } .step input { transform: scale(1.3); margin-right: .6rem; }
 .known { display: block; color: var(--quiet); font-size: .85em; } td.word { min-width: 6rem; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
 @media print { nav { display: none; } .step { border-color: #999; } }
@@ -67,6 +71,7 @@ impl Guide {
         for step in &self.steps {
             self.step(&mut body, step, pictures);
         }
+        self.calibrating(&mut body);
         let cover = self.cover(&body, pictures);
         let section = pictures.model.as_ref().map_or(String::new(), Model::section);
         let script = pictures.model.as_ref().map_or(String::new(), |_| Model::script());

@@ -114,8 +114,8 @@ impl Guide {
         };
         let before = match (come(true), come(false)) {
             (coming, going) if coming.is_empty() && going.is_empty() => "before".to_owned(),
-            (coming, going) if going.is_empty() => format!("arrows: where {coming} go"),
-            (_, going) => format!("arrows: how {going} come off"),
+            (coming, going) if going.is_empty() => format!("on the way in: {coming}"),
+            (_, going) => format!("on the way off: {going}"),
         };
         let figure = |png: &Option<Vec<u8>>, words: &str| {
             png.as_ref().map_or(String::new(), |png| {

@@ -1,9 +1,12 @@
 //! What to check after a step, with a number: from the drawn bodies in their places.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
-use fabkit_checks::{Stage, Stand};
-use fabkit_geometry::{Aabb, Action, Body, CompiledSolid, Kind, Pose, Sensor, Step, Vector3};
+use fabkit_checks::{Came, Stage, Stand};
+use fabkit_geometry::{
+    Aabb, Action, Body, CompiledSolid, Kind, Point3, Pose, Ray, Scratch, Sensor, Step, Vector3,
+};
 use rayon::prelude::*;
 
 use crate::Mixed;
@@ -14,6 +17,12 @@ const FLUSH_MM: f64 = 0.05;
 
 /// Bodies whose boxes are this near touch each other, mm.
 const TOUCHING_MM: f64 = 0.1;
+
+/// Beside a body means so far from it, mm; chosen: past a fit's gap, not past a wall.
+const BESIDE_MM: [f64; 3] = [0.2, 0.5, 1.0];
+
+/// Places around it that are looked at.
+const AROUND: u32 = 180;
 
 /// Farther than any rim, mm.
 const FAR_MM: f64 = 1e6;
@@ -149,22 +158,38 @@ impl<'a> Measured<'a> {
 
     /// Where what was put in ends, against what it was put into.
     fn seats(&self, stage: &Stage) -> Vec<String> {
-        let mut standing: Vec<Stand> = stage.before.clone();
         let mut counts: Vec<(String, String, usize)> = Vec::new();
-        for came in &stage.coming {
-            if let (Some(out), Some(stand)) = (came.out, came.bodies.first())
+        self.seats_of(&stage.coming, stage.before.clone(), &mut counts);
+        let told = counts.into_iter().map(|(name, rest, count)| match count {
+            1 => format!("{name} {rest}"),
+            count => format!("each of {count} {name} {rest}"),
+        });
+        told.collect()
+    }
+
+    fn seats_of<'s>(
+        &self,
+        coming: &[Came<'s>],
+        mut standing: Vec<Stand<'s>>,
+        counts: &mut Vec<(String, String, usize)>,
+    ) {
+        for came in coming {
+            self.seats_of(&came.apart, Vec::new(), counts);
+            // Of what comes together, the part that the rest sits on.
+            let largest = came.bodies.iter().find(|stand| stand.body.is_made());
+            if let (Some(out), Some(stand)) = (came.out, largest.or(came.bodies.first()))
                 && let Some(beside) = self.beside(stand, &out, &standing)
-                && let (Some([_, end]), Some([_, face])) =
-                    (self.extent(stand, &out), self.extent(beside, &out))
+                && let (Some([_, end]), Some(face)) =
+                    (self.extent(stand, &out), self.face(beside, stand, &out))
             {
                 let (name, on) = (&stand.body.name, &beside.body.name);
                 let out_mm = end - face;
                 let rest = if out_mm.abs() < FLUSH_MM {
-                    format!("ends flush with {on}")
+                    format!("ends flush with {on} around it")
                 } else if out_mm > 0.0 {
-                    format!("stands {out_mm:.1} mm out of {on}")
+                    format!("stands {out_mm:.1} mm out of {on} around it")
                 } else {
-                    format!("ends {:.1} mm inside {on}", -out_mm)
+                    format!("ends {:.1} mm deep in {on}", -out_mm)
                 };
                 match counts.iter_mut().find(|(known, told, _)| known == name && *told == rest) {
                     Some((.., count)) => *count += 1,
@@ -173,11 +198,36 @@ impl<'a> Measured<'a> {
             }
             standing.extend(&came.bodies);
         }
-        let told = counts.into_iter().map(|(name, rest, count)| match count {
-            1 => format!("{name} {rest}"),
-            count => format!("each of {count} {name} {rest}"),
-        });
-        told.collect()
+    }
+
+    /// Where a body ends just beside another one, along a direction, mm.
+    fn face(&self, body: &Stand, around: &Stand, out: &Vector3<f64>) -> Option<f64> {
+        let solid = self.solids.get(body.body.name.as_str())?;
+        let inner = self.solids.get(around.body.name.as_str())?;
+        let inner = placed(&inner.bounds(), &around.assembly_from_body);
+        let [u, v] = across(out);
+        let [[u0, u1], [v0, v1]] = [shadow(&inner, &u), shadow(&inner, &v)];
+        let back = self.extent(body, out)?[0] - 1.0;
+        let pose = body.assembly_from_body.inverse();
+        let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
+        let mut highest: Option<f64> = None;
+        for beyond in BESIDE_MM {
+            let middle = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
+            let half = [0.5 * (u1 - u0) + beyond, 0.5 * (v1 - v0) + beyond];
+            for index in 0..AROUND {
+                // Along an ellipse through the middles of the box's sides: what is round is followed.
+                let (sin, cos) = (TAU * f64::from(index) / f64::from(AROUND)).sin_cos();
+                let place = u * (middle[0] + half[0] * cos) + v * (middle[1] + half[1] * sin);
+                let origin = Point3::from(place + out * back);
+                let ray = Ray { origin: pose.point(origin), direction: pose.vector(*out) };
+                solid.stretches_into(&ray, &mut scratch, &mut stretches);
+                for [_, leave] in &stretches {
+                    let end = back + leave;
+                    highest = Some(highest.map_or(end, |most| most.max(end)));
+                }
+            }
+        }
+        highest
     }
 
     /// What a body goes into or onto: of what it touches, the smallest part behind whose outline it disappears; else

@@ -1,0 +1,49 @@
+//! What changes from one design to another.
+
+use std::collections::BTreeMap;
+
+use fabkit_designs::Design;
+use fabkit_guide::{Change, Difference, Pairs, Side};
+use fabkit_text::Setting;
+use rayon::prelude::*;
+
+use crate::identity::design_hash;
+use crate::pictures::{PictureError, Shot, picture_of_body};
+use crate::progress::unwatched;
+
+/// Width and height of a part's picture, px.
+const PART_PX: [u32; 2] = [320, 240];
+
+/// From one design to another.
+pub fn difference(from: &Design, to: &Design) -> Difference {
+    let values = |design: &Design| -> Vec<(String, String)> {
+        let value = |setting: &Setting| (setting.path.clone(), setting.value.clone());
+        design.parameters.iter().map(value).collect()
+    };
+    let (values_from, values_to) = (values(from), values(to));
+    let (hash_from, hash_to) = (design_hash(from), design_hash(to));
+    let from = Side { sensor: &from.sensor, design_hash: &hash_from, parameters: &values_from };
+    let to = Side { sensor: &to.sensor, design_hash: &hash_to, parameters: &values_to };
+    Difference::between(from, to)
+}
+
+/// The difference as one page, parts of another shape side by side.
+///
+/// # Errors
+/// Bodies that cannot be drawn.
+pub fn page(from: &Design, to: &Design, difference: &Difference) -> Result<String, PictureError> {
+    let changed: Vec<&str> = difference
+        .of(Change::Changed)
+        .filter(|one| one.differs.contains(&"shape"))
+        .map(|one| one.name.as_str())
+        .collect();
+    let drawn = |design: &Design| -> Result<BTreeMap<String, Vec<u8>>, PictureError> {
+        let bodies = changed.par_iter().filter_map(|name| design.sensor.body(name));
+        let shot = Shot { size_px: PART_PX, section: false, from: None };
+        let draw = |body: &fabkit_geometry::Body| {
+            Ok((body.name.clone(), picture_of_body(body, shot, &unwatched)?))
+        };
+        bodies.map(draw).collect()
+    };
+    Ok(difference.to_html(&Pairs { from: drawn(from)?, to: drawn(to)? }))
+}

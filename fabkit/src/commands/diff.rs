@@ -1,0 +1,97 @@
+//! `fabkit diff A B`
+
+use std::fmt::Write;
+
+use fabkit_application::comparing;
+use fabkit_application::guide::{BodyChange, Change, Difference};
+use fabkit_application::source::Target;
+use fabkit_application::staging::{OutputFile, write_all};
+use serde_json::json;
+
+use super::Outcome;
+use crate::cli::Diff;
+use crate::failure::{ErrorKind, Failure};
+use crate::interrupt;
+use crate::roles::Roles;
+
+pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
+    let (from, to) = (Target::new(&args.from), Target::new(&args.to));
+    for part in [from.part, to.part].into_iter().flatten() {
+        let message = format!("whole sensors and fixtures are compared, not their {part}");
+        return Err(Failure::plain(ErrorKind::BadInput, message));
+    }
+    let roles = Roles::default().reads("FROM", from.files()).reads("TO", to.files());
+    roles.writes("-o", args.output.as_slice()).check()?;
+    let from = from.design(&args.set_from)?;
+    let to = to.design(&args.set_to)?;
+    let difference = comparing::difference(&from, &to);
+    let mut json = difference.to_json();
+    let mut text = told(&difference);
+    if let Some(path) = &args.output {
+        let page = comparing::page(&from, &to, &difference)?;
+        interrupt::begin_writing()?;
+        let name = path.file_name().ok_or_else(|| {
+            Failure::plain(ErrorKind::BadInput, format!("{}: no file's name", path.display()))
+        })?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let file =
+            OutputFile { name: name.to_string_lossy().into_owned(), bytes: page.into_bytes() };
+        write_all(folder.unwrap_or(".".as_ref()), &[file], &interrupt::requested)?;
+        json["file"] = json!(path.display().to_string());
+        let _ = writeln!(text, "{}", path.display());
+    }
+    Ok(Outcome { text, json, failed: false })
+}
+
+fn told(difference: &Difference) -> String {
+    let mut text = String::new();
+    for parameter in &difference.parameters {
+        let value = |value: &Option<String>| value.clone().unwrap_or("-".into());
+        let _ = writeln!(
+            text,
+            "{}: {} -> {}",
+            parameter.path,
+            value(&parameter.from),
+            value(&parameter.to)
+        );
+    }
+    let listed = |of: &mut dyn Iterator<Item = &BodyChange>, count: &dyn Fn(&BodyChange) -> u32| {
+        let names = of.map(|one| match count(one) {
+            1 => one.name.clone(),
+            count => format!("{count} {}", one.name),
+        });
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let besides = |kinds: &'static [&'static str]| {
+        let mut of =
+            difference.bodies.iter().filter(|one| one.besides > 0 && kinds.contains(&one.kind));
+        listed(&mut of, &|one| one.besides)
+    };
+    let rows = [
+        ("make", besides(&["part"])),
+        ("boards", besides(&["board"])),
+        ("cast", besides(&["layer"])),
+        ("buy", besides(&["component"])),
+        (
+            "reuse",
+            listed(&mut difference.of(Change::Same), &|one| one.quantity[0].min(one.quantity[1])),
+        ),
+        ("not needed", listed(&mut difference.of(Change::Removed), &|one| one.quantity[0])),
+        (
+            "steps",
+            difference
+                .steps
+                .iter()
+                .map(|step| format!("{} ({})", step.name, step.change.word()))
+                .collect::<Vec<_>>()
+                .join(", "),
+        ),
+    ];
+    for (what, list) in rows.iter().filter(|(_, list)| !list.is_empty()) {
+        let _ = writeln!(text, "{what:<11}{list}");
+    }
+    if text.is_empty() {
+        text = "no difference\n".into();
+    }
+    text
+}

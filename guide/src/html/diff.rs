@@ -1,0 +1,134 @@
+//! The page of a difference.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use fabkit_report::{escape, page_with_style};
+
+use super::{STYLE, image, name, table, word};
+use crate::{BodyChange, Change, Difference};
+
+/// PNG files of parts as they were and as they are to be, by name.
+#[derive(Clone, Debug, Default)]
+pub struct Pairs {
+    /// As they were.
+    pub from: BTreeMap<String, Vec<u8>>,
+    /// As they are to be.
+    pub to: BTreeMap<String, Vec<u8>>,
+}
+
+impl Difference {
+    /// The page.
+    pub fn to_html(&self, pictures: &Pairs) -> String {
+        let mut body = format!(
+            "<dl><dt>There is</dt><dd>{}</dd><dt>Wanted</dt><dd>{}</dd></dl>\n",
+            [&self.from.title, &self.from.name, &self.from.design_hash]
+                .map(|t| escape(t))
+                .join(", "),
+            [&self.to.title, &self.to.name, &self.to.design_hash].map(|t| escape(t)).join(", "),
+        );
+        self.besides(&mut body);
+        self.pictured(&mut body, pictures);
+        let same: Vec<&BodyChange> = self.of(Change::Same).collect();
+        body += "<h2>What can be used again</h2>\n";
+        body += &list(&same, "Nothing.");
+        let gone: Vec<&BodyChange> = self.of(Change::Removed).collect();
+        if !gone.is_empty() {
+            body += "<h2>What is not needed any more</h2>\n";
+            body += &list(&gone, "");
+        }
+        body += "<h2>Parameters that differ</h2>\n";
+        if self.parameters.is_empty() {
+            body += "<p>None.</p>\n";
+        } else {
+            let cell = |value: &Option<String>| word(value.as_deref().unwrap_or("-"));
+            let rows = self.parameters.iter();
+            let rows = rows.map(|p| name(&p.path) + &cell(&p.from) + &cell(&p.to));
+            body += &table(&["parameter", "is", "wanted"], 3, rows);
+        }
+        if !self.steps.is_empty() {
+            body += "<h2>Steps that differ</h2>\n";
+            let rows = self.steps.iter().map(|s| name(&s.name) + &word(s.change.word()));
+            body += &table(&["step", "change"], 2, rows);
+        }
+        let title = format!("From {} to {}", self.from.name, self.to.name);
+        page_with_style(&title, STYLE, &body)
+    }
+
+    fn besides(&self, body: &mut String) {
+        *body += "<h2>What to make, cast and buy besides</h2>\n";
+        let rows: Vec<String> = self
+            .bodies
+            .iter()
+            .filter(|one| one.besides > 0)
+            .map(|one| {
+                format!(
+                    "{}{}<td>{}</td>{}",
+                    name(&one.name),
+                    word(one.kind),
+                    one.besides,
+                    word(&why(one))
+                )
+            })
+            .collect();
+        if rows.is_empty() {
+            *body += "<p>Nothing.</p>\n";
+        } else {
+            *body += &table(&["what", "kind", "n", "why"], 2, rows.into_iter());
+        }
+    }
+
+    fn pictured(&self, body: &mut String, pictures: &Pairs) {
+        let changed = self.bodies.iter().filter(|one| one.differs.contains(&"shape"));
+        let mut shown = String::new();
+        for one in changed {
+            let (Some(from), Some(to)) = (pictures.from.get(&one.name), pictures.to.get(&one.name))
+            else {
+                continue;
+            };
+            let figure = |png: &[u8], words: &str| {
+                let alt = format!("{} as it {words}", one.name);
+                format!("<figure>{}<figcaption>{words}</figcaption></figure>", image(png, &alt))
+            };
+            let _ = writeln!(
+                shown,
+                "<section class=\"step\"><h3>{}</h3><div class=\"shots\">{}{}</div></section>",
+                escape(&one.name),
+                figure(from, "is"),
+                figure(to, "is wanted")
+            );
+        }
+        if !shown.is_empty() {
+            *body += "<h2>Parts of another shape</h2>\n";
+            *body += &shown;
+        }
+    }
+}
+
+/// Why a body is to be made or bought.
+fn why(one: &BodyChange) -> String {
+    match one.change {
+        Change::Added => "new".to_owned(),
+        Change::Changed => format!("another {}", one.differs.join(", ")),
+        Change::Same | Change::Removed => {
+            format!("{} instead of {}", one.quantity[1], one.quantity[0])
+        }
+    }
+}
+
+fn list(bodies: &[&BodyChange], nothing: &str) -> String {
+    if bodies.is_empty() {
+        return format!("<p>{nothing}</p>\n");
+    }
+    let rows = bodies.iter().map(|one| {
+        let was = one.was.as_ref().map_or(String::new(), |was| format!("was {was}"));
+        format!(
+            "{}{}<td>{}</td>{}",
+            name(&one.name),
+            word(one.kind),
+            one.quantity[0].max(one.quantity[1]),
+            word(&was)
+        )
+    });
+    table(&["what", "kind", "n", ""], 2, rows)
+}

@@ -21,6 +21,7 @@
 mod csv;
 mod html;
 mod lists;
+mod printing;
 mod timeline;
 
 use fabkit_checks::{Batch, batches};
@@ -29,6 +30,7 @@ use serde::Serialize;
 
 pub use html::Pictures;
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
+pub use printing::{Printing, Sliced};
 pub use timeline::{Stretch, Timeline};
 
 /// What a guide is asked for.

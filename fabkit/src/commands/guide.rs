@@ -2,6 +2,7 @@
 
 use fabkit_application::guiding;
 use fabkit_application::progress::Step;
+use fabkit_application::slicing;
 use fabkit_application::source::Target;
 use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
@@ -22,8 +23,13 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let outputs = guiding::FILES.map(|name| args.output.join(name));
     Roles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
     let design = target.design(&args.design.set)?;
+    let slicer = args.slice.then(slicing::find).transpose()?;
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
-    let guide = guiding::facts(&design, args.units).map_err(Failure::bug)?;
+    let mut guide = guiding::facts(&design, args.units).map_err(Failure::bug)?;
+    if let Some(slicer) = slicer {
+        let show = |step: Step| progress.show(step);
+        slicing::slice(&design, &mut guide, &slicer, &interrupt::requested, &show)?;
+    }
     let files = guiding::files(&design, &guide, &|step: Step| progress.show(step))?;
     drop(progress);
     interrupt::begin_writing()?;

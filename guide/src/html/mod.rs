@@ -4,6 +4,7 @@ mod buy;
 mod cover;
 mod make;
 mod mix;
+mod print;
 mod steps;
 mod time;
 
@@ -43,6 +44,7 @@ impl Guide {
         let mut body = String::new();
         self.purchases(&mut body);
         self.parts(&mut body, pictures);
+        self.prints(&mut body);
         self.mixtures(&mut body);
         self.times(&mut body);
         self.matrix(&mut body);

@@ -1,5 +1,7 @@
 //! How parts of filament are printed.
 
+use fabkit_report::escape;
+
 use super::{name, table, word};
 use crate::{Guide, Made, Printing};
 
@@ -13,41 +15,40 @@ impl Guide {
         }
         *body += "<h2 id=\"print\">How to print</h2>\n";
         let row = |(part, print): &(&Made, &Printing)| {
-            let [layers, _, _, _, supports, brim] = &print.reasons;
-            let brim_mm = match print.brim_mm {
+            let brim = match print.brim_mm {
                 0.0 => "none".to_owned(),
-                mm => format!("{mm} mm: {brim}"),
+                mm => format!("{mm} mm"),
             };
-            let support = if print.supports { "yes" } else { "no" };
+            let supports = if print.supports { "yes" } else { "no" };
             let mass = print.mass_g.map_or("not known".to_owned(), |g| format!("{g:.1} g"));
+            let time = duration(print.minutes);
             format!(
-                "{}{}{}{}{}<td>{}</td><td>{}</td><td>{} %</td><td>{}</td><td>{mass}</td><td>{}</td>",
+                "{}{}{}<td>{}</td><td>{} mm</td><td>{}</td><td>{} %</td><td>{supports}</td><td>{brim}</td>\
+                 <td class=\"as-one\">{time}</td><td>{mass}</td>",
                 name(&part.name),
                 word(&part.material),
-                word(&format!("{} mm: {layers}", print.layer_mm)),
-                word(&format!("{support}: {supports}")),
-                word(&brim_mm),
+                word(&print.from),
                 part.quantity,
+                print.layer_mm,
                 print.perimeters,
                 print.infill_percent,
-                duration(print.minutes),
-                print.from,
             )
         };
         let heads = [
             "part",
             "material",
-            "layers",
-            "supports",
-            "brim",
+            "time from",
             "n",
+            "layers",
             "perimeters",
             "infill",
+            "supports",
+            "brim",
             "time",
             "filament",
-            "from",
         ];
-        *body += &table(&heads, 5, printed.iter().map(row));
+        *body += &table(&heads, 3, printed.iter().map(row));
+        *body += &because(&printed);
         let sum = |of: &dyn Fn(&Printing) -> f64| -> f64 {
             printed.iter().map(|(part, print)| f64::from(part.quantity) * of(print)).sum()
         };
@@ -59,6 +60,33 @@ impl Guide {
             sum(&|print| print.filament_mm3) / 1000.0,
         );
     }
+}
+
+/// Each setting's reasons, with the parts that they are of.
+fn because(printed: &[(&Made, &Printing)]) -> String {
+    let names = ["layers", "perimeters", "solid layers", "infill", "supports", "brim"];
+    let mut text = String::from("<dl>\n");
+    for (i, setting) in names.into_iter().enumerate() {
+        let mut whys: Vec<(&str, Vec<&str>)> = Vec::new();
+        for (part, print) in printed {
+            let why = print.reasons[i].as_str();
+            match whys.iter_mut().find(|(known, _)| *known == why) {
+                Some((_, parts)) => parts.push(&part.name),
+                None => whys.push((why, vec![&part.name])),
+            }
+        }
+        let said = whys.iter().map(|(why, parts)| match parts.len() == printed.len() {
+            true => escape(why),
+            false => format!(
+                "{}: {}",
+                parts.iter().map(|p| escape(p)).collect::<Vec<_>>().join(", "),
+                escape(why)
+            ),
+        });
+        let said: Vec<String> = said.collect();
+        text += &format!("<dt>{setting}</dt><dd>{}</dd>\n", said.join("<br>"));
+    }
+    text + "</dl>\n"
 }
 
 /// `1 h 05 min`.

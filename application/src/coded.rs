@@ -18,6 +18,7 @@ use crate::reading::ReadError;
 use crate::rereading::RereadError;
 use crate::resumable::FolderError;
 use crate::scene::SceneError;
+use crate::slicing::SlicingError;
 use crate::source::SourceError;
 use crate::staging::StagingError;
 use crate::sweeping::SweepError;
@@ -130,6 +131,7 @@ pub fn about(error: &Error) -> About {
         Error::Source(error) => source(error),
         Error::Export(error) => export(error),
         Error::ExportFolder(error) => export_folder(error),
+        Error::Slicing(error) => About::of(slicing(error)),
         Error::Picture(error) => picture(error),
         Error::Verifier(error) => verifier(error),
         Error::Scene(error) => About::of(scene(error)),
@@ -328,5 +330,12 @@ fn reread(error: &RereadError) -> About {
         RereadError::OtherVersion(error) | RereadError::List(error) => folder(error),
         RereadError::NoList { folder, .. } => About::at("not_fabkits_folder", folder),
         RereadError::Io { folder, source } => system(folder, source, "file_unreadable"),
+    }
+}
+
+fn slicing(error: &SlicingError) -> &'static str {
+    match error {
+        SlicingError::NotFound | SlicingError::NoSuchSlicer(_) => "no_slicer",
+        _ => "slicing",
     }
 }

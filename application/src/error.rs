@@ -16,6 +16,7 @@ use crate::reading::ReadError;
 use crate::rereading::RereadError;
 use crate::resumable::FolderError;
 use crate::scene::SceneError;
+use crate::slicing::SlicingError;
 use crate::source::SourceError;
 use crate::staging::StagingError;
 use crate::sweeping::SweepError;
@@ -100,6 +101,8 @@ pub enum Error {
     Sweep(#[from] SweepError),
     /// A calibration that does not come about.
     Calibrating(#[from] CalibratingError),
+    /// Parts that no slicer slices.
+    Slicing(#[from] SlicingError),
     /// A folder that cannot be read again.
     Reread(#[from] RereadError),
     /// Several at once, of one kind; at least one.
@@ -141,6 +144,7 @@ impl Error {
             Self::Sample(error) => error,
             Self::Sweep(error) => error,
             Self::Calibrating(error) => error,
+            Self::Slicing(error) => error,
             Self::Reread(error) => error,
             Self::Several(errors) => errors.first()?,
             Self::Bug(_) => return None,

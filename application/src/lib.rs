@@ -63,6 +63,7 @@ pub mod rereading;
 pub mod resumable;
 pub mod scene;
 pub mod seeing;
+pub mod slicing;
 pub mod source;
 pub mod staging;
 pub mod sweeping;

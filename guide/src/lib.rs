@@ -29,6 +29,7 @@ mod extent;
 mod html;
 mod lists;
 mod outer;
+mod printing;
 mod shop;
 mod supplies;
 mod timeline;
@@ -44,6 +45,7 @@ pub use diff::{BodyChange, Change, DesignName, Difference, ParameterChange, Side
 pub use html::{Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
+pub use printing::{Printing, Sliced};
 pub use shop::{Figure, NoShop, Purchase, Shop, Use};
 pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};

@@ -6,6 +6,7 @@ use fabkit_geometry::measure::{MeasureError, ray_volume};
 use fabkit_geometry::{Assembly, Body, CompiledSolid, InvalidSolid, Kind, Order, Sensor, Unit};
 use serde::Serialize;
 
+use crate::printing::{Printing, printing};
 use crate::shop::{Purchase, Shop, share_kits};
 use crate::{Mixed, Request};
 
@@ -25,6 +26,9 @@ pub enum NoSuchPart {
         /// Why.
         source: InvalidSolid,
     },
+    /// A solid that no rule can be applied to.
+    #[error("{0}")]
+    Examined(String),
     /// A solid that has no volume.
     #[error("{body}: {source}")]
     Volume {
@@ -66,6 +70,8 @@ pub struct Made {
     pub volume_mm3: f64,
     /// Of one, solid through and through, g; `null` where nobody knows its material's density.
     pub mass_g: Option<f64>,
+    /// How it is printed, where it is made of filament.
+    pub print: Option<Printing>,
     /// What to mind.
     pub notes: Vec<String>,
     /// Numbers of the steps that need it.
@@ -131,6 +137,7 @@ pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, 
             .map_err(|source| NoSuchPart::Volume { body: body(), source })?;
         let (volume_mm3, bounds) = (volume.value_mm3, on_bed.bounds());
         let size = bounds.max - bounds.min;
+        let density = (request.density)(&part.material);
         Ok(Made {
             name: part.name.clone(),
             summary: part.summary.clone(),
@@ -140,7 +147,8 @@ pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, 
             quantity: quantity(part, request.units),
             size_mm: [size.x, size.y, size.z],
             volume_mm3,
-            mass_g: (request.density)(&part.material).map(|d| d * volume_mm3 / MM3_PER_CM3),
+            mass_g: density.map(|d| d * volume_mm3 / MM3_PER_CM3),
+            print: printing(sensor, part, &on_bed, volume_mm3, density)?,
             notes: part.notes.clone(),
             steps: steps_with(sensor, &part.name),
         })

@@ -64,6 +64,7 @@ def check_3mf(path: Path, names: list[str], design_hash: str) -> None:
     assert found["Application"].startswith("fabkit "), found
     assert found["DesignHash"] == design_hash, found
     assert found["Title"], found
+    assert model.HasPackageThumbnailAttachment(), f"{path.name}: no picture"
 
     items = model.GetBuildItems()
     in_file = []

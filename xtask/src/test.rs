@@ -25,6 +25,9 @@ const VIEWED: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tact
 /// Random variants that are made every time, always the same ones; more with `cargo xtask variants`.
 const VARIANTS: (u32, u64) = (100, 13);
 
+/// Parts whose 3MF files are sliced twice, with their settings and as told: small ones of several kinds.
+const SLICED: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-holder"];
+
 /// Programs that read what fabkit writes, from the system's packages.
 const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 
@@ -69,6 +72,10 @@ fn oracles(python: &Path) -> Result<(), String> {
     for consumer in CONSUMERS {
         if installed(consumer) {
             check(script("tests/python/consumers.py").args([consumer]).arg(&fabkit))?;
+            if consumer == "prusa-slicer" {
+                let mut settings = script("tests/python/consumers.py");
+                check(settings.arg("settings").arg(&fabkit).args(SLICED))?;
+            }
         } else {
             skip(consumer, "it is not installed; the system's packages have it")?;
         }

@@ -2,6 +2,7 @@
 
 use fabkit_application::guiding;
 use fabkit_application::progress::Step;
+use fabkit_application::slicing;
 use fabkit_application::source::Target;
 use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
@@ -23,13 +24,18 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     Roles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
     let project = target.project(&args.design.set)?;
     let design = target.design(&args.design.set)?;
+    let slicer = args.slice.then(slicing::find).transpose()?;
     let calibration = guiding::calibration(&project, target, &args.design.set);
     // Of pins that do not fit, their own guide and `check` tell.
     let calibration = calibration.ok().flatten();
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guiding::stages(&design).map_err(Failure::bug)?;
-    let guide =
+    let mut guide =
         guiding::facts(&design, &stages, calibration.as_ref(), args.units).map_err(Failure::bug)?;
+    if let Some(slicer) = slicer {
+        let show = |step: Step| progress.show(step);
+        slicing::slice(&design, &mut guide, &slicer, &interrupt::requested, &show)?;
+    }
     let files = guiding::files(&design, &stages, &guide, &|step: Step| progress.show(step))?;
     drop(progress);
     interrupt::begin_writing()?;

@@ -6,6 +6,7 @@ mod cover;
 mod diff;
 mod make;
 mod mix;
+mod print;
 mod steps;
 mod time;
 mod viewer;
@@ -62,6 +63,7 @@ impl Guide {
         let mut body = String::new();
         self.purchases(&mut body);
         self.parts(&mut body, pictures);
+        self.prints(&mut body);
         self.mixtures(&mut body);
         self.times(&mut body);
         self.matrix(&mut body);

@@ -39,7 +39,8 @@ dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; mar
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
 .step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .step input { transform: scale(1.3); margin-right: .6rem; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
-@media print { nav { display: none; } .step { border-color: #999; } }
+@page { margin: 14mm; }
+@media print { nav { display: none; } .step { border-color: #999; } .step img { max-height: 60mm; width: auto; } }
 ";
 
 impl Guide {

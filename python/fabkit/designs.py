@@ -277,7 +277,7 @@ class Design:
         return self._native.picture(None, assembly, exploded, section, seen_from, size_px)
 
     def page(self) -> str:
-        """Make one HTML page with a model to turn, cut and take apart: it opens from disk, without a network.
+        """Make one HTML page with a model to turn, cut and take apart; it needs no network.
 
         In a notebook, this is what a sensor or a fixture shows as.
 

@@ -1,5 +1,10 @@
 """Meshes as arrays."""
 
+import base64
+import io
+import json
+from html.parser import HTMLParser
+
 import numpy as np
 import pytest
 import trimesh
@@ -62,7 +67,8 @@ def test_notebooks_show_a_model_to_turn(rtac0):
     shown = _Frames()
     shown.feed(rtac0._repr_html_())
     (frame,) = shown.frames
-    assert frame["sandbox"] == "allow-scripts" and frame["title"] == rtac0.title
+    assert frame["sandbox"] == "allow-scripts"
+    assert frame["title"] == rtac0.title
     page = rtac0.page()
     assert frame["srcdoc"] == page
     data = json.loads(page.split('<script type="application/json">')[1].split("</script>")[0])
@@ -70,7 +76,8 @@ def test_notebooks_show_a_model_to_turn(rtac0):
     scene = trimesh.load(io.BytesIO(glb), file_type="glb")
     assert {*rtac0.layers} - {*scene.geometry} == set()
     # Rays end where the camera sees, and the surface is pressed in.
-    assert len(data["rays"]["rays"]) == 82 and "translucent-gel" in data["pressed"]["instead_of"]
+    assert len(data["rays"]["rays"]) == 82
+    assert "translucent-gel" in data["pressed"]["instead_of"]
 
 
 def test_notebooks_show_pictures(rtac0):

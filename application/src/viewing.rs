@@ -23,10 +23,12 @@ const PRESSED_DEG: [f64; 2] = [30.0, -45.0];
 const PRESSED_CHORD_MM: f64 = 0.01;
 /// How far a ray is drawn behind its last corner where it meets nothing, mm.
 const BEYOND_MM: f64 = 20.0;
+/// Most assemblies in a page: of a hundred halves of a dome, which differ in their protrusions alone, a few do.
+const MOST_ASSEMBLIES: usize = 8;
 /// Places between surface and deepest point that are asked for bodies.
 const ASKED: u32 = 20;
 
-/// All assemblies of a design, the one of pictures first, then in the order of the chain, with the rays of its
+/// Up to [`MOST_ASSEMBLIES`] assemblies of a design, the one of pictures first, then in the order of the chain, with the rays of its
 /// camera and its surface pressed in, where it has them.
 ///
 /// # Errors
@@ -53,6 +55,7 @@ fn assemblies(sensor: &Sensor) -> Vec<String> {
             found.push(name.to_owned());
         }
     }
+    found.truncate(MOST_ASSEMBLIES);
     found
 }
 

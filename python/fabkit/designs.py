@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 import os
@@ -189,12 +188,12 @@ class Design:
         return self.picture(size_px=(480, 360), exploded=True)
 
     def _repr_html_(self) -> str:
-        image = base64.b64encode(self._repr_png_()).decode()
         counts = f"{len(self.parts)} parts, {len(self.layers)} layers"
         counts += f", {len(self.components)} components"
         name, title = html.escape(self.name), html.escape(self.title)
         return (
-            f'<img src="data:image/png;base64,{image}" width="480" height="360" alt="{name}">'
+            f'<iframe srcdoc="{html.escape(self.page())}" sandbox="allow-scripts" title="{title}" '
+            'style="width: 100%; height: 46rem; border: 0"></iframe>'
             f"<p><b>{name}</b>: {title}<br>{counts}; design {self.design_hash[:16]}</p>"
         )
 
@@ -276,6 +275,17 @@ class Design:
         """
         seen_from = _arrays.view(view)
         return self._native.picture(None, assembly, exploded, section, seen_from, size_px)
+
+    def page(self) -> str:
+        """Make one HTML page with a model to turn, cut and take apart; it needs no network.
+
+        In a notebook, this is what a sensor or a fixture shows as.
+
+        >>> import fabkit
+        >>> fabkit.load("rtac0").page().startswith("<!DOCTYPE html>")
+        True
+        """
+        return self._native.page()
 
     def export(
         self,

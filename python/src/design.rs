@@ -13,7 +13,7 @@ use fabkit_application::exporting::ExportFailure;
 use fabkit_application::pictures::{self, PictureError, Shot};
 use fabkit_application::progress::unwatched;
 use fabkit_application::source::Source;
-use fabkit_application::{checks, designs, fixtures};
+use fabkit_application::{checks, designs, fixtures, viewing};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -224,6 +224,12 @@ impl Design {
             })
         })?;
         Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// One HTML page with its model.
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let design = Arc::clone(&self.design);
+        run(py, Interrupted::Leave, None, move |_| Ok(viewing::model(&design)?.to_html()))
     }
 
     /// Makes files in memory.

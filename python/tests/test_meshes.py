@@ -1,5 +1,10 @@
 """Meshes as arrays."""
 
+import base64
+import io
+import json
+from html.parser import HTMLParser
+
 import numpy as np
 import pytest
 import trimesh
@@ -46,10 +51,38 @@ def test_a_mesh_is_written_in_its_own_frame(rtac0, tmp_path):
         mesh.export(tmp_path / "base.obj")
 
 
+class _Frames(HTMLParser):
+    """What frames hold."""
+
+    def __init__(self):
+        super().__init__()
+        self.frames = []
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "iframe":
+            self.frames.append(dict(attrs))
+
+
+def test_notebooks_show_a_model_to_turn(rtac0):
+    shown = _Frames()
+    shown.feed(rtac0._repr_html_())
+    (frame,) = shown.frames
+    assert frame["sandbox"] == "allow-scripts"
+    assert frame["title"] == rtac0.title
+    page = rtac0.page()
+    assert frame["srcdoc"] == page
+    data = json.loads(page.split('<script type="application/json">')[1].split("</script>")[0])
+    glb = base64.b64decode(data["glb"])
+    scene = trimesh.load(io.BytesIO(glb), file_type="glb")
+    assert {*rtac0.layers} - {*scene.geometry} == set()
+    # Rays end where the camera sees, and the surface is pressed in.
+    assert len(data["rays"]["rays"]) == 82
+    assert "translucent-gel" in data["pressed"]["instead_of"]
+
+
 def test_notebooks_show_pictures(rtac0):
     png = b"\x89PNG\r\n\x1a\n"
     assert rtac0.parts["shell"]._repr_png_().startswith(png)
     assert rtac0._repr_png_().startswith(png)
-    assert "data:image/png;base64," in rtac0._repr_html_()
     truth = fabkit.depth.cast(rtac0, "semi-dome-017")
     assert truth._repr_png_().startswith(png)

@@ -222,5 +222,5 @@ async function printed(page, format, fault) {
     if (start !== end) fault(`${format}: ${names[number]} is cut between pages ${start} and ${end}`);
   }
   if (marked < 0.9 * count) fault(`${format}: ${marked} of ${count} marks were found in the PDF`);
-  return `${pages} pages, ${marked} pieces whole`;
+  return `${pages} pages, ${marked} pieces looked at`;
 }

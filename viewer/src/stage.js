@@ -1,8 +1,8 @@
 // The canvas: camera, light, turning with pointer, fingers and keys. A frame is drawn only when something changed.
 
 import {
-  Box3, Color, DirectionalLight, DoubleSide, FrontSide, HemisphereLight, OrthographicCamera, Raycaster, Scene, Sphere, Vector2, Vector3,
-  WebGLRenderer,
+  Box3, Color, DirectionalLight, DoubleSide, FrontSide, HemisphereLight, OrthographicCamera, Raycaster, Scene,
+  Sphere, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
@@ -45,12 +45,14 @@ export class Stage {
 
   /** Keeps all of a box in sight, from where one looks now. */
   frame(box) {
+    this.box = box;
     this.sphere = box.getBoundingSphere(new Sphere());
     const way = new Vector3().subVectors(this.camera.position, this.controls.target).normalize();
     this.controls.target.copy(this.sphere.center);
     this.camera.position.copy(this.sphere.center).addScaledVector(way, 4 * this.sphere.radius);
-    this.resize();
     this.controls.update();
+    this.camera.updateMatrixWorld();
+    this.resize();
   }
 
   /** From a side; flies there unless the reader's machine asks for less motion. */
@@ -64,8 +66,9 @@ export class Stage {
       this.camera.position.copy(target).addScaledVector(way.normalize(), 4 * this.sphere.radius);
       this.controls.target.copy(target);
       this.camera.zoom = this.camera.zoom + share * (1 - this.camera.zoom);
-      this.resize();
       this.controls.update();
+      this.camera.updateMatrixWorld();
+      this.resize();
     };
     if (!flies || matchMedia('(prefers-reduced-motion: reduce)').matches) return place(1);
     const begin = performance.now();
@@ -82,13 +85,24 @@ export class Stage {
     if (!this.sphere || width === 0 || height === 0) return;
     const drawn = this.renderer.getSize(new Vector2());
     if (drawn.x !== width || drawn.y !== height) this.renderer.setSize(width, height, false);
-    const half = (1.05 * this.sphere.radius) / Math.min(1, width / height);
+    const half = 1.1 * Math.max(...this.halves(width / height));
     Object.assign(this.camera, {
       left: (-half * width) / height, right: (half * width) / height, top: half, bottom: -half,
       near: 0, far: 8 * this.sphere.radius,
     });
     this.camera.updateProjectionMatrix();
     this.redraw();
+  }
+
+  /** How far the box reaches from the middle of the picture: up, and across as it would be up. */
+  halves(aspect) {
+    const { min, max } = this.box;
+    const inverse = this.camera.matrixWorldInverse.copy(this.camera.matrixWorld).invert();
+    const middle = this.sphere.center.clone().applyMatrix4(inverse);
+    const corners = Array.from({ length: 8 }, (_, i) => new Vector3(
+      i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z,
+    ).applyMatrix4(inverse).sub(middle));
+    return corners.map(({ x, y }) => Math.max(Math.abs(y), Math.abs(x) / aspect));
   }
 
   redraw() {

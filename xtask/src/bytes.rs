@@ -92,13 +92,23 @@ fn compared(
     Ok(())
 }
 
+/// Names of all built-in sensors.
 fn sensors(fabkit: &Path) -> Result<Vec<String>, String> {
+    Ok(sensors_and_fixtures(fabkit)?.into_iter().map(|(sensor, _)| sensor).collect())
+}
+
+/// All built-in sensors with the names of their fixtures.
+pub fn sensors_and_fixtures(fabkit: &Path) -> Result<Vec<(String, Vec<String>)>, String> {
     let output = Command::new(fabkit).args(["list", "--json"]).output();
     let output = output.map_err(|e| format!("cannot run fabkit: {e}"))?;
     let list: serde_json::Value =
         serde_json::from_slice(&output.stdout).map_err(|e| format!("fabkit list: {e}"))?;
     let sensors = list["sensors"].as_array().ok_or("fabkit list names no sensors")?;
-    Ok(sensors.iter().filter_map(|s| s["name"].as_str()).map(str::to_owned).collect())
+    let word = |value: &serde_json::Value| value.as_str().map(str::to_owned);
+    let fixtures = |s: &serde_json::Value| {
+        s["fixtures"].as_array().into_iter().flatten().filter_map(word).collect()
+    };
+    Ok(sensors.iter().filter_map(|s| Some((word(&s["name"])?, fixtures(s)))).collect())
 }
 
 /// A sensor and all its fixtures; and a data set, where it is pressed by halves.

@@ -10,6 +10,7 @@ mod faults;
 mod fuzz;
 mod light;
 mod lint;
+mod pages;
 mod python;
 mod python_package;
 mod real_captures;
@@ -46,6 +47,8 @@ Tasks:
                      Follow 50,000 pixels' rays of five sensors with NumPy, or three sensors' with Mitsuba 3,
                      and compare with what fabkit says they see
   opencv             Compare our corner detector with OpenCV's; needs OpenCV 4 with headers, and libclang
+  pages [DESIGN...]  Open the pages of `fabkit guide` in Chromium, of all designs or those that are named: the
+                     model, screens, paper, accessibility; build the viewer's bundle again and compare
   real-captures DIR  Calibrate the published captures of a real R-Tac0, hold the result to its limits
 ";
 
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         "faults" => faults::run(&env::args().skip(2).collect::<Vec<_>>()),
         "variants" => variants::run(&env::args().skip(2).collect::<Vec<_>>()),
         "light" => light::run(&env::args().skip(2).collect::<Vec<_>>()),
+        "pages" => pages::run(&env::args().skip(2).collect::<Vec<_>>()),
         "edits" => edits::run(),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),

@@ -1,0 +1,91 @@
+//! `cargo xtask pages`: the pages of `fabkit guide` in a real browser, and the viewer's bundle.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::bytes::sensors_and_fixtures;
+use crate::run::{built, check, exists, fabkit, root};
+
+/// What is opened in `cargo xtask test`: a sensor, a fixture, a flat sensor.
+const SAMPLE: [&str; 3] = ["rtac0", "rtac0/pin-dome", "9dtact"];
+
+/// The pages of all designs, or of those that are named.
+pub fn run(designs: &[String]) -> Result<(), String> {
+    let tools = Tools::find()?;
+    tools.bundle()?;
+    if designs.is_empty() {
+        let all = sensors_and_fixtures(&fabkit()?)?.into_iter().flat_map(|(sensor, fixtures)| {
+            let fixtures = fixtures.iter().map(|fixture| format!("{sensor}/{fixture}"));
+            fixtures.chain([sensor.clone()]).collect::<Vec<_>>()
+        });
+        return tools.judge(&all.collect::<Vec<_>>());
+    }
+    tools.judge(designs)
+}
+
+/// Programs from npm in the versions of `viewer/package-lock.json`, and a browser.
+pub struct Tools {
+    chromium: PathBuf,
+}
+
+impl Tools {
+    /// Installs what the lock names, unless it is there.
+    pub fn find() -> Result<Self, String> {
+        let chromium = ["chromium", "chromium-browser", "google-chrome"].map(PathBuf::from);
+        let chromium = chromium.into_iter().find(|program| exists(program));
+        let chromium =
+            chromium.ok_or("Chromium is not installed; the system's packages have it")?;
+        for program in ["node", "npm"] {
+            if !exists(Path::new(program)) {
+                return Err(format!("{program} is not installed; the system's packages have it"));
+            }
+        }
+        let written =
+            |path: &str| fs::metadata(viewer().join(path)).and_then(|m| m.modified()).ok();
+        if written("node_modules/.package-lock.json") < written("package-lock.json") {
+            let mut npm = Command::new("npm");
+            npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]);
+            check(npm.current_dir(viewer()))?;
+        }
+        Ok(Self { chromium })
+    }
+
+    /// Where gltf-validator is.
+    pub fn modules(&self) -> PathBuf {
+        viewer().join("node_modules")
+    }
+
+    /// The viewer that pages carry is what its sources make, byte by byte.
+    pub fn bundle(&self) -> Result<(), String> {
+        let folder = built("pages", "bundle");
+        check(Command::new("node").arg(viewer().join("build.js")).arg(&folder))?;
+        let read = |path: PathBuf| fs::read(&path).map_err(|e| format!("{}: {e}", path.display()));
+        let made = read(folder.join("viewer.js"))?;
+        if made == read(root().join("guide/src/viewer/viewer.js"))? {
+            return Ok(());
+        }
+        Err("guide/src/viewer/viewer.js is not what viewer/ makes: run `npm run build` there"
+            .into())
+    }
+
+    /// Opens the pages of a few designs.
+    pub fn sample(&self) -> Result<(), String> {
+        self.judge(&SAMPLE.map(str::to_owned))
+    }
+
+    fn judge(&self, designs: &[String]) -> Result<(), String> {
+        let fabkit = fabkit()?;
+        let folders: Vec<PathBuf> =
+            designs.iter().map(|design| built("pages", &design.replace('/', "-"))).collect();
+        for (design, folder) in designs.iter().zip(&folders) {
+            check(Command::new(&fabkit).args(["guide", design, "--quiet", "-o"]).arg(folder))?;
+        }
+        let script = viewer().join("check/pages.js");
+        check(Command::new("node").arg(script).arg(&self.chromium).args(&folders))
+    }
+}
+
+fn viewer() -> PathBuf {
+    root().join("viewer")
+}

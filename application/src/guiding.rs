@@ -2,11 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use fabkit_boards::{SIDES, svg};
 use fabkit_depth::RenderError;
 use fabkit_designs::Design;
-use fabkit_guide::{Guide, NoSuchPart, Pictures, Request};
+use fabkit_guide::{BoardArt, Guide, NoSuchPart, Pictures, Request};
 use fabkit_sweep::stock_density_g_per_cm3;
 
+use crate::exporting;
 use crate::identity::design_hash;
 use crate::pictures::{PictureError, Shot, default_assembly, picture_of_assembly, picture_of_body};
 use crate::progress::{OnProgress, Step, unwatched};
@@ -85,6 +87,7 @@ fn pictures(
         }
         count();
     }
+    pictures.boards = board_art(design);
     let bodies: BTreeMap<&str, _> = sensor.parts().map(|part| (part.name.as_str(), part)).collect();
     for part in &guide.made {
         let body = bodies[part.name.as_str()];
@@ -93,4 +96,19 @@ fn pictures(
         count();
     }
     Ok(pictures)
+}
+
+/// Both sides of each circuit board, or why it cannot be laid out.
+fn board_art(design: &Design) -> BTreeMap<String, BoardArt> {
+    let circuits = design.sensor.circuits.iter();
+    let etched = circuits.filter_map(|circuit| Some((circuit, circuit.board.clone()?)));
+    let art = etched.map(|(circuit, board)| {
+        let art = match exporting::board(&design.sensor, circuit) {
+            Ok(Some(layout)) => BoardArt::Drawn(SIDES.map(|side| svg(&layout, side))),
+            Ok(None) => BoardArt::Refused("its body is not part of the sensor".to_owned()),
+            Err(error) => BoardArt::Refused(error.to_string()),
+        };
+        (board, art)
+    });
+    art.collect()
 }

@@ -22,14 +22,16 @@ mod csv;
 mod html;
 mod lists;
 mod timeline;
+mod wiring;
 
 use fabkit_checks::{Batch, batches};
 use fabkit_geometry::{Action, Placement, Sensor, Step};
 use serde::Serialize;
 
-pub use html::Pictures;
+pub use html::{BoardArt, Pictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use timeline::{Stretch, Timeline};
+pub use wiring::{Wire, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
 
 /// What a guide is asked for.
 #[derive(Clone, Copy)]
@@ -69,6 +71,8 @@ pub struct Guide {
     pub mixes: Vec<Mixed>,
     /// What to do.
     pub steps: Vec<GuideStep>,
+    /// What is soldered and wired.
+    pub wiring: Vec<Wiring>,
     /// When, for one unit.
     pub timeline: Timeline,
 }
@@ -159,6 +163,7 @@ impl Guide {
             liquids: lists::liquids(&mixes),
             mixes,
             steps: sensor.chain.iter().enumerate().map(|(i, step)| told(sensor, i, step)).collect(),
+            wiring: wiring::wirings(sensor),
             timeline: Timeline::of(&sensor.chain),
         })
     }

@@ -14,7 +14,7 @@ impl Guide {
     /// The cover, with jumps to those parts of the page that there are.
     pub(super) fn cover(&self, page: &str, pictures: &Pictures) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
-        for jump in ["Buy", "Make", "Mix", "Time", "Steps"] {
+        for jump in ["Buy", "Make", "Wire", "Mix", "Time", "Steps"] {
             let id = jump.to_lowercase();
             if page.contains(&format!("id=\"{id}\"")) {
                 let _ = write!(body, "<a href=\"#{id}\">{jump}</a>");

@@ -6,6 +6,7 @@ mod make;
 mod mix;
 mod steps;
 mod time;
+mod wiring;
 
 use std::collections::BTreeMap;
 
@@ -24,6 +25,17 @@ pub struct Pictures {
     pub assemblies: BTreeMap<String, Vec<u8>>,
     /// Each part as it lies on the bed, by its name.
     pub parts: BTreeMap<String, Vec<u8>>,
+    /// Each circuit board, by its part's name.
+    pub boards: BTreeMap<String, BoardArt>,
+}
+
+/// A circuit board as it will look.
+#[derive(Clone, Debug)]
+pub enum BoardArt {
+    /// Upper and lower side as SVG.
+    Drawn([String; 2]),
+    /// Why there is none.
+    Refused(String),
 }
 
 /// Beside the report's: words to the left, steps with their pictures, one row or step never cut by paper's edge.
@@ -32,6 +44,7 @@ td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.lon
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; margin: .4rem 0; } dt { color: var(--quiet); } dd { margin: 0; }
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
+.board { display: flex; flex-wrap: wrap; gap: 1rem; } .board svg { max-width: 100%; height: auto; }
 .step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .step input { transform: scale(1.3); margin-right: .6rem; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
 @media print { nav { display: none; } .step { border-color: #999; } }
@@ -43,6 +56,7 @@ impl Guide {
         let mut body = String::new();
         self.purchases(&mut body);
         self.parts(&mut body, pictures);
+        self.wires(&mut body, pictures);
         self.mixtures(&mut body);
         self.times(&mut body);
         self.matrix(&mut body);

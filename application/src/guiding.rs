@@ -6,15 +6,19 @@ mod shots;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use fabkit_boards::{SIDES, svg};
 use fabkit_checks::{InvalidBody, Stage};
 use fabkit_designs::Design;
 use fabkit_designs::buying::{Articles, Role};
 use fabkit_geometry::Order;
-use fabkit_guide::{Calibration, Guide, NoSuchPart, Pictures, Request, Shop, StepPictures, Use};
+use fabkit_guide::{
+    BoardArt, Calibration, Guide, NoSuchPart, Pictures, Request, Shop, StepPictures, Use,
+};
 use fabkit_sweep::stock_density_g_per_cm3;
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::exporting;
 use crate::identity::design_hash;
 use crate::pictures::{PictureError, Shot, default_assembly, picture_of_assembly, picture_of_body};
 use crate::progress::{OnProgress, Step, unwatched};
@@ -137,7 +141,23 @@ fn pictures(
     Ok(Pictures {
         cover: Some(cover),
         model: Some(model),
+        boards: board_art(design),
         steps: steps.collect(),
         parts: parts.collect::<Result<_, PictureError>>()?,
     })
+}
+
+/// Both sides of each circuit board, or why it cannot be laid out.
+fn board_art(design: &Design) -> BTreeMap<String, BoardArt> {
+    let circuits = design.sensor.circuits.iter();
+    let etched = circuits.filter_map(|circuit| Some((circuit, circuit.board.clone()?)));
+    let art = etched.map(|(circuit, board)| {
+        let art = match exporting::board(&design.sensor, circuit) {
+            Ok(Some(layout)) => BoardArt::Drawn(SIDES.map(|side| svg(&layout, side))),
+            Ok(None) => BoardArt::Refused("its body is not part of the sensor".to_owned()),
+            Err(error) => BoardArt::Refused(error.to_string()),
+        };
+        (board, art)
+    });
+    art.collect()
 }

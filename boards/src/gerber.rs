@@ -1,5 +1,8 @@
 //! Gerber X2 (Ucamco's Gerber layer format specification) and XNC drill files.
 //!
+//! Attributes are written as the comments that the format gives for readers which do not know them (5.1.1 of the
+//! specification): gerbv warns of each `%TF` otherwise.
+//!
 //! Coordinates are those of the sensor's x and y, in mm with six decimals, seen from above on all layers.
 
 use std::fmt::Write;
@@ -64,7 +67,7 @@ impl Layer {
             format!("FileFunction,{function}"),
             format!("FilePolarity,{polarity}"),
         ] {
-            _ = writeln!(text, "%TF.{attribute}*%");
+            _ = writeln!(text, "G04 #@! TF.{attribute}*");
         }
         text += "%FSLAX46Y46*%\n%MOMM*%\n%LPD*%\nG01*\nG75*\n";
         Self { text, known: Vec::new(), attributes: Vec::new(), current: None }
@@ -75,7 +78,7 @@ impl Layer {
         let key = (template.to_owned(), function.to_owned());
         let index = self.known.iter().position(|known| *known == key).unwrap_or_else(|| {
             let number = self.known.len() + 10;
-            _ = writeln!(self.text, "%TA.AperFunction,{function}*%");
+            _ = writeln!(self.text, "G04 #@! TA.AperFunction,{function}*");
             if let Some(corners) = template.strip_prefix("outline ") {
                 _ = writeln!(
                     self.text,
@@ -84,7 +87,7 @@ impl Layer {
             } else {
                 _ = writeln!(self.text, "%ADD{number}{template}*%");
             }
-            self.text += "%TD*%\n";
+            self.text += "G04 #@! TD*\n";
             // That took the objects' attributes away, too.
             self.attributes.clear();
             self.known.push(key);
@@ -102,10 +105,10 @@ impl Layer {
             return;
         }
         if !self.attributes.is_empty() {
-            self.text += "%TD*%\n";
+            self.text += "G04 #@! TD*\n";
         }
         for attribute in attributes {
-            _ = writeln!(self.text, "%TO.{attribute}*%");
+            _ = writeln!(self.text, "G04 #@! TO.{attribute}*");
         }
         self.attributes = attributes.to_vec();
     }
@@ -162,6 +165,11 @@ impl Layer {
 
     pub fn end(mut self) -> Vec<u8> {
         self.about(&[]);
+        if self.known.is_empty() {
+            // An aperture and a move that draws nothing: without them, readers doubt that this is Gerber.
+            self.choose("C,0.1", "Other,none");
+            self.at([0.0; 2], "D02");
+        }
         self.text += "M02*\n";
         self.text.into_bytes()
     }

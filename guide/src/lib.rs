@@ -35,6 +35,7 @@ mod supplies;
 mod timeline;
 mod told;
 mod warnings;
+mod wiring;
 
 use fabkit_checks::{Batch, Stage, batches};
 use fabkit_geometry::{Action, Sensor};
@@ -42,7 +43,7 @@ use serde::Serialize;
 
 pub use calibration::{Calibration, Capture, FixtureNote, Typed};
 pub use diff::{BodyChange, Change, DesignName, Difference, ParameterChange, Side, StepChange};
-pub use html::{Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPictures};
+pub use html::{BoardArt, Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPictures};
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
 pub use printing::{Printing, Sliced};
@@ -50,6 +51,7 @@ pub use shop::{Figure, NoShop, Purchase, Shop, Use};
 pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};
 pub use warnings::Warning;
+pub use wiring::{Wire, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
 
 /// What a guide is asked for.
 #[derive(Clone, Copy)]
@@ -105,6 +107,8 @@ pub struct Guide {
     pub warnings: Vec<Warning>,
     /// What to do.
     pub steps: Vec<GuideStep>,
+    /// What is soldered and wired.
+    pub wiring: Vec<Wiring>,
     /// When, for one unit.
     pub timeline: Timeline,
     /// How it is calibrated; `null` of what is not.
@@ -231,6 +235,7 @@ impl Guide {
             warnings: warnings::warnings(sensor, &mixes, &timeline),
             mixes,
             steps,
+            wiring: wiring::wirings(sensor),
             timeline,
             calibration: request.calibration.cloned(),
         })

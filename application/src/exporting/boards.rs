@@ -15,28 +15,37 @@ pub struct FinishedBoard<'a> {
     pub layout: Layout,
 }
 
-/// Lays all boards of a sensor out, and looks whether each is what its circuit says.
+/// Lays the board of a circuit out, and looks whether it is what the circuit says; nothing for a circuit
+/// without a board of its own.
 ///
 /// # Errors
 /// [`BoardError`] for parts or tracks that find no room, and for what breaks a rule.
+pub fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Option<Layout>, BoardError> {
+    let Some(body) = circuit.board.as_deref().and_then(|name| sensor.body(name)) else {
+        return Ok(None);
+    };
+    let layout = lay_out(circuit, &BoardShape::of(body)?, &USUAL)?;
+    let found = check(&layout, circuit, &USUAL);
+    match found.split_first() {
+        None => Ok(Some(layout)),
+        Some((first, others)) => Err(BoardError::Broken {
+            board: body.name.clone(),
+            first: first.to_string(),
+            more: others.len(),
+        }),
+    }
+}
+
+/// All boards of a sensor.
+///
+/// # Errors
+/// As for [`board`].
 pub fn boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
-    let etched = sensor.circuits.iter().filter_map(|circuit| {
-        let body = circuit.board.as_deref().and_then(|name| sensor.body(name))?;
-        Some((circuit, body))
-    });
-    let finished = etched.map(|(circuit, body)| {
-        let layout = lay_out(circuit, &BoardShape::of(body)?, &USUAL)?;
-        let found = check(&layout, circuit, &USUAL);
-        match found.split_first() {
-            None => Ok(FinishedBoard { circuit, layout }),
-            Some((first, others)) => Err(BoardError::Broken {
-                board: body.name.clone(),
-                first: first.to_string(),
-                more: others.len(),
-            }),
-        }
-    });
-    finished.collect()
+    let finished = sensor
+        .circuits
+        .iter()
+        .map(|circuit| Ok(board(sensor, circuit)?.map(|layout| FinishedBoard { circuit, layout })));
+    finished.filter_map(Result::transpose).collect()
 }
 
 /// The files of all boards, each board's in a folder of its name.

@@ -27,7 +27,7 @@ use fabkit_geometry::{Body, Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
 use rayon::prelude::*;
 
-pub use self::boards::{FinishedBoard, boards};
+pub use self::boards::{FinishedBoard, board, boards};
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};

@@ -14,7 +14,7 @@ impl Guide {
     /// The cover, with jumps to those parts of the page that there are.
     pub(super) fn cover(&self, page: &str, pictures: &Pictures) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
-        for jump in ["Buy", "Make", "Print", "Mix", "Mind", "Time", "Wire", "Steps", "Calibrate"] {
+        for jump in ["Buy", "Make", "Print", "Wire", "Mix", "Mind", "Time", "Steps", "Calibrate"] {
             let id = jump.to_lowercase();
             if page.contains(&format!("id=\"{id}\"")) {
                 let _ = write!(body, "<a href=\"#{id}\">{jump}</a>");

@@ -10,6 +10,7 @@ mod print;
 mod steps;
 mod time;
 mod viewer;
+mod wiring;
 
 use std::collections::BTreeMap;
 
@@ -34,6 +35,8 @@ pub struct Pictures {
     pub parts: BTreeMap<String, Vec<u8>>,
     /// What the reader can turn.
     pub model: Option<Model>,
+    /// Each circuit board, by its part's name.
+    pub boards: BTreeMap<String, BoardArt>,
 }
 
 /// A step.
@@ -45,6 +48,15 @@ pub struct StepPictures {
     pub after: Option<Vec<u8>>,
 }
 
+/// A circuit board as it will look.
+#[derive(Clone, Debug)]
+pub enum BoardArt {
+    /// Upper and lower side as SVG.
+    Drawn([String; 2]),
+    /// Why there is none.
+    Refused(String),
+}
+
 /// Beside the report's: words to the left, steps with their pictures, one row or step never cut by paper's edge.
 const STYLE: &str = "
 td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.long { min-width: 15rem; } td img { width: 6rem; height: auto; display: block; }
@@ -53,6 +65,7 @@ dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; mar
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
 .step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: .3rem 0; flex: 0 1 21rem; } .typed pre, details pre { white-space: pre-wrap; margin: .2rem 0 .6rem; } .step ul { margin: 0; padding: 0; list-style: none; } .step input { transform: scale(1.3); margin-right: .6rem; }
 .known { display: block; color: var(--quiet); font-size: .85em; } td.word { min-width: 6rem; }
+.board { display: flex; flex-wrap: wrap; gap: 1rem; } .board svg { max-width: 100%; height: auto; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
 @page { margin: 14mm; }
 @media print { nav { display: none; } .step { border-color: #999; } .step img { max-height: 60mm; width: auto; } }
@@ -65,6 +78,7 @@ impl Guide {
         self.purchases(&mut body);
         self.parts(&mut body, pictures);
         self.prints(&mut body);
+        self.wires(&mut body, pictures);
         self.mixtures(&mut body);
         self.times(&mut body);
         self.matrix(&mut body);

@@ -8,6 +8,7 @@ use fabkit_camera::CameraEstimate;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_designs::Design;
 use fabkit_export::Manifest;
+use fabkit_guide::Calibration;
 
 use crate::exporting::{ExportFailure, Exported, ForeignFile};
 use crate::ground_truth::Viewpoint;
@@ -65,16 +66,21 @@ pub fn complete(
     Ok(has_file)
 }
 
-/// A guide's files with a list of contents of their own, for a folder of their own.
+/// A guide's files with a list of contents of their own, for a folder of their own; with
+/// [`guiding::calibration`] of the same design.
 ///
 /// # Errors
 /// Bodies that cannot be drawn or measured, as [`ExportFailure::Guide`].
-pub fn guide(design: &Design, progress: OnProgress) -> Result<Exported, ExportFailure> {
+pub fn guide(
+    design: &Design,
+    calibration: Option<&Calibration>,
+    progress: OnProgress,
+) -> Result<Exported, ExportFailure> {
     fn failed(source: impl std::error::Error) -> ExportFailure {
         ExportFailure::Guide { reason: source.to_string() }
     }
     let stages = guiding::stages(design).map_err(failed)?;
-    let facts = guiding::facts(design, &stages, 1).map_err(failed)?;
+    let facts = guiding::facts(design, &stages, calibration, 1).map_err(failed)?;
     let files = guiding::files(design, &stages, &facts, progress).map_err(failed)?;
     let sensor = &design.sensor;
     let manifest = Manifest {

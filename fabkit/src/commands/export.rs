@@ -10,6 +10,7 @@ use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness}
 use fabkit_application::exporting::{
     self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Format, Overwriting, WrittenExport,
 };
+use fabkit_application::guiding;
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::source::{self, Faults, Target};
 use fabkit_application::verifier::Verifier;
@@ -110,10 +111,15 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let mut guides = Vec::new();
     if args.all || args.guide {
         let progress = Progress::new(global, format!("drawing the guide of {}", args.sensor));
-        let guide = |design: &Design| packaging::guide(design, &|step| progress.show(step));
-        guides.push((PathBuf::from(GUIDE_FOLDER), guide(&design)?));
+        let project = target.project(&args.set)?;
+        let guide = |target: Target, design: &Design| {
+            let calibration = guiding::calibration(&project, target, &args.set).ok().flatten();
+            packaging::guide(design, calibration.as_ref(), &|step| progress.show(step))
+        };
+        guides.push((PathBuf::from(GUIDE_FOLDER), guide(target, &design)?));
         for (name, fixture) in &fixtures {
-            guides.push((Path::new(name).join(GUIDE_FOLDER), guide(fixture)?));
+            let target = Target { fixture: Some(name), ..target };
+            guides.push((Path::new(name).join(GUIDE_FOLDER), guide(target, fixture)?));
         }
     }
     let mut has_file = true;

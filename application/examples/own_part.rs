@@ -56,7 +56,7 @@ pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     println!("{}: {:.2} cm3", foot.summary, print.volume_mm3() / 1e3);
     let document = export::Document { title: "Bench: foot", design_hash: "" };
     let (name, material, color) = (&foot.name, &foot.material, foot.color);
-    let object = export::Object { name, material, color, mesh: &print };
+    let object = export::Object { name, material, color, mesh: &print, settings: None, about: "" };
     let file = |name: &str, bytes| staging::OutputFile { name: name.into(), bytes };
     let files = [
         file("foot.stl", export::stl(name, &print)?),

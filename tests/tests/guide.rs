@@ -6,8 +6,10 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use fabkit_application::guide::{Guide, Warning};
 use fabkit_application::guiding;
-use fabkit_designs::builtin_names;
+use fabkit_designs::{Design, builtin_names};
+use fabkit_geometry::Action;
 use fabkit_tests::{built, fabkit};
 use serde_json::Value;
 
@@ -31,6 +33,11 @@ fn text_of(html: &str) -> String {
     }
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     text.replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
+}
+
+fn facts(design: &Design, units: u32) -> Guide {
+    let stages = guiding::stages(design).unwrap();
+    guiding::facts(design, &stages, None, units).unwrap()
 }
 
 #[test]
@@ -87,6 +94,25 @@ fn names_counts_and_masses_are_those_of_the_design() {
             assert!((liquid["mass_g"].as_f64().unwrap() - mass_g).abs() < 1e-9);
         }
         assert!(liquids.is_empty());
+        // What is to be checked, minded and typed stands on the page as it stands in the document.
+        for step in guide["steps"].as_array().unwrap() {
+            for said in
+                ["checks", "tools"].into_iter().flat_map(|key| step[key].as_array().unwrap())
+            {
+                assert!(read.contains(said.as_str().unwrap()), "{target}: {said}");
+            }
+        }
+        for warning in guide["warnings"].as_array().unwrap() {
+            assert!(read.contains(warning["why"].as_str().unwrap()), "{target}: {warning}");
+        }
+        if let Some(outer) = guide["outer"].as_object() {
+            let size = outer["size_mm"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap());
+            let size: Vec<String> = size.map(|mm| format!("{mm:.1}")).collect();
+            assert!(read.contains(&size.join(" × ")), "{target}: {size:?}");
+        }
+        for typed in guide["calibration"]["commands"].as_array().into_iter().flatten() {
+            assert!(read.contains(typed["line"].as_str().unwrap()), "{target}: {typed}");
+        }
         // Nothing is fetched: what runs is in the page, the viewer and its data (whose texts name the addresses of
         // standards, and which a browser opens offline in `cargo xtask pages`).
         let scripts: Vec<&str> = page.split("<script").skip(1).collect();
@@ -157,8 +183,7 @@ fn tables(folder: &Path, guide: &Value) {
 fn more_units_take_more_of_what_stays_in_them() {
     for name in builtin_names() {
         let design = built(name, &[]);
-        let stages = guiding::stages(&design).unwrap();
-        let [one, three] = [1, 3].map(|units| guiding::facts(&design, &stages, units).unwrap());
+        let [one, three] = [1, 3].map(|units| facts(&design, units));
         let made = one.made.iter().zip(&three.made).map(|(a, b)| (&a.name, a.quantity, b.quantity));
         let bought = one.bought.iter().zip(&three.bought);
         let bought = bought.map(|(a, b)| (&a.name, a.quantity, b.quantity));
@@ -194,4 +219,145 @@ fn the_same_on_any_number_of_threads_and_whole_or_not_at_all() {
     let many = fabkit(root.path(), &["guide", "rtac0", "--units", "0", "-o", "no"]);
     assert_eq!(many.code, Some(2), "{many:?}");
     assert!(!root.path().join("no").exists());
+}
+
+fn of<'a>(guide: &'a Guide, rule: &str) -> Vec<&'a Warning> {
+    guide.warnings.iter().filter(|warning| warning.rule == rule).collect()
+}
+
+/// Takes a word out of every step.
+fn without(mut design: Design, word: &str) -> Design {
+    for step in &mut design.sensor.chain {
+        step.instruction = step.instruction.to_lowercase().replace(word, "");
+    }
+    design
+}
+
+/// Each rule speaks where it must, says who deals with it where somebody does, and else is silent.
+#[test]
+fn warnings_follow_from_what_touches_what() {
+    let [rtac0, fluidic, tactip] =
+        ["rtac0", "fluidic", "tactip"].map(|name| facts(&built(name, &[]), 1));
+    // Silicone in silicone molds: step 7 sprays them; without the word nobody does.
+    assert!(of(&rtac0, "release").iter().all(|w| w.dealt_with_in == Some(7)));
+    assert_eq!(of(&rtac0, "release").len(), 3);
+    let bare = facts(&without(built("rtac0", &[]), "release"), 1);
+    assert!(of(&bare, "release").iter().any(|w| w.dealt_with_in.is_none()));
+    assert!(of(&tactip, "release").is_empty());
+    // Plywood under platinum silicone, sealed in step 1.
+    assert!(of(&fluidic, "inhibition").iter().all(|w| w.dealt_with_in == Some(1)));
+    assert!(!of(&fluidic, "inhibition").is_empty() && of(&rtac0, "inhibition").is_empty());
+    let bare = facts(&without(built("fluidic", &[]), "lacquer"), 1);
+    assert!(of(&bare, "inhibition").iter().all(|w| w.dealt_with_in.is_none()));
+    // Primers.
+    assert!(of(&rtac0, "primer").iter().all(|w| w.dealt_with_in == Some(7)));
+    assert!(!of(&rtac0, "primer").is_empty() && of(&tactip, "primer").is_empty());
+    // PLA gives way at 55 degrees, and nothing is cured that warm unless somebody asks for it.
+    assert!(of(&rtac0, "heat").is_empty());
+    let mut hot = built("rtac0", &[]);
+    for step in &mut hot.sensor.chain {
+        if let Action::Pour(pour) = &mut step.action {
+            pour.cure.celsius = 60.0;
+        }
+    }
+    let hot = facts(&hot, 1);
+    assert!(of(&hot, "heat").iter().any(|w| w.why.contains("PLA gives way at 55 °C")));
+    // Sil-Poxy sets in five minutes; nothing else of these is so quick.
+    assert_eq!(of(&fluidic, "pot-life").len(), 2);
+    assert!(of(&rtac0, "pot-life").is_empty());
+    assert!(!of(&rtac0, "gloves").is_empty() && of(&tactip, "gloves").is_empty());
+    assert!(of(&tactip, "safety").iter().any(|w| w.why.contains("instant adhesive")));
+}
+
+/// Depths, sizes and directions are those of the parameters.
+#[test]
+fn checks_are_the_sizes_of_the_design() {
+    let guide = facts(&built("rtac0", &[]), 1);
+    let step = |name: &str| guide.steps.iter().find(|step| step.name == name).unwrap();
+    // The instruction says 3 mm below the rim; the module is 30 mm wide.
+    let cast = &step("cast-transparent-mold").checks;
+    assert!(cast.iter().any(|c| c.ends_with("ends 3.0 mm below the top of form-cup")), "{cast:?}");
+    let outer = guide.outer.as_ref().unwrap();
+    assert!((outer.size_mm[0] - 30.0).abs() < 1e-6, "{outer:?}");
+    assert!(outer.unweighed.contains(&"camera".to_owned()) && outer.mass_g > 10.0);
+    // LEDs go down onto their board, the base comes up into the shell.
+    let along = |step_name: &str, body: &str| {
+        let ways = &step(step_name).ways;
+        ways.iter().find(|way| way.bodies == [body]).unwrap().along
+    };
+    assert_eq!(along("mount-leds", "led"), [0.0, 0.0, -1.0]);
+    let base = step("focus").ways.iter().rev().find(|way| way.bodies.contains(&"base".into()));
+    assert_eq!(base.unwrap().along, [0.0, 0.0, 1.0]);
+    assert!(step("close").tools.contains(&"a PH0 screwdriver".to_owned()));
+    // A second unit waits for the mold, not for hands.
+    let three = facts(&built("rtac0", &[]), 3).timeline.units;
+    assert!(
+        three.waits_for.is_some()
+            && three.total_h > guide.timeline.total_h + 2.0 * three.apart_h - 1e-9
+    );
+}
+
+/// What the page says to type is what the command understands.
+#[test]
+fn commands_of_the_calibration_are_understood() {
+    let root = tempfile::tempdir().unwrap();
+    let set = "surface.radius=14mm";
+    let guide =
+        fabkit(root.path(), &["guide", "rtac0", "--set", set, "-o", "g", "--json"]).ok().json();
+    let calibration = &guide["calibration"];
+    let commands = texts(&calibration["commands"], "line");
+    assert_eq!(commands.len(), 7);
+    for line in commands {
+        assert!(line.contains(&format!("--set {set}")), "{line}");
+        let words: Vec<&str> = line.split(' ').filter(|word| !word.is_empty()).collect();
+        assert_eq!(words[0], "fabkit");
+        let run = fabkit(root.path(), &words[1..]);
+        // Pictures and camera are missing here; the words are not.
+        assert!(!run.stderr.contains("Usage:"), "{line}: {run:?}");
+    }
+    // Each picture has as many different holes as pins, all of them holes of the dome.
+    let captures = calibration["captures"].as_array().unwrap();
+    assert_eq!(captures.len(), 30);
+    for capture in captures {
+        let mut holes: Vec<u64> = capture["holes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|hole| hole.as_u64().unwrap())
+            .collect();
+        holes.dedup();
+        assert_eq!(holes.len(), 5, "{capture}");
+    }
+    let other = fabkit(root.path(), &["guide", "rtac0", "--language", "de", "-o", "no"]);
+    assert_eq!(other.code, Some(2), "{other:?}");
+}
+
+/// The same shape is used again, under another name too; what is wanted twice is bought once more.
+#[test]
+fn a_difference_names_what_is_used_again() {
+    let root = tempfile::tempdir().unwrap();
+    let diff = |words: &[&str]| {
+        let words: Vec<&str> = ["diff"].iter().chain(words).chain(&["--json"]).copied().collect();
+        fabkit(root.path(), &words).ok().json()
+    };
+    let body = |diff: &Value, name: &str| {
+        let bodies = diff["bodies"].as_array().unwrap();
+        bodies.iter().find(|body| body["name"] == name).unwrap().clone()
+    };
+    let none = diff(&["rtac0", "rtac0"]);
+    assert!(none["parameters"].as_array().unwrap().is_empty());
+    assert!(none["bodies"].as_array().unwrap().iter().all(|body| body["change"] == "same"));
+
+    let wider = diff(&["rtac0", "rtac0", "--set-to", "surface.radius=16mm", "-o", "page.html"]);
+    assert_eq!(body(&wider, "shell")["differs"], serde_json::json!(["shape"]));
+    assert_eq!(body(&wider, "camera")["change"], "same");
+    assert!(texts(&wider["parameters"], "path").contains(&"surface.radius"));
+    let page = fs::read_to_string(root.path().join("page.html")).unwrap();
+    assert!(page.matches("<img").count() >= 20 && text_of(&page).contains("shell"), "no pictures");
+
+    let route = diff(&["rtac0-published-2025", "rtac0"]);
+    assert_eq!(body(&route, "shell")["change"], "same");
+    assert_eq!(body(&route, "form-cup")["change"], "added");
+    assert_eq!(body(&route, "mold-transparent-gel-a")["change"], "removed");
+    assert_eq!(body(&route, "form-cup")["besides"], 2);
 }

@@ -90,8 +90,9 @@ fn told(difference: &Difference) -> String {
     for (what, list) in rows.iter().filter(|(_, list)| !list.is_empty()) {
         let _ = writeln!(text, "{what:<11}{list}");
     }
-    if text.is_empty() {
-        text = "no difference\n".into();
+    let is_same = difference.bodies.iter().all(|one| one.change == Change::Same);
+    match is_same && difference.parameters.is_empty() && difference.steps.is_empty() {
+        true => "no difference: all of it can be used again\n".into(),
+        false => text,
     }
-    text
 }

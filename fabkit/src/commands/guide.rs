@@ -49,12 +49,16 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     json["files"] = files.iter().map(file).collect();
     Ok(Outcome {
         text: format!(
-            "{folder}: {} files; open {}\n{made} parts to make, {bought} pieces to buy, {} mixes, {} steps in {} days\n",
+            "{folder}: {} files; open {}\n{made} parts to make, {bought} pieces to buy, {} mixes, {} steps{}\n",
             files.len(),
             outputs[0].display(),
             guide.mixes.len(),
             guide.steps.len(),
-            guide.timeline.days,
+            if guide.timeline.days == 0 {
+                String::new()
+            } else {
+                format!(" in {} days", guide.timeline.days)
+            },
         ),
         json,
         failed: false,

@@ -8,6 +8,7 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
+import validator from 'gltf-validator';
 import { chromium } from 'playwright-core';
 import { linksOf } from './pdf.js';
 import { differing } from './picture.js';
@@ -138,6 +139,9 @@ async function viewer(page, guide, fault, told) {
   await changes('picking a body', () => canvas.click({ position: { x: width / 2, y: height / 2 } }));
   if ((await page.locator('.viewer-told h3').count()) === 0) fault('a click tells nothing');
   await facts(page, guide, fault);
+  const data = JSON.parse(await page.locator('.viewer script').textContent());
+  const { issues } = await validator.validateBytes(new Uint8Array(Buffer.from(data.glb, 'base64')));
+  for (const { message, pointer } of issues.messages) fault(`gltf-validator: ${message} at ${pointer}`);
   const scenes = page.getByRole('combobox', { name: 'Show' });
   if ((await scenes.count()) > 0) {
     told.scenes = await scenes.locator('option').count();

@@ -61,7 +61,8 @@ pub enum BoardArt {
 const STYLE: &str = "
 td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.long { min-width: 15rem; } td img { width: 6rem; height: auto; display: block; }
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; margin: .4rem 0; } dt { color: var(--quiet); } dd { margin: 0; }
+dl { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: .2rem 1rem; margin: .4rem 0; min-width: 0; } dt { color: var(--quiet); } dd { margin: 0; overflow-wrap: anywhere; }
+@media (max-width: 30rem) { dl { grid-template-columns: minmax(0, 1fr); gap: 0; } dd { margin: 0 0 .4rem; } }
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
 .step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: .3rem 0; flex: 0 1 21rem; } .typed pre, details pre { white-space: pre-wrap; margin: .2rem 0 .6rem; } .step ul { margin: 0; padding: 0; list-style: none; } .step input { transform: scale(1.3); margin-right: .6rem; }
 .known { display: block; color: var(--quiet); font-size: .85em; } td.word { min-width: 6rem; }

@@ -3,7 +3,7 @@
 use fabkit_checks::print_settings;
 use fabkit_designs::Design;
 use fabkit_geometry::{Body, Process};
-use fabkit_tests::{builtin_designs, builtin_fixtures, sampled};
+use fabkit_tests::{built, builtin_designs, builtin_fixtures, sampled};
 
 /// The number before the words, for example `0.12` of `parting face up, 0.12 mm layers`.
 fn before<'a>(note: &'a str, words: &str) -> Option<&'a str> {
@@ -64,4 +64,35 @@ fn notes_say_what_slicers_are_told() {
         }
     }
     assert!(said.iter().all(|count| *count > 0), "{said:?}");
+}
+
+/// A file's processes go before notes and rules.
+#[test]
+fn owners_say_how_their_printers_are_told() {
+    let yaml = "format: 1\nextends: rtac0\nname: mine\ntitle: Mine\nprocesses:\n  strong:\n    kind: fdm\n    \
+                layer_height: 0.16 mm\n    perimeters: 6\n    infill: 0.4\n    supports: true\n    brim: 3 mm\n\
+                parts:\n  shell: {process: strong}\n";
+    let design = fabkit_designs::load("mine.yaml", yaml, &[], &["fixtures"]).unwrap();
+    let told = |name: &str| {
+        let part = design.sensor.body(name).unwrap();
+        print_settings(&design.sensor, part).unwrap().unwrap()
+    };
+    let shell = told("shell");
+    assert_eq!(
+        (shell.layer_mm.value, shell.perimeters.value, shell.solid_layers.value),
+        (0.16, 6, 5)
+    );
+    assert_eq!(
+        (shell.infill_percent.value, shell.supports.value, shell.brim_mm.value),
+        (40.0, true, 3.0)
+    );
+    assert_eq!(shell.infill_percent.why, "as the process strong says");
+    assert_eq!(told("base").perimeters.value, 3);
+    // What is told to slicers is part of the design.
+    let plain = built("rtac0", &[]);
+    let paths = |design: &Design| -> Vec<String> {
+        design.parameters.iter().map(|setting| setting.path.clone()).collect()
+    };
+    assert!(paths(&design).contains(&"processes.strong.infill".to_owned()), "{:?}", paths(&design));
+    assert!(!paths(&plain).iter().any(|path| path.starts_with("processes.")));
 }

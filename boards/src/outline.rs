@@ -21,6 +21,9 @@ pub struct BoardShape {
     pub edge: Vec<Point>,
     /// The holes that are milled or drilled, as short lines, in the order of the profile.
     pub holes: Vec<Vec<Point>>,
+    /// Radius of the outline where it is a circle about the axis, mm.
+    circle_mm: Option<f64>,
+    round_holes: Vec<Option<RoundHole>>,
 }
 
 /// A hole that is a circle.
@@ -55,7 +58,11 @@ impl BoardShape {
                 Solid::Extrusion(one) => {
                     let edge = flat(&one.profile.outer);
                     let holes = one.profile.holes.iter().map(flat).collect();
+                    let outer =
+                        circle(&one.profile.outer).filter(|circle| circle.at_mm == [0.0; 2]);
                     return Ok(Self {
+                        circle_mm: outer.map(|circle| circle.diameter_mm / 2.0),
+                        round_holes: one.profile.holes.iter().map(circle).collect(),
                         name: body.name.clone(),
                         profile: one.profile.clone(),
                         thickness_mm: one.height_mm,
@@ -70,44 +77,36 @@ impl BoardShape {
 
     /// The hole of that number, if it is a circle.
     pub fn round_hole(&self, index: usize) -> Option<RoundHole> {
-        let path = self.profile.holes.get(index)?;
-        let mut centres = path.segments.iter().map(|segment| match segment {
-            Segment::Arc { centre, .. } => Some(*centre),
-            _ => None,
-        });
-        let at_mm = centres.next()??;
-        if !centres.all(|centre| centre == Some(at_mm)) {
-            return None;
-        }
-        let [x, y] = path.start;
-        Some(RoundHole { at_mm, diameter_mm: 2.0 * (x - at_mm[0]).hypot(y - at_mm[1]) })
-    }
-
-    /// Outline and holes, each as short lines.
-    pub fn loops(&self) -> impl Iterator<Item = &Vec<Point>> {
-        std::iter::once(&self.edge).chain(&self.holes)
+        *self.round_holes.get(index)?
     }
 
     /// Distance of a shape from the nearest edge, mm; less than 0 where it is not on the board.
     pub fn distance_inside(&self, shape: &Shape) -> f64 {
-        let nearest =
-            self.loops().flat_map(|one| lines(one)).map(|edge| shape.distance_to_line(edge));
-        let nearest = nearest.fold(f64::INFINITY, f64::min);
-        if shape.corners().iter().all(|corner| self.contains(*corner)) {
-            nearest
-        } else {
-            -nearest.abs() - 2.0 * shape.radius_mm()
-        }
+        let to_lines = |points: &[Point]| {
+            lines(points).map(|edge| shape.distance_to_line(edge)).fold(f64::INFINITY, f64::min)
+        };
+        let corners = shape.corners();
+        let outer = match self.circle_mm {
+            Some(radius) => {
+                let far = corners.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max);
+                radius - far - shape.radius_mm()
+            }
+            None if corners.iter().all(|p| is_within(&self.edge, *p)) => to_lines(&self.edge),
+            None => -to_lines(&self.edge).abs() - 2.0 * shape.radius_mm(),
+        };
+        let hole = |(index, points): (usize, &Vec<Point>)| match self.round_hole(index) {
+            Some(hole) => shape.distance_to_point(hole.at_mm) - hole.diameter_mm / 2.0,
+            None if corners.iter().any(|p| is_within(points, *p)) => {
+                -to_lines(points).abs() - 2.0 * shape.radius_mm()
+            }
+            None => to_lines(points),
+        };
+        self.holes.iter().enumerate().map(hole).fold(outer, f64::min)
     }
 
     /// Distance of a point from the nearest edge, mm; less than 0 where it is not on the board.
     pub fn distance_inside_of_point(&self, p: Point) -> f64 {
         self.distance_inside(&Shape::disc(p, 0.0))
-    }
-
-    /// Whether there is board at a point.
-    pub fn contains(&self, p: Point) -> bool {
-        is_within(&self.edge, p) && !self.holes.iter().any(|hole| is_within(hole, p))
     }
 
     /// Greatest distance of the outline from the axis, mm.
@@ -117,13 +116,24 @@ impl BoardShape {
 
     /// Inner and outer radius, mm, where outline and its first hole are circles about the axis.
     pub fn annulus_mm(&self) -> Option<[f64; 2]> {
-        let outer =
-            self.profile.outer.segments.iter().all(
-                |segment| matches!(segment, Segment::Arc { centre, .. } if *centre == [0.0; 2]),
-            );
         let bore = self.round_hole(0)?;
-        (outer && bore.at_mm == [0.0; 2]).then(|| [bore.diameter_mm / 2.0, self.reach_mm()])
+        let outer = self.circle_mm?;
+        (bore.at_mm == [0.0; 2]).then_some([bore.diameter_mm / 2.0, outer])
     }
+}
+
+/// A path of arcs about one middle.
+fn circle(path: &Path) -> Option<RoundHole> {
+    let mut centres = path.segments.iter().map(|segment| match segment {
+        Segment::Arc { centre, .. } => Some(*centre),
+        _ => None,
+    });
+    let at_mm = centres.next()??;
+    if !centres.all(|centre| centre == Some(at_mm)) {
+        return None;
+    }
+    let [x, y] = path.start;
+    Some(RoundHole { at_mm, diameter_mm: 2.0 * (x - at_mm[0]).hypot(y - at_mm[1]) })
 }
 
 /// The lines of a closed loop.

@@ -1,10 +1,11 @@
 //! Tracks: for each net the cheapest way from what is connected to what is not, over the grid of both sides.
 //!
-//! A net that finds no way goes first in the next try; the order alone changes, so that the same board comes
-//! out everywhere. Distances are kept for whole pieces between points, not at the points alone.
+//! A net that finds no way takes one through others' tracks, as few and as seldom moved ones as it can; those are
+//! laid anew. The order of the circuit alone decides, so that the same board comes out everywhere. Distances are
+//! kept for whole pieces between points, not at the points alone.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, VecDeque};
 
 use fabkit_geometry::Circuit;
 
@@ -14,8 +15,11 @@ use crate::rules::width_for_mm;
 use crate::shapes::{Point, Shape};
 use crate::{BoardError, Rules};
 
-/// Orders that are tried.
-const TRIES: usize = 24;
+/// Nets that are laid, again and again, at most, for each net.
+const TRIES: usize = 25;
+/// What it costs to go where another net's track is, um of track for each point, and more with the square of
+/// how often this net has moved already.
+const MOVED_COST: u64 = 400;
 /// What a via costs, as a length of track, um.
 const VIA_COST: u64 = 1_500;
 /// Between a via and an opening of the mask, mm.
@@ -40,37 +44,45 @@ pub(crate) fn route(
     let router = Router { grid, inside_mm, rules };
     let width = |net: usize| usual_mm.max(width_for_mm(circuit.nets[net].current_a, rules));
     let pins = |net: &usize| layout.pads.iter().filter(|pad| pad.net == Some(*net)).count();
+    layout.tracks.clear();
+    layout.vias.clear();
     let mut order: Vec<usize> = (0..layout.nets.len()).filter(|net| pins(net) > 1).collect();
     // Short ones first: they have no other way.
     order.sort_by_key(|net| (pins(net), *net));
-    let mut failed = None;
-    for _ in 0..TRIES {
-        layout.tracks.clear();
-        layout.vias.clear();
-        let stuck = order.iter().position(|net| match router.net(layout, *net, width(*net)) {
-            Ok((tracks, vias)) => {
-                layout.tracks.extend(tracks);
-                layout.vias.extend(vias);
-                false
+    let mut moved = vec![0; layout.nets.len()];
+    let mut queue: VecDeque<usize> = order.iter().copied().collect();
+    for _ in 0..TRIES * order.len() {
+        let Some(net) = queue.pop_front() else { return Ok(()) };
+        let free = router.net(layout, net, width(net), None);
+        let (tracks, vias) = match free {
+            Ok(laid) => laid,
+            Err(_) => {
+                let laid = router.net(layout, net, width(net), Some(&moved));
+                let no_way = |from| BoardError::NoWay {
+                    board: layout.board.name.clone(),
+                    net: layout.nets[net].clone(),
+                    from,
+                    width_mm: width(net),
+                    clearance_mm: rules.clearance_mm,
+                };
+                laid.map_err(no_way)?
             }
-            Err(pin) => {
-                failed = Some((*net, pin));
-                true
-            }
-        });
-        match stuck {
-            None => return Ok(()),
-            Some(place) => {
-                let net = order.remove(place);
-                order.insert(0, net);
-            }
+        };
+        for other in router.in_the_way(layout, net, &tracks, &vias) {
+            moved[other] += 1;
+            layout.tracks.retain(|track| track.net != other);
+            layout.vias.retain(|via| via.net != other);
+            queue.push_back(other);
         }
+        layout.tracks.extend(tracks);
+        layout.vias.extend(vias);
     }
-    let (net, from) = failed.expect("the last try failed");
+    let Some(net) = queue.front().copied() else { return Ok(()) };
+    let alone = layout.pads.iter().find(|pad| pad.net == Some(net));
     Err(BoardError::NoWay {
         board: layout.board.name.clone(),
         net: layout.nets[net].clone(),
-        from,
+        from: alone.map_or(String::new(), |pad| format!("{} pin {}", pad.part, pad.pin)),
         width_mm: width(net),
         clearance_mm: rules.clearance_mm,
     })
@@ -82,6 +94,8 @@ struct Barred {
     track: [Vec<bool>; 2],
     /// Where no via may be.
     via: Vec<bool>,
+    /// What it costs more to go there, um, by side.
+    more: [Vec<u64>; 2],
 }
 
 impl Router<'_> {
@@ -90,7 +104,8 @@ impl Router<'_> {
         clear_mm.hypot(self.grid.step_mm / 2.0)
     }
 
-    fn barred(&self, layout: &Layout, net: usize, width_mm: f64) -> Barred {
+    /// What is barred; others' tracks only cost more where it is known how often each net has moved.
+    fn barred(&self, layout: &Layout, net: usize, width_mm: f64, moved: Option<&[u64]>) -> Barred {
         let rules = self.rules;
         let edge = self.apart_mm(rules.edge_mm + width_mm / 2.0);
         let near_edge: Vec<bool> = self.inside_mm.iter().map(|inside| *inside < edge).collect();
@@ -98,6 +113,7 @@ impl Router<'_> {
         let mut barred = Barred {
             track: [near_edge.clone(), near_edge],
             via: self.inside_mm.iter().map(|inside| *inside < via_edge).collect(),
+            more: [vec![0; self.grid.points.len()], vec![0; self.grid.points.len()]],
         };
         let track_mm = self.apart_mm(rules.clearance_mm + width_mm / 2.0);
         let via_mm = rules.clearance_mm + rules.via_mm / 2.0;
@@ -118,6 +134,21 @@ impl Router<'_> {
             let via_mm = if is_foreign { via_mm.max(open) } else { open };
             bar(&pad.shape, &[side(pad.side)], is_foreign, via_mm);
         }
+        if let Some(moved) = moved {
+            for track in layout.tracks.iter().filter(|track| track.net != net) {
+                self.add(
+                    &mut barred,
+                    &track.shape(),
+                    &[side(track.side)],
+                    track_mm,
+                    moved[track.net],
+                );
+            }
+            for via in layout.vias.iter().filter(|via| via.net != net) {
+                self.add(&mut barred, &via.shape(), &[0, 1], track_mm, moved[via.net]);
+            }
+            return barred;
+        }
         for track in layout.tracks.iter().filter(|track| track.net != net) {
             bar(&track.shape(), &[side(track.side)], true, via_mm);
         }
@@ -131,14 +162,65 @@ impl Router<'_> {
         barred
     }
 
+    fn add(&self, barred: &mut Barred, shape: &Shape, sides: &[usize], apart_mm: f64, moved: u64) {
+        self.grid.near(shape, apart_mm, |i| {
+            if shape.distance_to_point(self.grid.points[i]) < apart_mm {
+                sides
+                    .iter()
+                    .for_each(|side| barred.more[*side][i] += MOVED_COST * (1 + moved).pow(2));
+            }
+        });
+    }
+
+    /// Other nets that new tracks and vias come too near to.
+    fn in_the_way(
+        &self,
+        layout: &Layout,
+        net: usize,
+        tracks: &[Track],
+        vias: &[Via],
+    ) -> BTreeSet<usize> {
+        let rules = self.rules;
+        let copper = |tracks: &[Track], vias: &[Via]| -> Vec<(Option<usize>, Shape, usize, f64)> {
+            let tracks =
+                tracks.iter().map(|track| (Some(side(track.side)), track.shape(), track.net, 0.0));
+            let vias = vias.iter().map(|via| (None, via.shape(), via.net, via.drill_mm));
+            tracks.chain(vias).collect()
+        };
+        let new = copper(tracks, vias);
+        let there = copper(&layout.tracks, &layout.vias);
+        let mut near = BTreeSet::new();
+        for (side, shape, other, drill_mm) in there.iter().filter(|one| one.2 != net) {
+            let meets =
+                |(new_side, new_shape, _, new_drill): &(Option<usize>, Shape, usize, f64)| {
+                    let is_apart = matches!((side, new_side), (Some(a), Some(b)) if a != b);
+                    let ring = |shape: &Shape, drill: f64| shape.radius_mm() - drill / 2.0;
+                    let holes = match *drill_mm > 0.0 && *new_drill > 0.0 {
+                        true => {
+                            rules.hole_to_hole_mm
+                                - ring(shape, *drill_mm)
+                                - ring(new_shape, *new_drill)
+                        }
+                        false => 0.0,
+                    };
+                    !is_apart && shape.distance(new_shape) < rules.clearance_mm.max(holes)
+                };
+            if !near.contains(other) && new.iter().any(meets) {
+                near.insert(*other);
+            }
+        }
+        near
+    }
+
     /// Tracks and vias of one net; the pin that stays alone if there is no way.
     fn net(
         &self,
         layout: &Layout,
         net: usize,
         width_mm: f64,
+        moved: Option<&[u64]>,
     ) -> Result<(Vec<Track>, Vec<Via>), String> {
-        let barred = self.barred(layout, net, width_mm);
+        let mut barred = self.barred(layout, net, width_mm, moved);
         let count = self.grid.points.len();
         let pads: Vec<_> = layout.pads.iter().filter(|pad| pad.net == Some(net)).collect();
         // The points of each pad.
@@ -170,7 +252,15 @@ impl Router<'_> {
             tree.extend(more.chain(way.iter().copied()));
             tree.sort_unstable();
             tree.dedup();
+            let laid = vias.len();
             self.lay(&way, net, width_mm, &mut tracks, &mut vias);
+            for via in &vias[laid..] {
+                let apart = self.rules.hole_to_hole_mm + self.rules.via_drill_mm;
+                self.grid.near(&Shape::disc(via.at_mm, 0.0), apart, |i| {
+                    let [x, y] = self.grid.points[i];
+                    barred.via[i] |= (x - via.at_mm[0]).hypot(y - via.at_mm[1]) < apart;
+                });
+            }
         }
         Ok((tracks, vias))
     }
@@ -214,10 +304,10 @@ impl Router<'_> {
             for beside in self.grid.beside(point).filter(|to| !barred.track[side][*to]) {
                 let to = self.grid.points[beside];
                 let length = ((to[0] - at[0]).hypot(to[1] - at[1]) * 1e3).round() as u64;
-                step(side * count + beside, length);
+                step(side * count + beside, length + barred.more[side][beside]);
             }
             if !barred.via[point] && !barred.track[1 - side][point] {
-                step((1 - side) * count + point, VIA_COST);
+                step((1 - side) * count + point, VIA_COST + barred.more[1 - side][point]);
             }
         }
         None

@@ -39,7 +39,9 @@ fn is_standard(text: &str) -> bool {
 fn every_piece_liquid_stock_and_supply_can_be_ordered() {
     let mut articles = BTreeSet::new();
     for design in builtin_designs().into_iter().chain(builtin_fixtures()) {
-        let (name, guide) = (&design.sensor.name, guiding::facts(&design, 3).unwrap().to_json());
+        let stages = guiding::stages(&design).unwrap();
+        let guide = guiding::facts(&design, &stages, None, 3).unwrap().to_json();
+        let name = &design.sensor.name;
         let mut sum_eur = 0.0;
         for (thing, order) in orders(&guide) {
             let at = format!("{name}: {thing}: {order}");

@@ -62,6 +62,7 @@ fn oracles(python: &Path) -> Result<(), String> {
     check(script("tests/python/check_files.py").arg(&fabkit))?;
     check(script("tests/python/check_contracts.py").arg(&fabkit))?;
     check(script("tests/python/check_glb.py").arg(&fabkit).args(VIEWED))?;
+    check(script("tests/python/check_boards.py").arg(&fabkit))?;
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
     crate::light::sample(python, &fabkit)?;

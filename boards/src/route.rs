@@ -243,6 +243,10 @@ impl Router<'_> {
             let way = self.way(&barred, &tree, |state| {
                 pad_at.get(&state).is_some_and(|pad| !is_joined[*pad])
             });
+            if let Some(point) = way.as_deref().and_then(|way| self.hop(way)) {
+                barred.via[point] = true;
+                continue;
+            }
             let Some(way) = way else {
                 return Err(format!("{} pin {}", pads[alone].part, pads[alone].pin));
             };
@@ -311,6 +315,19 @@ impl Router<'_> {
             }
         }
         None
+    }
+
+    /// The second of two vias of a way that are too near to each other.
+    fn hop(&self, way: &[usize]) -> Option<usize> {
+        let count = self.grid.points.len();
+        let changes = way.windows(2).filter(|pair| pair[0] / count != pair[1] / count);
+        let vias: Vec<usize> = changes.map(|pair| pair[0] % count).collect();
+        let apart = self.rules.hole_to_hole_mm + self.rules.via_drill_mm;
+        let is_near = |pair: &&[usize]| {
+            let [a, b] = [pair[0], pair[1]].map(|point| self.grid.points[point]);
+            (a[0] - b[0]).hypot(a[1] - b[1]) < apart
+        };
+        vias.windows(2).find(is_near).map(|pair| pair[1])
     }
 
     fn lay(

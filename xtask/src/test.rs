@@ -76,6 +76,7 @@ fn oracles(python: &Path) -> Result<(), String> {
             skip("pages in a browser, and gltf-validator", &why)?;
         }
     }
+    check(script("tests/python/check_boards.py").arg(&fabkit))?;
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
     crate::light::sample(python, &fabkit)?;

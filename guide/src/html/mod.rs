@@ -44,7 +44,7 @@ td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.lon
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; margin: .4rem 0; } dt { color: var(--quiet); } dd { margin: 0; }
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
-.board { display: flex; flex-wrap: wrap; gap: 1rem; } .board svg { max-width: 100%; height: auto; }
+.board { display: flex; flex-wrap: wrap; gap: 1rem; } .board svg { width: 22rem; max-width: 100%; height: auto; } .circuit svg { max-width: 40rem; }
 .step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .step input { transform: scale(1.3); margin-right: .6rem; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
 @media print { nav { display: none; } .step { border-color: #999; } }

@@ -27,7 +27,7 @@ impl Guide {
             if let Some(diagram) = diagram(wiring) {
                 let _ = writeln!(
                     body,
-                    "<figure>{diagram}<figcaption>The circuit of {}.</figcaption></figure>",
+                    "<figure class=\"circuit\">{diagram}<figcaption>The circuit of {}.</figcaption></figure>",
                     escape(&wiring.name)
                 );
             }
@@ -164,10 +164,10 @@ fn diagram(wiring: &Wiring) -> Option<String> {
         }
         let leds = match &branch.leds[..] {
             [one] => one.clone(),
-            [first, .., last] => format!("{first} to {last}, parallel"),
+            [first, .., last] => format!("{first} to {last}"),
             [] => String::new(),
         };
-        svg.text([x, y + 34.0], "middle", &leds);
+        svg.text([x + 14.0, y + 14.0], "start", &leds);
     }
     if branches.len() > shown {
         let more = format!("and {} more like these", branches.len() - shown);

@@ -24,8 +24,6 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let project = target.project(&args.design.set)?;
     let design = target.design(&args.design.set)?;
     let calibration = guiding::calibration(&project, target, &args.design.set);
-    // Of pins that do not fit, their own guide and `check` tell.
-    let calibration = calibration.ok().flatten();
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guiding::stages(&design).map_err(Failure::bug)?;
     let guide =

@@ -301,7 +301,7 @@ fn checks_are_the_sizes_of_the_design() {
 #[test]
 fn commands_of_the_calibration_are_understood() {
     let root = tempfile::tempdir().unwrap();
-    let set = "surface.radius=14mm";
+    let set = "surface.radius=16mm";
     let guide =
         fabkit(root.path(), &["guide", "rtac0", "--set", set, "-o", "g", "--json"]).ok().json();
     let calibration = &guide["calibration"];
@@ -328,6 +328,13 @@ fn commands_of_the_calibration_are_understood() {
         holes.dedup();
         assert_eq!(holes.len(), 5, "{capture}");
     }
+    // At 14 mm the dome's numbers do not fit: there is no plan, and the commands stay.
+    let small = ["guide", "rtac0", "--set", "surface.radius=14mm", "-o", "s", "--json"];
+    let small = &fabkit(root.path(), &small).ok().json()["calibration"];
+    assert!(
+        small["captures"].as_array().unwrap().is_empty()
+            && texts(&small["commands"], "line").len() == 7
+    );
     let other = fabkit(root.path(), &["guide", "rtac0", "--language", "de", "-o", "no"]);
     assert_eq!(other.code, Some(2), "{other:?}");
 }

@@ -4,30 +4,27 @@ use std::collections::BTreeSet;
 
 use fabkit_calibration::landmarks::PinLandmarks;
 use fabkit_designs::Design;
-use fabkit_fixtures::{FixtureError, Project};
+use fabkit_fixtures::Project;
 use fabkit_guide::{Calibration, Capture, FixtureNote, Typed};
 
 use crate::source::Target;
 
-/// How the sensor is calibrated; of a fixture, its own part in it, if it has one.
-///
-/// # Errors
-/// Pins that cannot be placed.
-pub fn calibration(
-    project: &Project,
-    target: Target,
-    overrides: &[String],
-) -> Result<Option<Calibration>, FixtureError> {
+/// How the sensor is calibrated; of a fixture, its own part in it, if it has one. Where pins cannot be placed there
+/// is no plan for them, and the command that checks the fixture says why.
+pub fn calibration(project: &Project, target: Target, overrides: &[String]) -> Option<Calibration> {
     let names = project.fixture_names();
     let pins_in = project.pin_fixture_name();
     let has_pins = names.contains(&pins_in);
     match target.fixture {
         None => {}
         Some(name) if name == pins_in && has_pins => {}
-        Some(_) => return Ok(None),
+        Some(_) => return None,
     }
     let captures = match has_pins {
-        true => captures(project, &project.fixture(pins_in)?, pins_in),
+        true => project
+            .fixture(pins_in)
+            .map(|fixture| captures(project, &fixture, pins_in))
+            .unwrap_or_default(),
         false => Vec::new(),
     };
     let note = |name: &&str| FixtureNote {
@@ -39,12 +36,12 @@ pub fn calibration(
         Some(_) => Vec::new(),
     };
     let commands = commands(&names, has_pins.then_some(pins_in), target, overrides);
-    Ok(Some(Calibration {
+    Some(Calibration {
         fixtures,
         commands,
         pins_in: if has_pins { pins_in.to_owned() } else { String::new() },
         captures,
-    }))
+    })
 }
 
 fn commands(

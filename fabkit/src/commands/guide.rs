@@ -26,8 +26,6 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let design = target.design(&args.design.set)?;
     let slicer = args.slice.then(slicing::find).transpose()?;
     let calibration = guiding::calibration(&project, target, &args.design.set);
-    // Of pins that do not fit, their own guide and `check` tell.
-    let calibration = calibration.ok().flatten();
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guiding::stages(&design).map_err(Failure::bug)?;
     let mut guide =

@@ -210,7 +210,7 @@ impl<'a> Measured<'a> {
         let back = self.extent(body, out)?[0] - 1.0;
         let pose = body.assembly_from_body.inverse();
         let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
-        let mut highest: Option<f64> = None;
+        let mut ends: Vec<f64> = Vec::new();
         for beyond in BESIDE_MM {
             let middle = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
             let half = [0.5 * (u1 - u0) + beyond, 0.5 * (v1 - v0) + beyond];
@@ -221,13 +221,12 @@ impl<'a> Measured<'a> {
                 let origin = Point3::from(place + out * back);
                 let ray = Ray { origin: pose.point(origin), direction: pose.vector(*out) };
                 solid.stretches_into(&ray, &mut scratch, &mut stretches);
-                for [_, leave] in &stretches {
-                    let end = back + leave;
-                    highest = Some(highest.map_or(end, |most| most.max(end)));
-                }
+                ends.extend(stretches.last().map(|[_, leave]| back + leave));
             }
         }
-        highest
+        // A wall or a rib that rises on one side is not the face that a piece sits in.
+        ends.sort_by(f64::total_cmp);
+        ends.get(ends.len() / 2).copied()
     }
 
     /// What a body goes into or onto: of what it touches, the smallest part behind whose outline it disappears; else

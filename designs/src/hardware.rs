@@ -231,7 +231,7 @@ impl Screw {
             Head::Countersunk => "countersunk",
         };
         let driver = match self.thread_mm {
-            _ if self.standard() == "DIN 963" => "screwdriver, slotted, blade 0.3 mm thick",
+            _ if self.standard() == "DIN 963" => "screwdriver, slotted 0.3 mm thick",
             thread if thread < 2.2 => "screwdriver PH0",
             thread if thread < 3.6 => "screwdriver PH1",
             _ => "screwdriver PH2",

@@ -195,7 +195,8 @@ mod tests {
         let owned = settings(&Body { machine, ..hat().in_layers(0.1) });
         assert_eq!((owned.layer_mm.value, owned.solid_layers.value), (0.3, 3));
         assert_eq!(owned.layer_mm.why, "as the process coarse says");
-        assert_eq!(print_settings(&example::puck(), &hat().made_by(Process::Sla)), Ok(None));
+        let resin = print_settings(&example::puck(), &hat().made_by(Process::Sla));
+        assert_eq!(resin.unwrap(), None);
     }
 
     #[test]

@@ -79,7 +79,14 @@ fn attributes<'a>(xml: &'a str, element: &str, name: &str) -> Vec<&'a str> {
 #[test]
 fn a_3mf_file_holds_the_mesh_bit_for_bit() {
     let mesh = print(&washer().at(0.1, 1.0 / 3.0, 1e-7));
-    let object = Object { name: "washer", material: "PLA", color: [1, 171, 255], mesh: &mesh };
+    let object = Object {
+        name: "washer",
+        material: "PLA",
+        color: [1, 171, 255],
+        mesh: &mesh,
+        settings: None,
+        about: "",
+    };
     let document = Document { title: "Test: washer", design_hash: "0123abcd" };
     let bytes = three_mf(document, &[object]).unwrap();
     assert_eq!(bytes, three_mf(document, &[object]).unwrap());
@@ -103,7 +110,14 @@ fn a_3mf_file_holds_the_mesh_bit_for_bit() {
 #[test]
 fn a_3mf_file_names_its_objects_and_shares_their_materials() {
     let mesh = print(&washer());
-    let object = |name, material| Object { name, material, color: [0, 0, 0], mesh: &mesh };
+    let object = |name, material| Object {
+        name,
+        material,
+        color: [0, 0, 0],
+        mesh: &mesh,
+        settings: None,
+        about: "",
+    };
     let document = Document { title: "<\"&>", design_hash: "" };
     let objects = [object("a", "PLA"), object("b", "PETG \u{7}&\u{FFFF}co"), object("c", "PLA")];
     let xml = model(&three_mf(document, &objects).unwrap());
@@ -118,7 +132,14 @@ fn a_3mf_file_names_its_objects_and_shares_their_materials() {
 #[test]
 fn a_3mf_file_of_one_piece_has_one_item_made_of_all_objects() {
     let mesh = print(&washer());
-    let object = |name, material| Object { name, material, color: [0, 0, 0], mesh: &mesh };
+    let object = |name, material| Object {
+        name,
+        material,
+        color: [0, 0, 0],
+        mesh: &mesh,
+        settings: None,
+        about: "",
+    };
     let document = Document { title: "Test", design_hash: "" };
     let objects = [object("soft", "Tango"), object("hard", "Vero")];
     let xml = model(&three_mf_of_one_piece(document, "tip & all", &objects).unwrap());

@@ -113,7 +113,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         let progress = Progress::new(global, format!("drawing the guide of {}", args.sensor));
         let project = target.project(&args.set)?;
         let guide = |target: Target, design: &Design| {
-            let calibration = guiding::calibration(&project, target, &args.set).ok().flatten();
+            let calibration = guiding::calibration(&project, target, &args.set);
             packaging::guide(design, calibration.as_ref(), &|step| progress.show(step))
         };
         guides.push((PathBuf::from(GUIDE_FOLDER), guide(target, &design)?));

@@ -47,7 +47,7 @@ pub fn complete(
     terms: &Terms,
 ) -> Result<bool, ExportFailure> {
     let camera = Viewpoint::new(&design.sensor.camera, None, None)?;
-    let camera = files::write(&CameraEstimate::from(camera.camera().clone()), CameraFormat::Fabkit);
+    let camera = files::write(&CameraEstimate::from(*camera.camera()), CameraFormat::Fabkit);
     let name = &design.sensor.name;
     let resolved = family.and_then(|family| resolved_yaml(design, fixtures, family));
     let has_file = resolved.is_some();

@@ -17,10 +17,10 @@ impl Guide {
         }
         let usual = self.usual_price_source();
         let ordered = |order: &Purchase| ordered(order, usual);
-        let _ = write!(
+        let _ = writeln!(
             body,
             "<p>{}. Packs are whole. Prices, where nothing else is said, are {}; those that you know better go into \
-             the sensor's file, below <code>buy:</code>.</p>\n",
+             the sensor's file, below <code>buy:</code>.</p>",
             escape(&self.costs.told()),
             escape(usual),
         );

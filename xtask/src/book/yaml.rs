@@ -8,8 +8,8 @@ use serde_json::Value;
 use super::{GENERATED, Output};
 
 /// Keys of every family that `reference/yaml.md` and `reference/own.md` explain by hand.
-const COMMON: [&str; 7] =
-    ["format", "family", "extends", "fixtures", "materials", "processes", "parts"];
+const COMMON: [&str; 8] =
+    ["format", "family", "extends", "fixtures", "materials", "processes", "parts", "buy"];
 
 /// One page for each family, and one for the fixtures, which are the same for all.
 ///

@@ -16,7 +16,7 @@ use crate::roles::Roles;
 
 pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
     let (from, to) = (Target::new(&args.from), Target::new(&args.to));
-    for part in [from.part, to.part].into_iter().flatten() {
+    if let Some(part) = from.part.or(to.part) {
         let message = format!("whole sensors and fixtures are compared, not their {part}");
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }

@@ -99,8 +99,8 @@ pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
 struct Writer<'a> {
     document: Document,
     content: Content,
-    /// Meshes that are in it, in the order of their numbers.
-    meshes: Vec<&'a ShadedMesh>,
+    /// Meshes that are in it, with the names and materials of their bodies, in the order of their numbers.
+    meshes: Vec<(&'a ShadedMesh, &'a str, usize)>,
     /// Nodes that move, with where they are before and after.
     moves: Vec<(usize, [[f64; 3]; 2])>,
 }
@@ -173,13 +173,15 @@ impl<'a> Writer<'a> {
         nodes[top].extras = Some(body.extras.clone());
     }
 
-    /// The number of its mesh.
+    /// The number of its mesh, which has its name and its look: the same in each scene that it stands in.
     fn mesh(&mut self, body: &GlbBody<'a>) -> usize {
-        let known = self.meshes.iter().position(|known| std::ptr::eq(*known, body.mesh));
-        known.unwrap_or_else(|| {
-            let material = material(&mut self.document, body);
+        let material = material(&mut self.document, body);
+        let is_it = |(mesh, name, look): &(&ShadedMesh, &str, usize)| {
+            std::ptr::eq(*mesh, body.mesh) && *name == body.name && *look == material
+        };
+        self.meshes.iter().position(is_it).unwrap_or_else(|| {
             let primitive = Primitive { material, ..self.content.mesh(body.mesh) };
-            self.meshes.push(body.mesh);
+            self.meshes.push((body.mesh, body.name, material));
             let mesh = Mesh { name: body.name.to_owned(), primitives: vec![primitive] };
             self.document.meshes.push(mesh);
             self.meshes.len() - 1

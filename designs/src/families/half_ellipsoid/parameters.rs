@@ -129,11 +129,11 @@ sections! {
         /// Type of the UV ones.
         uv_model: String = 1..=80,
         /// Supply, V.
-        supply_volts: f64 = 4.5..=5.5,
+        supply_volts: f64 = 3.0..=5.5,
         /// Forward voltage of a white LED at its current, V.
         white_forward_volts: f64 = 1.5..=4.2,
         /// Forward voltage of a UV LED at its current, V.
-        uv_forward_volts: f64 = 1.5..=4.2,
+        uv_forward_volts: f64 = 1.5..=4.5,
         /// Current of each LED, mA, that the resistors are calculated for.
         current_ma: f64 = 0.5..=60.0,
     }

@@ -145,24 +145,27 @@ fn solid_share(body: &CompiledSolid, settings: &PrintSettings) -> f64 {
     let step_mm = all_mm / POINTS;
     let (mut walls, mut points) = (0.0, 0.0);
     for (origin, [from, to]) in columns {
-        let count = ((to - from) / step_mm).ceil().max(1.0);
-        let weight = (to - from) / count;
+        // Floors and ceilings are thinner than what is between points: their share is exact.
+        let [bottom, top] = [from + skin_mm, to - skin_mm];
+        points += to - from;
+        walls += (to - from).min(2.0 * skin_mm);
+        if bottom >= top {
+            continue;
+        }
+        let count = ((top - bottom) / step_mm).ceil();
+        let weight = (top - bottom) / count;
         for i in 0..count as usize {
-            let t = from + (i as f64 + 0.5) * weight;
-            let point = origin + Vector3::z() * t;
-            let is_skin = t - from < skin_mm || to - t < skin_mm;
-            let is_wall = is_skin
-                || headings().any(|direction| {
-                    let origin = point - direction * reach_mm;
-                    body.stretches_into(&Ray { origin, direction }, &mut scratch, &mut stretches);
-                    let here =
-                        stretches.iter().find(|[low, high]| *low <= reach_mm && reach_mm <= *high);
-                    here.is_none_or(|[low, high]| {
-                        let [back, ahead] = [reach_mm - low.max(0.0), high - reach_mm];
-                        back < wall_mm || ahead < wall_mm || back + ahead < reach_mm
-                    })
-                });
-            points += weight;
+            let point = origin + Vector3::z() * (bottom + (i as f64 + 0.5) * weight);
+            let is_wall = headings().any(|direction| {
+                let origin = point - direction * reach_mm;
+                body.stretches_into(&Ray { origin, direction }, &mut scratch, &mut stretches);
+                let here =
+                    stretches.iter().find(|[low, high]| *low <= reach_mm && reach_mm <= *high);
+                here.is_none_or(|[low, high]| {
+                    let [back, ahead] = [reach_mm - low.max(0.0), high - reach_mm];
+                    back < wall_mm || ahead < wall_mm || back + ahead < reach_mm
+                })
+            });
             walls += if is_wall { weight } else { 0.0 };
         }
     }

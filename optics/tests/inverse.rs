@@ -158,7 +158,7 @@ fn every_ray_to_a_place_behind_a_ball_is_found() {
     let ball = medium("ball", 1.5, Solid::sphere(2.0).at(0.0, 0.0, 6.0));
     let sights = sights([ball]);
     let pupil = Point3::origin();
-    for (x, expected) in [(0.6, 1), (2.0, 1), (14.0, 2), (30.0, 1)] {
+    for (x, expected) in [(0.6, 1), (2.0, 1), (14.0, 2), (30.0, 2)] {
         let place = Point3::new(x, 0.0, 30.0);
         let mut tracer = sights.media_tracer();
         let mut miss = |number: i32| {

@@ -10,8 +10,13 @@ use fabkit_guide::{Calibration, Capture, FixtureNote, Typed};
 use crate::source::Target;
 
 /// How the sensor is calibrated; of a fixture, its own part in it, if it has one. Where pins cannot be placed there
-/// is no plan for them, and the command that checks the fixture says why.
-pub fn calibration(project: &Project, target: Target, overrides: &[String]) -> Option<Calibration> {
+/// is no plan for them, and the command that checks the fixture says why. What is typed for these fixtures, and for
+/// the one whose pins tell the camera's place, is up to who knows the command.
+pub fn calibration(
+    project: &Project,
+    target: Target,
+    typed: &dyn Fn(&[&str], Option<&str>) -> Vec<Typed>,
+) -> Option<Calibration> {
     let names = project.fixture_names();
     let pins_in = project.pin_fixture_name();
     let has_pins = names.contains(&pins_in);
@@ -35,80 +40,12 @@ pub fn calibration(project: &Project, target: Target, overrides: &[String]) -> O
         None => names.iter().map(note).collect(),
         Some(_) => Vec::new(),
     };
-    let commands = commands(&names, has_pins.then_some(pins_in), target, overrides);
     Some(Calibration {
         fixtures,
-        commands,
+        commands: typed(&names, has_pins.then_some(pins_in)),
         pins_in: if has_pins { pins_in.to_owned() } else { String::new() },
         captures,
     })
-}
-
-fn commands(
-    names: &[&str],
-    pins_in: Option<&str>,
-    target: Target,
-    overrides: &[String],
-) -> Vec<Typed> {
-    let sensor = match target.preset {
-        None => target.sensor.to_owned(),
-        Some(preset) => format!("{}-{preset}", target.sensor),
-    };
-    let sensor = quoted(&sensor);
-    let set: String = overrides.iter().map(|set| format!(" --set {}", quoted(set))).collect();
-    let typed = |what: &str, line: String| Typed { what: what.to_owned(), line };
-    let mut lines = Vec::new();
-    if names.contains(&"boards") {
-        lines.push(typed(
-            "print the board at 100 % and measure its ruler; take 10 to 20 pictures of it before the camera goes \
-             into the sensor, tilted, out to the picture's border",
-            format!("fabkit export {sensor}/boards{set} -o boards"),
-        ));
-        lines.push(typed(
-            "the lens",
-            format!(
-                "fabkit calibrate intrinsics {sensor}{set} --board boards/charuco.board.json pictures/*.png \
-                 -o camera.yaml --report lens.html"
-            ),
-        ));
-    }
-    if let Some(fixture) = pins_in {
-        lines.push(typed(
-            "print the pins and what guides them; its own guide says how",
-            format!("fabkit export {sensor}/{fixture}{set} -o {fixture}"),
-        ));
-        lines.push(typed(
-            "what they will tell, before you print",
-            format!("fabkit check {sensor}/{fixture}{set}"),
-        ));
-        lines.push(typed(
-            "the camera's place, once the pictures of the sheet below lie in `captures`",
-            format!(
-                "fabkit calibrate extrinsics {sensor}{set} --camera camera.yaml --captures captures \
-                 -o pose.yaml --report pose.html"
-            ),
-        ));
-    }
-    for halves in names.iter().filter(|name| matches!(**name, "semi-domes" | "half-plates")) {
-        lines.push(typed(
-            "halves that press known shapes into the surface, for training",
-            format!("fabkit export {sensor}/{halves}{set} -o {halves}"),
-        ));
-        lines.push(typed(
-            "what the camera must see under each of them",
-            format!("fabkit dataset {sensor}{set} --camera camera.yaml --pose pose.yaml -o data"),
-        ));
-    }
-    lines
-}
-
-/// As a shell takes it for one word.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', r"'\''")),
-    }
 }
 
 /// As many pictures with as many pins as the fixture's own forecast counts on, each hole about as often as any

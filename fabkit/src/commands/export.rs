@@ -17,7 +17,7 @@ use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Outcome, packaged, profiled};
+use super::{Outcome, packaged, profiled, typed};
 use crate::cli::{Export, Global};
 use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
@@ -113,7 +113,10 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         let progress = Progress::new(global, format!("drawing the guide of {}", args.sensor));
         let project = target.project(&args.set)?;
         let guide = |target: Target, design: &Design| {
-            let calibration = guiding::calibration(&project, target, &args.set);
+            let lines = |names: &[&str], pins_in: Option<&str>| {
+                typed::typed(names, pins_in, target, &args.set)
+            };
+            let calibration = guiding::calibration(&project, target, &lines);
             packaging::guide(design, calibration.as_ref(), &|step| progress.show(step))
         };
         guides.push((PathBuf::from(GUIDE_FOLDER), guide(target, &design)?));

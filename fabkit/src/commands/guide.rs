@@ -7,8 +7,8 @@ use fabkit_application::source::Target;
 use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::Outcome;
 use super::progress::Progress;
+use super::{Outcome, typed};
 use crate::cli::{Global, Guide};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
@@ -25,7 +25,10 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let project = target.project(&args.design.set)?;
     let design = target.design(&args.design.set)?;
     let slicer = args.slice.then(slicing::find).transpose()?;
-    let calibration = guiding::calibration(&project, target, &args.design.set);
+    let lines = |names: &[&str], pins_in: Option<&str>| {
+        typed::typed(names, pins_in, target, &args.design.set)
+    };
+    let calibration = guiding::calibration(&project, target, &lines);
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guiding::stages(&design).map_err(Failure::bug)?;
     let mut guide =

@@ -24,6 +24,7 @@ mod reread;
 mod schema;
 mod show;
 mod sweep;
+mod typed;
 mod verify;
 mod view;
 

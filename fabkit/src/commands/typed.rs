@@ -1,0 +1,72 @@
+//! What is typed to calibrate a sensor, for its guide.
+
+use fabkit_application::guide::Typed;
+use fabkit_application::source::Target;
+
+/// The lines for a design's fixtures, in their order; `pins_in` is the fixture whose pins tell the camera's place.
+pub(super) fn typed(
+    names: &[&str],
+    pins_in: Option<&str>,
+    target: Target,
+    overrides: &[String],
+) -> Vec<Typed> {
+    let sensor = match target.preset {
+        None => target.sensor.to_owned(),
+        Some(preset) => format!("{}-{preset}", target.sensor),
+    };
+    let sensor = quoted(&sensor);
+    let set: String = overrides.iter().map(|set| format!(" --set {}", quoted(set))).collect();
+    let line = |what: &str, line: String| Typed { what: what.to_owned(), line };
+    let mut lines = Vec::new();
+    if names.contains(&"boards") {
+        lines.push(line(
+            "print the board at 100 % and measure its ruler; take 10 to 20 pictures of it before the camera goes \
+             into the sensor, tilted, out to the picture's border",
+            format!("fabkit export {sensor}/boards{set} -o boards"),
+        ));
+        lines.push(line(
+            "the lens",
+            format!(
+                "fabkit calibrate intrinsics {sensor}{set} --board boards/charuco.board.json pictures/*.png \
+                 -o camera.yaml --report lens.html"
+            ),
+        ));
+    }
+    if let Some(fixture) = pins_in {
+        lines.push(line(
+            "print the pins and what guides them; its own guide says how",
+            format!("fabkit export {sensor}/{fixture}{set} -o {fixture}"),
+        ));
+        lines.push(line(
+            "what they will tell, before you print",
+            format!("fabkit check {sensor}/{fixture}{set}"),
+        ));
+        lines.push(line(
+            "the camera's place, once the pictures of the sheet below lie in `captures`",
+            format!(
+                "fabkit calibrate extrinsics {sensor}{set} --camera camera.yaml --captures captures \
+                 -o pose.yaml --report pose.html"
+            ),
+        ));
+    }
+    for halves in names.iter().filter(|name| matches!(**name, "semi-domes" | "half-plates")) {
+        lines.push(line(
+            "halves that press known shapes into the surface, for training",
+            format!("fabkit export {sensor}/{halves}{set} -o {halves}"),
+        ));
+        lines.push(line(
+            "what the camera must see under each of them",
+            format!("fabkit dataset {sensor}{set} --camera camera.yaml --pose pose.yaml -o data"),
+        ));
+    }
+    lines
+}
+
+/// As a shell takes it for one word.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}

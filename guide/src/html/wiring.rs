@@ -49,9 +49,11 @@ fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &Pictures
     let _ = match art {
         Some(BoardArt::Drawn([top, bottom])) => writeln!(
             body,
-            "<figure class=\"board\">{top}{bottom}<figcaption>Upper side from above, lower side from below: bare \
+            "<figure class=\"board\">{}{}<figcaption>Upper side from above, lower side from below: bare \
              copper is gold, covered copper light green. Files to order it: <code>fabkit export {} --format \
              gerber</code>.</figcaption></figure>",
+            inline(top),
+            inline(bottom),
             escape(design)
         ),
         Some(BoardArt::Refused(why)) => writeln!(
@@ -203,4 +205,9 @@ fn branches(wiring: &Wiring) -> Vec<Branch> {
         Branch { boxes, leds }
     };
     of_kind("resistor").map(branch).collect()
+}
+
+/// A drawing within a page needs no namespace, and a page that names no address asks nobody.
+fn inline(svg: &str) -> String {
+    svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1)
 }

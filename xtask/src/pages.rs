@@ -1,5 +1,6 @@
 //! `cargo xtask pages`: the pages of `fabkit guide` in a real browser, and the viewer's bundle.
 
+use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -24,6 +25,12 @@ pub fn run(designs: &[String]) -> Result<(), String> {
     tools.judge(designs)
 }
 
+/// Where a program is: what drives the browser looks for none.
+fn place(program: &str) -> Option<PathBuf> {
+    let folders = env::var_os("PATH")?;
+    env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
+}
+
 /// Programs from npm in the versions of `viewer/package-lock.json`, and a browser.
 pub struct Tools {
     chromium: PathBuf,
@@ -32,8 +39,8 @@ pub struct Tools {
 impl Tools {
     /// Installs what the lock names, unless it is there.
     pub fn find() -> Result<Self, String> {
-        let chromium = ["chromium", "chromium-browser", "google-chrome"].map(PathBuf::from);
-        let chromium = chromium.into_iter().find(|program| exists(program));
+        let chromium =
+            ["chromium", "chromium-browser", "google-chrome"].into_iter().find_map(place);
         let chromium =
             chromium.ok_or("Chromium is not installed; the system's packages have it")?;
         for program in ["node", "npm"] {

@@ -9,14 +9,13 @@ use fabkit_guide::{Calibration, Capture, FixtureNote, Typed};
 
 use crate::source::Target;
 
+/// What is typed for some fixtures, and for the one whose pins tell the camera's place.
+pub type Lines<'a> = &'a dyn Fn(&[&str], Option<&str>) -> Vec<Typed>;
+
 /// How the sensor is calibrated; of a fixture, its own part in it, if it has one. Where pins cannot be placed there
-/// is no plan for them, and the command that checks the fixture says why. What is typed for these fixtures, and for
-/// the one whose pins tell the camera's place, is up to who knows the command.
-pub fn calibration(
-    project: &Project,
-    target: Target,
-    typed: &dyn Fn(&[&str], Option<&str>) -> Vec<Typed>,
-) -> Option<Calibration> {
+/// is no plan for them, and the command that checks the fixture says why. What is typed is
+/// up to who knows the command.
+pub fn calibration(project: &Project, target: Target, typed: Lines) -> Option<Calibration> {
     let names = project.fixture_names();
     let pins_in = project.pin_fixture_name();
     let has_pins = names.contains(&pins_in);

@@ -30,7 +30,7 @@ const MOST_ASSEMBLIES: usize = 8;
 /// Places between surface and deepest point that are asked for bodies.
 const ASKED: u32 = 20;
 
-/// Up to [`MOST_ASSEMBLIES`] assemblies of a design, the one of pictures first, then in the order of the chain, with the rays of its
+/// Up to `MOST_ASSEMBLIES` assemblies of a design, the one of pictures first, then in the order of the chain, with the rays of its
 /// camera and its surface pressed in, where it has them.
 ///
 /// # Errors

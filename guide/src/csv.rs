@@ -64,7 +64,7 @@ fn ordered(order: &Purchase) -> String {
 }
 
 impl Guide {
-    /// What to buy: [`BOM_HEADS`].
+    /// What to buy, below the heads `kind`, `name`, `quantity`, `unit`, `of`, `what`, those of orders, `steps`.
     pub fn bom_csv(&self) -> String {
         let mut csv = format!("{BOM_HEADS}\n");
         for piece in &self.bought {

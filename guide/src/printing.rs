@@ -190,7 +190,8 @@ mod tests {
         let told = cube(30.0);
         let inside = (30.0f64 - 2.7).powi(2) * (30.0 - 1.6);
         let wanted = 27_000.0 - 0.85 * inside;
-        assert!((told.filament_mm3 / wanted - 1.0).abs() < 0.01, "{told:?}");
+        // 400 columns tell the share of the inside, 0.83 of the area, to 0.019: 4.5 % of the filament.
+        assert!((told.filament_mm3 / wanted - 1.0).abs() < 0.045, "{told:?}");
         assert!((told.mass_g.unwrap() - 1.24e-3 * told.filament_mm3).abs() < 1e-9);
         // A thin one is solid.
         assert!((cube(1.5).filament_mm3 - 1.5f64.powi(3)).abs() < 1e-9);

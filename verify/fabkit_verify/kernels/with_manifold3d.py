@@ -22,6 +22,10 @@ NAME = "manifold3d"
 # gets half of it.
 CHORD_MM = 0.01
 
+# Digits of a mm after the point to which corners are rounded: far below the chord, and above the steps of
+# 1e-8 in which cross-sections come.
+SNAP_DIGITS = 7
+
 
 class Manifold3d:
     """Makes meshes of revolved and extruded polygons."""
@@ -67,13 +71,13 @@ class Manifold3d:
         return self.cuboid([2 * reach_mm] * 3).translate((0, 0, -2 * reach_mm))
 
     def union(self, shapes):
-        return Manifold.batch_boolean(shapes, OpType.Add)
+        return Manifold.batch_boolean(_snapped(shapes), OpType.Add)
 
     def intersection(self, shapes):
-        return Manifold.batch_boolean(shapes, OpType.Intersect)
+        return Manifold.batch_boolean(_snapped(shapes), OpType.Intersect)
 
     def difference(self, shape, tools):
-        return Manifold.batch_boolean([shape, *tools], OpType.Subtract)
+        return Manifold.batch_boolean(_snapped([shape, *tools]), OpType.Subtract)
 
     def placed(self, shape, pose):
         rows = [[*row, t] for row, t in zip(pose["rotation"], pose["translation_mm"])]
@@ -84,6 +88,11 @@ class Manifold3d:
 
     def _revolved(self, section, widest_mm):
         return Manifold.revolve(section, steps_of_turn(math.tau, widest_mm, CHORD_MM / 2))
+
+
+def _snapped(shapes: list[Manifold]) -> list[Manifold]:
+    """Faces that meet but for rounding meet exactly; else a film as thin as the rounding stays between two cuts."""
+    return [shape.warp_batch(lambda corners: corners.round(SNAP_DIGITS)) for shape in shapes]
 
 
 def _on_circle(centre: float, radius: float, fraction: float) -> tuple[float, float]:

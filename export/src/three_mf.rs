@@ -2,7 +2,6 @@
 //! are told of each object.
 
 mod slicers;
-mod thumbnail;
 
 use std::fmt::Write as _;
 
@@ -36,6 +35,9 @@ const RELATIONSHIPS: &str = concat!(
     r#"Type="http://schemas.openxmlformats.org/package/2006/relationships/metadata/thumbnail"/>"#,
     "</Relationships>\n",
 );
+
+/// Width and height of what file managers show of a file, px: what PrusaSlicer writes into its own.
+const THUMBNAIL_PX: u32 = 256;
 
 /// What a file says about itself.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +97,9 @@ fn package(
         return Err(ExportError::Nothing);
     }
     let model = model_xml(document, objects, piece);
-    let thumbnail = thumbnail::png_of(objects)?;
+    let meshes: Vec<_> = objects.iter().map(|object| (object.mesh, object.color)).collect();
+    let picture = fabkit_mesh::snapshot(&meshes, THUMBNAIL_PX as usize);
+    let thumbnail = crate::png(THUMBNAIL_PX, THUMBNAIL_PX, &picture)?;
     let configs = slicers::configs(objects, piece);
     let mut parts = vec![
         ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),

@@ -34,6 +34,7 @@ mod print;
 mod seams;
 mod shading;
 mod shape_key;
+mod snapshot;
 mod surface;
 mod tessellate;
 
@@ -42,6 +43,7 @@ use fabkit_geometry::{Pose, Solid};
 pub use measure::Shell;
 pub use print::{PrintDefect, PrintMesh};
 pub use shading::ShadedMesh;
+pub use snapshot::snapshot;
 
 /// Chord tolerance where nobody asks for another, mm.
 pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// The workspace's root.
 pub fn root() -> &'static Path {
@@ -44,11 +45,14 @@ pub fn cargo() -> Command {
     command
 }
 
-/// Runs a program, showing what and letting it print.
+/// Runs a program, showing what and letting it print; and how long it took, so that one sees what makes the
+/// gate slow.
 pub fn check(command: &mut Command) -> Result<(), String> {
     let shown = shown(command);
     println!("xtask: {shown}");
+    let start = Instant::now();
     let status = command.status().map_err(|e| format!("cannot run {shown}: {e}"))?;
+    println!("xtask: {:.0} s for {shown}", start.elapsed().as_secs_f64());
     if status.success() { Ok(()) } else { Err(format!("{shown}: {status}")) }
 }
 

@@ -76,8 +76,8 @@ impl Terms {
         if self.authors.is_empty() {
             let _ = writeln!(text, "  - name: {}", quoted(&format!("Makers of {}", sensor.title)));
         }
-        for author in &self.authors {
-            let _ = writeln!(text, "  - name: {}", quoted(author));
+        for author in in_list(&self.authors) {
+            let _ = writeln!(text, "  - name: {}", quoted(&author));
         }
         if sensor.reference.is_empty() {
             return text;
@@ -85,8 +85,8 @@ impl Terms {
         let Reference { authors, title, arxiv } = Reference::of(&sensor.reference);
         let _ = writeln!(text, "references:\n  - type: article\n    title: {}", quoted(title));
         text += "    authors:\n";
-        for author in &authors {
-            let _ = writeln!(text, "      - name: {}", quoted(author));
+        for author in in_list(&authors) {
+            let _ = writeln!(text, "      - name: {}", quoted(&author));
         }
         let _ = writeln!(text, "    notes: {}", quoted(&sensor.reference));
         if let Some(arxiv) = arxiv {
@@ -95,6 +95,17 @@ impl Terms {
         }
         text
     }
+}
+
+/// Names as the format takes them: no two entries may be equal, and two people of one surname are known by the
+/// whole list.
+fn in_list<S: AsRef<str>>(names: &[S]) -> Vec<String> {
+    let mut list: Vec<String> = names.iter().map(|name| name.as_ref().to_owned()).collect();
+    let repeats = (1..list.len()).any(|i| list[..i].contains(&list[i]));
+    if repeats {
+        list = vec![list.join(", ")];
+    }
+    list
 }
 
 /// What can be told apart in `after A, B et al.: TITLE, JOURNAL YEAR, arXiv NUMBER`.
@@ -132,6 +143,12 @@ mod tests {
         assert_eq!(arxiv, Some("2308.14277"));
         let plain = Reference::of("our own");
         assert_eq!((plain.authors, plain.title, plain.arxiv), (vec!["our own"], "our own", None));
+    }
+
+    #[test]
+    fn no_two_authors_are_equal() {
+        assert_eq!(in_list(&["Lin", "Xu", "Wu"]), ["Lin", "Xu", "Wu"]);
+        assert_eq!(in_list(&["Lin", "Xu", "Wu", "Xu"]), ["Lin, Xu, Wu, Xu"]);
     }
 
     #[test]

@@ -125,6 +125,23 @@ pub struct Substance {
     pub refractive_index: Option<f64>,
     /// Where it gives way to heat.
     pub softens: Option<Softens>,
+    /// How it gives way to a press; nothing of what is stiff, and of what nobody knows.
+    pub elasticity: Option<Elasticity>,
+}
+
+/// How a rubber or a gel gives way, at small strain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Elasticity {
+    /// Young's modulus, MPa.
+    pub young_mpa: f64,
+    /// Between which moduli batches, cures and sources lie, MPa.
+    pub young_range_mpa: [f64; 2],
+    /// Poisson's ratio, below 0.5.
+    pub poissons_ratio: f64,
+    /// Coulomb's coefficient against a dry, smooth, hard presser; where somebody says.
+    pub friction: Option<f64>,
+    /// Who says so, or what it follows from.
+    pub source: String,
 }
 
 /// The temperature at which a stiff material gives way under a small load.

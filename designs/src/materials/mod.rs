@@ -5,6 +5,7 @@
 
 mod adhering;
 mod catalogue;
+mod elasticity;
 mod holding;
 mod stock;
 mod units;
@@ -119,6 +120,16 @@ parameters! {
         hardness: Option<Hardness>,
         /// Tensile modulus at 100 % strain.
         modulus: Option<Pressure> = 0.01..=10000000.0,
+        /// Young's modulus at small strain, when it has cured.
+        youngs_modulus: Option<Pressure> = 0.01..=10000000.0,
+        /// The lowest of what batches, cures and sources make of it.
+        youngs_modulus_least: Option<Pressure> = 0.01..=10000000.0,
+        /// The highest of what batches, cures and sources make of it.
+        youngs_modulus_most: Option<Pressure> = 0.01..=10000000.0,
+        /// Poisson's ratio; rubbers and gels keep their volume, and have 0.495 where nothing is said.
+        poissons_ratio: Option<f64> = 0.0..=0.4999,
+        /// Coulomb's coefficient of friction against a dry, smooth, hard presser.
+        friction: Option<f64> = 0.0..=10.0,
         /// Refractive index for visible light.
         refractive_index: Option<f64> = 1.0..=3.0,
         /// What light does in it.

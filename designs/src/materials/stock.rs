@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Body, Curing, Shore, Softens, Sort, Substance};
 
-use super::{Castable, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity};
+use super::{Castable, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity, elasticity};
 
 /// Words of a trade name, and what it is then; the first row of which one word fits counts.
 struct Stock {
@@ -147,6 +147,7 @@ pub(super) fn substance(body: &Body) -> Substance {
         is_dark: is_dark(&words),
         refractive_index: stock.refractive_index,
         softens: softens(&words),
+        elasticity: elasticity::of_shore(stock.sort, stock.shore),
         ..Substance::default()
     }
 }
@@ -178,10 +179,11 @@ pub(super) fn of_castable(castable: &Castable) -> Substance {
         is_dark: is_dark(&words(castable)),
         refractive_index: figures.refractive_index,
         softens: None,
+        elasticity: elasticity::of_castable(castable.material(), sort),
     }
 }
 
-fn shore(Hardness { scale, value }: Hardness) -> Shore {
+pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
     match scale {
         Scale::Shore00 => Shore::OO(value),
         Scale::ShoreA => Shore::A(value),

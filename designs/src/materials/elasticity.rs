@@ -1,0 +1,80 @@
+//! How rubbers and gels give way: what their figures say, or what follows from their hardness.
+
+use fabkit_geometry::{Elasticity, Shore, Sort};
+
+use super::stock::shore;
+use super::{Material, Pressure};
+
+
+/// Of rubbers and gels that say nothing. Their bulk moduli of about 1 GPa would give 0.4999 and more; above
+/// 0.495 presses on layers as thin as these hardly change any more.
+const POISSONS_RATIO: f64 = 0.495;
+
+/// How far moduli of equal hardness lie apart, to either side.
+const SPREAD: f64 = 1.5;
+
+/// Shore A below which Gent's relation gives far too much: it was found for rubbers.
+const SOFTEST_SHORE_A: f64 = 20.0;
+
+/// Of a material that is cast, sprayed or painted.
+pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Elasticity> {
+    let figures = &material.figures;
+    let mpa = |figure: Option<Pressure>| figure.map(|Pressure(kpa)| kpa / 1e3);
+    let by_hardness = || of_shore(sort?, figures.hardness.map(shore)?);
+    let Some(young_mpa) = mpa(figures.youngs_modulus) else {
+        let found = by_hardness()?;
+        return Some(Elasticity {
+            poissons_ratio: figures.poissons_ratio.unwrap_or(found.poissons_ratio),
+            friction: figures.friction,
+            ..found
+        });
+    };
+    let path = format!("materials.{}.youngs_modulus", material.name);
+    let setting = material.settings.iter().find(|setting| setting.path == path);
+    let said = setting.map(|setting| (setting.source.kind.word(), &setting.source.note));
+    let source = said.map(|(kind, note)| match note.is_empty() {
+        true => kind.to_owned(),
+        false => format!("{kind}: {note}"),
+    });
+    let least = mpa(figures.youngs_modulus_least).unwrap_or(young_mpa / SPREAD);
+    let most = mpa(figures.youngs_modulus_most).unwrap_or(young_mpa * SPREAD);
+    Some(Elasticity {
+        young_mpa,
+        young_range_mpa: [least.min(young_mpa), most.max(young_mpa)],
+        poissons_ratio: figures.poissons_ratio.unwrap_or(POISSONS_RATIO),
+        friction: figures.friction,
+        source: source.or_else(|| figures.source.clone()).unwrap_or_default(),
+    })
+}
+
+/// By its hardness, where that is one of rubbers on the scale A: A. N. Gent, On the relation between indentation
+/// hardness and Young's modulus, Rubber Chemistry and Technology 31 (1958).
+pub(super) fn of_shore(sort: Sort, shore: Shore) -> Option<Elasticity> {
+    let Shore::A(value) = shore else { return None };
+    if !matches!(sort, Sort::Rubber | Sort::Silicone) || value < SOFTEST_SHORE_A {
+        return None;
+    }
+    let young_mpa = 0.0981 * (56.0 + 7.623_36 * value) / (0.137_505 * (254.0 - 2.54 * value));
+    Some(Elasticity {
+        young_mpa,
+        young_range_mpa: [young_mpa / SPREAD, young_mpa * SPREAD],
+        poissons_ratio: POISSONS_RATIO,
+        friction: None,
+        source: format!("Gent 1958, from {shore}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hardness_tells_a_modulus_of_rubbers_alone() {
+        // The paper's curve passes 1.15 MPa at 30 and 5.5 MPa at 70, read to a tenth.
+        let young = |value| of_shore(Sort::Rubber, Shore::A(value)).unwrap().young_mpa;
+        assert!((young(30.0) - 1.15).abs() < 0.1 && (young(70.0) - 5.5).abs() < 0.6);
+        assert_eq!(of_shore(Sort::Rubber, Shore::OO(30.0)), None);
+        assert_eq!(of_shore(Sort::Silicone, Shore::A(10.0)), None);
+        assert_eq!(of_shore(Sort::Acrylic, Shore::A(90.0)), None);
+    }
+}

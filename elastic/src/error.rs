@@ -100,6 +100,15 @@ pub enum ElasticError {
         /// The least gap along the surface's normals, mm; infinite where none of them meets the presser.
         gap_mm: f64,
     },
+    /// A presser that does not come from outside.
+    #[error(
+        "on its way the presser starts {inside_mm:.3} mm inside the surface, or behind it: \
+         place it outside, and let it move towards the body"
+    )]
+    StartsInside {
+        /// How far back it would have to go to touch, mm.
+        inside_mm: f64,
+    },
     /// A presser deeper than what is soft.
     #[error(
         "a press of {depth_mm:.3} mm at ({:.2}, {:.2}, {:.2}) mm is not within the {thickness_mm:.3} mm \

@@ -1,7 +1,9 @@
 //! A structured mesh of nine-node quadrilaterals between exact interfaces.
 
+use fabkit_geometry::Point3;
+
 use crate::division::Division;
-use crate::element::Shape;
+use crate::element::{Shape, quadratic};
 use crate::meridian::Body;
 use crate::{ElasticError, Material};
 
@@ -100,9 +102,42 @@ impl Mesh {
         self.element_nodes(element).map(|node| self.nodes[node])
     }
 
+    /// How many interfaces can move, from the touched one inwards.
+    pub fn moving_interfaces(&self) -> usize {
+        let last = self.interface_rows.len() - 1;
+        let moves =
+            (0..self.columns).any(|column| !self.is_fixed[self.interface_node(last, column)]);
+        if moves { last + 1 } else { last }
+    }
+
     /// Node of an interface in a column.
     pub fn interface_node(&self, interface: usize, column: usize) -> usize {
         column * self.rows + self.interface_rows[interface]
+    }
+
+    /// The first of the three columns around s, and how much each counts there.
+    pub fn interpolation(&self, s: f64) -> (usize, [f64; 3]) {
+        let s = s.clamp(0.0, 1.0);
+        let ends = (0..self.columns / 2).map(|element| self.s[2 * element + 2]);
+        let element = ends.take_while(|end| *end < s).count().min(self.columns / 2 - 1);
+        let [begin, end] = [self.s[2 * element], self.s[2 * element + 2]];
+        (2 * element, quadratic(2.0 * (s - begin) / (end - begin) - 1.0))
+    }
+
+    /// A place of an interface, as elements have it, mm.
+    pub fn interface_place(&self, interface: usize, s: f64, azimuth: f64) -> Point3<f64> {
+        let (column, values) = self.interpolation(s);
+        let mut place = [0.0; 2];
+        for (i, value) in values.iter().enumerate() {
+            let [r, z] = self.nodes[self.interface_node(interface, column + i)];
+            place = [place[0] + value * r, place[1] + value * z];
+        }
+        Point3::new(place[0] * azimuth.cos(), place[0] * azimuth.sin(), place[1])
+    }
+
+    /// The same of the touched surface.
+    pub fn surface_place(&self, s: f64, azimuth: f64) -> Point3<f64> {
+        self.interface_place(0, s, azimuth)
     }
 
     fn check_elements(&self, body: &Body) -> Result<(), ElasticError> {

@@ -1,0 +1,167 @@
+//! Where elements end: along the meridian, and through the layers.
+
+use crate::ElasticError;
+use crate::meridian::Body;
+
+/// Points by which a curve's length is measured.
+const LENGTH_STEPS: usize = 4000;
+/// The most nodes along a meridian; each is a ring of its own.
+const MAX_RINGS: usize = 2000;
+/// The most elements through one layer.
+const MAX_THROUGH: usize = 60;
+
+/// How finely a body is divided.
+///
+/// Nodes of the touched surface are `spacing_mm` apart up to `reach_mm` from the pole, along the meridian, and
+/// from there further and further apart, by `growth` from element to element (each has two spacings).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Division {
+    /// Between neighbouring nodes of the touched surface, mm.
+    pub spacing_mm: f64,
+    /// How far from the pole that holds, mm along the meridian; infinite for everywhere.
+    pub reach_mm: f64,
+    /// How much longer each element beyond is than the one before; 1 for even.
+    pub growth: f64,
+    /// How much thicker each element inwards is than the one outside it, at most; 1 for even.
+    pub growth_inwards: f64,
+    /// The highest harmonic of the azimuth; 0 for presses that are symmetric about the axis, and for these alone.
+    pub max_harmonic: usize,
+}
+
+impl Division {
+    /// Nodes everywhere about as far apart.
+    pub fn even(spacing_mm: f64, max_harmonic: usize) -> Self {
+        Self { spacing_mm, reach_mm: f64::INFINITY, growth: 1.0, growth_inwards: 1.4, max_harmonic }
+    }
+
+    /// Fine around the pole, coarser beyond.
+    pub fn around_pole(spacing_mm: f64, reach_mm: f64, max_harmonic: usize) -> Self {
+        Self { spacing_mm, reach_mm, growth: 1.15, growth_inwards: 1.4, max_harmonic }
+    }
+
+    /// # Errors
+    /// What is not finite, not positive, or no growth.
+    pub(crate) fn check(&self) -> Result<(), ElasticError> {
+        let positive = |what, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => {
+                Err(ElasticError::Division { what, value, hint: "take a positive length in mm" })
+            }
+        };
+        let growing = |what, value: f64| match (1.0..=2.0).contains(&value) {
+            true => Ok(()),
+            false => Err(ElasticError::Division { what, value, hint: "take 1 to 2" }),
+        };
+        positive("a spacing", self.spacing_mm)?;
+        if !self.reach_mm.is_infinite() {
+            positive("a reach", self.reach_mm)?;
+        }
+        growing("a growth", self.growth)?;
+        growing("a growth inwards", self.growth_inwards)
+    }
+
+    /// The ends of elements along s, from 0 to 1.
+    ///
+    /// # Errors
+    /// A curve that fails, or more rings than can be solved.
+    pub(crate) fn along(&self, body: &Body) -> Result<Vec<f64>, ElasticError> {
+        let lengths = lengths(body)?;
+        let total_mm = lengths[LENGTH_STEPS];
+        let mut kinks_mm: Vec<f64> = body.ends().iter().map(|&s| length_at(&lengths, s)).collect();
+        kinks_mm.push(total_mm);
+        let (mut ends_mm, mut size_mm) = (vec![0.0], 2.0 * self.spacing_mm);
+        for kink_mm in kinks_mm {
+            let begin_mm = ends_mm[ends_mm.len() - 1];
+            let (mut sizes, mut sum_mm) = (Vec::new(), 0.0);
+            // A last element of less than half a size makes the others longer instead.
+            while sum_mm + 0.5 * size_mm < kink_mm - begin_mm || sizes.is_empty() {
+                if begin_mm + sum_mm >= self.reach_mm {
+                    size_mm *= self.growth;
+                }
+                sizes.push(size_mm);
+                sum_mm += size_mm;
+                if ends_mm.len() + sizes.len() > MAX_RINGS / 2 {
+                    return Err(ElasticError::Division {
+                        what: "a spacing",
+                        value: self.spacing_mm,
+                        hint: "it makes more than 2,000 rings: take a wider one",
+                    });
+                }
+            }
+            let scale = (kink_mm - begin_mm) / sum_mm;
+            let mut end_mm = begin_mm;
+            for size in &sizes {
+                end_mm += size * scale;
+                ends_mm.push(end_mm);
+            }
+        }
+        let last = ends_mm.len() - 1;
+        let mut ends: Vec<f64> = ends_mm.iter().map(|&mm| s_at(&lengths, mm)).collect();
+        ends[last] = 1.0;
+        for kink in body.ends() {
+            // Exactly where the caller said, not where its length was rounded to.
+            let nearest =
+                ends.iter_mut().min_by(|a, b| (**a - kink).abs().total_cmp(&(**b - kink).abs()));
+            if let Some(end) = nearest {
+                *end = kink;
+            }
+        }
+        Ok(ends)
+    }
+
+    /// The ends of elements through each layer, as fractions of it from outside, 0, to inside, 1.
+    ///
+    /// # Errors
+    /// A curve that fails.
+    pub(crate) fn through(&self, body: &Body) -> Result<Vec<Vec<f64>>, ElasticError> {
+        let mut size_mm = 2.0 * self.spacing_mm;
+        let mut through = Vec::new();
+        for layer in 0..body.layers.len() {
+            let (outer, inner) = (body.place(layer, 0.0)?, body.place(layer + 1, 0.0)?);
+            let thickness_mm = (outer[1] - inner[1]).abs();
+            let (mut sizes, mut sum_mm) = (Vec::new(), 0.0);
+            while sum_mm < thickness_mm * (1.0 - 1e-9) && sizes.len() < MAX_THROUGH
+                || sizes.len() < 2
+            {
+                sizes.push(size_mm);
+                sum_mm += size_mm;
+                size_mm *= self.growth_inwards;
+            }
+            let (mut end, mut ends) = (0.0, vec![0.0]);
+            for size in &sizes {
+                end += size / sum_mm;
+                ends.push(end);
+            }
+            let count = ends.len() - 1;
+            ends[count] = 1.0;
+            size_mm = sizes[sizes.len() - 1] * thickness_mm / sum_mm;
+            through.push(ends);
+        }
+        Ok(through)
+    }
+}
+
+/// Length of the touched surface's meridian up to each of evenly spaced s, mm.
+fn lengths(body: &Body) -> Result<Vec<f64>, ElasticError> {
+    let mut lengths = vec![0.0];
+    let mut before = body.place(0, 0.0)?;
+    for i in 1..=LENGTH_STEPS {
+        let here = body.place(0, i as f64 / LENGTH_STEPS as f64)?;
+        lengths.push(lengths[i - 1] + (here[0] - before[0]).hypot(here[1] - before[1]));
+        before = here;
+    }
+    Ok(lengths)
+}
+
+fn length_at(lengths: &[f64], s: f64) -> f64 {
+    let place = s * LENGTH_STEPS as f64;
+    let i = (place as usize).min(LENGTH_STEPS - 1);
+    lengths[i] + (place - i as f64) * (lengths[i + 1] - lengths[i])
+}
+
+fn s_at(lengths: &[f64], length_mm: f64) -> f64 {
+    let i = lengths.partition_point(|&l| l <= length_mm).clamp(1, LENGTH_STEPS) - 1;
+    let step_mm = lengths[i + 1] - lengths[i];
+    let within = if step_mm > 0.0 { (length_mm - lengths[i]) / step_mm } else { 0.0 };
+    (i as f64 + within) / LENGTH_STEPS as f64
+}

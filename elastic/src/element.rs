@@ -1,0 +1,185 @@
+//! The element: biquadratic displacements, a pressure that is linear within each element and breaks between.
+//!
+//! The pair Q2-P1disc is stable for what hardly changes its volume (Boffi, Brezzi and Fortin, "Mixed finite
+//! element methods and applications", 2013, section 8.6). Since its pressures do not reach from element to
+//! element, each is solved for within its own; what is left is symmetric and positive definite, and the same
+//! solution as that of the whole mixed system.
+
+use nalgebra::{Matrix3, SMatrix};
+
+use crate::Material;
+
+/// Displacements of nine nodes: radial, around, axial each.
+pub(crate) const UNKNOWNS: usize = 27;
+
+/// Positions and weights of Gauss's rule with four points: exact to degree seven, which is what a linear
+/// displacement on a curved element needs.
+const GAUSS: [[f64; 2]; 4] = [
+    [-0.861_136_311_594_052_6, 0.347_854_845_137_453_85],
+    [-0.339_981_043_584_856_26, 0.652_145_154_862_546_1],
+    [0.339_981_043_584_856_26, 0.652_145_154_862_546_1],
+    [0.861_136_311_594_052_6, 0.347_854_845_137_453_85],
+];
+
+/// Positions and weights of the rule, on -1 to 1.
+pub(crate) fn gauss() -> &'static [[f64; 2]; 4] {
+    &GAUSS
+}
+
+/// The three quadratic functions on -1 to 1 that are 1 at -1, 0 and 1.
+pub(crate) fn quadratic(x: f64) -> [f64; 3] {
+    [0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)]
+}
+
+/// Their derivatives.
+pub(crate) fn quadratic_slope(x: f64) -> [f64; 3] {
+    [x - 0.5, -2.0 * x, x + 0.5]
+}
+
+/// Shape functions and their derivatives at the points of the rule, in the element's own coordinates.
+pub(crate) struct Shape {
+    points: Vec<ShapeAt>,
+}
+
+struct ShapeAt {
+    value: [f64; 9],
+    slope: [[f64; 2]; 9],
+    weight: f64,
+}
+
+/// A point of the rule in a real element.
+pub(crate) struct Point {
+    pub value: [f64; 9],
+    /// By radius and height, 1/mm.
+    pub slope: [[f64; 2]; 9],
+    pub place: [f64; 2],
+    /// Area in the meridian plane, mm2; negative where the element is folded.
+    pub area: f64,
+}
+
+impl Shape {
+    pub fn new() -> Self {
+        let mut points = Vec::with_capacity(16);
+        for [x, weight_x] in GAUSS {
+            for [y, weight_y] in GAUSS {
+                // Rows run inwards, and so against the second coordinate.
+                let (along, across) = (quadratic(x), quadratic(-y));
+                let (slope_along, slope_across) = (quadratic_slope(x), quadratic_slope(-y));
+                points.push(ShapeAt {
+                    value: std::array::from_fn(|i| along[i / 3] * across[i % 3]),
+                    slope: std::array::from_fn(|i| {
+                        [slope_along[i / 3] * across[i % 3], -along[i / 3] * slope_across[i % 3]]
+                    }),
+                    weight: weight_x * weight_y,
+                });
+            }
+        }
+        Self { points }
+    }
+
+    /// The rule's points in an element with nodes at these places.
+    pub fn points<'a>(&'a self, places: &'a [[f64; 2]; 9]) -> impl Iterator<Item = Point> + 'a {
+        self.points.iter().map(|at| {
+            let sum = |by: &dyn Fn(usize) -> f64| (0..9).map(by).sum::<f64>();
+            let jacobian: [[f64; 2]; 2] = std::array::from_fn(|i| {
+                std::array::from_fn(|j| sum(&|node| at.slope[node][j] * places[node][i]))
+            });
+            let [[r_x, r_y], [z_x, z_y]] = jacobian;
+            let determinant = r_x * z_y - r_y * z_x;
+            let slope = at.slope.map(|[by_x, by_y]| {
+                [(by_x * z_y - by_y * z_x) / determinant, (by_y * r_x - by_x * r_y) / determinant]
+            });
+            let place = std::array::from_fn(|i| sum(&|node| at.value[node] * places[node][i]));
+            Point { value: at.value, slope, place, area: at.weight * determinant }
+        })
+    }
+
+    /// Where an element has no area, or one of the wrong sign.
+    pub fn folded_at(&self, places: &[[f64; 2]; 9]) -> Option<[f64; 2]> {
+        let is_good = |area: f64| area > 0.0 && area.is_finite();
+        self.points(places)
+            .find(|point| !is_good(point.area) || point.place[0] <= 0.0)
+            .map(|p| p.place)
+    }
+
+    /// Stiffness of an element for one harmonic of the azimuth, N/mm per radian.
+    ///
+    /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; unknowns are U, V, W
+    /// of node after node. `None` for an element without area, which has no pressures of its own.
+    pub fn stiffness(
+        &self,
+        places: &[[f64; 2]; 9],
+        material: &Material,
+        harmonic: usize,
+    ) -> Option<Stiffness> {
+        let m = harmonic as f64;
+        let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
+        let (centre, scale) = centre(places);
+        let mut stiffness = Stiffness::zeros();
+        let mut pressures = Matrix3::zeros();
+        let mut volumes = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+        for point in self.points(places) {
+            let [r, z] = point.place;
+            let weight = point.area * r;
+            let linear = [1.0, (r - centre[0]) / scale, (z - centre[1]) / scale];
+            let mut strains = SMatrix::<f64, 6, UNKNOWNS>::zeros();
+            for node in 0..9 {
+                let (n, [n_r, n_z]) = (point.value[node], point.slope[node]);
+                let [u, v, w] = [3 * node, 3 * node + 1, 3 * node + 2];
+                strains[(0, u)] = n_r;
+                strains[(1, u)] = n / r;
+                strains[(1, v)] = m * n / r;
+                strains[(2, w)] = n_z;
+                strains[(3, u)] = n_z;
+                strains[(3, w)] = n_r;
+                strains[(4, u)] = -m * n / r;
+                strains[(4, v)] = n_r - n / r;
+                strains[(5, v)] = n_z;
+                strains[(5, w)] = -m * n / r;
+            }
+            for i in 0..UNKNOWNS {
+                let divergence = strains[(0, i)] + strains[(1, i)] + strains[(2, i)];
+                for (k, value) in linear.iter().enumerate() {
+                    volumes[(k, i)] += weight * value * divergence;
+                }
+            }
+            for i in 0..3 {
+                for j in 0..3 {
+                    pressures[(i, j)] += weight * linear[i] * linear[j];
+                }
+            }
+            let mut weighted = strains;
+            for (row, factor) in [2.0, 2.0, 2.0, 1.0, 1.0, 1.0].into_iter().enumerate() {
+                weighted.row_mut(row).scale_mut(factor * shear * weight);
+            }
+            stiffness.gemm_tr(1.0, &strains, &weighted, 1.0);
+        }
+        let inverse = pressures.try_inverse()?;
+        stiffness.gemm_tr(lame, &volumes, &(inverse * volumes), 1.0);
+        Some(stiffness)
+    }
+
+    /// Change of the element's volume by each unknown of the harmonic 0, mm2 per radian.
+    pub fn dilation(&self, places: &[[f64; 2]; 9]) -> [f64; UNKNOWNS] {
+        let mut dilation = [0.0; UNKNOWNS];
+        for point in self.points(places) {
+            let weight = point.area * point.place[0];
+            for node in 0..9 {
+                dilation[3 * node] +=
+                    weight * (point.slope[node][0] + point.value[node] / point.place[0]);
+                dilation[3 * node + 2] += weight * point.slope[node][1];
+            }
+        }
+        dilation
+    }
+}
+
+/// Symmetric, by unknowns of an element.
+pub(crate) type Stiffness = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+
+/// Middle of an element and about half its size, mm.
+fn centre(places: &[[f64; 2]; 9]) -> ([f64; 2], f64) {
+    let middle = places[4];
+    let far = |place: &[f64; 2]| (place[0] - middle[0]).hypot(place[1] - middle[1]);
+    (middle, places.iter().map(far).fold(0.0, f64::max))
+}

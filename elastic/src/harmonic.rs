@@ -1,0 +1,255 @@
+//! One harmonic of the azimuth: its unknowns, its stiffness, factorised.
+
+use faer::prelude::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Mat, Side};
+
+use crate::ElasticError;
+use crate::element::{Shape, UNKNOWNS};
+use crate::mesh::Mesh;
+
+/// Which unknown each displacement of each node is, and with which sign.
+///
+/// On the axis a field is single-valued: nothing moves for the harmonics from 2 on; the harmonic 0 moves
+/// along the axis alone, and the harmonic 1 is one motion across it, `V = -U`.
+pub(crate) struct Unknowns {
+    /// By node and component (radial, around, axial).
+    of: Vec<Option<(usize, f64)>>,
+    pub count: usize,
+}
+
+impl Unknowns {
+    pub fn new(mesh: &Mesh, harmonic: usize) -> Self {
+        let mut of = Vec::with_capacity(3 * mesh.nodes.len());
+        let mut count = 0;
+        let mut next = || {
+            count += 1;
+            Some((count - 1, 1.0))
+        };
+        for (node, place) in mesh.nodes.iter().enumerate() {
+            let on_axis = place[0] == 0.0;
+            match (mesh.is_fixed[node], on_axis, harmonic) {
+                (true, _, _) | (false, true, 2..) => of.extend([None; 3]),
+                (false, true, 0) => of.extend([None, None, next()]),
+                (false, true, 1) => {
+                    let across = next();
+                    of.extend([across, across.map(|(index, _)| (index, -1.0)), None]);
+                }
+                (false, false, _) => of.extend([next(), next(), next()]),
+            }
+        }
+        Self { of, count }
+    }
+
+    /// Unknown and sign of a node's component.
+    pub fn of(&self, node: usize, component: usize) -> Option<(usize, f64)> {
+        self.of[3 * node + component]
+    }
+}
+
+/// The stiffness of a harmonic, ready to be solved for loads.
+pub(crate) struct Harmonic {
+    pub unknowns: Unknowns,
+    factors: Llt<usize, f64>,
+}
+
+impl Harmonic {
+    /// # Errors
+    /// A pivot that is not positive: a body that nothing holds.
+    pub fn new(mesh: &Mesh, harmonic: usize) -> Result<Self, ElasticError> {
+        let failed = |reason: String| ElasticError::Factorisation { harmonic, reason };
+        let unknowns = Unknowns::new(mesh, harmonic);
+        let triplets = lower_triangle(mesh, harmonic, &unknowns)?;
+        let matrix = SparseColMat::try_new_from_triplets(unknowns.count, unknowns.count, &triplets)
+            .map_err(|error| failed(error.to_string()))?;
+        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower)
+            .map_err(|error| failed(error.to_string()))?;
+        let factors = Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower)
+            .map_err(|error| failed(error.to_string()))?;
+        Ok(Self { unknowns, factors })
+    }
+
+    /// Loads, one column each, to displacements, in place.
+    pub fn solve(&self, loads: &mut Mat<f64>) {
+        self.factors.solve_in_place(loads.as_mut());
+    }
+}
+
+/// Entries on and below the diagonal.
+fn lower_triangle(
+    mesh: &Mesh,
+    harmonic: usize,
+    unknowns: &Unknowns,
+) -> Result<Vec<Triplet<usize, usize, f64>>, ElasticError> {
+    let shape = Shape::new();
+    let mut triplets = Vec::new();
+    for element in mesh.elements() {
+        let nodes = mesh.element_nodes(element);
+        let material = &mesh.materials[mesh.layer_of[element[1]]];
+        let stiffness = shape.stiffness(&mesh.element_places(element), material, harmonic);
+        let stiffness = stiffness.ok_or_else(|| ElasticError::Factorisation {
+            harmonic,
+            reason: "an element has no area".to_owned(),
+        })?;
+        for i in 0..UNKNOWNS {
+            let Some((row, sign_row)) = unknowns.of(nodes[i / 3], i % 3) else { continue };
+            for j in 0..UNKNOWNS {
+                let Some((column, sign)) = unknowns.of(nodes[j / 3], j % 3) else { continue };
+                if column <= row {
+                    triplets.push(Triplet::new(row, column, sign_row * sign * stiffness[(i, j)]));
+                }
+            }
+        }
+    }
+    Ok(triplets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Body, Curve, Division, Hold, Layer, Material};
+
+    /// A dome of two materials, from a half ellipsoid to a ball inside, its rim free: every side is curved.
+    fn dome(poisson: f64) -> Mesh {
+        let ellipse = |r: f64, z: f64| {
+            Curve::new(move |s| {
+                let angle = s * 1.3;
+                [r * angle.sin(), z * angle.cos()]
+            })
+        };
+        let layer = |young| Layer {
+            name: "layer".to_owned(),
+            material: Material::new(young, poisson).unwrap(),
+        };
+        let body = Body {
+            interfaces: vec![ellipse(6.0, 5.0), ellipse(5.0, 4.2), ellipse(4.0, 3.0)],
+            layers: vec![layer(0.1), layer(1.0)],
+            inner: Hold::Bonded,
+            is_rim_bonded: false,
+            kinks: vec![0.37],
+        };
+        Mesh::new(&body, &Division::even(0.5, 0)).unwrap()
+    }
+
+    /// Forces of a field by U, V, W at a place, on every node, and the largest entry of |K| |u| beside them.
+    fn forces(
+        mesh: &Mesh,
+        harmonic: usize,
+        field: &dyn Fn([f64; 2]) -> [f64; 3],
+    ) -> (Vec<f64>, f64) {
+        let shape = Shape::new();
+        let mut forces = vec![0.0; 3 * mesh.nodes.len()];
+        let mut largest: f64 = 0.0;
+        for element in mesh.elements() {
+            let nodes = mesh.element_nodes(element);
+            let material = &mesh.materials[mesh.layer_of[element[1]]];
+            let stiffness =
+                shape.stiffness(&mesh.element_places(element), material, harmonic).unwrap();
+            let values: Vec<f64> = nodes.iter().flat_map(|&n| field(mesh.nodes[n])).collect();
+            for i in 0..UNKNOWNS {
+                let terms = (0..UNKNOWNS).map(|j| stiffness[(i, j)] * values[j]);
+                forces[3 * nodes[i / 3] + i % 3] += terms.clone().sum::<f64>();
+                largest = largest.max(terms.map(f64::abs).sum());
+            }
+        }
+        (forces, largest)
+    }
+
+    #[test]
+    fn rigid_motions_cost_nothing() {
+        let motions: [(usize, &str, fn([f64; 2]) -> [f64; 3]); 4] = [
+            (0, "up", |_| [0.0, 0.0, 1.0]),
+            (0, "about the axis", |[r, _]| [0.0, r, 0.0]),
+            (1, "across", |_| [1.0, -1.0, 0.0]),
+            (1, "about a line across", |[r, z]| [z, -z, -r]),
+        ];
+        for poisson in [0.0, 0.3, 0.4999] {
+            let mesh = dome(poisson);
+            for (harmonic, name, motion) in motions {
+                let (forces, largest) = forces(&mesh, harmonic, &motion);
+                let worst = forces.iter().fold(0.0, |worst: f64, f| worst.max(f.abs()));
+                // 9 elements of 27 terms meet in a node.
+                assert!(worst < 1e-13 * largest, "{name}, {poisson}: {worst:e} of {largest:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn even_strain_leaves_no_force_inside() {
+        // Linear displacements: of the harmonics 0, 1 and 2 there are no others but rigid motions.
+        let fields: [(usize, fn([f64; 2]) -> [f64; 3]); 4] = [
+            (0, |[r, _]| [r, 0.0, 0.0]),
+            (0, |[_, z]| [0.0, 0.0, z]),
+            (1, |[_, z]| [z, -z, 0.0]),
+            (2, |[r, _]| [r, -r, 0.0]),
+        ];
+        for poisson in [0.0, 0.3, 0.4999] {
+            let mut mesh = dome(poisson);
+            mesh.materials[1] = mesh.materials[0];
+            for (harmonic, field) in fields {
+                let (forces, largest) = forces(&mesh, harmonic, &field);
+                let inside = (1..mesh.columns - 1)
+                    .flat_map(|column| (1..mesh.rows - 1).map(move |row| (column, row)))
+                    .flat_map(|(column, row)| forces[3 * (column * mesh.rows + row)..][..3].iter());
+                let worst = inside.fold(0.0, |worst: f64, f| worst.max(f.abs()));
+                let surface = forces.iter().fold(0.0, |worst: f64, f| worst.max(f.abs()));
+                assert!(worst < 1e-13 * largest, "{harmonic}, {poisson}: {worst:e} of {largest:e}");
+                assert!(surface > 1e-6 * largest, "{harmonic}: what is strained needs forces");
+            }
+        }
+    }
+
+    #[test]
+    fn volume_grows_as_its_surface_moves() {
+        // u = (x, y, z) grows a body's volume by three of itself.
+        let mesh = dome(0.3);
+        let shape = Shape::new();
+        let (mut grown, mut volume) = (0.0, 0.0);
+        for element in mesh.elements() {
+            let places = mesh.element_places(element);
+            let dilation = shape.dilation(&places);
+            grown += (0..9).map(|n| dilation[3 * n] * places[n][0]).sum::<f64>();
+            grown += (0..9).map(|n| dilation[3 * n + 2] * places[n][1]).sum::<f64>();
+            volume += shape.points(&places).map(|p| p.area * p.place[0]).sum::<f64>();
+        }
+        assert!((grown / volume - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_solution_answers_its_load() {
+        let mesh = dome(0.4999);
+        for harmonic in [0, 1, 2, 7] {
+            let solver = Harmonic::new(&mesh, harmonic).unwrap();
+            let node = mesh.interface_node(0, mesh.columns / 2);
+            let (row, _) = solver.unknowns.of(node, 0).unwrap();
+            let mut solution = Mat::zeros(solver.unknowns.count, 1);
+            solution[(row, 0)] = 1.0;
+            solver.solve(&mut solution);
+            let value = |node: usize, component: usize| match solver.unknowns.of(node, component) {
+                Some((index, sign)) => sign * solution[(index, 0)],
+                None => 0.0,
+            };
+            let shape = Shape::new();
+            let mut forces = vec![0.0; solver.unknowns.count];
+            for element in mesh.elements() {
+                let nodes = mesh.element_nodes(element);
+                let material = &mesh.materials[mesh.layer_of[element[1]]];
+                let stiffness =
+                    shape.stiffness(&mesh.element_places(element), material, harmonic).unwrap();
+                for i in 0..UNKNOWNS {
+                    let Some((row, sign)) = solver.unknowns.of(nodes[i / 3], i % 3) else {
+                        continue;
+                    };
+                    let sum: f64 =
+                        (0..UNKNOWNS).map(|j| stiffness[(i, j)] * value(nodes[j / 3], j % 3)).sum();
+                    forces[row] += sign * sum;
+                }
+            }
+            forces[row] -= 1.0;
+            let worst = forces.iter().fold(0.0, |worst: f64, f| worst.max(f.abs()));
+            // Bulk is 5,000 times as stiff as shear: so many digits of sixteen go.
+            assert!(worst < 1e-10, "{harmonic}: {worst:e}");
+        }
+    }
+}

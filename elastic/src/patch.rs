@@ -1,0 +1,189 @@
+//! The part of the surface that a press can touch, and what tractions there do to it.
+
+use std::ops::Range;
+
+use rustfft::num_complex::Complex;
+
+use crate::compliance::{ALONG, AROUND, NORMAL};
+use crate::rings::Buffers;
+use crate::stack::Stack;
+
+/// Whole rings from one to another; values are those of their nodes, ring after ring.
+pub(crate) struct Patch<'a> {
+    pub stack: &'a Stack,
+    pub rings: Range<usize>,
+}
+
+/// Amplitudes by harmonic and ring of a patch.
+#[derive(Clone, Default)]
+pub(crate) struct Spectrum {
+    rings: usize,
+    real: Vec<f64>,
+    imaginary: Vec<f64>,
+}
+
+impl Spectrum {
+    fn reset(&mut self, harmonics: usize, rings: usize) {
+        self.rings = rings;
+        for part in [&mut self.real, &mut self.imaginary] {
+            part.clear();
+            part.resize((harmonics + 1) * rings, 0.0);
+        }
+    }
+
+    pub fn at(&self, harmonic: usize, ring: usize) -> Complex<f64> {
+        let i = harmonic * self.rings + ring;
+        Complex::new(self.real[i], self.imaginary[i])
+    }
+
+    fn set(&mut self, harmonic: usize, ring: usize, value: Complex<f64>) {
+        let i = harmonic * self.rings + ring;
+        (self.real[i], self.imaginary[i]) = (value.re, value.im);
+    }
+}
+
+/// What products need, reused from one to the next.
+#[derive(Default)]
+pub(crate) struct Work {
+    pub loads: [Spectrum; 3],
+    moved: [Spectrum; 3],
+    buffers: Buffers,
+}
+
+impl Patch<'_> {
+    pub fn nodes(&self) -> usize {
+        self.node_range(self.rings.len()).start
+    }
+
+    /// Where a ring of the patch has its values; that of the one past the last begins at their number.
+    pub fn node_range(&self, ring: usize) -> Range<usize> {
+        let all = &self.stack.rings;
+        let first = |ring: usize| all.rings.get(ring).map_or(all.nodes, |ring| ring.first);
+        let begin = first(self.rings.start);
+        let here = self.rings.start + ring;
+        first(here) - begin..first((here + 1).min(all.rings.len())) - begin
+    }
+
+    /// The highest harmonic of any ring of the patch.
+    pub fn harmonics(&self) -> usize {
+        self.stack.rings.rings[self.rings.end - 1].harmonics
+    }
+
+    /// The area of each node, mm2.
+    pub fn areas(&self) -> Vec<f64> {
+        let rings = self.rings.clone();
+        let area = |ring: usize| {
+            let count = self.stack.rings.rings[ring].count;
+            std::iter::repeat_n(self.stack.rings.area_mm2(ring), count)
+        };
+        rings.flat_map(area).collect()
+    }
+
+    /// Values of components to their amplitudes, in `work.loads`.
+    pub fn analyse(&self, values: [Option<&[f64]>; 3], work: &mut Work) {
+        let (rings, harmonics) = (self.rings.len(), self.harmonics());
+        for component in [NORMAL, ALONG, AROUND] {
+            let Some(values) = values[component] else { continue };
+            let spectrum = &mut work.loads[component];
+            spectrum.reset(harmonics, rings);
+            for ring in 0..rings {
+                let here = &values[self.node_range(ring)];
+                // What goes around is a sine where the others are cosines: a quarter turn ahead.
+                let turn = if component == AROUND { Complex::i() } else { Complex::new(1.0, 0.0) };
+                let all = &self.stack.rings;
+                all.analyse(self.rings.start + ring, here, &mut work.buffers, |m, amplitude| {
+                    spectrum.set(m, ring, turn * amplitude);
+                });
+            }
+        }
+        if self.rings.start == 0 && harmonics > 0 {
+            // On the axis the two are a vector (x, y), which is a harmonic 1 around it.
+            let [x, y] = [ALONG, AROUND].map(|c| values[c].map_or(0.0, |values| values[0]));
+            for (component, sign) in [(ALONG, 1.0), (AROUND, -1.0)] {
+                if values[component].is_some() {
+                    work.loads[component].set(0, 0, Complex::default());
+                    work.loads[component].set(1, 0, Complex::new(x, -y) * sign);
+                }
+            }
+        }
+    }
+
+    /// Displacements of components by the tractions of components, mm by MPa.
+    ///
+    /// Tangential components come and go together.
+    pub fn apply(
+        &self,
+        loads: [Option<&[f64]>; 3],
+        moved: [Option<&mut [f64]>; 3],
+        work: &mut Work,
+    ) {
+        self.analyse(loads, work);
+        let harmonics = self.harmonics();
+        let wanted: [bool; 3] = std::array::from_fn(|c| moved[c].is_some());
+        for (spectrum, wanted) in work.moved.iter_mut().zip(wanted) {
+            if wanted {
+                spectrum.reset(harmonics, self.rings.len());
+            }
+        }
+        for harmonic in 0..=harmonics {
+            for load in (0..3).filter(|&c| loads[c].is_some()) {
+                for component in (0..3).filter(|&c| wanted[c]) {
+                    self.multiply(harmonic, load, component, work);
+                }
+            }
+        }
+        self.synthesise(moved, work);
+    }
+
+    /// One block of one harmonic.
+    fn multiply(&self, harmonic: usize, load: usize, component: usize, work: &mut Work) {
+        let block = &self.stack.compliances[harmonic];
+        let rows = 3 * block.rings;
+        let start = self.rings.start.max(block.first);
+        if start >= self.rings.end {
+            return;
+        }
+        let offset = start - self.rings.start;
+        let count = self.rings.end - start;
+        let (loads, moved) = (&work.loads[load], &mut work.moved[component]);
+        let row = harmonic * self.rings.len() + offset;
+        let real = &mut moved.real[row..row + count];
+        let imaginary = &mut moved.imaginary[row..row + count];
+        for ring in 0..count {
+            let amplitude = loads.at(harmonic, offset + ring);
+            let column = (load * block.rings + start - block.first + ring) * rows;
+            let begin = column + component * block.rings + start - block.first;
+            let column = &block.contact[begin..begin + count];
+            for ((real, imaginary), entry) in real.iter_mut().zip(imaginary.iter_mut()).zip(column)
+            {
+                *real += entry * amplitude.re;
+                *imaginary += entry * amplitude.im;
+            }
+        }
+    }
+
+    fn synthesise(&self, moved: [Option<&mut [f64]>; 3], work: &mut Work) {
+        let harmonics = self.harmonics();
+        let on_axis = match self.rings.start == 0 && harmonics > 0 && moved[ALONG].is_some() {
+            true => Some((work.moved[ALONG].at(1, 0) - work.moved[AROUND].at(1, 0)) * 0.5),
+            false => None,
+        };
+        for (component, values) in moved.into_iter().enumerate() {
+            let Some(values) = values else { continue };
+            let spectrum = &work.moved[component];
+            for ring in 0..self.rings.len() {
+                let here = &mut values[self.node_range(ring)];
+                let turn = if component == AROUND { -Complex::i() } else { Complex::new(1.0, 0.0) };
+                let all = &self.stack.rings;
+                all.synthesise(self.rings.start + ring, here, &mut work.buffers, |m| {
+                    turn * spectrum.at(m, ring)
+                });
+            }
+            match (on_axis, component) {
+                (Some(across), ALONG) => values[0] = across.re,
+                (Some(across), AROUND) => values[0] = -across.im,
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! Layers that are ready to be pressed.
+
+use std::sync::Arc;
+
+use fabkit_geometry::{Point3, Vector3};
+
+use crate::compliance::{self, Compliance};
+use crate::contact;
+use crate::mesh::Mesh;
+use crate::outcome::Outcome;
+use crate::patch::{Patch, Work};
+use crate::presser::{Press, Presser};
+use crate::rings::Rings;
+use crate::{Body, Division, ElasticError};
+
+/// A body whose answers to tractions are known: made once for a design, then pressed as often as one likes.
+#[derive(Debug)]
+pub struct Stack {
+    pub(crate) mesh: Arc<Mesh>,
+    pub(crate) rings: Rings,
+    pub(crate) compliances: Vec<Compliance>,
+    /// By layer, of the harmonic 0: component after component, ring after ring, mm3/MPa.
+    pub(crate) dilations: Vec<Vec<f64>>,
+    /// Of all layers at each column, mm.
+    thickness_mm: Vec<f64>,
+}
+
+impl Stack {
+    /// Meshes a body, and factorises and solves each harmonic, by up to `threads` threads; the result does not
+    /// depend on how many.
+    ///
+    /// # Errors
+    /// A body or a division that is none, and one that takes too much memory.
+    pub fn new(body: &Body, division: &Division, threads: usize) -> Result<Self, ElasticError> {
+        let mesh = Mesh::new(body, division)?;
+        let rings = Rings::new(&mesh, division.max_harmonic);
+        compliance::check_size(&mesh, &rings)?;
+        let compliances = compliance::all(&mesh, &rings, threads)?;
+        let dilations = compliance::dilations(&mesh, &rings)?;
+        let last = mesh.interface_rows.len() - 1;
+        let thickness = |column: usize| {
+            let [outer, inner] = [0, last].map(|i| mesh.nodes[mesh.interface_node(i, column)]);
+            (outer[0] - inner[0]).hypot(outer[1] - inner[1])
+        };
+        let thickness_mm = (0..mesh.columns).map(thickness).collect();
+        Ok(Self { mesh: Arc::new(mesh), rings, compliances, dilations, thickness_mm })
+    }
+
+    /// How many nodes the touched surface has.
+    pub fn surface_nodes(&self) -> usize {
+        self.rings.nodes
+    }
+
+    /// Unknown displacements of one harmonic, and the highest harmonic.
+    pub fn size(&self) -> [usize; 2] {
+        let free = self.mesh.is_fixed.iter().filter(|is_fixed| !**is_fixed).count();
+        [3 * free, self.rings.harmonics()]
+    }
+
+    /// A place of the touched surface at rest, and the direction out of the body there, by column of the mesh.
+    pub(crate) fn place(&self, column: usize, azimuth: f64) -> (Point3<f64>, Vector3<f64>) {
+        let [r, z] = self.mesh.nodes[column * self.mesh.rows];
+        let [n_r, n_z] = self.mesh.frames[column].normal;
+        let (sin, cos) = azimuth.sin_cos();
+        (Point3::new(r * cos, r * sin, z), Vector3::new(n_r * cos, n_r * sin, n_z))
+    }
+
+    /// How far a presser must move along a unit direction to touch the surface at rest, mm.
+    ///
+    /// # Errors
+    /// A presser that meets the surface nowhere on its way, or starts inside.
+    pub fn touching_mm(
+        &self,
+        presser: &dyn Presser,
+        direction: &Vector3<f64>,
+    ) -> Result<f64, ElasticError> {
+        let direction = direction.normalize();
+        let far_mm = 1e3;
+        let way = |place: &Point3<f64>| presser.gap_mm(place, &-direction, far_mm);
+        let (mut best_mm, mut best) = (f64::INFINITY, [0.0, 0.0]);
+        for (ring, of_ring) in self.rings.rings.iter().enumerate() {
+            for node in 0..of_ring.count {
+                let azimuth = self.rings.azimuth(ring, node);
+                let way_mm = way(&self.place(ring, azimuth).0);
+                if way_mm < best_mm {
+                    (best_mm, best) = (way_mm, [self.mesh.s[ring], azimuth]);
+                }
+            }
+        }
+        if !best_mm.is_finite() {
+            return Err(ElasticError::NoContact { gap_mm: best_mm });
+        }
+        if best_mm < 0.0 {
+            return Err(ElasticError::StartsInside { inside_mm: -best_mm });
+        }
+        // Between nodes: along s and around, in steps that halve.
+        let mut steps = [0.5 / self.rings.rings.len() as f64, 0.1];
+        while steps[0] > 1e-9 {
+            let mut is_better = false;
+            for (k, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+                let mut there = best;
+                there[k] += sign * steps[k];
+                there[0] = there[0].clamp(0.0, 1.0);
+                let way_mm = way(&self.mesh.surface_place(there[0], there[1]));
+                if way_mm < best_mm {
+                    (best_mm, best, is_better) = (way_mm, there, true);
+                }
+            }
+            if !is_better {
+                steps = steps.map(|step| 0.5 * step);
+            }
+        }
+        Ok(best_mm)
+    }
+
+    /// Presses.
+    ///
+    /// # Errors
+    /// A presser that does not touch, or goes deeper than what is soft; a contact that does not converge.
+    pub fn press(&self, presser: &dyn Presser, press: &Press) -> Result<Outcome, ElasticError> {
+        let shift_mm = match &press.way {
+            Some((direction, depth_mm)) => {
+                (self.touching_mm(presser, direction)? + depth_mm) * direction
+            }
+            None => Vector3::zeros(),
+        };
+        let (patch, depth_mm) = self.patch(presser, &shift_mm)?;
+        let gaps = self.gaps(&patch, presser, &shift_mm, depth_mm);
+        let mut work = Work::default();
+        let contact = contact::solve(&patch, &gaps, depth_mm, None, &mut work)?;
+        let outcome = Outcome::new(&patch, &contact, depth_mm, &mut work);
+        if outcome.bulge_mm > depth_mm {
+            return Err(ElasticError::NoConvergence {
+                what: "the bulge around a press, which is higher than the press is deep,",
+                iterations: contact.iterations,
+                residual: outcome.bulge_mm,
+                tolerance: depth_mm,
+            });
+        }
+        Ok(outcome)
+    }
+
+    /// The rings that can be touched, and how deep the presser reaches, mm.
+    fn patch(
+        &self,
+        presser: &dyn Presser,
+        shift_mm: &Vector3<f64>,
+    ) -> Result<(Patch<'_>, f64), ElasticError> {
+        let mut least = Vec::with_capacity(self.rings.rings.len());
+        for (ring, of_ring) in self.rings.rings.iter().enumerate() {
+            let mut least_mm = f64::INFINITY;
+            let reach_mm = self.thickness_mm[ring];
+            for node in 0..of_ring.count {
+                let (place, outward) = self.place(ring, self.rings.azimuth(ring, node));
+                let gap_mm = presser.gap_mm(&(place - shift_mm), &outward, reach_mm);
+                if gap_mm.is_nan() {
+                    let hint = "a distance";
+                    return Err(ElasticError::Press { what: "a gap", value: gap_mm, hint });
+                }
+                if gap_mm <= -reach_mm {
+                    return Err(ElasticError::TooDeep {
+                        depth_mm: -gap_mm,
+                        thickness_mm: reach_mm,
+                        place_mm: [place.x, place.y, place.z],
+                    });
+                }
+                least_mm = least_mm.min(gap_mm);
+            }
+            self.check_symmetry(ring, least_mm, presser, shift_mm)?;
+            least.push(least_mm);
+        }
+        let gap_mm = least.iter().copied().fold(f64::INFINITY, f64::min);
+        if gap_mm >= 0.0 {
+            return Err(ElasticError::NoContact { gap_mm });
+        }
+        // The surface rises around a press, but never by as much as it is pressed down.
+        let can_touch = |gap: &f64| *gap <= -gap_mm;
+        let first = least.iter().position(can_touch).unwrap_or(0);
+        let last = least.iter().rposition(can_touch).unwrap_or(0);
+        Ok((Patch { stack: self, rings: first..last + 1 }, -gap_mm))
+    }
+
+    /// Where the azimuth has no harmonics, a presser must be the same all around.
+    fn check_symmetry(
+        &self,
+        ring: usize,
+        gap_mm: f64,
+        presser: &dyn Presser,
+        shift_mm: &Vector3<f64>,
+    ) -> Result<(), ElasticError> {
+        if self.rings.rings[ring].count > 1 || ring == 0 {
+            return Ok(());
+        }
+        for azimuth in [1.0, 2.5, 4.4] {
+            let (place, outward) = self.place(ring, azimuth);
+            let other_mm = presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[ring]);
+            if (other_mm - gap_mm).abs() > 1e-9 * (1.0 + gap_mm.abs()) {
+                let hint = "0: without harmonics a presser must be symmetric about the axis";
+                let value = other_mm - gap_mm;
+                return Err(ElasticError::Press {
+                    what: "a difference of gaps around",
+                    value,
+                    hint,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The mean gap of each node's surroundings, mm, weighted as displacements are.
+    fn gaps(
+        &self,
+        patch: &Patch<'_>,
+        presser: &dyn Presser,
+        shift_mm: &Vector3<f64>,
+        depth_mm: f64,
+    ) -> Vec<f64> {
+        let mut gaps = Vec::with_capacity(patch.nodes());
+        for ring in patch.rings.clone() {
+            let of_ring = &self.rings.rings[ring];
+            for node in 0..of_ring.count {
+                let azimuth = self.rings.azimuth(ring, node);
+                let gap = |column: usize| {
+                    let (place, outward) = self.place(column, azimuth);
+                    presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[column])
+                };
+                gaps.push(match gap(ring) <= depth_mm {
+                    true => {
+                        let shares =
+                            of_ring.shares.iter().map(|&(column, share)| share * gap(column));
+                        let mean = shares.sum::<f64>() / of_ring.weight;
+                        // Neighbours that miss the presser: the node is at the presser's edge.
+                        if mean.is_finite() { mean } else { f64::INFINITY }
+                    }
+                    false => f64::INFINITY,
+                });
+            }
+        }
+        gaps
+    }
+
+    /// Weights that make [`Compliance::contact`] symmetric, and its largest asymmetry: a check of reciprocity.
+    pub fn asymmetry(&self) -> f64 {
+        let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+        for block in &self.compliances {
+            let n = 3 * block.rings;
+            let weight = |i: usize| self.rings.rings[block.first + i % block.rings].weight;
+            for i in 0..n {
+                for j in 0..i {
+                    let (a, b) = (
+                        block.contact[j * n + i] * weight(i),
+                        block.contact[i * n + j] * weight(j),
+                    );
+                    worst = worst.max((a - b).abs());
+                }
+                largest = largest.max(block.contact[i * n + i] * weight(i));
+            }
+        }
+        worst / largest
+    }
+}

@@ -201,8 +201,8 @@ pub struct Export {
     /// Its fixtures too, each into a folder of its own
     #[arg(long, conflicts_with = "parts")]
     pub fixtures: bool,
-    /// All that a lab publishes: parts in every format, fixtures, guides, the sensor's file and camera,
-    /// licence and citation
+    /// All that a lab publishes: parts in every format, circuit boards, fixtures, guides, the sensor's file
+    /// and camera, licence and citation
     #[arg(long, conflicts_with_all = ["parts", "format"])]
     pub all: bool,
     /// The guide too, into a folder of its own

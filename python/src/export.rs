@@ -19,18 +19,6 @@ use crate::running::{Interrupted, run, short};
 
 /// Made by another kernel, and not one of [`Format`].
 const STEP: &str = "step";
-const FORMATS: [Format; 10] = [
-    Format::Stl,
-    Format::ThreeMf,
-    Format::Dxf,
-    Format::Svg,
-    Format::Png,
-    Format::Tree,
-    Format::Samples,
-    Format::Light,
-    Format::Glb,
-    Format::Gerber,
-];
 
 /// What to export; what is left out is as in the command.
 pub struct Wish {
@@ -50,10 +38,10 @@ impl Wish {
     fn options(self) -> Result<(ExportOptions, bool), Failure> {
         let usual = ExportOptions::default();
         let wants_step = self.formats.iter().any(|word| word == STEP);
-        let known = || FORMATS.iter().map(|format| format.word()).chain([STEP]);
+        let known = || Format::ALL.iter().map(|format| format.word()).chain([STEP]);
         let mut formats = Vec::new();
         for word in self.formats.iter().filter(|word| *word != STEP) {
-            let format = FORMATS.iter().find(|format| format.word() == word);
+            let format = Format::ALL.iter().find(|format| format.word() == word);
             formats.push(*format.ok_or_else(|| UnknownName::new("format", word, known()))?);
         }
         formats.sort();

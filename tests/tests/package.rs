@@ -76,6 +76,39 @@ fn a_package_holds_what_its_lists_say_and_makes_itself_again() {
     assert!(damaged.stdout.contains("bom.csv"));
 }
 
+/// With its boards, and fixtures that have none.
+#[test]
+fn a_package_holds_boards() {
+    let root = tempfile::tempdir().unwrap();
+    let words = ["export", "9dtact", "--all", "--tolerance", "0.1mm", "-o", "package"];
+    fabkit(root.path(), &words).ok();
+    let folder = root.path().join("package");
+    let own = manifest(&folder);
+    let files = own["files"].as_array().unwrap();
+    let boards: Vec<&str> = files
+        .iter()
+        .filter(|file| file["format"] == "gerber")
+        .map(|file| file["name"].as_str().unwrap())
+        .collect();
+    let there = contents(&folder.join("led-board"));
+    assert_eq!(boards.len(), there.len(), "{boards:?}");
+    for name in ["led-board.gbrjob", "led-board-F_Cu.gbr", "led-board-pos.csv"] {
+        assert!(
+            there.contains_key(name) && boards.contains(&&*format!("led-board/{name}")),
+            "{boards:?}"
+        );
+    }
+    // The design's formats are there as before.
+    for format in ["stl", "3mf", "dxf", "svg", "glb"] {
+        assert!(files.iter().any(|file| file["format"] == format), "{format}");
+    }
+    fabkit(root.path(), &["verify", "package"]).ok();
+    // Without being asked, an export holds none.
+    let plain = ["export", "9dtact", "--part", "led-board", "--force", "-o", "plain"];
+    fabkit(root.path(), &plain).ok();
+    assert!(!root.path().join("plain/led-board").exists());
+}
+
 #[test]
 fn an_archive_is_the_same_on_any_number_of_threads() {
     let root = tempfile::tempdir().unwrap();

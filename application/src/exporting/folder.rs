@@ -244,7 +244,13 @@ impl Merged {
             .chain(earlier.keys().map(String::as_str))
             .chain([MANIFEST_NAME])
             .collect();
-        let foreign = names_in(folder)?.into_iter().filter(|name| !known.contains(name.as_str()));
+        // Boards have folders of their own below.
+        let own = known.iter().filter_map(|name| Some(name.rsplit_once('/')?.0));
+        let mut there = names_in(folder, "")?;
+        for below in own.collect::<BTreeSet<&str>>() {
+            there.extend(names_in(&folder.join(below), &format!("{below}/"))?);
+        }
+        let foreign = there.into_iter().filter(|name| !known.contains(name.as_str()));
         manifest.others.extend(foreign.map(|name| OtherFile {
             name,
             why: Otherness::Foreign,
@@ -354,16 +360,21 @@ fn hash_of(path: &Path) -> Result<Option<String>, StagingError> {
     Ok(Some(hasher.finalize().to_hex().to_string()))
 }
 
-/// Files in a folder; neither hidden ones nor what is below.
-fn names_in(folder: &Path) -> Result<Vec<String>, StagingError> {
+/// Files in a folder, none where it is not there yet, with what is before their names; neither hidden ones nor
+/// what is below.
+fn names_in(folder: &Path, before: &str) -> Result<Vec<String>, StagingError> {
     let unreadable =
         |source| StagingError::Io { action: "read the folder", path: folder.into(), source };
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(unreadable)?,
+    };
     let mut names = Vec::new();
-    for entry in fs::read_dir(folder).map_err(unreadable)? {
+    for entry in entries {
         let entry = entry.map_err(unreadable)?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if !name.starts_with('.') && entry.path().is_file() {
-            names.push(name);
+            names.push(format!("{before}{name}"));
         }
     }
     Ok(names)

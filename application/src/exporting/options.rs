@@ -2,6 +2,7 @@
 
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_export::{Bed, GivenProfile, OptionsEntry};
+use fabkit_geometry::Sensor;
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,7 +31,7 @@ pub enum Format {
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Stl,
         Self::ThreeMf,
         Self::Dxf,
@@ -40,10 +41,11 @@ impl Format {
         Self::Samples,
         Self::Light,
         Self::Glb,
+        Self::Gerber,
     ];
 
     /// What a package holds: what somebody builds from or looks at. The guide has pictures, and the rest is for
-    /// whoever checks fabkit.
+    /// whoever checks fabkit. Boards are in it where there are some: [`ExportOptions::for_sensor`].
     pub fn published() -> Vec<Self> {
         let is_published =
             |format: &Self| !matches!(format, Self::Png | Self::Tree | Self::Samples | Self::Light);
@@ -109,6 +111,15 @@ pub struct ExportOptions {
 }
 
 impl ExportOptions {
+    /// The same without boards for a sensor that has none of its own: a package of many designs holds what each
+    /// of them has, while boards that are asked for by name and are not there are an error.
+    pub fn for_sensor(&self, sensor: &Sensor) -> Self {
+        let has_boards = sensor.circuits.iter().any(|circuit| circuit.board.is_some());
+        let mut options = self.clone();
+        options.formats.retain(|format| has_boards || *format != Format::Gerber);
+        options
+    }
+
     /// What the manifest says of them: all that the content of files depends on.
     pub(super) fn entry(&self) -> OptionsEntry {
         let profile = self.profile.as_ref().map(|profile| GivenProfile {

@@ -245,7 +245,13 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
     let is_known = |name: &str| {
         name == document || listed.files.contains_key(name) || listed.others.contains(name)
     };
-    let (foreign, more_foreign) = foreign(folder, kind, &is_known)?;
+    // Boards of an export have folders of their own; other folders below it are exports or somebody else's.
+    let is_ours = |below: &str| {
+        let mut names = listed.files.keys();
+        kind != Kind::Export
+            || names.any(|name| name.strip_prefix(below).is_some_and(|rest| rest.starts_with('/')))
+    };
+    let (foreign, more_foreign) = foreign(folder, kind, &is_known, &is_ours)?;
     for file in foreign {
         let why = format!("{document} does not name it");
         findings.insert(file.clone(), FolderFinding { file, what: What::Foreign, why });
@@ -297,12 +303,13 @@ fn add_chunks(folder: &Path, findings: &mut Findings) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names of files that nobody lists, and how many there are besides. Exports have a folder each; what
-/// lies below belongs to somebody else.
+/// Names of files that nobody lists, and how many there are besides, in the folder and in those below it that
+/// are its own.
 fn foreign(
     folder: &Path,
     kind: Kind,
     is_known: &dyn Fn(&str) -> bool,
+    is_ours: &dyn Fn(&str) -> bool,
 ) -> Result<(Vec<String>, usize), RereadError> {
     let (mut named, mut more) = (Vec::new(), 0);
     let mut open = vec![String::new()];
@@ -320,7 +327,7 @@ fn foreign(
             let is_folder = entry.file_type().is_ok_and(|found| found.is_dir());
             let is_partial = below.is_empty() && is_partial(kind, &path);
             match is_folder {
-                true if kind == Kind::Export || is_partial => {}
+                true if is_partial || !is_ours(&path) => {}
                 true => open.push(path),
                 false if is_known(&path) => {}
                 false if named.len() < MOST_NAMED => named.push(path),

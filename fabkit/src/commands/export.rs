@@ -78,8 +78,10 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     }
 
     let progress = Progress::new(global, format!("exporting {}", args.sensor));
-    let export =
-        |design: &Design| exporting::export(design, &options, &|part| progress.finished(part));
+    let export = |design: &Design| {
+        let own = args.all.then(|| options.for_sensor(&design.sensor));
+        exporting::export(design, own.as_ref().unwrap_or(&options), &|part| progress.finished(part))
+    };
     let make = || {
         let exported = export(&design)?;
         let of_fixtures = fixtures.iter().map(|(name, design)| Ok((*name, export(design)?)));

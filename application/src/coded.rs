@@ -14,6 +14,7 @@ use crate::calibrating::CalibratingError;
 use crate::dataset::{DatasetError, DatasetRequestError, SampleError};
 use crate::exporting::{self, ExportFailure};
 use crate::pictures::PictureError;
+use crate::pressing::PressingError;
 use crate::reading::ReadError;
 use crate::rereading::RereadError;
 use crate::resumable::FolderError;
@@ -135,6 +136,7 @@ pub fn about(error: &Error) -> About {
         Error::Picture(error) => picture(error),
         Error::Verifier(error) => verifier(error),
         Error::Scene(error) => About::of(scene(error)),
+        Error::Pressing(error) => About::of(pressing(error)),
         Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => About::of("no_presses"),
         Error::DatasetRequest(DatasetRequestError::HalfCaptures(_)) => About::of("half_captures"),
         Error::Dataset(DatasetError::Folder(error)) | Error::Sweep(SweepError::Folder(error)) => {
@@ -293,6 +295,15 @@ fn scene(error: &SceneError) -> &'static str {
         SceneError::NothingSeen(_) => "nothing_seen",
         SceneError::Length { .. } | SceneError::Samples { .. } => "out_of_range",
         _ => "bad_viewpoint",
+    }
+}
+
+fn pressing(error: &PressingError) -> &'static str {
+    match error {
+        PressingError::Press(_) => "unknown_press",
+        PressingError::Range { .. } => "out_of_range",
+        PressingError::Elastic(_) => "no_contact_solution",
+        PressingError::Stiff { .. } | PressingError::Loose | PressingError::Solid(_) => "nothing_soft",
     }
 }
 

@@ -12,6 +12,7 @@ use crate::diagnostics::Diagnosed;
 use crate::exporting::{self, ExportFailure};
 use crate::memory::MemoryError;
 use crate::pictures::PictureError;
+use crate::pressing::PressingError;
 use crate::reading::ReadError;
 use crate::rereading::RereadError;
 use crate::resumable::FolderError;
@@ -91,6 +92,8 @@ pub enum Error {
     Verifier(#[from] VerifierError),
     /// Ground truth that cannot be cast.
     Scene(#[from] SceneError),
+    /// A press that has no result.
+    Pressing(#[from] PressingError),
     /// What a data set cannot be made of.
     DatasetRequest(#[from] DatasetRequestError),
     /// A data set that cannot be written.
@@ -139,6 +142,7 @@ impl Error {
             Self::Picture(error) => error,
             Self::Verifier(error) => error,
             Self::Scene(error) => error,
+            Self::Pressing(error) => error,
             Self::DatasetRequest(error) => error,
             Self::Dataset(error) => error,
             Self::Sample(error) => error,

@@ -2,7 +2,7 @@
 //!
 //! The `fabkit` command, the Python package and programs of your own come through here. It loads designs
 //! ([`source`]), makes all their files ([`exporting`], [`pictures`]), casts ground truth ([`scene`],
-//! [`ground_truth`]), makes data sets and sweeps ([`dataset`], [`sweeping`], in folders that survive being
+//! [`ground_truth`]), presses soft layers ([`pressing`]), makes data sets and sweeps ([`dataset`], [`sweeping`], in folders that survive being
 //! killed: [`resumable`]), calibrates ([`calibrating`]), asks other kernels ([`verifier`]) and reads its
 //! folders again ([`rereading`]). [`staging`] is the only place that writes files, [`reading`] the only one
 //! that reads what others wrote. What fails is an [`Error`], typed down to its values; nothing here knows
@@ -57,6 +57,7 @@ pub mod materials;
 pub mod memory;
 pub mod packaging;
 pub mod pictures;
+pub mod pressing;
 pub mod progress;
 pub mod reading;
 pub mod rereading;

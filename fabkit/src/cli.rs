@@ -7,6 +7,7 @@ mod completing;
 mod examples;
 mod ground_truth;
 mod new;
+mod pressing;
 mod sweep;
 
 use std::path::PathBuf;
@@ -21,6 +22,7 @@ use fabkit_application::pictures::Viewer;
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
 pub use ground_truth::{Dataset, Depth, View};
 pub use new::New;
+pub use pressing::PressArgs;
 pub use sweep::Sweep;
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
@@ -107,6 +109,9 @@ pub enum Command {
     /// Compute exactly what the camera sees of the surface, pressed or not
     #[command(after_help = examples::DEPTH)]
     Depth(Depth),
+    /// Compute how soft layers give way to a press: force curve, contact, displacements
+    #[command(after_help = examples::PRESS)]
+    Press(PressArgs),
     /// Compute training targets for all combinations of two half presses, or a probe set
     #[command(after_help = examples::DATASET)]
     Dataset(Dataset),

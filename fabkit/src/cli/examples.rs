@@ -60,6 +60,11 @@ Examples:
   fabkit depth rtac0 --press hemisphere@30deg,120deg,0.75mm -o truth.npz
   fabkit depth 9dtact --press ball@2mm,-3mm,0.8mm --png truth.png";
 
+pub(crate) const PRESS: &str = "\
+Examples:
+  fabkit press rtac0 --indenter ball@0deg,0deg --depth 0.6mm
+  fabkit press 9dtact --indenter ball@0mm,0mm --depth 0.5mm --csv curve.csv --plot curve.svg -o field.npz";
+
 pub(crate) const DATASET: &str = "\
 Examples:
   fabkit dataset rtac0 -o data

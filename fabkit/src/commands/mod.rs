@@ -16,6 +16,7 @@ mod man;
 mod misread;
 mod new;
 mod packaged;
+mod press;
 mod profile;
 mod profiled;
 mod progress;
@@ -147,6 +148,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Profile(args) => profile::run(args),
         Command::Render(args) => render::run(args, &cli.global),
         Command::Depth(args) => depth::run(args),
+        Command::Press(args) => press::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Sweep(args) => sweep::run(args, &cli.global),

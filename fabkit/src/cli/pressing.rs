@@ -1,0 +1,59 @@
+//! `fabkit press`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use fabkit_application::pressing::MAX_STEPS;
+
+use super::{Design, length_within};
+
+const DEPTH_LIMITS_MM: [f64; 2] = [0.001, 50.0];
+const SPACING_LIMITS_MM: [f64; 2] = [0.01, 5.0];
+
+/// `fabkit press`.
+#[derive(Debug, Args)]
+pub struct PressArgs {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// What presses, and where: `ball@30deg,120deg` by polar angle and azimuth on a dome, `ball@2mm,-3mm` on a pad
+    #[arg(long, value_name = "NAME@PLACE")]
+    pub indenter: String,
+    /// How deep, along the surface's normal at that place
+    #[arg(long, value_parser = depth, value_name = "LENGTH")]
+    pub depth: f64,
+    /// By which theory the layers give way
+    #[arg(long, value_enum, value_name = "LEVEL", default_value = "linear")]
+    pub contact: ContactLevel,
+    /// Of how many equal steps the force curve is made
+    #[arg(long, value_name = "N", default_value = "10",
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STEPS)))]
+    pub steps: u32,
+    /// Distance of the surface's nodes [default: some 5,000 nodes on a dome, some 20 across a contact on a pad]
+    #[arg(long, value_parser = spacing, value_name = "LENGTH")]
+    pub spacing: Option<f64>,
+    /// Write the force curve as a table
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    /// Write the force curve as a drawing
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+    /// Write places, displacements and tractions of the surface for NumPy
+    #[arg(short, long, value_name = "FILE.npz")]
+    pub output: Option<PathBuf>,
+}
+
+/// By which theory layers give way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ContactLevel {
+    /// Small strain, layered, nearly incompressible, without friction
+    Linear,
+}
+
+fn depth(text: &str) -> Result<f64, String> {
+    length_within(text, DEPTH_LIMITS_MM)
+}
+
+fn spacing(text: &str) -> Result<f64, String> {
+    length_within(text, SPACING_LIMITS_MM)
+}

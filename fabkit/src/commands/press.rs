@@ -1,0 +1,144 @@
+//! `fabkit press SENSOR --indenter NAME@PLACE --depth LENGTH`
+
+use std::path::PathBuf;
+
+use fabkit_application::Error;
+use fabkit_application::export::npz;
+use fabkit_application::pressing::{
+    Pressed, Pressing, SoftLayer, Step, arrays, curve_csv, curve_svg, threads,
+};
+use fabkit_application::source::{Source, Target};
+use fabkit_application::staging::write_each;
+use serde_json::{Value, json};
+
+use super::Outcome;
+use crate::cli::PressArgs;
+use crate::failure::{ErrorKind, Failure};
+use crate::interrupt;
+use crate::roles::Roles;
+use crate::table::size;
+
+pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
+    Roles::default()
+        .reads("SENSOR", Target::new(&args.design.sensor).files())
+        .writes("-o", &args.output)
+        .writes("--csv", &args.csv)
+        .writes("--plot", &args.plot)
+        .check()?;
+    let target = Target::new(&args.design.sensor);
+    if let Some(name) = target.fixture.or(target.part) {
+        let message = format!("a whole sensor is pressed, not its {name}");
+        let hint = format!("write `{}`; what presses is named with --indenter", target.sensor);
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
+    }
+    let project = Source::find(target.sensor)?.load(&args.design.set)?;
+    let pressing = Pressing {
+        indenter: &args.indenter,
+        depth_mm: args.depth,
+        steps: args.steps,
+        spacing_mm: args.spacing,
+        threads: threads(),
+    };
+    let pressed = pressing.run(&project).map_err(Error::from)?;
+
+    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    if let Some(path) = &args.output {
+        files.push((path.clone(), npz(&arrays(&pressed)).map_err(Failure::bug)?));
+    }
+    if let Some(path) = &args.csv {
+        files.push((path.clone(), curve_csv(&pressed).into_bytes()));
+    }
+    if let Some(path) = &args.plot {
+        files.push((path.clone(), curve_svg(&pressed).into_bytes()));
+    }
+    interrupt::begin_writing()?;
+    write_each(files.iter().map(|(path, bytes)| (path.clone(), &bytes[..])), &interrupt::requested)?;
+    let listed: Vec<Value> = files
+        .iter()
+        .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
+        .collect();
+    let mut text = text(&pressed);
+    for (path, bytes) in &files {
+        text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
+    }
+    Ok(Outcome { text, json: document(&pressed, listed), failed: false })
+}
+
+fn text(pressed: &Pressed) -> String {
+    let mut text = format!("{}, {} (simulated)\n", pressed.id, pressed.level.name());
+    for SoftLayer { name, material, thickness_mm, elasticity } in &pressed.soft.layers {
+        let [least, most] = elasticity.young_range_mpa;
+        text += &format!(
+            "  {name}, {thickness_mm:.2} mm of {material}: E {:.3} MPa ({least:.3} to {most:.3}), nu {}; {}\n",
+            elasticity.young_mpa, elasticity.poissons_ratio, elasticity.source
+        );
+    }
+    for left_out in &pressed.soft.left_out {
+        text += &format!("  left out: {left_out}\n");
+    }
+    text += "depth mm  force N  contact radius mm  pressed in mm  bulge mm\n";
+    for step in &pressed.steps {
+        text += &format!(
+            "{:8.3}  {:7.3}  {:17.2}  {:13.3}  {:8.3}\n",
+            step.depth_mm,
+            step.force_n.norm(),
+            step.contact_radius_mm,
+            step.max_indentation_mm,
+            step.bulge_mm
+        );
+    }
+    let [low, high] = pressed.force_range_n();
+    text += &format!(
+        "{:.2} N/mm at the end; for the least and the most that is known of the moduli {low:.2} to {high:.2} N\n",
+        pressed.stiffness_n_mm()
+    );
+    text
+}
+
+fn document(pressed: &Pressed, files: Vec<Value>) -> Value {
+    let layer = |layer: &SoftLayer| {
+        json!({
+            "name": layer.name,
+            "material": layer.material,
+            "thickness_mm": layer.thickness_mm,
+            "young_mpa": layer.elasticity.young_mpa,
+            "young_range_mpa": layer.elasticity.young_range_mpa,
+            "poissons_ratio": layer.elasticity.poissons_ratio,
+            "source": layer.elasticity.source,
+        })
+    };
+    let step = |step: &Step| {
+        json!({
+            "depth_mm": step.depth_mm,
+            "force_n": <[f64; 3]>::from(step.force_n),
+            "moment_nmm": <[f64; 3]>::from(step.moment_nmm),
+            "contact_radius_mm": step.contact_radius_mm,
+            "contact_area_mm2": step.contact_area_mm2,
+            "max_indentation_mm": step.max_indentation_mm,
+            "bulge_mm": step.bulge_mm,
+        })
+    };
+    let mut document = json!({
+        "format": "fabkit-press",
+        "version": 1,
+        "press": pressed.id,
+        "contact_level": pressed.level.name(),
+        "is_simulated": true,
+        "layers": pressed.soft.layers.iter().map(layer).collect::<Vec<_>>(),
+        "left_out": pressed.soft.left_out,
+        "nodes": pressed.nodes,
+        "spacing_mm": pressed.spacing_mm,
+        "stiffness_n_mm": pressed.stiffness_n_mm(),
+        "force_range_n": pressed.force_range_n(),
+        "curve": pressed.steps.iter().map(step).collect::<Vec<_>>(),
+        "files": files,
+    });
+    // At full depth, beside the curve.
+    if let (Some(last), Some(document)) = (pressed.last().map(step), document.as_object_mut())
+        && let Value::Object(last) = last
+    {
+        document.extend(last.into_iter().filter(|(key, _)| key != "depth_mm"));
+        document.insert("depth_mm".into(), json!(pressed.last().map(|step| step.depth_mm)));
+    }
+    document
+}

@@ -194,7 +194,7 @@ impl Stack {
         for azimuth in [1.0, 2.5, 4.4] {
             let (place, outward) = self.place(ring, azimuth);
             let other_mm = presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[ring]);
-            if (other_mm - gap_mm).abs() > 1e-9 * (1.0 + gap_mm.abs()) {
+            if (other_mm - gap_mm).abs() > 1e-6 * (1.0 + gap_mm.abs()) {
                 let hint = "0: without harmonics a presser must be symmetric about the axis";
                 let value = other_mm - gap_mm;
                 return Err(ElasticError::Press {

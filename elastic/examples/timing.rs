@@ -47,7 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         start.elapsed().as_secs_f64(),
         stack.surface_nodes()
     );
-    for (tilt_deg, depth_mm) in [(0.0_f64, 0.6), (0.0, 1.0), (20.0, 0.6), (45.0, 0.6), (45.0, 1.0)] {
+    for (tilt_deg, depth_mm) in [(0.0_f64, 0.6), (0.0, 1.0), (20.0, 0.6), (45.0, 0.6), (45.0, 1.0)]
+    {
         let (sin, cos) = tilt_deg.to_radians().sin_cos();
         let outward = Vector3::new(sin, 0.0, cos);
         let ball = Ball::new(Point3::from(30.0 * outward), 4.0)?;

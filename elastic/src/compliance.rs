@@ -150,7 +150,7 @@ pub(crate) fn all(
         }
     };
     let mut found: Vec<(usize, Result<Compliance, ElasticError>)> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(&work)).collect();
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
         let mut found = work();
         for other in others {
             match other.join() {

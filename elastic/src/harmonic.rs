@@ -156,9 +156,12 @@ mod tests {
         (forces, largest)
     }
 
+    /// U, V, W of a place.
+    type Field = fn([f64; 2]) -> [f64; 3];
+
     #[test]
     fn rigid_motions_cost_nothing() {
-        let motions: [(usize, &str, fn([f64; 2]) -> [f64; 3]); 4] = [
+        let motions: [(usize, &str, Field); 4] = [
             (0, "up", |_| [0.0, 0.0, 1.0]),
             (0, "about the axis", |[r, _]| [0.0, r, 0.0]),
             (1, "across", |_| [1.0, -1.0, 0.0]),
@@ -178,7 +181,7 @@ mod tests {
     #[test]
     fn even_strain_leaves_no_force_inside() {
         // Linear displacements: of the harmonics 0, 1 and 2 there are no others but rigid motions.
-        let fields: [(usize, fn([f64; 2]) -> [f64; 3]); 4] = [
+        let fields: [(usize, Field); 4] = [
             (0, |[r, _]| [r, 0.0, 0.0]),
             (0, |[_, z]| [0.0, 0.0, z]),
             (1, |[_, z]| [z, -z, 0.0]),

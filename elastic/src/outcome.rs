@@ -6,11 +6,13 @@ use std::sync::Arc;
 use fabkit_geometry::{Point3, Vector3};
 use rustfft::num_complex::Complex;
 
-use crate::compliance::{AROUND, NORMAL, directions, field_rows};
+use crate::compliance::{ALONG, AROUND, NORMAL, directions, field_rows};
 use crate::contact::Contact;
+use crate::friction::{Shear, frames};
 
 use crate::mesh::Mesh;
 use crate::patch::{Patch, Work};
+use crate::presser::Press;
 use crate::rings::Buffers;
 use crate::stack::Stack;
 
@@ -45,6 +47,19 @@ pub struct SurfaceNode {
     pub pressure_mpa: f64,
     /// What friction drags with, across the normal, MPa.
     pub shear_mpa: Vector3<f64>,
+    /// Whether the presser holds it.
+    pub touch: Touch,
+}
+
+/// What a presser does to a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// It is not there.
+    Free,
+    /// It pushes, and slips: friction is used up, or there is none.
+    Slips,
+    /// It pushes, and takes the surface along.
+    Sticks,
 }
 
 /// What a press does, in the body's frame.
@@ -65,7 +80,9 @@ pub struct Outcome {
     pub moment_nmm: Vector3<f64>,
     /// Of all nodes that the presser pushes, mm2.
     pub contact_area_mm2: f64,
-    /// Of the circle of this area, mm.
+    /// Of those nodes that move with the presser, mm2; all others slip.
+    pub stick_area_mm2: f64,
+    /// Of the circle of the area that is pushed, mm; to about half the distance of nodes.
     pub contact_radius_mm: f64,
     /// The largest displacement into the body, along the normal, mm.
     pub max_indentation_mm: f64,
@@ -81,24 +98,45 @@ impl Outcome {
     pub(crate) fn new(
         patch: &Patch<'_>,
         contact: &Contact,
+        shear: Option<&Shear>,
+        press: &Press,
         depth_mm: f64,
         work: &mut Work,
     ) -> Self {
         let stack = patch.stack;
         let pushed: Vec<f64> = contact.pressures.iter().map(|pressure| -pressure).collect();
-        let components = [NORMAL];
-        patch.analyse([Some(&pushed), None, None], work);
-        let amplitudes = field(patch, &components, work);
-        let (force_n, moment_nmm) = resultants(patch, &components, work);
+        let across = |k: usize| shear.map(|shear| shear.tractions[k].as_slice());
+        patch.analyse([Some(&pushed), across(0), across(1)], work);
+        let components: &[usize] =
+            if shear.is_some() { &[NORMAL, ALONG, AROUND] } else { &[NORMAL] };
+        let amplitudes = field(patch, components, work);
+        let (force_n, moment_nmm) = resultants(patch, components, work);
         let mut nodes = surface(stack, &amplitudes);
         let begin = stack.rings.rings[patch.rings.start].first;
-        for (node, pressure) in nodes[begin..].iter_mut().zip(&contact.pressures) {
-            node.pressure_mpa = *pressure;
+        for (i, node) in nodes[begin..begin + pushed.len()].iter_mut().enumerate() {
+            node.pressure_mpa = contact.pressures[i];
+            if node.pressure_mpa > 0.0 {
+                node.touch = Touch::Slips;
+            }
         }
+        if let Some(shear) = shear {
+            for (i, [_, along, around]) in frames(patch).iter().enumerate() {
+                let node = &mut nodes[begin + i];
+                node.shear_mpa = shear.tractions[0][i] * along + shear.tractions[1][i] * around;
+                let limit_mpa = press.friction * node.pressure_mpa;
+                if node.shear_mpa.norm() < limit_mpa * (1.0 - 1e-9) {
+                    node.touch = Touch::Sticks;
+                }
+            }
+        }
+        let area = |touch: Touch| {
+            let those = nodes.iter().filter(|node| node.touch == touch);
+            those.map(|node| node.area_mm2).sum::<f64>()
+        };
+        let (stick_area_mm2, slip_area_mm2) = (area(Touch::Sticks), area(Touch::Slips));
         let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);
-        let touching = nodes.iter().filter(|node| node.pressure_mpa > 0.0);
-        let contact_area_mm2 = touching.map(|node| node.area_mm2).sum::<f64>();
-        let volume_change_mm3 = volumes(patch, &components, work);
+        let contact_area_mm2 = stick_area_mm2 + slip_area_mm2;
+        let volume_change_mm3 = volumes(patch, components, work);
         Self {
             mesh: Arc::clone(&stack.mesh),
             amplitudes,
@@ -107,6 +145,7 @@ impl Outcome {
             force_n,
             moment_nmm,
             contact_area_mm2,
+            stick_area_mm2,
             contact_radius_mm: (contact_area_mm2 / PI).sqrt(),
             max_indentation_mm: nodes.iter().map(|node| -outwards(node)).fold(0.0, f64::max),
             bulge_mm: nodes.iter().map(outwards).fold(0.0, f64::max),
@@ -198,12 +237,14 @@ fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> 
             let turn = if k == 1 { -Complex::i() } else { Complex::new(1.0, 0.0) };
             stack.rings.synthesise(ring, values, &mut buffers, |m| turn * at(m, k));
         }
-        for node in 0..of_ring.count {
+        let [radial, around, axial] = &values;
+        let parts = radial.iter().zip(around).zip(axial);
+        for (node, ((radial, around), axial)) in parts.enumerate() {
             let azimuth = stack.rings.azimuth(ring, node);
             let (place_mm, outward) = stack.place(ring, azimuth);
             let displacement_mm = match ring == 0 && amplitudes.len() > 1 {
                 true => Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re),
-                false => turned([0, 1, 2].map(|k| values[k][node]), azimuth),
+                false => turned([*radial, *around, *axial], azimuth),
             };
             nodes.push(SurfaceNode {
                 place_mm,
@@ -212,6 +253,7 @@ fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> 
                 displacement_mm,
                 pressure_mpa: 0.0,
                 shear_mpa: Vector3::zeros(),
+                touch: Touch::Free,
             });
         }
     }

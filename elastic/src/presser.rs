@@ -120,4 +120,30 @@ impl Press {
         }
         Ok(Self { way: Some((direction / length, depth_mm)), ..Self::in_place() })
     }
+
+    /// The presser then moves on by `way_mm`, in the soft body's frame, in `steps` equal steps, and holds the
+    /// surface by Coulomb's friction. Steps tell what has slipped from what sticks: a way that does not turn back
+    /// needs few.
+    ///
+    /// # Errors
+    /// A friction that is negative or not finite, a way that is not finite, no steps.
+    pub fn sheared(
+        self,
+        friction: f64,
+        way_mm: Vector3<f64>,
+        steps: usize,
+    ) -> Result<Self, ElasticError> {
+        if !(friction >= 0.0 && friction.is_finite()) {
+            let hint = "at least 0, and finite; silicone on what is printed has 0.5 to 1.5";
+            return Err(ElasticError::Press { what: "a friction", value: friction, hint });
+        }
+        if let Some(&value) = way_mm.iter().find(|value| !value.is_finite()) {
+            return Err(ElasticError::Press { what: "a shear", value, hint: "finite, in mm" });
+        }
+        if steps == 0 {
+            let hint = "at least 1";
+            return Err(ElasticError::Press { what: "a number of steps", value: 0.0, hint });
+        }
+        Ok(Self { friction, shear_mm: way_mm, shear_steps: steps, ..self })
+    }
 }

@@ -177,7 +177,7 @@ fn odd_and_smooth(at_least: usize) -> usize {
     let is_smooth = |n: &usize| {
         let mut rest = *n;
         for factor in [3, 5, 7] {
-            while rest % factor == 0 {
+            while rest.is_multiple_of(factor) {
                 rest /= factor;
             }
         }

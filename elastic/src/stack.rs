@@ -6,6 +6,7 @@ use fabkit_geometry::{Point3, Vector3};
 
 use crate::compliance::{self, Compliance};
 use crate::contact;
+use crate::friction::{self, Way};
 use crate::mesh::Mesh;
 use crate::outcome::Outcome;
 use crate::patch::{Patch, Work};
@@ -124,11 +125,28 @@ impl Stack {
             }
             None => Vector3::zeros(),
         };
-        let (patch, depth_mm) = self.patch(presser, &shift_mm)?;
+        let is_sheared = press.shear_mm != Vector3::zeros();
+        let (mut patch, depth_mm) = self.patch(presser, &shift_mm)?;
+        if is_sheared {
+            if self.rings.harmonics() == 0 {
+                let hint = "0: what is symmetric about the axis has no shear";
+                let value = press.shear_mm.norm();
+                return Err(ElasticError::Press { what: "a shear without harmonics", value, hint });
+            }
+            let (end, _) = self.patch(presser, &(shift_mm + press.shear_mm))?;
+            let first = patch.rings.start.min(end.rings.start);
+            patch.rings = first..patch.rings.end.max(end.rings.end);
+        }
         let gaps = self.gaps(&patch, presser, &shift_mm, depth_mm);
         let mut work = Work::default();
-        let contact = contact::solve(&patch, &gaps, depth_mm, None, &mut work)?;
-        let outcome = Outcome::new(&patch, &contact, depth_mm, &mut work);
+        let mut contact = contact::solve(&patch, &gaps, depth_mm, None, &mut work)?;
+        let mut shear = None;
+        if is_sheared {
+            let way = Way { presser, press, shift_mm, depth_mm };
+            let (sheared, tractions) = friction::solve(&patch, &way, contact, &mut work)?;
+            (contact, shear) = (sheared, Some(tractions));
+        }
+        let outcome = Outcome::new(&patch, &contact, shear.as_ref(), press, depth_mm, &mut work);
         if outcome.bulge_mm > depth_mm {
             return Err(ElasticError::NoConvergence {
                 what: "the bulge around a press, which is higher than the press is deep,",
@@ -194,7 +212,7 @@ impl Stack {
         for azimuth in [1.0, 2.5, 4.4] {
             let (place, outward) = self.place(ring, azimuth);
             let other_mm = presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[ring]);
-            if (other_mm - gap_mm).abs() > 1e-9 * (1.0 + gap_mm.abs()) {
+            if (other_mm - gap_mm).abs() > 1e-6 * (1.0 + gap_mm.abs()) {
                 let hint = "0: without harmonics a presser must be symmetric about the axis";
                 let value = other_mm - gap_mm;
                 return Err(ElasticError::Press {
@@ -208,7 +226,7 @@ impl Stack {
     }
 
     /// The mean gap of each node's surroundings, mm, weighted as displacements are.
-    fn gaps(
+    pub(crate) fn gaps(
         &self,
         patch: &Patch<'_>,
         presser: &dyn Presser,

@@ -1,0 +1,260 @@
+//! A press that is sheared: what sticks, what slips, and with what force.
+//!
+//! Coulomb's law, one step of the presser's way after the other. In each, tractions across the normal are those of
+//! least energy within friction times pressure (what sticks moves with the presser, what slips is dragged against
+//! its slip); pressures and tractions then take turns until neither changes. The pressing itself is without
+//! friction, as in Cattaneo's and Mindlin's solution (Johnson, "Contact mechanics", 1985, section 7.2).
+
+use fabkit_geometry::Vector3;
+
+use crate::ElasticError;
+use crate::compliance::{ALONG, AROUND, NORMAL};
+use crate::contact::{self, Contact};
+use crate::patch::{Patch, Work};
+use crate::presser::{Press, Presser};
+use crate::stack::Stack;
+
+/// How far what sticks may be from moving with the presser, as a part of its way.
+const TOLERANCE: f64 = 1e-4;
+/// By how much pressures may still change when they and tractions have taken turns, as a part of the largest,
+/// and what has been dragged along, as a part of the presser's way.
+const TURN_TOLERANCE: f64 = 1e-3;
+const MAX_TURNS: usize = 40;
+const MAX_ITERATIONS: usize = 3000;
+/// How many energies back a step may climb to (Birgin, Martinez and Raydan, "Nonmonotone spectral projected
+/// gradient methods on convex sets", SIAM J. Optim. 10, 2000).
+const MEMORY: usize = 10;
+
+/// Tractions across the normal, of the presser on the body, MPa: along s and around.
+pub(crate) struct Shear {
+    pub tractions: [Vec<f64>; 2],
+}
+
+/// Where the presser goes, and how.
+pub(crate) struct Way<'a> {
+    pub presser: &'a dyn Presser,
+    pub press: &'a Press,
+    /// Of the presser when pressing is done, mm.
+    pub shift_mm: Vector3<f64>,
+    pub depth_mm: f64,
+}
+
+/// Shears a press.
+///
+/// # Errors
+/// What does not converge.
+pub(crate) fn solve(
+    patch: &Patch<'_>,
+    way: &Way<'_>,
+    mut contact: Contact,
+    work: &mut Work,
+) -> Result<(Contact, Shear), ElasticError> {
+    let count = patch.nodes();
+    let frames = frames(patch);
+    let areas = patch.areas();
+    let mut tractions = [vec![0.0; count], vec![0.0; count]];
+    let (steps, friction) = (way.press.shear_steps, way.press.friction);
+    let step_mm = way.press.shear_mm / steps as f64;
+    // How far the surface that is held has been dragged along, and what pressing alone does to each node.
+    let mut dragged_mm = Vector3::zeros();
+    let mut before = by_pressure(patch, &contact.pressures, work);
+    for step in 1..=steps {
+        let mut turns = 0;
+        loop {
+            // What has been dragged along keeps its place on the presser: only the rest moves across it.
+            let across_mm = way.shift_mm + step as f64 * step_mm - dragged_mm;
+            let mut gaps = patch.stack.gaps(patch, way.presser, &across_mm, way.depth_mm);
+            let lifted = moved(patch, &tractions, NORMAL, work);
+            for (i, gap) in gaps.iter_mut().enumerate() {
+                *gap += frames[i][0].dot(&dragged_mm) - lifted[0][i];
+            }
+            let last = contact.pressures.clone();
+            contact = contact::solve(patch, &gaps, way.depth_mm, Some(&last), work)?;
+            let pressed = by_pressure(patch, &contact.pressures, work);
+            let targets: [Vec<f64>; 2] = std::array::from_fn(|k| {
+                let target =
+                    |i: usize| before[k][i] + step_mm.dot(&frames[i][k + 1]) - pressed[k][i];
+                (0..count).map(target).collect()
+            });
+            let limits: Vec<f64> = contact.pressures.iter().map(|p| friction * p).collect();
+            let by_tractions =
+                drag(patch, &targets, &limits, &areas, step_mm.norm(), &mut tractions, work)?;
+            let peak = contact.pressures.iter().copied().fold(0.0, f64::max);
+            let pairs = contact.pressures.iter().zip(&last);
+            let of_pressure = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak;
+            let now_mm = mean(&frames, &areas, &contact.pressures, &by_tractions);
+            let of_way = (now_mm - dragged_mm).norm() / way.press.shear_mm.norm();
+            dragged_mm = now_mm;
+            turns += 1;
+            let change = of_pressure.max(of_way);
+            if change <= TURN_TOLERANCE {
+                for k in 0..2 {
+                    let both = pressed[k].iter().zip(&by_tractions[k]);
+                    before[k] = both.map(|(a, b)| a + b).collect();
+                }
+                break;
+            }
+            if turns == MAX_TURNS {
+                return Err(ElasticError::NoConvergence {
+                    what: "turns of pressure and friction",
+                    iterations: turns,
+                    residual: change,
+                    tolerance: TURN_TOLERANCE,
+                });
+            }
+        }
+    }
+    Ok((contact, Shear { tractions }))
+}
+
+/// Outward normal, along s and around at each node of a patch.
+pub(crate) fn frames(patch: &Patch<'_>) -> Vec<[Vector3<f64>; 3]> {
+    let rings = patch.rings.clone();
+    let of_ring =
+        |ring: usize| (0..patch.stack.rings.rings[ring].count).map(move |node| (ring, node));
+    rings.flat_map(of_ring).map(|(ring, node)| frame(patch.stack, ring, node)).collect()
+}
+
+fn frame(stack: &Stack, ring: usize, node: usize) -> [Vector3<f64>; 3] {
+    let (sin, cos) = stack.rings.azimuth(ring, node).sin_cos();
+    let frame = &stack.mesh.frames[ring];
+    let [normal, along] =
+        [frame.normal, frame.tangent].map(|[r, z]| Vector3::new(r * cos, r * sin, z));
+    [normal, along, Vector3::new(-sin, cos, 0.0)]
+}
+
+/// Displacements along s and around that pressures alone make, mm.
+fn by_pressure(patch: &Patch<'_>, pressures: &[f64], work: &mut Work) -> [Vec<f64>; 2] {
+    let pushed: Vec<f64> = pressures.iter().map(|pressure| -pressure).collect();
+    let (mut along, mut around) = (vec![0.0; pushed.len()], vec![0.0; pushed.len()]);
+    patch.apply([Some(&pushed), None, None], [None, Some(&mut along), Some(&mut around)], work);
+    [along, around]
+}
+
+/// What tractions across the normal do, mm: along the normal, or along s and around.
+fn moved(
+    patch: &Patch<'_>,
+    by: &[Vec<f64>; 2],
+    component: usize,
+    work: &mut Work,
+) -> [Vec<f64>; 2] {
+    let (mut first, mut second) = (vec![0.0; by[0].len()], vec![0.0; by[0].len()]);
+    let loads = [None, Some(by[0].as_slice()), Some(by[1].as_slice())];
+    match component {
+        NORMAL => patch.apply(loads, [Some(&mut first), None, None], work),
+        ALONG | AROUND => {
+            patch.apply(loads, [None, Some(&mut first), Some(&mut second)], work);
+        }
+        _ => {}
+    }
+    [first, second]
+}
+
+/// The mean of displacements across the normal, weighted by force, mm.
+fn mean(
+    frames: &[[Vector3<f64>; 3]],
+    areas: &[f64],
+    pressures: &[f64],
+    moved: &[Vec<f64>; 2],
+) -> Vector3<f64> {
+    let (mut sum, mut force) = (Vector3::zeros(), 0.0);
+    for (i, [_, along, around]) in frames.iter().enumerate() {
+        let weight = areas[i] * pressures[i];
+        sum += weight * (moved[0][i] * along + moved[1][i] * around);
+        force += weight;
+    }
+    if force > 0.0 { sum / force } else { sum }
+}
+
+/// Tractions of least energy within limits, by spectral projected gradients from those of before; returns the
+/// displacements that they make, mm.
+fn drag(
+    patch: &Patch<'_>,
+    targets: &[Vec<f64>; 2],
+    limits: &[f64],
+    areas: &[f64],
+    way_mm: f64,
+    tractions: &mut [Vec<f64>; 2],
+    work: &mut Work,
+) -> Result<[Vec<f64>; 2], ElasticError> {
+    let count = limits.len();
+    let held: Vec<usize> = (0..count).filter(|&i| limits[i] > 0.0).collect();
+    let product = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| {
+        held.iter().map(|&i| areas[i] * (a[0][i] * b[0][i] + a[1][i] * b[1][i])).sum::<f64>()
+    };
+    let clip = |[x, y]: [f64; 2], limit: f64| {
+        let length = x.hypot(y);
+        if length > limit { [x * limit / length, y * limit / length] } else { [x, y] }
+    };
+    for i in 0..count {
+        let clipped = clip([tractions[0][i], tractions[1][i]], limits[i]);
+        (tractions[0][i], tractions[1][i]) = (clipped[0], clipped[1]);
+    }
+    if held.is_empty() {
+        return Ok(moved(patch, tractions, ALONG, work));
+    }
+    // The softest way to be dragged is all together: its compliance is about the largest there is.
+    let only_held: [Vec<f64>; 2] = std::array::from_fn(|k| {
+        (0..count).map(|i| if limits[i] > 0.0 { targets[k][i] } else { 0.0 }).collect()
+    });
+    let size = product(&only_held, &only_held);
+    let softest = product(&only_held, &moved(patch, &only_held, ALONG, work));
+    let stiffness = if softest > 0.0 { size / softest } else { 1.0 };
+    let mut gradient = moved(patch, tractions, ALONG, work);
+    for k in 0..2 {
+        for i in 0..count {
+            gradient[k][i] -= targets[k][i];
+        }
+    }
+    let (mut energies, mut energy, mut stride) = (Vec::new(), 0.0, stiffness);
+    let tolerance = TOLERANCE * way_mm;
+    let mut worst = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        let towards = |stride: f64| {
+            let mut way = [vec![0.0; count], vec![0.0; count]];
+            for &i in &held {
+                let there = [0, 1].map(|k| tractions[k][i] - stride * gradient[k][i]);
+                let there = clip(there, limits[i]);
+                (way[0][i], way[1][i]) = (there[0] - tractions[0][i], there[1] - tractions[1][i]);
+            }
+            way
+        };
+        let least = towards(stiffness);
+        worst =
+            held.iter().map(|&i| least[0][i].hypot(least[1][i]) / stiffness).fold(0.0, f64::max);
+        if worst <= tolerance {
+            // What slips ends at its limit, not short of it by rounding.
+            for k in 0..2 {
+                for &i in &held {
+                    tractions[k][i] += least[k][i];
+                }
+            }
+            return Ok(moved(patch, tractions, ALONG, work));
+        }
+        let way = towards(stride);
+        let by_way = moved(patch, &way, ALONG, work);
+        let (slope, bend) = (product(&gradient, &way), product(&way, &by_way));
+        energies.push(energy);
+        let highest = energies.iter().rev().take(MEMORY).copied().fold(f64::NEG_INFINITY, f64::max);
+        let whole = energy + slope + 0.5 * bend;
+        let part = match whole <= highest + 1e-4 * slope || bend <= 0.0 {
+            true => 1.0,
+            false => (-slope / bend).min(1.0),
+        };
+        energy += part * slope + 0.5 * part * part * bend;
+        for k in 0..2 {
+            for i in 0..count {
+                tractions[k][i] += part * way[k][i];
+                gradient[k][i] += part * by_way[k][i];
+            }
+        }
+        let length = product(&way, &way);
+        stride = if bend > 0.0 { length / bend } else { stiffness };
+    }
+    Err(ElasticError::NoConvergence {
+        what: "friction between presser and surface",
+        iterations: MAX_ITERATIONS,
+        residual: worst,
+        tolerance,
+    })
+}

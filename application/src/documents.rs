@@ -198,7 +198,7 @@ pub fn chain(design: &Design) -> Value {
         json!({
             "name": step.name,
             "instruction": step.instruction,
-            "action": word(&step.action),
+            "action": step.action.word(),
             "assembly": step.assembly.as_ref().map(|a| &a.0),
             "bodies": step.bodies,
             "batch": batch_of(&batches, step).map(batch),
@@ -228,18 +228,6 @@ pub fn removed(action: &Action) -> Vec<&str> {
     match action {
         Action::Demold(pulls) => pulls.iter().map(|pull| pull.body.as_str()).collect(),
         _ => Vec::new(),
-    }
-}
-
-fn word(action: &Action) -> &'static str {
-    match action {
-        Action::Make => "make",
-        Action::Prepare => "prepare",
-        Action::Assemble => "assemble",
-        Action::Bond(_) => "bond",
-        Action::Spray(_) => "spray",
-        Action::Pour(_) => "pour",
-        Action::Demold(_) => "demold",
     }
 }
 

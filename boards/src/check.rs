@@ -220,34 +220,24 @@ fn copper(
 }
 
 fn holes(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, String)) {
-    let mut holes: Vec<(Point, f64)> = Vec::new();
-    for via in &layout.vias {
-        if via.drill_mm < rules.drill_mm - EXACT_MM {
-            let what = format!(
-                "a via's drill is {:.2} mm; it must be {:.2} mm",
-                via.drill_mm, rules.drill_mm
-            );
-            tell(Flaw::Drill, via.at_mm, what);
+    let vias = layout.vias.iter().map(|via| ("a via's drill", via.at_mm, via.drill_mm));
+    let bare = layout.drills.iter().map(|drill| ("a hole", drill.at_mm, drill.diameter_mm));
+    let holes: Vec<(&str, Point, f64)> = vias.chain(bare).collect();
+    for (name, at, diameter) in &holes {
+        if *diameter < rules.drill_mm - EXACT_MM {
+            let what = format!("{name} is {diameter:.2} mm; it must be {:.2} mm", rules.drill_mm);
+            tell(Flaw::Drill, *at, what);
         }
+    }
+    for via in &layout.vias {
         let ring = (via.diameter_mm - via.drill_mm) / 2.0;
         if ring < rules.ring_mm - EXACT_MM {
             let what = format!("a via's ring is {ring:.3} mm; it must be {:.2} mm", rules.ring_mm);
             tell(Flaw::Ring, via.at_mm, what);
         }
-        holes.push((via.at_mm, via.drill_mm));
     }
-    for drill in &layout.drills {
-        if drill.diameter_mm < rules.drill_mm - EXACT_MM {
-            let what = format!(
-                "a hole is {:.2} mm; it must be {:.2} mm",
-                drill.diameter_mm, rules.drill_mm
-            );
-            tell(Flaw::Drill, drill.at_mm, what);
-        }
-        holes.push((drill.at_mm, drill.diameter_mm));
-    }
-    for (i, (at, diameter)) in holes.iter().enumerate() {
-        for (other, other_diameter) in &holes[i + 1..] {
+    for (i, (_, at, diameter)) in holes.iter().enumerate() {
+        for (_, other, other_diameter) in &holes[i + 1..] {
             let apart = far(*at, *other) - (diameter + other_diameter) / 2.0;
             if apart < rules.hole_to_hole_mm - EXACT_MM {
                 let what = format!(

@@ -56,6 +56,7 @@ fn circuit() -> Circuit {
         name: "board".into(),
         board: Some("board".into()),
         supply_v: 5.0,
+        supply_a: Some(0.5),
         parts: vec![
             part("D1", led, "white", ["K", "A"], Some([-6.0, 4.0])),
             part("D2", led, "white", ["K", "A"], Some([6.0, 4.0])),
@@ -75,6 +76,7 @@ fn circuit() -> Circuit {
             supply_v: 5.0,
             forward_v: 3.1,
             leds: 1,
+            led_rated_a: 0.02,
             wanted_a: Some(0.01),
             ohms: 200.0,
             rated_w: 0.1,

@@ -47,6 +47,8 @@ pub enum Rule {
     Flow,
     /// Every body of the finished sensor is held in every direction, and bears its load.
     Held,
+    /// Lamps shine and do not burn, nets connect, boards are there.
+    Circuit,
     /// Printed parts can be told apart, and letters are where they do no harm.
     Labels,
     /// Printed parts stand while they grow, and resin leaves them.
@@ -64,7 +66,7 @@ pub enum Rule {
 impl Rule {
     /// The rules of [`check`](crate::check) for every sensor and every kit of parts, in the order
     /// of reports.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Chain,
         Self::Interference,
         Self::Casting,
@@ -81,6 +83,7 @@ impl Rule {
         Self::Chemistry,
         Self::Softness,
         Self::Held,
+        Self::Circuit,
         Self::Labels,
         Self::Printability,
         Self::Standing,
@@ -122,6 +125,7 @@ impl Rule {
             Self::Softness => "softness",
             Self::Flow => "flow",
             Self::Held => "held",
+            Self::Circuit => "circuit",
             Self::Labels => "labels",
             Self::Standing => "standing",
             Self::Overhang => "overhang",

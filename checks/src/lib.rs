@@ -27,6 +27,7 @@ mod air;
 mod casting;
 mod chain;
 mod chemistry;
+mod circuit;
 mod contacts;
 mod demolding;
 pub mod example;
@@ -231,6 +232,7 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     tell(Rule::Chemistry, "faces of liquids", chemistry::examine(sensor));
     tell(Rule::Softness, "bodies of known hardness", softness::examine(sensor, &scene));
     tell(Rule::Held, "pairs of bodies that meet", held::examine(sensor, &scene));
+    tell(Rule::Circuit, "circuits", circuit::examine(sensor)?);
     tell(Rule::Labels, "printed parts", labels::examine(sensor, &scene));
     tell(Rule::Printability, "parts on own machines", printability::on_machines(sensor)?);
     Ok(CheckReport { findings, examined, batches: Vec::new() })
@@ -266,6 +268,14 @@ pub fn leaks(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn held(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(held::examine(sensor, &Assemblies::new(sensor)?).0)
+}
+
+/// Whether lamps shine and do not burn, nets connect and boards are there, without the rest of [`check`].
+///
+/// # Errors
+/// [`InvalidBody`] if a solid of the sensor is none.
+pub fn circuits(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(circuit::examine(sensor)?.0)
 }
 
 /// Whether printed parts can be told apart and letters do no harm, without the rest of [`check`].

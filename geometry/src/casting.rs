@@ -134,6 +134,21 @@ pub enum Action {
     Demold(Vec<Pull>),
 }
 
+impl Action {
+    /// As in documents.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Make => "make",
+            Self::Prepare => "prepare",
+            Self::Assemble => "assemble",
+            Self::Bond(_) => "bond",
+            Self::Spray(_) => "spray",
+            Self::Pour(_) => "pour",
+            Self::Demold(_) => "demold",
+        }
+    }
+}
+
 /// A liquid that fills a cavity and becomes a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pour {

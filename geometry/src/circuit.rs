@@ -12,6 +12,8 @@ pub enum CircuitKind {
     Led,
     /// A resistor, whose two pins may be exchanged.
     Resistor,
+    /// A capacitor, whose two pins may be exchanged.
+    Capacitor,
     /// A switch in a package with numbered pins.
     Switch,
     /// Where a wire is soldered to the board.
@@ -144,6 +146,8 @@ pub struct SeriesResistor {
     pub forward_v: f64,
     /// LEDs that share one resistor.
     pub leds: u32,
+    /// What each LED bears for long, A.
+    pub led_rated_a: f64,
     /// Current of each LED that is asked for, A; `None` where the resistor itself is given.
     pub wanted_a: Option<f64>,
     /// What is ordered, ohm.
@@ -187,6 +191,11 @@ impl SeriesResistor {
         ((self.supply_v - self.forward_v) / self.ohms).max(0.0)
     }
 
+    /// Through each LED, A.
+    pub fn led_a(&self) -> f64 {
+        self.current_a() / f64::from(self.leds.max(1))
+    }
+
     /// Turned to heat in it, W.
     pub fn power_w(&self) -> f64 {
         self.current_a().powi(2) * self.ohms
@@ -219,6 +228,8 @@ pub struct Circuit {
     pub board: Option<String>,
     /// Supply, V.
     pub supply_v: f64,
+    /// What the supply gives at most, A; `None` where a data sheet has to tell.
+    pub supply_a: Option<f64>,
     /// What is soldered.
     pub parts: Vec<CircuitPart>,
     /// What is connected.
@@ -274,6 +285,7 @@ mod tests {
             supply_v: 5.0,
             forward_v: 3.1,
             leds: 4,
+            led_rated_a: 0.020,
             wanted_a: Some(0.010),
             ohms: 0.0,
             rated_w: 0.1,
@@ -281,6 +293,6 @@ mod tests {
         };
         one.ohms = SeriesResistor::e24_not_below(one.exact_ohms().unwrap());
         assert_eq!(one.ohms, 51.0);
-        assert!(one.current_a() <= 0.040 && one.power_w() < one.rated_w);
+        assert!(one.led_a() <= 0.010 && one.power_w() < one.rated_w);
     }
 }

@@ -132,6 +132,10 @@ pub struct Mixed {
     pub components: Vec<Component>,
     /// Whether air is drawn out in a vacuum.
     pub degas: bool,
+    /// How long air is given to leave it, h: in the vacuum, else at rest before it is poured; 0 of what is sprayed.
+    pub air_h: f64,
+    /// Where that is from: `chosen`.
+    pub air_source: &'static str,
     /// Hours until it has cured.
     pub cure_h: f64,
     /// At how many degrees Celsius.
@@ -247,6 +251,24 @@ impl Guide {
     }
 }
 
+/// In a vacuum, h: until foam has risen and fallen, and as long again. Chosen.
+const VACUUM_H: f64 = 5.0 / 60.0;
+
+/// At rest, h: until bubbles of a millimetre have risen through a cup. Chosen.
+const REST_H: f64 = 10.0 / 60.0;
+
+/// Of a pot life, what may go by before it is poured; chosen.
+const SHARE_OF_POT_LIFE: f64 = 1.0 / 3.0;
+
+fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
+    let wanted_h = match action {
+        _ if degas => VACUUM_H,
+        Action::Spray(_) => 0.0,
+        _ => REST_H,
+    };
+    pot_life_h.map_or(wanted_h, |life_h| wanted_h.min(SHARE_OF_POT_LIFE * life_h))
+}
+
 fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
     let of = |batch: &Batch| {
         let index = sensor.chain.iter().position(|step| step.name == batch.step)?;
@@ -267,6 +289,8 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
                 .map(|(name, mass_g)| Component { name: name.clone(), mass_g: *mass_g })
                 .collect(),
             degas: batch.degas,
+            air_h: air_h(batch.degas, &sensor.chain[index].action, pot_life_h),
+            air_source: "chosen",
             cure_h: batch.cure.hours,
             cure_celsius: batch.cure.celsius,
             pot_life_h,

@@ -36,7 +36,7 @@ fn plain(sensor: &Sensor, index: usize, step: &Step) -> GuideStep {
     GuideStep {
         number: index + 1,
         name: step.name.clone(),
-        action: word(&step.action),
+        action: step.action.word(),
         instruction: step.instruction.clone(),
         assembly: step.assembly.as_ref().map(|assembly| assembly.0.clone()),
         needs: step.bodies.iter().map(|name| need(sensor, step, name)).collect(),
@@ -131,17 +131,5 @@ fn add_ways(all: &mut Vec<Way>, came: &Came, is_coming: bool) {
     let way = Way { bodies, is_coming, along: along.into() };
     if !all.contains(&way) {
         all.push(way);
-    }
-}
-
-fn word(action: &Action) -> &'static str {
-    match action {
-        Action::Make => "make",
-        Action::Prepare => "prepare",
-        Action::Assemble => "assemble",
-        Action::Bond(_) => "bond",
-        Action::Spray(_) => "spray",
-        Action::Pour(_) => "pour",
-        Action::Demold(_) => "demold",
     }
 }

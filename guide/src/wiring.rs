@@ -123,6 +123,7 @@ fn wiring(circuit: &Circuit) -> Wiring {
             kind: match part.kind {
                 CircuitKind::Led => "led",
                 CircuitKind::Resistor => "resistor",
+                CircuitKind::Capacitor => "capacitor",
                 CircuitKind::Switch => "switch",
                 CircuitKind::WirePad => "wire",
                 CircuitKind::TestPoint => "test point",
@@ -163,7 +164,7 @@ fn wire(connection: &Connection) -> Wire {
 }
 
 fn resistor(one: &SeriesResistor) -> WiredResistor {
-    let led_ma = one.current_a() / f64::from(one.leds.max(1)) * 1e3;
+    let led_ma = one.led_a() * 1e3;
     let over = format!("({} V - {} V)", one.supply_v, one.forward_v);
     let shared =
         if one.leds > 1 { format!(", for each of {} LEDs", one.leds) } else { String::new() };

@@ -175,3 +175,13 @@ fn boards_are_in_archives() {
     let name = b"uvdtact/led-board/led-board.gbrjob";
     assert!(bytes.windows(name.len()).any(|window| window == name));
 }
+
+/// Circuits of every built-in sensor keep the rule, with and without boards.
+#[test]
+fn circuits_light_up() {
+    for design in builtin_designs() {
+        assert!(!design.sensor.circuits.is_empty(), "{}", design.sensor.name);
+        let findings = fabkit_checks::circuits(&design.sensor).unwrap();
+        assert!(findings.is_empty(), "{}: {findings:#?}", design.sensor.name);
+    }
+}

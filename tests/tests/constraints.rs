@@ -91,3 +91,73 @@ fn halves_close_to_the_surface_are_made() {
         export(folder.path(), &design, &["holder", "semi-dome-012"], &near).ok();
     }
 }
+
+/// What a lamp needs, its supply must have; and neither it nor its resistor burns. `--fix` takes another supply
+/// where it was chosen, and never makes a lamp bear more than it is said to.
+#[test]
+fn lamps_shine_on_their_supply_and_do_not_burn() {
+    let drop = "the resistor needs 0.2 V of the supply's";
+    for (design, settings, said, fixed) in [
+        (
+            "rtac0",
+            &["leds.forward_volts=6"][..],
+            &*format!("leds.forward_volts is 6; it must be at most 4.8, because {drop} 5 V"),
+            Some("leds.supply_volts 5 -> 6.2"),
+        ),
+        ("uvdtact", &["leds.uv_forward_volts=3.3", "leds.supply_volts=3.3"], "at most 3.1", None),
+        // (5 V - 3 V)^2 / 0.1 W
+        (
+            "rtac0",
+            &["leds.resistor_ohms=20", "leds.rated_ma=200"],
+            "at least 40, because a resistor 0603 bears 0.1 W",
+            Some("leds.supply_volts 5 -> "),
+        ),
+        // (5 V - 3 V) / 20 mA
+        (
+            "rtac0",
+            &["leds.resistor_ohms=47"],
+            "at least 100, because an LED bears 20 mA",
+            Some("leds.supply_volts 5 -> "),
+        ),
+        ("tactip", &["leds.current_ma=25"], "at most 20, because an LED bears no more", None),
+        // Four behind one resistor of 0.1 W that takes 2 V.
+        (
+            "uvdtact",
+            &["leds.current_ma=15"],
+            "at most 12.5, because a resistor 0603 bears 0.1 W",
+            None,
+        ),
+        ("9dtact", &["leds.supply_ma=12"], "because the supply gives 12 mA for", Some("leds.")),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let run = |settings: &[&str], more: &[&str]| {
+            let set = settings.iter().flat_map(|setting| ["--set", setting]);
+            let words = ["show", design].into_iter().chain(set).chain(more.iter().copied());
+            fabkit(folder.path(), &words.collect::<Vec<_>>())
+        };
+        let refused = run(settings, &[]);
+        assert_eq!(refused.code, Some(2), "{design} {settings:?}: {refused:?}");
+        assert!(refused.stderr.contains(said), "{design} {settings:?}: {refused:?}");
+        // The hint works: `write at most 4.8`, `write at least 25.55 for `leds.supply_ma``.
+        let mut lines = refused.stderr.lines();
+        let hint = lines.find_map(|line| line.split_once("= help: write at ")).unwrap().1;
+        let is_digit = |c: &char| c.is_ascii_digit() || *c == '.';
+        let value: String =
+            hint.chars().skip_while(|c| !is_digit(c)).take_while(is_digit).collect();
+        let own = settings[0].split_once('=').unwrap().0;
+        let path =
+            hint.split_once(" for `").map_or(own, |(_, rest)| rest.split_once('`').unwrap().0);
+        let better = format!("{path}={value}");
+        let kept = settings.iter().filter(|setting| !setting.starts_with(&format!("{path}=")));
+        run(&kept.copied().chain([&*better]).collect::<Vec<_>>(), &[]).ok();
+        // What was set stays, and what was chosen follows, if that is no rating.
+        let run = run(settings, &["--fix"]);
+        assert_eq!(
+            run.code,
+            Some(if fixed.is_some() { 0 } else { 2 }),
+            "{design} {settings:?}: {run:?}"
+        );
+        let told = run.stderr + &run.stdout;
+        assert!(fixed.is_none_or(|fixed| told.contains(&format!("fixed: {fixed}"))), "{told}");
+    }
+}

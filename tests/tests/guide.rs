@@ -368,3 +368,34 @@ fn a_difference_names_what_is_used_again() {
     assert_eq!(body(&route, "mold-transparent-gel-a")["change"], "removed");
     assert_eq!(body(&route, "form-cup")["besides"], 2);
 }
+
+/// Air leaves what is poured, and in time: a sentence of the page says how long, and that nobody measured it.
+#[test]
+fn mixes_say_how_long_air_takes() {
+    let (mut degassed, mut rested) = (0, 0);
+    for name in builtin_names() {
+        let guide = facts(&built(name, &[]), 1);
+        let read = text_of(&guide.to_html(&Default::default()));
+        for mix in &guide.mixes {
+            assert_eq!(mix.air_source, "chosen");
+            let is_poured = guide.steps[mix.step - 1].action == "pour";
+            assert_eq!(mix.air_h > 0.0, is_poured || mix.degas, "{name}: {mix:?}");
+            // A third of the pot life at most, but for rounding.
+            assert!(
+                mix.pot_life_h.is_none_or(|life_h| 3.0 * mix.air_h <= life_h * 1.000_001),
+                "{name}: {mix:?}"
+            );
+            if mix.air_h > 0.0 {
+                let what = if mix.degas { "degas" } else { "let stand" };
+                let said = format!("{what} {:.0} min", 60.0 * mix.air_h);
+                assert!(read.contains(&said), "{name}: {said}");
+                *(if mix.degas { &mut degassed } else { &mut rested }) += 1;
+            }
+        }
+        assert!(
+            guide.mixes.is_empty() || read.contains("Times for air to leave are chosen"),
+            "{name}"
+        );
+    }
+    assert!(degassed > 0, "nothing is degassed; {rested} rest");
+}

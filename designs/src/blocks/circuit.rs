@@ -6,6 +6,7 @@ use fabkit_geometry::{
 };
 
 use crate::assembling::Name;
+use crate::parameters::Report;
 
 /// Net of the supply.
 pub const SUPPLY: &str = "V+";
@@ -96,6 +97,10 @@ pub struct Electric {
     pub forward_v: f64,
     /// Of each LED, A.
     pub current_a: f64,
+    /// What each LED bears for long, A.
+    pub rated_a: f64,
+    /// What the supply gives at most, A.
+    pub supply_a: f64,
     /// Given, ohm; 0 where it follows from the current.
     pub ohms: f64,
 }
@@ -107,34 +112,80 @@ macro_rules! electric {
             supply_v: $leds.supply_volts,
             forward_v: $leds.forward_volts,
             current_a: $leds.current_ma / 1e3,
+            rated_a: $leds.rated_ma / 1e3,
+            supply_a: $leds.supply_ma / 1e3,
             ohms: $leds.resistor_ohms,
         }
     };
 }
 pub(crate) use electric;
 
+/// Least voltage across a resistor, V, for the current to be that of the resistor: forward voltages of one type of
+/// LED, and USB's supply, differ by as much; chosen.
+const LEAST_DROP_V: f64 = 0.2;
+
+impl Electric {
+    /// Reports LEDs that do not shine on this supply, burn, burn their resistors, or take more than there is.
+    ///
+    /// `forward` is the path of the forward voltage, `sharing` how many LEDs share a resistor, `all` how many there
+    /// are.
+    pub fn check(self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut Report) {
+        let drop_v = self.supply_v - self.forward_v;
+        report.at_most(
+            forward,
+            self.forward_v,
+            self.supply_v - LEAST_DROP_V,
+            format!(
+                "the resistor needs {LEAST_DROP_V} V of the supply's {} V to set the current",
+                self.supply_v
+            ),
+        );
+        if drop_v < LEAST_DROP_V {
+            return; // Whatever current there is, it is none of these.
+        }
+        let (sharing, all) = (f64::from(sharing), f64::from(all));
+        let bears = format!("a resistor {} bears {} W", chip.name, chip.rated_w);
+        let most_a = self.supply_a / all;
+        let gives = format!("the supply gives {} mA for {all} LEDs", self.supply_a * 1e3);
+        if self.ohms > 0.0 {
+            let least = |most_a: f64| drop_v / (sharing * most_a);
+            let rated = format!("an LED bears {} mA", self.rated_a * 1e3);
+            report.at_least("leds.resistor_ohms", self.ohms, least(self.rated_a), rated);
+            report.at_least("leds.resistor_ohms", self.ohms, drop_v.powi(2) / chip.rated_w, bears);
+            report.at_least("leds.resistor_ohms", self.ohms, least(most_a), gives);
+        } else {
+            // The next larger resistor of the series lets less through, and never more.
+            let ma = self.current_a * 1e3;
+            report.at_most("leds.current_ma", ma, self.rated_a * 1e3, "an LED bears no more");
+            report.at_most("leds.current_ma", ma, chip.rated_w / (drop_v * sharing) * 1e3, bears);
+            report.at_most("leds.current_ma", ma, most_a * 1e3, gives);
+        }
+    }
+}
+
 /// A circuit that is being put together.
 pub struct Builder {
     circuit: Circuit,
-    counts: [u32; 5],
+    counts: [u32; 6],
 }
 
 impl Builder {
     /// A circuit on a board.
-    pub fn on(board: Name, supply_v: f64) -> Self {
-        Self::new(board.name, Some(board.name), supply_v)
+    pub fn on(board: Name, supply_v: f64, supply_a: f64) -> Self {
+        Self::new(board.name, Some(board.name), supply_v, Some(supply_a))
     }
 
-    /// A circuit without a board of its own.
+    /// A circuit without a board of its own, whose supply is bought for it.
     pub fn wired(name: &str, supply_v: f64) -> Self {
-        Self::new(name, None, supply_v)
+        Self::new(name, None, supply_v, None)
     }
 
-    fn new(name: &str, board: Option<&str>, supply_v: f64) -> Self {
+    fn new(name: &str, board: Option<&str>, supply_v: f64, supply_a: Option<f64>) -> Self {
         let circuit = Circuit {
             name: name.to_owned(),
             board: board.map(str::to_owned),
             supply_v,
+            supply_a,
             parts: Vec::new(),
             nets: Vec::new(),
             resistors: Vec::new(),
@@ -143,7 +194,7 @@ impl Builder {
             connections: Vec::new(),
             notes: Vec::new(),
         };
-        Self { circuit, counts: [0; 5] }
+        Self { circuit, counts: [0; 6] }
     }
 
     fn next(&mut self, kind: CircuitKind) -> String {
@@ -153,6 +204,7 @@ impl Builder {
             CircuitKind::Switch => (2, "U"),
             CircuitKind::WirePad => (3, "W"),
             CircuitKind::TestPoint => (4, "TP"),
+            CircuitKind::Capacitor => (5, "C"),
         };
         self.counts[index] += 1;
         format!("{letters}{}", self.counts[index])
@@ -242,13 +294,14 @@ impl Builder {
         chip: Chip,
         source: &str,
     ) -> SeriesResistor {
-        let Electric { supply_v, forward_v, current_a, ohms } = electric;
+        let Electric { supply_v, forward_v, current_a, rated_a, ohms, .. } = electric;
         let wanted_a = (ohms == 0.0).then_some(current_a);
         let mut one = SeriesResistor {
             designators: Vec::new(),
             supply_v,
             forward_v,
             leds,
+            led_rated_a: rated_a,
             wanted_a,
             ohms,
             rated_w: chip.rated_w,

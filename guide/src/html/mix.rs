@@ -25,7 +25,8 @@ impl Guide {
             *body += &table(&heads, 3, self.mixes.iter().map(row));
             *body += "<p>Weigh to 0.01 g, in the order of the table; stir slowly for as long as the maker says, and scrape the \
                       cup's wall. A batch is mixed anew for each unit. Pot lives and cures are at 23 °C unless a row says \
-                      otherwise; below 18 °C both take longer.</p>\n";
+                      otherwise; below 18 °C both take longer. Times for air to leave are chosen, and at most a third of the \
+                      pot life: degas until foam has risen and fallen, in a cup four times as high as the liquid.</p>\n";
         }
         self.mind(body);
     }
@@ -54,7 +55,11 @@ impl Guide {
 fn row(mix: &Mixed) -> String {
     let components = mix.components.iter();
     let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
-    let degas = if mix.degas { "degas" } else { "" };
+    let air = match (mix.degas, mix.air_h) {
+        (_, 0.0) => String::new(),
+        (true, hours) => format!("degas {}", minutes(hours)),
+        (false, hours) => format!("let stand {}", minutes(hours)),
+    };
     let cure = match mix.cure_h {
         0.0 => "with what follows".to_owned(),
         hours => format!("{hours} h at {} °C", mix.cure_celsius),
@@ -62,7 +67,7 @@ fn row(mix: &Mixed) -> String {
     let pot_life = mix.pot_life_h.map_or("not stated".to_owned(), minutes);
     format!(
         "<td><a href=\"#step-{0}\">{0}</a></td><td class=\"word\">{1}</td><td class=\"word as-one\">{2}</td><td>{3}</td>\
-         <td>{4:.2} cm3 + {5:.0} %</td><td class=\"word\">{degas}</td><td class=\"as-one\">{pot_life}</td>\
+         <td>{4:.2} cm3 + {5:.0} %</td><td class=\"word\">{air}</td><td class=\"as-one\">{pot_life}</td>\
          <td class=\"as-one\">{6}</td><td>{cure}</td>",
         mix.step,
         escape(&mix.layer),

@@ -29,7 +29,7 @@ impl Light<'_> {
 
     fn board_circuit(&self) -> Circuit {
         let leds = self.leds;
-        let mut board = Builder::on(LED_BOARD, leds.supply_volts);
+        let mut board = Builder::on(LED_BOARD, leds.supply_volts, leds.supply_ma / 1e3);
         let package = LedPackage::Chip([leds.pitch.mm(), leds.width.mm()]);
         board.each_with_resistor(
             electric!(leds),

@@ -19,7 +19,7 @@ const PAD_MM: [f64; 2] = [1.5, 0.8];
 
 /// LEDs between supply and ground, each with its resistor; two wires; the camera's cable.
 pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts);
+    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
     board.each_with_resistor(
         electric!(p.leds),

@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use fabkit_geometry::{Angle, Point3, Pose, Process};
 
 use super::bodies::HOLDER;
+use super::circuit;
 use super::components::{has_parts, switch_reach_mm};
 use super::housing::{
     LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_slot,
@@ -16,6 +17,7 @@ use super::joints::{Joints, mounting};
 use super::layout::{BOLT, Layout};
 use super::markers::end_centres;
 use super::parameters::HalfEllipsoid;
+use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::marks::{self, RoundPattern, farthest_deg};
 use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
@@ -162,6 +164,10 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 }
 
 fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    for (electric, kind) in circuit::electric(p).into_iter().zip(["white", "uv"]) {
+        let forward = format!("leds.{kind}_forward_volts");
+        electric.check(&forward, [p.leds.pairs, 2 * p.leds.pairs], CHIP_0603, report);
+    }
     let radius = p.leds.diameter.mm() / 2.0;
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();

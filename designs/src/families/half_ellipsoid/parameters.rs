@@ -131,11 +131,15 @@ sections! {
         /// Supply, V.
         supply_volts: f64 = 3.0..=5.5,
         /// Forward voltage of a white LED at its current, V.
-        white_forward_volts: f64 = 1.5..=4.2,
+        white_forward_volts: f64 = 1.5..=24.0,
         /// Forward voltage of a UV LED at its current, V.
-        uv_forward_volts: f64 = 1.5..=4.5,
+        uv_forward_volts: f64 = 1.5..=24.0,
         /// Current of each LED, mA, that the resistors are calculated for.
         current_ma: f64 = 0.5..=60.0,
+        /// Largest current that an LED bears for long, mA.
+        rated_ma: f64 = 1.0..=3000.0,
+        /// Largest current that the supply gives, mA.
+        supply_ma: f64 = 1.0..=20000.0,
     }
 
     /// The endoscope camera.

@@ -22,7 +22,7 @@ const BESIDE_MM: f64 = 0.21;
 
 /// LEDs between supply and ground, each with its resistor; wires on the lower side.
 pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts);
+    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
     board.each_with_resistor(
         electric!(p.leds),

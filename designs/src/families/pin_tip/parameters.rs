@@ -136,11 +136,15 @@ sections! {
         /// Type.
         model: String = 1..=80,
         /// Supply, V.
-        supply_volts: f64 = 4.5..=24.0,
+        supply_volts: f64 = 3.0..=24.0,
         /// Forward voltage of an LED at its current, V.
-        forward_volts: f64 = 1.5..=4.2,
+        forward_volts: f64 = 1.5..=24.0,
         /// Current of an LED, mA, that its resistor is calculated for.
         current_ma: f64 = 0.5..=60.0,
+        /// Largest current that an LED bears for long, mA.
+        rated_ma: f64 = 1.0..=3000.0,
+        /// Largest current that the supply gives, mA.
+        supply_ma: f64 = 1.0..=20000.0,
         /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
         resistor_ohms: f64 = 0.0..=100000.0,
     }

@@ -1,0 +1,253 @@
+//! Circuits: lamps that shine and do not burn, nets that connect, boards that are there.
+//!
+//! What is etched is judged elsewhere, by its copper; this looks at what the circuit says, with or without a board.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::{
+    Circuit, CircuitKind, CircuitPart, CompiledSolid, Land, Net, Point3, Ray, Scratch, Sensor,
+    SeriesResistor, Vector3,
+};
+
+use crate::finding::{Finding, Rule};
+use crate::scene::InvalidBody;
+
+/// Shares of currents that differ by less are the same.
+const SAME: f64 = 1e-9;
+
+/// Points around a land that are looked at.
+const AROUND: usize = 8;
+
+/// All findings about circuits, and how many there are.
+pub(crate) fn examine(sensor: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
+    let mut findings = Vec::new();
+    for circuit in &sensor.circuits {
+        let mut of_one = nets(circuit);
+        of_one.extend(circuit.resistors.iter().flat_map(|one| lamps(circuit, one)));
+        of_one.extend(counted(circuit));
+        of_one.extend(polarity(circuit));
+        of_one.extend(supply(circuit));
+        let bodies = circuit.board.as_deref();
+        findings.extend(of_one.into_iter().map(|finding| finding.of(bodies)));
+        findings.extend(board(sensor, circuit)?);
+    }
+    Ok((findings, sensor.circuits.len()))
+}
+
+fn error(circuit: &Circuit, what: &str, fix: &str) -> Finding {
+    Finding::error(Rule::Circuit, format!("{}: {what}", circuit.name), fix)
+}
+
+/// Whether a number is one, and more than nothing; a comparison alone would let NaN pass.
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+/// Nets with one end, and pins that do not exist, or are on two nets or, of lamps and resistors, on none.
+fn nets(circuit: &Circuit) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut on: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
+    for Net { name, pins, .. } in &circuit.nets {
+        for (part, pin) in pins {
+            on.entry((part, pin)).or_default().push(name);
+        }
+        if pins.len() < 2 {
+            let end = pins.first().map_or("nothing".into(), |(part, pin)| format!("{part}.{pin}"));
+            let what = format!("net {name} has {} of the 2 ends that it needs: {end}", pins.len());
+            let fix = "connect it to what it leads to, or leave the net out";
+            found.push(error(circuit, &what, fix).measured(pins.len() as f64, 2.0, "ends"));
+        }
+    }
+    for ((part, pin), nets) in &on {
+        let lands = circuit.part(part).map(|part| &part.lands);
+        if !lands.is_some_and(|lands| lands.iter().any(|land| land.pin == *pin)) {
+            let what = format!("net {} ends at {part}.{pin}, which is no pin of a part", nets[0]);
+            found.push(error(circuit, &what, "name a part of the circuit and one of its pins"));
+        }
+        if let [first, second, ..] = nets[..] {
+            let what = format!("{part}.{pin} is on {first} and on {second}");
+            found.push(error(circuit, &what, "let each pin be on one net, or make one of both"));
+        }
+    }
+    let has_two_ends =
+        |part: &&CircuitPart| matches!(part.kind, CircuitKind::Led | CircuitKind::Resistor);
+    for part in circuit.parts.iter().filter(has_two_ends) {
+        for land in &part.lands {
+            if !on.contains_key(&(&*part.designator, &*land.pin)) {
+                let what = format!("{}.{} is connected to nothing", part.designator, land.pin);
+                found.push(error(circuit, &what, "put it on a net"));
+            }
+        }
+    }
+    found
+}
+
+/// What a resistor and its lamps bear.
+fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
+    let names = one.designators.join(", ");
+    let is_known = [one.supply_v, one.forward_v, one.ohms, one.rated_w, one.led_rated_a];
+    if let Some(value) = is_known.into_iter().find(|value| !is_positive(*value)) {
+        let what = format!("{names} is calculated with {value}, which must be more than 0");
+        let fix = "give supply, forward voltage, resistance and what both bear as positive numbers";
+        return vec![error(circuit, &what, fix)];
+    }
+    let mut found = Vec::new();
+    if one.forward_v >= one.supply_v {
+        let what = format!(
+            "the lamps behind {names} need {} V to shine, and the supply has {} V",
+            one.forward_v, one.supply_v
+        );
+        let fix = "take a supply of a higher voltage, or lamps of a lower forward voltage";
+        found.push(error(circuit, &what, fix).measured(one.forward_v, one.supply_v, "V"));
+    }
+    let (led_a, watts) = (one.led_a(), one.power_w());
+    if led_a > one.led_rated_a * (1.0 + SAME) {
+        let what = format!(
+            "{:.1} mA flow through each lamp behind {names}, which bears {} mA",
+            led_a * 1e3,
+            one.led_rated_a * 1e3
+        );
+        let fix = "ask for less current, or take a larger resistor";
+        found.push(error(circuit, &what, fix).measured(led_a, one.led_rated_a, "A"));
+    }
+    if watts > one.rated_w * (1.0 + SAME) {
+        let what =
+            format!("{watts:.3} W are turned to heat in {names}, which bears {} W", one.rated_w);
+        let fix = "ask for less current, or take a larger resistor";
+        found.push(error(circuit, &what, fix).measured(watts, one.rated_w, "W"));
+    }
+    for name in &one.designators {
+        if circuit.part(name).is_none_or(|part| part.kind != CircuitKind::Resistor) {
+            let what = format!("{name} is calculated, and no resistor of the circuit is called so");
+            found.push(error(circuit, &what, "name a resistor of the circuit"));
+        }
+    }
+    found
+}
+
+/// Lamps whose current nothing limits.
+fn counted(circuit: &Circuit) -> Option<Finding> {
+    let there = circuit.parts.iter().filter(|part| part.kind == CircuitKind::Led).count();
+    let shared = circuit.resistors.iter().map(|one| one.designators.len() * one.leds as usize);
+    let calculated: usize = shared.sum();
+    (there != calculated).then(|| {
+        let what = format!("there are {there} lamps, and resistors for {calculated} of them");
+        let fix = "calculate a resistor for every lamp, and none for lamps that are not there";
+        error(circuit, &what, fix).measured(calculated as f64, there as f64, "lamps")
+    })
+}
+
+/// Lamps that are turned round beside others: where several meet, all do so with the same end. Only two in a row
+/// meet with both.
+fn polarity(circuit: &Circuit) -> Vec<Finding> {
+    let is_led = |part: &str| circuit.part(part).is_some_and(|part| part.kind == CircuitKind::Led);
+    let mut found = Vec::new();
+    for net in circuit.nets.iter().filter(|net| net.pins.len() > 2) {
+        let ends = |wanted: &str| -> Vec<&str> {
+            let pins = net.pins.iter().filter(|(part, pin)| pin == wanted && is_led(part));
+            pins.map(|(part, _)| part.as_str()).collect()
+        };
+        let (anodes, cathodes) = (ends("A"), ends("K"));
+        if !anodes.is_empty() && !cathodes.is_empty() {
+            let is_anode = anodes.len() <= cathodes.len();
+            let (turned, end) = if is_anode { (anodes, "anode") } else { (cathodes, "cathode") };
+            let what = format!(
+                "{} meets net {} with its {end}, and other lamps do not: it is turned round",
+                turned.join(", "),
+                net.name
+            );
+            found.push(error(circuit, &what, "connect all lamps of a net with the same end"));
+        }
+    }
+    found
+}
+
+/// What the supply gives, and whether the total is that of the resistors.
+fn supply(circuit: &Circuit) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let each = circuit.resistors.iter().map(|one| one.designators.len() as f64 * one.current_a());
+    let sum_a: f64 = each.sum();
+    if !(circuit.resistors.is_empty() || (circuit.current_a - sum_a).abs() <= SAME * sum_a) {
+        let what = format!(
+            "it is said to take {:.1} mA, and its resistors let {:.1} mA through",
+            circuit.current_a * 1e3,
+            sum_a * 1e3
+        );
+        let fix = "say what the resistors let through";
+        found.push(error(circuit, &what, fix).measured(circuit.current_a, sum_a, "A"));
+    }
+    for one in &circuit.resistors {
+        if one.supply_v != circuit.supply_v {
+            let names = one.designators.join(", ");
+            let what = format!(
+                "{names} is calculated for {} V, and the circuit's supply has {} V",
+                one.supply_v, circuit.supply_v
+            );
+            let fix = "calculate it for the circuit's supply";
+            found.push(error(circuit, &what, fix).measured(one.supply_v, circuit.supply_v, "V"));
+        }
+    }
+    if let Some(most_a) =
+        circuit.supply_a.filter(|most| !(circuit.current_a <= most * (1.0 + SAME)))
+    {
+        let what = format!(
+            "all lamps take {:.0} mA, and the supply gives {:.0} mA",
+            circuit.current_a * 1e3,
+            most_a * 1e3
+        );
+        let fix = "ask for less current or fewer lamps, or take a stronger supply";
+        found.push(error(circuit, &what, fix).measured(circuit.current_a, most_a, "A"));
+    }
+    found
+}
+
+/// The board is there, and what has a place is on it.
+fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody> {
+    let Some(name) = circuit.board.as_deref() else { return Ok(Vec::new()) };
+    let Some(body) = sensor.body(name) else {
+        let what = format!("it is on `{name}`, and no body of the sensor is called so");
+        return Ok(vec![error(circuit, &what, "name the part that is etched")]);
+    };
+    let solid = CompiledSolid::new(&body.solid)
+        .map_err(|source| InvalidBody { body: name.to_owned(), source })?;
+    let bottom = solid.bounds().min.z - 1.0;
+    let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
+    let mut is_on = |[x, y]: [f64; 2]| {
+        let ray = Ray { origin: Point3::new(x, y, bottom), direction: Vector3::z() };
+        solid.stretches_into(&ray, &mut scratch, &mut stretches);
+        !stretches.is_empty()
+    };
+    let mut found = Vec::new();
+    for part in &circuit.parts {
+        let Some(place) = part.place else { continue };
+        for land in &part.lands {
+            let beside = around(land).map(|at| place.point(at)).find(|at| !is_on(*at));
+            if let Some(at) = beside {
+                let what = format!(
+                    "the pad {}.{} reaches to ({:.2}, {:.2}) mm, where {name} is not",
+                    part.designator, land.pin, at[0], at[1]
+                );
+                let place = Point3::new(at[0], at[1], solid.bounds().max.z);
+                let finding = error(circuit, &what, "move the part, or make the board larger");
+                found.push(finding.of([name]).at(Some(place)));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The outline of a land in the frame of its part, mm: corners, or points of the circle.
+fn around(land: &Land) -> impl Iterator<Item = [f64; 2]> {
+    let Land { at_mm: [x, y], size_mm, is_round, .. } = land.clone();
+    (0..AROUND).map(move |i| {
+        let (sin, cos) = (i as f64 * std::f64::consts::TAU / AROUND as f64).sin_cos();
+        // Those of a circle, pushed out to the rectangle.
+        let [a, b] = if is_round {
+            [size_mm[0] * cos, size_mm[0] * sin]
+        } else {
+            let far = cos.abs().max(sin.abs());
+            [size_mm[0] * cos / far, size_mm[1] * sin / far]
+        };
+        [x + a / 2.0, y + b / 2.0]
+    })
+}

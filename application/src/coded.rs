@@ -301,9 +301,11 @@ fn scene(error: &SceneError) -> &'static str {
 fn pressing(error: &PressingError) -> &'static str {
     match error {
         PressingError::Press(_) => "unknown_press",
-        PressingError::Range { .. } => "out_of_range",
+        PressingError::Range { .. } | PressingError::NoFriction { .. } => "out_of_range",
         PressingError::Elastic(_) => "no_contact_solution",
-        PressingError::Stiff { .. } | PressingError::Loose | PressingError::Solid(_) => "nothing_soft",
+        PressingError::Stiff { .. } | PressingError::Loose | PressingError::Solid(_) => {
+            "nothing_soft"
+        }
     }
 }
 

@@ -10,6 +10,8 @@ use super::layers::SoftStack;
 pub struct Step {
     /// How deep the presser stands, mm.
     pub depth_mm: f64,
+    /// How far it has moved along the surface since it stands there, mm.
+    pub shear_mm: f64,
     /// Of the presser on the sensor, sensor frame, N.
     pub force_n: Vector3<f64>,
     /// The same about the sensor's origin, N mm.
@@ -25,12 +27,13 @@ pub struct Step {
 }
 
 impl Step {
-    pub(super) fn of(depth_mm: f64, outcome: &Outcome, soft: &SoftStack) -> Self {
+    pub(super) fn of([depth_mm, shear_mm]: [f64; 2], outcome: &Outcome, soft: &SoftStack) -> Self {
         let pose = soft.sensor_from_stack;
         let force_n = pose.vector(outcome.force_n);
         let origin = pose.point(Point3::origin()).coords;
         Self {
             depth_mm,
+            shear_mm,
             force_n,
             moment_nmm: pose.vector(outcome.moment_nmm) + origin.cross(&force_n),
             contact_radius_mm: outcome.contact_radius_mm,
@@ -50,7 +53,9 @@ pub struct Pressed {
     pub level: Level,
     /// Distance of the surface's nodes, mm.
     pub spacing_mm: f64,
-    /// By depth; the last one at its full depth.
+    /// Coulomb's coefficient, where it moved along the surface.
+    pub friction: Option<f64>,
+    /// By depth; the last one at its full depth, and after its way along the surface.
     pub steps: Vec<Step>,
     /// At full depth.
     pub outcome: Outcome,
@@ -66,10 +71,11 @@ impl Pressed {
         self.steps.last()
     }
 
-    /// How force grows with depth at the last step, N/mm.
+    /// How force grows with depth at full depth, N/mm.
     pub fn stiffness_n_mm(&self) -> f64 {
-        let at = |i: usize| self.steps.get(i).map(|step| (step.depth_mm, step.force_n.norm()));
-        let [before, last] = [2, 1].map(|back| self.steps.len().checked_sub(back).and_then(at));
+        let straight: Vec<&Step> = self.steps.iter().filter(|step| step.shear_mm == 0.0).collect();
+        let at = |i: usize| straight.get(i).map(|step| (step.depth_mm, step.force_n.norm()));
+        let [before, last] = [2, 1].map(|back| straight.len().checked_sub(back).and_then(at));
         let (depth_mm, force_n) = before.unwrap_or((0.0, 0.0));
         last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
     }

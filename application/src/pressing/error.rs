@@ -27,6 +27,12 @@ pub enum PressingError {
     /// What the solver says.
     #[error(transparent)]
     Elastic(ElasticError),
+    /// A way along a surface of unknown friction.
+    #[error("nobody says how much friction {material} has")]
+    NoFriction {
+        /// Its name.
+        material: String,
+    },
     /// A depth or a number of steps out of range.
     #[error("{what}: {value}; {limit}")]
     Range {
@@ -42,9 +48,9 @@ pub enum PressingError {
 impl Explained for PressingError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::Elastic(ElasticError::NoConvergence { .. } | ElasticError::Factorisation { .. }) => {
-                ErrorKind::Limit
-            }
+            Self::Elastic(
+                ElasticError::NoConvergence { .. } | ElasticError::Factorisation { .. },
+            ) => ErrorKind::Limit,
             _ => ErrorKind::BadInput,
         }
     }
@@ -53,6 +59,9 @@ impl Explained for PressingError {
         let hint = match self {
             Self::Stiff { .. } => {
                 "write `youngs_modulus: 70 kPa` for its material in a file of `materials:`"
+            }
+            Self::NoFriction { .. } => {
+                "write `friction: 1.0` for it in a file of `materials:`, or say how much for this press"
             }
             Self::Loose => "let the layers stick to a plate or a shell",
             Self::Elastic(ElasticError::NoConvergence { .. }) => {

@@ -9,13 +9,14 @@ use super::curve::{Pressed, Step};
 /// The curve as CSV, in mm, N, N mm and mm2, sensor frame.
 pub fn curve_csv(pressed: &Pressed) -> String {
     let mut text = String::from(
-        "depth_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
+        "depth_mm,shear_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
          contact_area_mm2,max_indentation_mm,bulge_mm\n",
     );
     for step in &pressed.steps {
         let Step { depth_mm, force_n: force, moment_nmm: moment, .. } = step;
         let numbers = [
             *depth_mm,
+            step.shear_mm,
             force.norm(),
             force.x,
             force.y,
@@ -41,12 +42,19 @@ const PLOT: [f64; 3] = [480.0, 320.0, 56.0];
 pub fn curve_svg(pressed: &Pressed) -> String {
     let [width, height, margin] = PLOT;
     let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0])
-        .chain(pressed.steps.iter().map(|step| [step.depth_mm, step.force_n.norm()]))
+        .chain(
+            pressed
+                .steps
+                .iter()
+                .filter(|step| step.shear_mm == 0.0)
+                .map(|step| [step.depth_mm, step.force_n.norm()]),
+        )
         .collect();
     let most = points.last().copied().unwrap_or([1.0, 1.0]).map(|most| most.max(1e-9));
     let x = |mm: f64| margin + mm / most[0] * (width - margin - 16.0);
     let y = |n: f64| height - margin + n / most[1] * (margin + 28.0 - height);
-    let line: Vec<String> = points.iter().map(|[mm, n]| format!("{:.2},{:.2}", x(*mm), y(*n))).collect();
+    let line: Vec<String> =
+        points.iter().map(|[mm, n]| format!("{:.2},{:.2}", x(*mm), y(*n))).collect();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
          height=\"{height}\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\">\n\

@@ -1,12 +1,14 @@
 //! What lies below a sensing surface, as far down as it gives way: the elastic solver's layers, met by rays in the
 //! drawn bodies.
 
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use fabkit_elastic::{Body, Curve, Hold, Layer, Material};
 use fabkit_geometry::{
-    Assembly, CompiledSolid, DomePoints, Elasticity, Kind, PlanePoints, Point3, Pose, Ray, Scratch, Sensor,
-    SurfacePoints, Vector3,
+    Assembly, CompiledSolid, DomePoints, Elasticity, Kind, PlanePoints, Point3, Pose, Ray, Scratch,
+    Sensor, SurfacePoints, Vector3,
 };
 
 use super::error::PressingError;
@@ -19,6 +21,8 @@ const JOINT_MM: f64 = 1e-3;
 const STEPS: usize = 240;
 /// Meridians that are compared: what differs between them is no body of revolution.
 const MERIDIANS: usize = 36;
+/// Steps to either side over which dimples, pins and slots are spread.
+const SPREAD_STEPS: usize = 16;
 /// Differences between meridians below this are rounding, mm.
 const ROUND_MM: f64 = 1e-6;
 /// A pad is a disc of this many thicknesses around the press: farther off nothing moves that is bonded below.
@@ -117,11 +121,16 @@ impl Bodies {
         let met = self.met(&ray);
         let (mut soft, mut at_mm) = (Vec::<Stretch>::new(), 1.0);
         loop {
-            let next = met.iter().find(|s| (s.begin_mm - at_mm).abs() < JOINT_MM && s.end_mm > at_mm);
+            let next =
+                met.iter().find(|s| (s.begin_mm - at_mm).abs() < JOINT_MM && s.end_mm > at_mm);
             match next {
                 Some(next) if self.0[next.body].elasticity.is_some() => {
                     at_mm = next.end_mm;
-                    soft.push(Stretch { begin_mm: next.begin_mm - 1.0, end_mm: at_mm - 1.0, ..*next });
+                    soft.push(Stretch {
+                        begin_mm: next.begin_mm - 1.0,
+                        end_mm: at_mm - 1.0,
+                        ..*next
+                    });
                 }
                 other => return Column { soft, is_held: other.is_some() },
             }
@@ -134,7 +143,11 @@ impl SoftStack {
     ///
     /// # Errors
     /// Nothing soft below the surface, or nothing that holds it.
-    pub fn of(sensor: &Sensor, points: &SurfacePoints, place: &Place) -> Result<Self, PressingError> {
+    pub fn of(
+        sensor: &Sensor,
+        points: &SurfacePoints,
+        place: &Place,
+    ) -> Result<Self, PressingError> {
         let bodies = Bodies::of(sensor)?;
         match points {
             SurfacePoints::Dome(face) => dome(bodies, sensor, face),
@@ -211,12 +224,10 @@ struct Meridian {
 }
 
 fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, PressingError> {
-    let pole = face.towards(0.0, 0.0).ok_or_else(|| nothing_soft(sensor))?;
-    let column = bodies.below(pole.0, pole.1);
-    if column.soft.is_empty() {
+    let names = most_common(&bodies, face);
+    if names.is_empty() {
         return Err(nothing_soft(sensor));
     }
-    let names: Vec<usize> = column.soft.iter().map(|stretch| stretch.body).collect();
     let meridian = Meridian::of(&bodies, face, &names);
     let mut left_out = Vec::new();
     let last_rad = face.last_polar_rad();
@@ -226,10 +237,14 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
             meridian.end_rad.to_degrees()
         ));
     }
-    for (&body, uneven_mm) in names.iter().zip(&meridian.uneven_mm).filter(|(_, uneven)| **uneven > ROUND_MM)
+    for (&body, uneven_mm) in
+        names.iter().zip(&meridian.uneven_mm).filter(|(_, uneven)| **uneven > ROUND_MM)
     {
         let name = &bodies.0[body].name;
-        left_out.push(format!("what is not round below {name}: up to {uneven_mm:.2} mm of pins, dimples or slots"));
+        left_out.push(format!(
+            "the shape of what is not round below {name}: up to {uneven_mm:.2} mm of pins, dimples or slots are \
+             spread evenly"
+        ));
     }
     let inner = meridian.inner(&mut left_out);
     let is_rim_bonded = rim_is_held(&bodies, face, &meridian);
@@ -244,7 +259,8 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
             end_mm: meridian.depths_mm[0][i],
         })
         .collect();
-    let kept: Vec<usize> = (0..soft.len()).filter(|i| !is_thin(&soft[*i]) || soft.len() == 1).collect();
+    let kept: Vec<usize> =
+        (0..soft.len()).filter(|i| !is_thin(&soft[*i]) || soft.len() == 1).collect();
     let layers = layers(&bodies, &soft, &mut left_out)?;
     let (face, meridian) = (Arc::new(face.clone()), Arc::new(meridian));
     let outer = curve(&face, &meridian, None);
@@ -259,6 +275,24 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
         kinks: Vec::new(),
     };
     Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), left_out })
+}
+
+/// The bodies that lie below most places of the surface, from outside inwards: not below a pin or a hole.
+fn most_common(bodies: &Bodies, face: &DomePoints) -> Vec<usize> {
+    let mut counted = BTreeMap::<Vec<usize>, usize>::new();
+    for ring in 0..MERIDIANS {
+        // By area, about: more places where the rings are longer.
+        let polar = face.last_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
+        let places = ((polar.sin() * MERIDIANS as f64).ceil() as usize).max(1);
+        for place in 0..places {
+            let azimuth = (place as f64 + 0.37) * TAU / places as f64;
+            if let Some((point, outward)) = face.towards(polar, azimuth) {
+                let names = bodies.below(point, outward).soft.iter().map(|s| s.body).collect();
+                *counted.entry(names).or_default() += 1;
+            }
+        }
+    }
+    counted.into_iter().max_by_key(|(_, count)| *count).map(|(names, _)| names).unwrap_or_default()
 }
 
 /// The meridian of the surface, or of a layer's lower face.
@@ -284,7 +318,8 @@ impl Meridian {
             has_all.then_some(column)
         };
         let around = |polar: f64| -> Vec<Column> {
-            let azimuths = (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
+            let azimuths =
+                (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
             azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect()
         };
         // Most meridians must have all layers; those that pass a pin or a slot may not.
@@ -299,16 +334,20 @@ impl Meridian {
             let columns = around(end_rad * i as f64 / STEPS as f64);
             let mut here = Vec::new();
             for (layer, uneven) in uneven_mm.iter_mut().enumerate() {
-                let mut ends: Vec<f64> = columns.iter().map(|c| c.soft[layer].end_mm).collect();
-                ends.sort_by(f64::total_cmp);
-                let median = ends.get(ends.len() / 2).copied().unwrap_or(f64::NAN);
-                let [least, most] = [ends.first(), ends.last()].map(|end| end.copied().unwrap_or(median));
+                let ends = || columns.iter().map(|column| column.soft[layer].end_mm);
+                let (least, most) =
+                    (ends().fold(f64::INFINITY, f64::min), ends().fold(0.0, f64::max));
                 *uneven = uneven.max(most - least);
-                here.push(median);
+                // What is even stays exact.
+                let is_even = most - least < ROUND_MM;
+                here.push(if is_even { least } else { ends().sum::<f64>() / columns.len() as f64 });
             }
             let held = columns.iter().filter(|c| c.is_held && c.soft.len() == names.len()).count();
             is_held.push(2 * held > columns.len());
             depths_mm.push(here);
+        }
+        for layer in (0..names.len()).filter(|layer| uneven_mm[*layer] > ROUND_MM) {
+            spread(&mut depths_mm, layer);
         }
         Self { end_rad, depths_mm, is_held, uneven_mm }
     }
@@ -321,28 +360,48 @@ impl Meridian {
         (1.0 - share) * self.depths_mm[i][layer] + share * self.depths_mm[i + 1][layer]
     }
 
+    /// What holds the innermost face, mostly.
     fn inner(&self, left_out: &mut Vec<String>) -> Hold {
         let held = self.is_held.iter().filter(|held| **held).count();
-        if held == 0 {
-            return Hold::Free;
-        }
-        if self.is_held[0] {
-            if held <= STEPS {
-                let share = 100.0 * (1.0 - held as f64 / (STEPS + 1) as f64);
-                left_out.push(format!("{share:.0} % of the inner face that nothing stiff holds"));
-            }
-            return Hold::Bonded;
-        }
         let from = self.is_held.iter().position(|held| *held).unwrap_or(STEPS);
-        if from >= STEPS { Hold::Free } else { Hold::BondedBeyond(from as f64 / STEPS as f64) }
+        if from > 0 && from < STEPS && self.is_held[from..].iter().all(|held| *held) {
+            return Hold::BondedBeyond(from as f64 / STEPS as f64);
+        }
+        let share = 100.0 * held as f64 / (STEPS + 1) as f64;
+        match share {
+            100.0 => Hold::Bonded,
+            0.0 => Hold::Free,
+            50.0.. => {
+                left_out.push(format!(
+                    "that nothing stiff holds {:.0} % of the inner face",
+                    100.0 - share
+                ));
+                Hold::Bonded
+            }
+            _ => {
+                left_out.push(format!("that something stiff holds {share:.0} % of the inner face"));
+                Hold::Free
+            }
+        }
+    }
+}
+
+/// Spreads what is not round along the meridian as well, so that the layer keeps its volume, about.
+fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
+    let before: Vec<f64> = depths_mm.iter().map(|row| row[layer]).collect();
+    for (i, row) in depths_mm.iter_mut().enumerate() {
+        let (from, to) = (i.saturating_sub(SPREAD_STEPS), (i + SPREAD_STEPS).min(STEPS));
+        row[layer] = before[from..=to].iter().sum::<f64>() / (to - from + 1) as f64;
     }
 }
 
 /// Whether something stiff begins beyond the end of the meridian, in the middle of what is soft.
 fn rim_is_held(bodies: &Bodies, face: &DomePoints, meridian: &Meridian) -> bool {
     let depth_mm = meridian.depths_mm[STEPS].last().copied().unwrap_or(0.0) / 2.0;
-    let place = |polar: f64| face.towards(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
-    let (Some(end), Some(before)) = (place(meridian.end_rad), place(meridian.end_rad * 0.995)) else {
+    let place =
+        |polar: f64| face.towards(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
+    let (Some(end), Some(before)) = (place(meridian.end_rad), place(meridian.end_rad * 0.995))
+    else {
         return false;
     };
     let ray = Ray { origin: before, direction: (end - before).normalize() };

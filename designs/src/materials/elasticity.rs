@@ -5,7 +5,6 @@ use fabkit_geometry::{Elasticity, Shore, Sort};
 use super::stock::shore;
 use super::{Material, Pressure};
 
-
 /// Of rubbers and gels that say nothing. Their bulk moduli of about 1 GPa would give 0.4999 and more; above
 /// 0.495 presses on layers as thin as these hardly change any more.
 const POISSONS_RATIO: f64 = 0.495;

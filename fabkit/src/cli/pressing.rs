@@ -22,6 +22,13 @@ pub struct PressArgs {
     /// How deep, along the surface's normal at that place
     #[arg(long, value_parser = depth, value_name = "LENGTH")]
     pub depth: f64,
+    /// How far the presser then moves along the surface: on a dome away from the tip, and around it; on a pad along x
+    /// and y
+    #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
+    pub shear: [f64; 2],
+    /// Coulomb's coefficient of friction for that [default: that of the touched material]
+    #[arg(long, value_parser = friction, value_name = "NUMBER")]
+    pub friction: Option<f64>,
     /// By which theory the layers give way
     #[arg(long, value_enum, value_name = "LEVEL", default_value = "linear")]
     pub contact: ContactLevel,
@@ -48,6 +55,24 @@ pub struct PressArgs {
 pub enum ContactLevel {
     /// Small strain, layered, nearly incompressible, without friction
     Linear,
+}
+
+fn shear(text: &str) -> Result<[f64; 2], String> {
+    let (first, second) = text.split_once(',').ok_or("two lengths, for example `0.5mm,0mm`")?;
+    let mm = |text: &str| {
+        let within = [-DEPTH_LIMITS_MM[1], DEPTH_LIMITS_MM[1]];
+        length_within(text.trim(), within)
+    };
+    Ok([mm(first)?, mm(second)?])
+}
+
+fn friction(text: &str) -> Result<f64, String> {
+    let friction: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    if (0.0..=10.0).contains(&friction) {
+        Ok(friction)
+    } else {
+        Err(format!("{friction} is not between 0 and 10"))
+    }
 }
 
 fn depth(text: &str) -> Result<f64, String> {

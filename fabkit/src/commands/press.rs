@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use fabkit_application::Error;
 use fabkit_application::export::npz;
 use fabkit_application::pressing::{
-    Pressed, Pressing, SoftLayer, Step, arrays, curve_csv, curve_svg, threads,
+    Pressed, Pressing, PressingError, SoftLayer, Step, arrays, curve_csv, curve_svg, threads,
 };
+use fabkit_application::scene::press_error;
 use fabkit_application::source::{Source, Target};
 use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
@@ -36,10 +37,15 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         indenter: &args.indenter,
         depth_mm: args.depth,
         steps: args.steps,
+        shear_mm: args.shear,
+        friction: args.friction,
         spacing_mm: args.spacing,
         threads: threads(),
     };
-    let pressed = pressing.run(&project).map_err(Error::from)?;
+    let pressed = pressing.run(&project).map_err(|error| match error {
+        PressingError::Press(error) => press_error(&args.design.sensor, error),
+        other => Error::from(other),
+    })?;
 
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(path) = &args.output {
@@ -52,7 +58,10 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         files.push((path.clone(), curve_svg(&pressed).into_bytes()));
     }
     interrupt::begin_writing()?;
-    write_each(files.iter().map(|(path, bytes)| (path.clone(), &bytes[..])), &interrupt::requested)?;
+    write_each(
+        files.iter().map(|(path, bytes)| (path.clone(), &bytes[..])),
+        &interrupt::requested,
+    )?;
     let listed: Vec<Value> = files
         .iter()
         .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
@@ -76,11 +85,12 @@ fn text(pressed: &Pressed) -> String {
     for left_out in &pressed.soft.left_out {
         text += &format!("  left out: {left_out}\n");
     }
-    text += "depth mm  force N  contact radius mm  pressed in mm  bulge mm\n";
+    text += "depth mm  along mm  force N  contact radius mm  pressed in mm  bulge mm\n";
     for step in &pressed.steps {
         text += &format!(
-            "{:8.3}  {:7.3}  {:17.2}  {:13.3}  {:8.3}\n",
+            "{:8.3}  {:8.3}  {:7.3}  {:17.2}  {:13.3}  {:8.3}\n",
             step.depth_mm,
+            step.shear_mm,
             step.force_n.norm(),
             step.contact_radius_mm,
             step.max_indentation_mm,
@@ -110,6 +120,7 @@ fn document(pressed: &Pressed, files: Vec<Value>) -> Value {
     let step = |step: &Step| {
         json!({
             "depth_mm": step.depth_mm,
+            "shear_mm": step.shear_mm,
             "force_n": <[f64; 3]>::from(step.force_n),
             "moment_nmm": <[f64; 3]>::from(step.moment_nmm),
             "contact_radius_mm": step.contact_radius_mm,
@@ -128,6 +139,7 @@ fn document(pressed: &Pressed, files: Vec<Value>) -> Value {
         "left_out": pressed.soft.left_out,
         "nodes": pressed.nodes,
         "spacing_mm": pressed.spacing_mm,
+        "friction": pressed.friction,
         "stiffness_n_mm": pressed.stiffness_n_mm(),
         "force_range_n": pressed.force_range_n(),
         "curve": pressed.steps.iter().map(step).collect::<Vec<_>>(),

@@ -7,13 +7,17 @@
 //! ```
 //!
 //! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0: the axis
-//! alone), `at_mm` ([x, y] of the presser), `reach_mm` (how far from the pole nodes are that fine).
+//! alone), `at_mm` ([x, y] of the presser), `reach_mm` (how far from the pole nodes are that fine), `cap_mm` (the
+//! height of a cap of a ball above its stiff base, in place of a flat pad), `friction` and `shear_mm` ([x, y]),
+//! `probes_mm` ([[x, y], ...], where the touched surface's displacement is asked for).
 
 use std::error::Error;
 use std::io::Read;
 use std::time::Instant;
 
-use fabkit_elastic::{Body, Division, Layer, Material, Outcome, Press, SolidPresser, Stack};
+use fabkit_elastic::{
+    Body, Curve, Division, Hold, Layer, Material, Outcome, Press, SolidPresser, Stack,
+};
 use fabkit_geometry::{CompiledSolid, Pose, Solid, Vector3};
 use serde_json::{Value, json};
 
@@ -30,7 +34,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let name = format!("layer {}", layers.len() + 1);
         layers.push((Layer { name, material }, number("thickness_mm")?));
     }
-    let body = Body::pad(number("radius_mm")?, layers);
+    let body = match asked["cap_mm"].as_f64() {
+        Some(height_mm) => cap(number("radius_mm")?, height_mm, layers),
+        None => Body::pad(number("radius_mm")?, layers),
+    };
     let max_harmonic = asked["max_harmonic"].as_u64().unwrap_or(0) as usize;
     let division = Division {
         reach_mm: asked["reach_mm"].as_f64().unwrap_or(f64::INFINITY),
@@ -51,12 +58,56 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let presser =
         SolidPresser::new(CompiledSolid::new(&solid)?, &Pose::translation(at(0), at(1), 50.0));
-    let press = Press::along(-Vector3::z(), number("depth_mm")?)?;
+    let mut press = Press::along(-Vector3::z(), number("depth_mm")?)?;
+    if let Some(friction) = asked["friction"].as_f64() {
+        let shear = |i: usize| asked["shear_mm"][i].as_f64().unwrap_or(0.0);
+        press = press.sheared(friction, Vector3::new(shear(0), shear(1), 0.0), 1)?;
+    }
     let start = Instant::now();
     let outcome = stack.press(&presser, &press)?;
     let press_s = start.elapsed().as_secs_f64();
-    println!("{}", described(&stack, &outcome, setup_s, press_s));
+    let mut answer = described(&stack, &outcome, setup_s, press_s);
+    let probes = asked["probes_mm"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let at = |probe: &Value| {
+        let [x, y] = [0, 1].map(|i| probe[i].as_f64().unwrap_or(f64::NAN));
+        let moved = outcome.displacement_mm(0, y.atan2(x), along(&outcome, x.hypot(y)));
+        moved.as_slice().to_vec()
+    };
+    answer["probes"] = probes.iter().map(at).collect();
+    println!("{answer}");
     Ok(())
+}
+
+/// The first layer as a cap of a ball, as wide as its flat base, to which it is bonded.
+fn cap(radius_mm: f64, height_mm: f64, layers: Vec<(Layer, f64)>) -> Body {
+    let ball_mm = (radius_mm.powi(2) + height_mm.powi(2)) / (2.0 * height_mm);
+    let widest = (radius_mm / ball_mm).asin();
+    let outer = move |s: f64| {
+        let angle = s * widest;
+        [ball_mm * angle.sin(), height_mm - ball_mm * (1.0 - angle.cos())]
+    };
+    let base = move |s: f64| [outer(s)[0], 0.0];
+    Body {
+        interfaces: vec![Curve::new(outer), Curve::new(base)],
+        layers: layers.into_iter().take(1).map(|(layer, _)| layer).collect(),
+        inner: Hold::Bonded,
+        is_rim_bonded: true,
+        kinks: Vec::new(),
+    }
+}
+
+/// Where the touched surface has a radius, as s.
+fn along(outcome: &Outcome, radius_mm: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if outcome.place_mm(0, 0.0, middle).x < radius_mm {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }
 
 fn described(stack: &Stack, outcome: &Outcome, setup_s: f64, press_s: f64) -> Value {

@@ -55,7 +55,11 @@ pub fn facts(
     let shop = Listed(&design.articles);
     let (density, shop) = (&density, &shop);
     let request = Request { design_hash: &hash, units, density, shop, stages, calibration };
-    Guide::of(&design.sensor, &request)
+    let mut guide = Guide::of(&design.sensor, &request)?;
+    let plan = exporting::sheet_plan(design, units);
+    let (sheets, _) = plan.map_err(|error| NoSuchPart::Examined(error.to_string()))?;
+    guide.take_sheets(sheets);
+    Ok(guide)
 }
 
 /// The design's list of what may be bought.
@@ -104,6 +108,7 @@ fn pictures(
     progress: OnProgress,
 ) -> Result<Pictures, Error> {
     let sensor = &design.sensor;
+    let (_, sheets) = exporting::sheet_plan(design, guide.units)?;
     let stock = shots::Stock::of(sensor, stages)?;
     let scenes: Vec<_> = stages.iter().map(|stage| (stage.step, stock.scenes(stage))).collect();
     let mut wanted: BTreeMap<&str, &shots::Scene> = BTreeMap::new();
@@ -142,6 +147,7 @@ fn pictures(
         cover: Some(cover),
         model: Some(model),
         boards: board_art(design),
+        sheets,
         steps: steps.collect(),
         parts: parts.collect::<Result<_, PictureError>>()?,
     })

@@ -30,6 +30,7 @@ mod html;
 mod lists;
 mod outer;
 mod printing;
+mod sheets;
 mod shop;
 mod supplies;
 mod timeline;
@@ -47,6 +48,7 @@ pub use html::{BoardArt, Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPic
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
 pub use printing::{Printing, Sliced};
+pub use sheets::SheetPlan;
 pub use shop::{Figure, NoShop, Purchase, Shop, Use};
 pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};
@@ -91,6 +93,8 @@ pub struct Guide {
     pub outer: Option<Outer>,
     /// Parts to print, cut and etch.
     pub made: Vec<Made>,
+    /// What is cut from stock sheets, for all units.
+    pub sheets: Vec<SheetPlan>,
     /// Pieces to buy.
     pub bought: Vec<Bought>,
     /// What is poured and sprayed, summed over all steps.
@@ -231,6 +235,7 @@ impl Guide {
             units: request.units,
             outer: outer::outer(sensor, request)?,
             made,
+            sheets: Vec::new(),
             bought,
             liquids,
             stock,

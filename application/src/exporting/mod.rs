@@ -35,6 +35,7 @@ pub(crate) use self::glb::shown as shown_glb;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
+pub(crate) use self::sheets::plan as sheet_plan;
 use self::topology::Counted;
 use crate::bodies::{self, UnknownName};
 use crate::identity::design_hash;

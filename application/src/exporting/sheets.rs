@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    Compensation, Document, Drawing, ExportError, Piece, SheetFigures, dxf, nest, svg,
+    Compensation, Document, Drawing, ExportError, NestedSheet, Piece, SheetFigures, dxf, nest, svg,
     widen_for_kerf,
 };
-use fabkit_geometry::{Process, Profile};
+use fabkit_geometry::{Body, Process, Profile};
+use fabkit_guide::SheetPlan;
 
+use super::compensation::compensation;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, stock};
 use crate::staging::OutputFile;
-use fabkit_geometry::Body;
 
 /// A part's outlines as they are cut.
 pub(super) struct CutSheet {
@@ -88,21 +89,12 @@ pub(super) fn nested(
     options: &ExportOptions,
     meshed: &[Meshed],
 ) -> Result<Vec<Made>, ExportFailure> {
-    let cut = || meshed.iter().filter(|m| m.body.process() == Some(Process::Laser));
-    let words = stock::words(cut().map(|m| m.body.material.as_str()));
-    let mut stocks: BTreeMap<String, (&str, Vec<Piece>)> = BTreeMap::new();
-    for m in cut() {
-        let Some(sheet) = &m.sheet else { continue };
-        let (name, quantity, material) = (&m.body.name, m.body.quantity, &m.body.material);
-        let stock = format!("sheet-{}-{}", words[material.as_str()], thickness(sheet.thickness_mm));
-        let (_, pieces) = stocks.entry(stock).or_insert_with(|| (material, Vec::new()));
-        pieces.push(Piece { name, profile: &sheet.profile, quantity });
-    }
+    let cut = meshed.iter().filter(|m| m.body.process() == Some(Process::Laser));
+    let cut = cut.filter_map(|m| Some((m.body, m.sheet.as_ref()?))).collect::<Vec<_>>();
     let mut made = Vec::new();
-    for (stock, (material, pieces)) in stocks {
-        let sheets = nest(&pieces, options.stock).map_err(ExportFailure::Stock)?;
+    for Stocked { name, material, sheets, .. } in stocked(&cut, 1, options)? {
         for (i, sheet) in sheets.into_iter().enumerate() {
-            let title = format!("{stock}-{}", i + 1);
+            let title = format!("{name}-{}", i + 1);
             let heading = format!("{}: {title}", design.sensor.title);
             let document = Document { title: &heading, design_hash: hash };
             for &format in options.formats.iter().filter(|format| format.is_drawing()) {
@@ -114,12 +106,107 @@ pub(super) fn nested(
                     file,
                     format: format.word(),
                     parts: sheet.pieces.clone(),
-                    stock: Some((Process::Laser, material.to_owned())),
+                    stock: Some((Process::Laser, material.clone())),
                 });
             }
         }
     }
     Ok(made)
+}
+
+/// The stock sheets of one material and thickness, with everything that is cut from them.
+struct Stocked {
+    /// `sheet-acrylic-3mm`.
+    name: String,
+    material: String,
+    thickness_mm: f64,
+    cut_mm: f64,
+    area_mm2: f64,
+    sheets: Vec<NestedSheet>,
+}
+
+/// Everything that is cut for so many units, nested by material and thickness.
+fn stocked(
+    cut: &[(&Body, &CutSheet)],
+    units: u32,
+    options: &ExportOptions,
+) -> Result<Vec<Stocked>, ExportFailure> {
+    let words = stock::words(cut.iter().map(|(body, _)| body.material.as_str()));
+    let mut stocks: BTreeMap<String, Vec<(&Body, &CutSheet)>> = BTreeMap::new();
+    for &(body, sheet) in cut {
+        let name =
+            format!("sheet-{}-{}", words[body.material.as_str()], thickness(sheet.thickness_mm));
+        stocks.entry(name).or_default().push((body, sheet));
+    }
+    let stock = |(name, cut): (String, Vec<(&Body, &CutSheet)>)| {
+        let piece = |(body, sheet): &(&Body, &CutSheet)| (body.quantity * units, sheet.figures());
+        let pieces: Vec<Piece> = cut
+            .iter()
+            .map(|(body, sheet)| Piece {
+                name: &body.name,
+                profile: &sheet.profile,
+                quantity: body.quantity * units,
+            })
+            .collect();
+        let sum = |of: &dyn Fn(&SheetFigures) -> f64| {
+            cut.iter()
+                .map(piece)
+                .map(|(count, figures)| f64::from(count) * of(&figures))
+                .sum::<f64>()
+        };
+        Ok(Stocked {
+            material: cut[0].0.material.clone(),
+            thickness_mm: cut[0].1.thickness_mm,
+            cut_mm: sum(&|figures| figures.cut_mm),
+            area_mm2: sum(&|figures| figures.area_mm2),
+            sheets: nest(&pieces, options.stock).map_err(ExportFailure::Stock)?,
+            name,
+        })
+    };
+    stocks.into_iter().map(stock).collect()
+}
+
+/// What is cut for so many units as `export` would cut it, and a drawing of each sheet by its title.
+///
+/// # Errors
+/// As of the export itself.
+pub(crate) fn plan(
+    design: &Design,
+    units: u32,
+) -> Result<(Vec<SheetPlan>, BTreeMap<String, Vec<u8>>), ExportFailure> {
+    let options = ExportOptions::default();
+    let mut cut = Vec::new();
+    for body in design.sensor.parts().filter(|body| body.process() == Some(Process::Laser)) {
+        if let Some(sheet) = cut_sheet(body, &compensation(body, &options, true))? {
+            cut.push((body, sheet));
+        }
+    }
+    let cut: Vec<(&Body, &CutSheet)> = cut.iter().map(|(body, sheet)| (*body, sheet)).collect();
+    let (mut plans, mut drawings) = (Vec::new(), BTreeMap::new());
+    let stock_mm = options.stock.size_mm;
+    for stocked in stocked(&cut, units, &options)? {
+        let mut pieces = BTreeMap::<String, usize>::new();
+        for (i, sheet) in stocked.sheets.iter().enumerate() {
+            sheet.pieces.iter().for_each(|name| *pieces.entry(name.clone()).or_default() += 1);
+            let title = format!("{}-{}", stocked.name, i + 1);
+            let document = Document { title: &title, design_hash: "" };
+            let bytes = svg(document, &sheet.drawing)
+                .map_err(|source| ExportFailure::Write { file: title.clone(), source })?;
+            drawings.insert(title, bytes);
+        }
+        let sheets = stocked.sheets.len();
+        plans.push(SheetPlan {
+            used: stocked.area_mm2 / (sheets as f64 * stock_mm[0] * stock_mm[1]),
+            name: stocked.name,
+            material: stocked.material,
+            thickness_mm: stocked.thickness_mm,
+            stock_mm,
+            sheets,
+            pieces: pieces.into_iter().collect(),
+            cut_mm: stocked.cut_mm,
+        });
+    }
+    Ok((plans, drawings))
 }
 
 /// Rounded to a micrometre, which no sheet is true to.
@@ -131,7 +218,6 @@ fn thickness(mm: f64) -> String {
 mod tests {
     use fabkit_geometry::Solid;
 
-    use super::super::compensation::compensation;
     use super::*;
 
     #[test]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use fabkit_elastic::{Body, Curve, Hold, Layer, Material};
 use fabkit_geometry::{
     Assembly, CompiledSolid, DomePoints, Elasticity, Kind, PlanePoints, Point3, Pose, Ray, Scratch,
-    Sensor, SurfacePoints, Vector3,
+    Sensor, SurfacePoints, TouchSurface, Vector3,
 };
 
 use super::error::PressingError;
@@ -21,6 +21,10 @@ const JOINT_MM: f64 = 1e-3;
 const STEPS: usize = 240;
 /// Meridians that are compared: what differs between them is no body of revolution.
 const MERIDIANS: usize = 36;
+/// Of the usual depth of all layers: where they end earlier, something stands in them.
+const SHALLOW: f64 = 0.5;
+/// Of the smallest radius of curvature of a dome: deeper, layers are taken for stiff.
+const DEEPEST: f64 = 0.6;
 /// Steps to either side over which dimples, pins and slots are spread.
 const SPREAD_STEPS: usize = 16;
 /// Differences between meridians below this are rounding, mm.
@@ -80,9 +84,15 @@ struct Column {
     soft: Vec<Stretch>,
     /// Whether something stiff follows.
     is_held: bool,
+    /// Which body follows; nothing where none does, and deeper than one looks.
+    next: Option<usize>,
 }
 
-struct Bodies(Vec<Placed>);
+/// All bodies of the sensor, and how deep they are looked into, mm.
+struct Bodies {
+    placed: Vec<Placed>,
+    deepest_mm: f64,
+}
 
 impl Bodies {
     fn of(sensor: &Sensor) -> Result<Self, PressingError> {
@@ -101,13 +111,16 @@ impl Bodies {
                 });
             }
         }
-        Ok(Self(placed))
+        // Normals of a dome meet in its middle: far below a press, what gives way is taken for stiff.
+        let curvature = |touch: &TouchSurface| DEEPEST * touch.least_curvature_radius_mm();
+        let deepest_mm = sensor.touch.as_ref().map_or(f64::INFINITY, curvature);
+        Ok(Self { placed, deepest_mm })
     }
 
     /// All bodies on a ray, in the order in which they begin.
     fn met(&self, ray: &Ray) -> Vec<Stretch> {
         let (mut scratch, mut found, mut met) = (Scratch::default(), Vec::new(), Vec::new());
-        for (body, placed) in self.0.iter().enumerate() {
+        for (body, placed) in self.placed.iter().enumerate() {
             placed.solid.stretches_into(ray, &mut scratch, &mut found);
             met.extend(found.iter().map(|&[begin_mm, end_mm]| Stretch { body, begin_mm, end_mm }));
         }
@@ -124,15 +137,21 @@ impl Bodies {
             let next =
                 met.iter().find(|s| (s.begin_mm - at_mm).abs() < JOINT_MM && s.end_mm > at_mm);
             match next {
-                Some(next) if self.0[next.body].elasticity.is_some() => {
-                    at_mm = next.end_mm;
+                Some(next) if self.placed[next.body].elasticity.is_some() => {
+                    at_mm = next.end_mm.min(1.0 + self.deepest_mm);
                     soft.push(Stretch {
                         begin_mm: next.begin_mm - 1.0,
                         end_mm: at_mm - 1.0,
                         ..*next
                     });
+                    if next.end_mm > at_mm {
+                        return Column { soft, is_held: true, next: None };
+                    }
                 }
-                other => return Column { soft, is_held: other.is_some() },
+                other => {
+                    let next = other.map(|stretch| stretch.body);
+                    return Column { soft, is_held: next.is_some(), next };
+                }
             }
         }
     }
@@ -224,11 +243,14 @@ struct Meridian {
 }
 
 fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, PressingError> {
-    let names = most_common(&bodies, face);
+    let (names, usual_mm) = most_common(&bodies, face);
     if names.is_empty() {
         return Err(nothing_soft(sensor));
     }
-    let meridian = Meridian::of(&bodies, face, &names);
+    let meridian = Meridian::of(&bodies, face, &names, usual_mm);
+    if meridian.depths_mm.is_empty() {
+        return Err(nothing_soft(sensor));
+    }
     let mut left_out = Vec::new();
     let last_rad = face.last_polar_rad();
     if meridian.end_rad < 0.98 * last_rad {
@@ -240,13 +262,18 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     for (&body, uneven_mm) in
         names.iter().zip(&meridian.uneven_mm).filter(|(_, uneven)| **uneven > ROUND_MM)
     {
-        let name = &bodies.0[body].name;
+        let name = &bodies.placed[body].name;
         left_out.push(format!(
             "the shape of what is not round below {name}: up to {uneven_mm:.2} mm of pins, dimples or slots are \
              spread evenly"
         ));
     }
     let inner = meridian.inner(&mut left_out);
+    let most_mm =
+        meridian.depths_mm.iter().filter_map(|row| row.last()).copied().fold(0.0, f64::max);
+    if most_mm >= bodies.deepest_mm {
+        left_out.push(format!("that what lies deeper than {:.1} mm gives way", bodies.deepest_mm));
+    }
     let is_rim_bonded = rim_is_held(&bodies, face, &meridian);
     if matches!(inner, Hold::Free) && !is_rim_bonded {
         return Err(PressingError::Loose);
@@ -277,9 +304,10 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), left_out })
 }
 
-/// The bodies that lie below most places of the surface, from outside inwards: not below a pin or a hole.
-fn most_common(bodies: &Bodies, face: &DomePoints) -> Vec<usize> {
-    let mut counted = BTreeMap::<Vec<usize>, usize>::new();
+/// The bodies that lie below most places of the surface, from outside inwards: not below a pin or a hole; and how
+/// deep they reach, mm: the median.
+fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f64) {
+    let mut counted = BTreeMap::<Vec<usize>, Vec<f64>>::new();
     for ring in 0..MERIDIANS {
         // By area, about: more places where the rings are longer.
         let polar = face.last_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
@@ -287,12 +315,19 @@ fn most_common(bodies: &Bodies, face: &DomePoints) -> Vec<usize> {
         for place in 0..places {
             let azimuth = (place as f64 + 0.37) * TAU / places as f64;
             if let Some((point, outward)) = face.towards(polar, azimuth) {
-                let names = bodies.below(point, outward).soft.iter().map(|s| s.body).collect();
-                *counted.entry(names).or_default() += 1;
+                let soft = bodies.below(point, outward).soft;
+                let names = soft.iter().map(|stretch| stretch.body).collect();
+                counted.entry(names).or_default().extend(soft.last().map(|last| last.end_mm));
             }
         }
     }
-    counted.into_iter().max_by_key(|(_, count)| *count).map(|(names, _)| names).unwrap_or_default()
+    let Some((names, mut depths_mm)) = counted.into_iter().max_by_key(|(_, depths)| depths.len())
+    else {
+        return (Vec::new(), 0.0);
+    };
+    depths_mm.sort_by(f64::total_cmp);
+    let usual_mm = depths_mm.get(depths_mm.len() / 2).copied().unwrap_or(0.0);
+    (names, usual_mm)
 }
 
 /// The meridian of the surface, or of a layer's lower face.
@@ -309,29 +344,41 @@ fn curve(face: &Arc<DomePoints>, meridian: &Arc<Meridian>, layer: Option<usize>)
 }
 
 impl Meridian {
-    fn of(bodies: &Bodies, face: &DomePoints, names: &[usize]) -> Self {
+    fn of(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
         let column = |polar: f64, azimuth: f64| {
             let (point, outward) = face.towards(polar, azimuth)?;
             let column = bodies.below(point, outward);
             let has_all = column.soft.len() >= names.len()
                 && column.soft.iter().zip(names).all(|(stretch, name)| stretch.body == *name);
-            has_all.then_some(column)
+            // A dot or a pin may stand in the last of them.
+            let is_whole = has_all && column.soft[names.len() - 1].end_mm > SHALLOW * usual_mm;
+            is_whole.then_some(column)
         };
         let around = |polar: f64| -> Vec<Column> {
             let azimuths =
                 (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
-            azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect()
+            let mut columns: Vec<Column> =
+                azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect();
+            // Without those that end at what stands in the layer: a dot, a pin.
+            let follow = |next| columns.iter().filter(|column| column.next == next).count();
+            let usual = columns.iter().map(|column| column.next).max_by_key(|next| follow(*next));
+            columns.retain(|column| Some(column.next) == usual);
+            columns
         };
         // Most meridians must have all layers; those that pass a pin or a slot may not.
         let is_whole = |columns: &[Column]| 2 * columns.len() > MERIDIANS;
         let last_rad = face.last_polar_rad() * (1.0 - 1e-6);
         let polar = |i: usize| last_rad * i as f64 / STEPS as f64;
-        let whole = (0..=STEPS).take_while(|i| is_whole(&around(polar(*i)))).last().unwrap_or(0);
-        let end_rad = polar(whole.max(1));
-        let (mut depths_mm, mut is_held) = (Vec::new(), Vec::new());
+        let whole = (1..=STEPS).rev().find(|i| is_whole(&around(polar(*i)))).unwrap_or(1);
+        let end_rad = polar(whole);
         let mut uneven_mm = vec![0.0f64; names.len()];
+        let mut rows: Vec<Option<(Vec<f64>, bool)>> = Vec::new();
         for i in 0..=STEPS {
             let columns = around(end_rad * i as f64 / STEPS as f64);
+            if !is_whole(&columns) {
+                rows.push(None);
+                continue;
+            }
             let mut here = Vec::new();
             for (layer, uneven) in uneven_mm.iter_mut().enumerate() {
                 let ends = || columns.iter().map(|column| column.soft[layer].end_mm);
@@ -343,9 +390,13 @@ impl Meridian {
                 here.push(if is_even { least } else { ends().sum::<f64>() / columns.len() as f64 });
             }
             let held = columns.iter().filter(|c| c.is_held && c.soft.len() == names.len()).count();
-            is_held.push(2 * held > columns.len());
-            depths_mm.push(here);
+            rows.push(Some((here, 2 * held > columns.len())));
         }
+        // Where a pin or a hole is all around, as at a tip, it is as beside it.
+        let nearest =
+            |i: usize| (0..=STEPS).filter(|j| rows[*j].is_some()).min_by_key(|j| j.abs_diff(i));
+        let filled = (0..=STEPS).filter_map(|i| rows[nearest(i)?].clone());
+        let (mut depths_mm, is_held): (Vec<_>, Vec<_>) = filled.unzip();
         for layer in (0..names.len()).filter(|layer| uneven_mm[*layer] > ROUND_MM) {
             spread(&mut depths_mm, layer);
         }
@@ -407,7 +458,7 @@ fn rim_is_held(bodies: &Bodies, face: &DomePoints, meridian: &Meridian) -> bool 
     let ray = Ray { origin: before, direction: (end - before).normalize() };
     let end_mm = (end - before).norm();
     bodies.met(&ray).iter().any(|stretch| {
-        let is_stiff = bodies.0[stretch.body].elasticity.is_none();
+        let is_stiff = bodies.placed[stretch.body].elasticity.is_none();
         is_stiff && stretch.begin_mm < end_mm + RIM_MM && stretch.end_mm > end_mm
     })
 }
@@ -424,7 +475,7 @@ fn layers(
 ) -> Result<Vec<SoftLayer>, PressingError> {
     let (mut layers, mut begin_mm) = (Vec::<SoftLayer>::new(), 0.0);
     for (i, stretch) in soft.iter().enumerate() {
-        let placed = &bodies.0[stretch.body];
+        let placed = &bodies.placed[stretch.body];
         if is_thin(stretch) && soft.len() > 1 {
             let thickness_mm = stretch.end_mm - stretch.begin_mm;
             left_out.push(format!("the stiffness of {}, {thickness_mm:.3} mm thick", placed.name));

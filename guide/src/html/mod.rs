@@ -7,6 +7,7 @@ mod diff;
 mod make;
 mod mix;
 mod print;
+mod sheets;
 mod steps;
 mod time;
 mod viewer;
@@ -33,6 +34,8 @@ pub struct Pictures {
     pub steps: BTreeMap<usize, StepPictures>,
     /// Each part as it lies on the bed, by its name.
     pub parts: BTreeMap<String, Vec<u8>>,
+    /// Each stock sheet as it is cut, SVG by its title.
+    pub sheets: BTreeMap<String, Vec<u8>>,
     /// What the reader can turn.
     pub model: Option<Model>,
     /// Each circuit board, by its part's name.
@@ -79,6 +82,7 @@ impl Guide {
         self.purchases(&mut body);
         self.parts(&mut body, pictures);
         self.prints(&mut body);
+        self.sheets_to_cut(pictures, &mut body);
         self.wires(&mut body, pictures);
         self.mixtures(&mut body);
         self.times(&mut body);

@@ -1,0 +1,52 @@
+//! What is cut from sheets.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use fabkit_report::escape;
+
+use super::{Pictures, name, table, word};
+use crate::{Guide, SheetPlan};
+
+const MM_PER_M: f64 = 1e3;
+
+impl Guide {
+    /// One row for each stock, and a drawing of each sheet; nothing where nothing is cut.
+    pub(super) fn sheets_to_cut(&self, pictures: &Pictures, body: &mut String) {
+        if self.sheets.is_empty() {
+            return;
+        }
+        *body += "<h2 id=\"sheets\">How to cut</h2>\n";
+        let row = |plan: &SheetPlan| {
+            let pieces = plan.pieces.iter().map(|(name, count)| match count {
+                1 => escape(name),
+                count => format!("{count} × {}", escape(name)),
+            });
+            let [width, height] = plan.stock_mm;
+            format!(
+                "{}{}<td>{}</td><td>{width} × {height} × {} mm</td><td>{:.2} m</td><td>{:.0} %</td><td>{}</td>",
+                name(&plan.name),
+                word(&plan.material),
+                plan.sheets,
+                plan.thickness_mm,
+                plan.cut_mm / MM_PER_M,
+                100.0 * plan.used,
+                pieces.collect::<Vec<_>>().join(", "),
+            )
+        };
+        let heads = ["sheet", "material", "n", "size", "cuts", "used", "pieces"];
+        *body += &table(&heads, 2, self.sheets.iter().map(row));
+        *body += &format!(
+            "<p>For {}. Outlines are already wider by half of the kerf; the DXF and SVG files of these names hold \
+             them. Grain and protective film stay on until everything is cut.</p>\n",
+            if self.units == 1 { "one unit".to_owned() } else { format!("{} units", self.units) }
+        );
+        for (title, svg) in &pictures.sheets {
+            *body += &format!(
+                "<figure class=\"sheet\"><img alt=\"Outlines on {0}\" src=\"data:image/svg+xml;base64,{1}\">\
+                 <figcaption>{0}</figcaption></figure>\n",
+                escape(title),
+                STANDARD.encode(svg)
+            );
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! What a press does to soft layers, by the real binary.
+
+use std::path::Path;
+
+use fabkit_tests::fabkit;
+use serde_json::Value;
+
+fn press(folder: &Path, sensor: &str, more: &[&str]) -> Value {
+    let mut arguments = vec!["press", sensor, "--json"];
+    arguments.extend(more);
+    fabkit(folder, &arguments).ok().json()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn vector(value: &Value) -> [f64; 3] {
+    std::array::from_fn(|i| number(&value[i]))
+}
+
+fn norm(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Nodes this far apart: coarse, so that a press takes a second.
+const COARSE: [&str; 2] = ["--spacing", "0.6mm"];
+
+#[test]
+fn a_ball_on_a_dome_pushes_along_the_normal_wherever_it_is() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |place: &str| {
+        let indenter = format!("ball@{place}");
+        let more = ["--indenter", &indenter, "--depth", "0.8mm", "--steps", "4"];
+        press(root.path(), "rtac0", &[&more[..], &["--spacing", "0.4mm"]].concat())
+    };
+    let documents = ["0deg,0deg", "40deg,20deg", "40deg,110deg"].map(at);
+    let mut forces = Vec::new();
+    for (document, [polar, azimuth]) in
+        documents.iter().zip([[0.0, 0.0], [40.0, 20.0], [40.0, 110.0f64]])
+    {
+        assert_eq!(
+            (&document["contact_level"], &document["is_simulated"]),
+            (&"linear".into(), &true.into())
+        );
+        let force = vector(&document["force_n"]);
+        let (polar, azimuth): (f64, f64) = (f64::to_radians(polar), azimuth.to_radians());
+        let outward = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
+        // Onto the sensor, against the normal; nodes of a contact are not even about its middle.
+        let along: f64 = force.iter().zip(outward).map(|(f, n)| -f * n).sum();
+        assert!(along > 0.99 * norm(force), "{force:?} {outward:?}");
+        // About the dome's centre, 12.5 mm below the tip, a push along the normal has no moment; about the
+        // origin it has that of the centre's height.
+        forces.push(norm(force));
+        let curve: Vec<f64> = document["curve"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|step| norm(vector(&step["force_n"])))
+            .collect();
+        assert_eq!(curve.len(), 4);
+        assert!(curve.windows(2).all(|pair| pair[1] > 1.3 * pair[0]), "{curve:?}");
+        // Incompressible, so that what is pushed in comes out beside it.
+        let (depth_mm, bulge_mm) = (number(&document["depth_mm"]), number(&document["bulge_mm"]));
+        assert!((0.04..0.2).contains(&(bulge_mm / depth_mm)), "{bulge_mm}");
+        let [low, high] = [0, 1].map(|i| number(&document["force_range_n"][i]));
+        assert!(low < norm(force) && norm(force) < high);
+    }
+    // The dome is round: nodes of 0.4 mm under a contact of 1.7 mm tell forces to some percent.
+    assert!((forces[1] / forces[2] - 1.0).abs() < 0.03, "{forces:?}");
+    assert!((forces[0] / forces[1] - 1.0).abs() < 0.05, "{forces:?}");
+}
+
+#[test]
+fn stiffer_layers_push_back_in_proportion() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |sensor: &str, indenter: &str, settings: &[&str]| {
+        let more = ["--indenter", indenter, "--depth", "0.4mm", "--steps", "1"];
+        norm(vector(&press(root.path(), sensor, &[&more[..], settings].concat())["force_n"]))
+    };
+    std::fs::write(
+        root.path().join("twice.yaml"),
+        "format: 1\nextends: digit-like\nname: twice\nmaterials:\n  Smooth-On Solaris:\n    youngs_modulus: 340 kPa\n",
+    )
+    .unwrap();
+    let once = at("digit-like", "ball@0mm,0mm", &[]);
+    let twice = at("twice.yaml", "ball@0mm,0mm", &[]);
+    assert!((twice / once - 2.0).abs() < 1e-6, "{once} {twice}");
+    // Beside the middle of a pad nothing else is different.
+    let beside = at("digit-like", "ball@1.5mm,-1mm", &[]);
+    assert!((beside / once - 1.0).abs() < 1e-6, "{once} {beside}");
+}
+
+#[test]
+fn friction_drags_along_until_it_slips() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |shear: &str, friction: &str| {
+        let more =
+            ["--indenter", "ball@0mm,0mm", "--depth", "0.4mm", "--steps", "1", "--shear", shear];
+        press(root.path(), "digit-like", &[&more[..], &["--friction", friction]].concat())
+    };
+    let force = |document: &Value| vector(&document["force_n"]);
+    let little = force(&at("0.05mm,0mm", "0.5"));
+    assert!(little[0] > 0.0 && little[0] < 0.5 * -little[2], "{little:?}");
+    // Far enough, all slips: Coulomb's limit.
+    let far = force(&at("1.5mm,0mm", "0.5"));
+    assert!((far[0] / -far[2] - 0.5).abs() < 0.01, "{far:?}");
+    let across = force(&at("0mm,1.5mm", "0.5"));
+    assert!((across[1] / -across[2] - 0.5).abs() < 0.01, "{across:?}");
+    let none = force(&at("1mm,0mm", "0"));
+    assert!(none[0].abs() < 1e-3 * -none[2], "{none:?}");
+}
+
+#[test]
+fn files_are_the_same_on_any_number_of_threads() {
+    let root = tempfile::tempdir().unwrap();
+    let made = |threads: &str| {
+        let folder = root.path().join(threads);
+        std::fs::create_dir(&folder).unwrap();
+        let base = [
+            "press",
+            "rtac0",
+            "--indenter",
+            "ball@30deg,50deg",
+            "--depth",
+            "0.5mm",
+            "--steps",
+            "2",
+        ];
+        let files =
+            ["--csv", "curve.csv", "--plot", "curve.svg", "-o", "field.npz", "--threads", threads];
+        fabkit(&folder, &[&base[..], &COARSE, &files].concat()).ok();
+        ["curve.csv", "curve.svg", "field.npz"]
+            .map(|name| std::fs::read(folder.join(name)).unwrap())
+    };
+    let one = made("1");
+    assert!(one == made("2") && one == made("8"));
+    let table = String::from_utf8(one[0].clone()).unwrap();
+    assert_eq!(table.lines().count(), 3);
+    assert!(table.starts_with("depth_mm,shear_mm,force_n,"));
+}
+
+#[test]
+fn what_cannot_be_pressed_is_refused_with_numbers() {
+    let root = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], code: i32, words: &[&str]| {
+        let run = fabkit(root.path(), &[&["press"], arguments].concat());
+        assert_eq!(run.code, Some(code), "{arguments:?}: {run:?}");
+        for word in words {
+            assert!(run.stderr.contains(word), "{word} is not in {}", run.stderr);
+        }
+    };
+    let tip = ["--indenter", "ball@0deg,0deg", "--depth"];
+    refused(
+        &[&["rtac0"], &tip[..], &["3mm"]].concat(),
+        2,
+        &["3 mm is out of range", "at most 1.5 mm"],
+    );
+    refused(&[&["rtac0"], &tip[..], &["-1mm"]].concat(), 2, &["--depth"]);
+    refused(&[&["rtac0"], &tip[..], &["nan mm"]].concat(), 2, &["nan"]);
+    refused(
+        &["rtac0", "--indenter", "bal@0deg,0deg", "--depth", "1mm"],
+        2,
+        &["there is no press", "hemisphere@"],
+    );
+    refused(
+        &["rtac0", "--indenter", "ball@170deg,0deg", "--depth", "1mm"],
+        2,
+        &["170 deg", "111.8 deg"],
+    );
+    let sheared = |friction| ["1mm", "--shear", "1mm,0mm", "--friction", friction];
+    refused(&[&["rtac0"], &tip[..], &sheared("-1")].concat(), 2, &["-1 is not between 0 and 10"]);
+    refused(
+        &["fluidic", "--indenter", "ball@0mm,0mm", "--depth", "1mm"],
+        2,
+        &["fluidic has no surface"],
+    );
+    for (key, value, word) in [
+        ("poissons_ratio", "0.5", "0.4999"),
+        ("poissons_ratio", ".nan", "nan"),
+        ("youngs_modulus", "-70 kPa", "-70"),
+        ("friction", "-1", "-1"),
+    ] {
+        let text = format!(
+            "format: 1\nextends: rtac0\nname: own\nmaterials:\n  Smooth-On Ecoflex 00-30:\n    {key}: {value}\n"
+        );
+        std::fs::write(root.path().join("own.yaml"), text).unwrap();
+        refused(&[&["own.yaml"], &tip[..], &["1mm"]].concat(), 2, &["own.yaml", key, word]);
+    }
+}

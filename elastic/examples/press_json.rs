@@ -56,8 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         _ => return Err("presser is missing: ball_mm or pin_mm".into()),
     };
-    let presser =
-        SolidPresser::new(CompiledSolid::new(&solid)?, &Pose::translation(at(0), at(1), 50.0));
+    let solid = CompiledSolid::new(&solid)?;
+    let presser = SolidPresser::new(&solid, &Pose::translation(at(0), at(1), 50.0));
     let mut press = Press::along(-Vector3::z(), number("depth_mm")?)?;
     if let Some(friction) = asked["friction"].as_f64() {
         let shear = |i: usize| asked["shear_mm"][i].as_f64().unwrap_or(0.0);

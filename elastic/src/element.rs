@@ -178,7 +178,7 @@ impl Shape {
 pub(crate) type Stiffness = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
 /// Middle of an element and about half its size, mm.
-fn centre(places: &[[f64; 2]; 9]) -> ([f64; 2], f64) {
+pub(crate) fn centre(places: &[[f64; 2]; 9]) -> ([f64; 2], f64) {
     let middle = places[4];
     let far = |place: &[f64; 2]| (place[0] - middle[0]).hypot(place[1] - middle[1]);
     (middle, places.iter().map(far).fold(0.0, f64::max))

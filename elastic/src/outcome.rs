@@ -6,14 +6,14 @@ use std::sync::Arc;
 use fabkit_geometry::{Point3, Vector3};
 use rustfft::num_complex::Complex;
 
-use crate::compliance::{ALONG, AROUND, NORMAL, directions, field_rows};
+use crate::compliance::{ALONG, AROUND, NORMAL};
 use crate::contact::Contact;
 use crate::friction::{Shear, frames};
 
 use crate::mesh::Mesh;
 use crate::patch::{Patch, Work};
 use crate::presser::Press;
-use crate::rings::Buffers;
+use crate::response::{field, resultants, surface, volumes};
 use crate::stack::Stack;
 
 /// By which theory an outcome was found.
@@ -21,6 +21,8 @@ use crate::stack::Stack;
 pub enum Level {
     /// Small strain: displacements in proportion to tractions.
     Linear,
+    /// Large strain, neo-Hookean: presses at the pole that are symmetric about the axis.
+    Finite,
 }
 
 impl Level {
@@ -28,6 +30,7 @@ impl Level {
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
+            Self::Finite => "finite",
         }
     }
 }
@@ -43,7 +46,8 @@ pub struct SurfaceNode {
     pub area_mm2: f64,
     /// From rest, mm.
     pub displacement_mm: Vector3<f64>,
-    /// What the presser pushes with, against the outward normal, MPa.
+    /// What the presser pushes with, MPa: against the outward normal at rest; at large strain along the axis, per
+    /// area at rest.
     pub pressure_mpa: f64,
     /// What friction drags with, across the normal, MPa.
     pub shear_mpa: Vector3<f64>,
@@ -90,6 +94,8 @@ pub struct Outcome {
     pub bulge_mm: f64,
     /// What each layer's volume gains, mm3, from the touched one inwards.
     pub volume_change_mm3: Vec<f64>,
+    /// What is stored in the layers, N mm; known at large strain.
+    pub energy_nmm: Option<f64>,
     /// How often the contact was improved.
     pub iterations: usize,
 }
@@ -151,7 +157,58 @@ impl Outcome {
             bulge_mm: nodes.iter().map(outwards).fold(0.0, f64::max),
             nodes,
             volume_change_mm3,
+            energy_nmm: None,
             iterations: contact.iterations,
+        }
+    }
+
+    /// From displacements of all nodes of the mesh, radial and axial, and pressures of rings along the axis.
+    pub(crate) fn finite(
+        stack: &Stack,
+        displacements: &[f64],
+        pressures: &[f64],
+        volume_change_mm3: Vec<f64>,
+        [depth_mm, energy_nmm]: [f64; 2],
+        iterations: usize,
+    ) -> Self {
+        let mesh = &stack.mesh;
+        let mut amplitudes = Vec::with_capacity(3 * mesh.moving_interfaces() * mesh.columns);
+        for interface in 0..mesh.moving_interfaces() {
+            for column in 0..mesh.columns {
+                let node = 2 * mesh.interface_node(interface, column);
+                let parts = [displacements[node], 0.0, displacements[node + 1]];
+                amplitudes.extend(parts.map(|part| Complex::new(part, 0.0)));
+            }
+        }
+        let amplitudes = vec![amplitudes];
+        let mut nodes = surface(stack, &amplitudes);
+        let mut force_n = Vector3::zeros();
+        for (ring, node) in nodes.iter_mut().enumerate() {
+            node.pressure_mpa = pressures[ring];
+            if pressures[ring] > 0.0 {
+                node.touch = Touch::Slips;
+            }
+            force_n.z -= 2.0 * PI * stack.rings.rings[ring].weight * pressures[ring];
+        }
+        let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);
+        let held = nodes.iter().filter(|node| node.pressure_mpa > 0.0);
+        let contact_area_mm2 = held.map(|node| node.area_mm2).sum::<f64>();
+        Self {
+            mesh: Arc::clone(mesh),
+            amplitudes,
+            level: Level::Finite,
+            depth_mm,
+            force_n,
+            moment_nmm: Vector3::zeros(),
+            contact_area_mm2,
+            stick_area_mm2: 0.0,
+            contact_radius_mm: (contact_area_mm2 / PI).sqrt(),
+            max_indentation_mm: nodes.iter().map(|node| -outwards(node)).fold(0.0, f64::max),
+            bulge_mm: nodes.iter().map(outwards).fold(0.0, f64::max),
+            nodes,
+            volume_change_mm3,
+            energy_nmm: Some(energy_nmm),
+            iterations,
         }
     }
 
@@ -193,125 +250,7 @@ impl Outcome {
 }
 
 /// Radial, around and axial parts at an azimuth to the body's frame.
-fn turned([radial, around, axial]: [f64; 3], azimuth: f64) -> Vector3<f64> {
+pub(crate) fn turned([radial, around, axial]: [f64; 3], azimuth: f64) -> Vector3<f64> {
     let (sin, cos) = azimuth.sin_cos();
     Vector3::new(radial * cos - around * sin, radial * sin + around * cos, axial)
-}
-
-/// Displacements of all interfaces' nodes by the tractions in `work.loads`.
-fn field(patch: &Patch<'_>, components: &[usize], work: &Work) -> Vec<Vec<Complex<f64>>> {
-    let stack = patch.stack;
-    let rows = field_rows(&stack.mesh);
-    let mut amplitudes = Vec::new();
-    for harmonic in 0..=patch.harmonics() {
-        let block = &stack.compliances[harmonic];
-        let (mut real, mut imaginary) = (vec![0.0; rows], vec![0.0; rows]);
-        for ring in patch.rings.start.max(block.first)..patch.rings.end {
-            for &component in components {
-                let load = work.loads[component].at(harmonic, ring - patch.rings.start);
-                let begin = (component * block.rings + ring - block.first) * rows;
-                let column = &block.field[begin..begin + rows];
-                for ((real, imaginary), entry) in real.iter_mut().zip(&mut imaginary).zip(column) {
-                    *real += entry * load.re;
-                    *imaginary += entry * load.im;
-                }
-            }
-        }
-        amplitudes
-            .push(real.iter().zip(&imaginary).map(|(re, im)| Complex::new(*re, *im)).collect());
-    }
-    amplitudes
-}
-
-/// Displacements at the nodes of the touched surface.
-fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> {
-    let mut nodes = Vec::with_capacity(stack.rings.nodes);
-    let (mut buffers, mut values) = (Buffers::default(), [Vec::new(), Vec::new(), Vec::new()]);
-    for (ring, of_ring) in stack.rings.rings.iter().enumerate() {
-        let at = |harmonic: usize, k: usize| match amplitudes.get(harmonic) {
-            Some(amplitudes) => amplitudes[3 * ring + k],
-            None => Complex::default(),
-        };
-        for (k, values) in values.iter_mut().enumerate() {
-            values.resize(of_ring.count, 0.0);
-            let turn = if k == 1 { -Complex::i() } else { Complex::new(1.0, 0.0) };
-            stack.rings.synthesise(ring, values, &mut buffers, |m| turn * at(m, k));
-        }
-        let [radial, around, axial] = &values;
-        let parts = radial.iter().zip(around).zip(axial);
-        for (node, ((radial, around), axial)) in parts.enumerate() {
-            let azimuth = stack.rings.azimuth(ring, node);
-            let (place_mm, outward) = stack.place(ring, azimuth);
-            let displacement_mm = match ring == 0 && amplitudes.len() > 1 {
-                true => Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re),
-                false => turned([*radial, *around, *axial], azimuth),
-            };
-            nodes.push(SurfaceNode {
-                place_mm,
-                outward,
-                area_mm2: stack.rings.area_mm2(ring),
-                displacement_mm,
-                pressure_mpa: 0.0,
-                shear_mpa: Vector3::zeros(),
-                touch: Touch::Free,
-            });
-        }
-    }
-    nodes
-}
-
-/// Force and moment of the tractions in `work.loads`, exactly as the elements feel them.
-fn resultants(
-    patch: &Patch<'_>,
-    components: &[usize],
-    work: &Work,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let stack = patch.stack;
-    let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
-    for ring in patch.rings.clone() {
-        for &component in components {
-            let at = |m| work.loads[component].at(m, ring - patch.rings.start);
-            let even = at(0);
-            let first = if patch.harmonics() > 0 { at(1) } else { Complex::default() };
-            for &(column, share) in &stack.rings.rings[ring].shares {
-                let [r, z] = stack.mesh.nodes[column * stack.mesh.rows];
-                for (direction, part) in directions(&stack.mesh, column, component) {
-                    let part = part * share * PI;
-                    // Across: integrals of the first harmonic with the directions' own sine and cosine.
-                    let across = match direction {
-                        0 => Vector3::new(first.re, -first.im, 0.0) * part,
-                        1 => Vector3::new(-first.re, first.im, 0.0) * part,
-                        _ => Vector3::zeros(),
-                    };
-                    force += across;
-                    moment += Vector3::new(0.0, 0.0, z).cross(&across);
-                    match direction {
-                        1 => moment.z += 2.0 * part * r * even.im,
-                        2 => {
-                            force.z += 2.0 * part * even.re;
-                            moment += Vector3::new(-first.im, -first.re, 0.0) * (r * part);
-                        }
-                        _ => {}
-                    }
-                }
-            }
-        }
-    }
-    (force, moment)
-}
-
-/// What layers gain by the tractions in `work.loads`, mm3.
-fn volumes(patch: &Patch<'_>, components: &[usize], work: &Work) -> Vec<f64> {
-    let count = patch.stack.rings.rings.len();
-    let of_layer = |by_load: &Vec<f64>| {
-        let each = components.iter().flat_map(|&component| {
-            patch.rings.clone().map(move |ring| {
-                let load = work.loads[component].at(0, ring - patch.rings.start);
-                by_load[component * count + ring]
-                    * if component == AROUND { load.im } else { load.re }
-            })
-        });
-        each.sum::<f64>()
-    };
-    patch.stack.dilations.iter().map(of_layer).collect()
 }

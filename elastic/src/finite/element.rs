@@ -1,0 +1,194 @@
+//! The element at large strain: its energy, forces and tangent.
+//!
+//! A compressible neo-Hookean material: `W = G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2` (after Bonet and Wood,
+//! "Nonlinear continuum mechanics for finite element analysis", 2008, section 6.4), where the second `J - 1` is the
+//! nearest function that is linear in the element, as at small strain. For small displacements it becomes
+//! [`crate::element`]'s.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use crate::Material;
+use crate::element::{Shape, centre};
+
+/// Radial and axial displacements of nine nodes.
+pub(crate) const UNKNOWNS: usize = 18;
+/// Parts of the deformation's gradient: four in the meridian plane, one around.
+const PARTS: usize = 5;
+
+type Parts = SVector<f64, PARTS>;
+
+/// An element's energy and its derivatives by its unknowns, per radian.
+pub(crate) struct Strained {
+    /// N mm.
+    pub energy: f64,
+    /// N.
+    pub forces: SVector<f64, UNKNOWNS>,
+    /// N/mm.
+    pub tangent: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    /// What its volume gains, mm3.
+    pub growth: f64,
+    /// Amounts of its pressures that its volume asks for, MPa, and how they change with its unknowns.
+    pub pressures: Vector3<f64>,
+    pub pressures_by: SMatrix<f64, 3, UNKNOWNS>,
+}
+
+/// Determinant of the gradient in the meridian plane, and in space, with its derivatives.
+struct Volume {
+    ratio: f64,
+    slope: Parts,
+    curvature: SMatrix<f64, PARTS, PARTS>,
+}
+
+impl Volume {
+    fn of(f: &Parts) -> Self {
+        let [rr, rz, zr, zz, around] = [f[0], f[1], f[2], f[3], f[4]];
+        let plane = rr * zz - rz * zr;
+        let slope = Parts::new(zz * around, -zr * around, -rz * around, rr * around, plane);
+        let mut curvature = SMatrix::zeros();
+        let mixed =
+            [(0, 3, around), (1, 2, -around), (0, 4, zz), (1, 4, -zr), (2, 4, -rz), (3, 4, rr)];
+        for (i, j, value) in mixed {
+            curvature[(i, j)] = value;
+            curvature[(j, i)] = value;
+        }
+        Self { ratio: plane * around, slope, curvature }
+    }
+}
+
+/// Strains an element; `None` where it is turned inside out.
+///
+/// `held` are amounts of pressures, MPa, by which the tangent knows how stress turns. What its volume asks for is
+/// the same in the end, but far off on the way there: a change of volume to second order, times thousands.
+pub(crate) fn strain(
+    shape: &Shape,
+    places: &[[f64; 2]; 9],
+    material: &Material,
+    displacements: &SVector<f64, UNKNOWNS>,
+    held: &Vector3<f64>,
+) -> Option<Strained> {
+    let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
+    let (middle, scale) = centre(places);
+    let mut points = Vec::with_capacity(16);
+    let (mut pressures, mut mean) = (Matrix3::zeros(), Vector3::zeros());
+    let mut by_unknown = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+    for point in shape.points(places) {
+        let [r, z] = point.place;
+        let weight = point.area * r;
+        let mut gradient = SMatrix::<f64, PARTS, UNKNOWNS>::zeros();
+        for node in 0..9 {
+            let [n_r, n_z] = point.slope[node];
+            gradient[(0, 2 * node)] = n_r;
+            gradient[(1, 2 * node)] = n_z;
+            gradient[(2, 2 * node + 1)] = n_r;
+            gradient[(3, 2 * node + 1)] = n_z;
+            gradient[(4, 2 * node)] = point.value[node] / r;
+        }
+        let f = gradient * displacements + Parts::new(1.0, 0.0, 0.0, 1.0, 1.0);
+        let volume = Volume::of(&f);
+        if !(volume.ratio > 0.0 && f[4] > 0.0) {
+            return None;
+        }
+        let linear = Vector3::new(1.0, (r - middle[0]) / scale, (z - middle[1]) / scale);
+        pressures += weight * linear * linear.transpose();
+        mean += weight * (volume.ratio - 1.0) * linear;
+        by_unknown += weight * linear * (volume.slope.transpose() * gradient);
+        points.push((weight, gradient, f, volume, linear));
+    }
+    let inverse = pressures.try_inverse()?;
+    let amounts = inverse * mean;
+    let pressures_by = lame * inverse * by_unknown;
+    let mut strained = Strained {
+        energy: 0.5 * lame * mean.dot(&amounts),
+        forces: SVector::zeros(),
+        tangent: by_unknown.transpose() * pressures_by,
+        growth: mean[0],
+        pressures: lame * amounts,
+        pressures_by,
+    };
+    for (weight, gradient, f, volume, linear) in &points {
+        let by_ratio = lame * amounts.dot(linear) - shear / volume.ratio;
+        strained.energy +=
+            weight * 0.5 * shear * (f.norm_squared() - 3.0 - 2.0 * volume.ratio.ln());
+        let stress = shear * f + by_ratio * volume.slope;
+        let stiffness = SMatrix::<f64, PARTS, PARTS>::identity() * shear
+            + volume.slope * volume.slope.transpose() * (shear / volume.ratio.powi(2))
+            + (held.dot(linear) - shear / volume.ratio) * volume.curvature;
+        strained.forces += *weight * gradient.transpose() * stress;
+        strained.tangent += *weight * gradient.transpose() * stiffness * gradient;
+    }
+    Some(strained)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A skewed element with a middle on each curved side.
+    const PLACES: [[f64; 2]; 9] = [
+        [1.0, 2.0],
+        [0.95, 1.5],
+        [1.0, 1.0],
+        [1.6, 2.15],
+        [1.55, 1.55],
+        [1.5, 0.95],
+        [2.1, 2.0],
+        [2.2, 1.6],
+        [2.0, 1.1],
+    ];
+
+    fn some_displacements(size: f64) -> SVector<f64, UNKNOWNS> {
+        SVector::from_fn(|i, _| size * (1.7 * i as f64 + 0.3).sin())
+    }
+
+    #[test]
+    fn forces_and_tangent_are_derivatives_of_the_energy() {
+        let shape = Shape::new();
+        for poisson in [0.3, 0.495] {
+            let material = Material::new(0.5, poisson).unwrap();
+            let u = some_displacements(0.08);
+            let first = strain(&shape, &PLACES, &material, &u, &Vector3::zeros()).unwrap();
+            let at = |u: &SVector<f64, UNKNOWNS>| {
+                strain(&shape, &PLACES, &material, u, &first.pressures).unwrap()
+            };
+            let here = at(&u);
+            // Differences of energies of about 1, rounded to 1e-16, over twice the step; and the step squared.
+            let step = 1e-5;
+            for i in 0..UNKNOWNS {
+                let moved = |sign: f64| {
+                    let mut there = u;
+                    there[i] += sign * step;
+                    at(&there)
+                };
+                let (ahead, behind) = (moved(1.0), moved(-1.0));
+                let force = (ahead.energy - behind.energy) / (2.0 * step);
+                assert!((force - here.forces[i]).abs() < 1e-7 * here.tangent.amax(), "{i}");
+                let row = (ahead.forces - behind.forces) / (2.0 * step);
+                assert!((row - here.tangent.column(i)).amax() < 1e-7 * here.tangent.amax(), "{i}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_small_strain_is_that_of_the_linear_element() {
+        let shape = Shape::new();
+        let material = Material::new(0.5, 0.49).unwrap();
+        let at_rest =
+            strain(&shape, &PLACES, &material, &SVector::zeros(), &Vector3::zeros()).unwrap();
+        let linear = shape.stiffness(&PLACES, &material, 0).unwrap();
+        assert!(at_rest.energy.abs() < 1e-15 && at_rest.forces.amax() < 1e-15);
+        for i in 0..UNKNOWNS {
+            for j in 0..UNKNOWNS {
+                // Radial and axial of radial, around and axial.
+                let same = linear[(3 * (i / 2) + 2 * (i % 2), 3 * (j / 2) + 2 * (j % 2))];
+                assert!((at_rest.tangent[(i, j)] - same).abs() < 1e-12 * linear.amax(), "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_inside_out_is_none() {
+        let material = Material::new(0.5, 0.3).unwrap();
+        let u = SVector::from_fn(|i, _| if i % 2 == 1 { -2.0 * PLACES[i / 2][1] } else { 0.0 });
+        assert!(strain(&Shape::new(), &PLACES, &material, &u, &Vector3::zeros()).is_none());
+    }
+}

@@ -1,0 +1,307 @@
+//! Displacements and pressures of a press at large strain, and the equations that they fulfil.
+
+use fabkit_geometry::Vector3;
+use faer::Mat;
+use faer::prelude::Solve;
+use faer::sparse::{SparseColMat, Triplet};
+use nalgebra::SVector;
+
+use super::element::{Strained, UNKNOWNS, strain};
+use super::grip::{Above, Grip, grips};
+use crate::ElasticError;
+use crate::element::Shape;
+use crate::mesh::Mesh;
+use crate::outcome::Outcome;
+use crate::presser::Presser;
+use crate::stack::Stack;
+
+/// Three times the slope of axial displacements on the axis, by column: where a surface is smooth it stays level
+/// there.
+///
+/// Under pressures of several times its shear modulus an element with pressures of its own is softer than what it
+/// stands for (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed finite elements for
+/// large deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005); the surface's node on the
+/// axis, which no pressure acts on, would sink away first.
+const LEVEL: [(usize, f64); 3] = [(0, -3.0), (1, 4.0), (2, -1.0)];
+/// Steps in which contact may change before displacements have settled.
+const EAGER_ITERATIONS: usize = 8;
+/// Displacements have settled when they move by less than this many tolerances.
+const SETTLED: f64 = 1e3;
+
+/// What may be gone back to.
+#[derive(Clone)]
+pub(super) struct State {
+    /// Radial and axial of each node, mm.
+    displacements: Vec<f64>,
+    /// Of each ring, along the axis and by area at rest, MPa.
+    pressures: Vec<f64>,
+    is_held: Vec<bool>,
+    /// Amounts of each element's pressures, MPa.
+    amounts: Vec<Vector3<f64>>,
+}
+
+pub(super) struct System<'a> {
+    stack: &'a Stack,
+    mesh: &'a Mesh,
+    grips: Vec<Grip>,
+    shape: Shape,
+    /// Row of each displacement, by node: radial and axial.
+    rows: Vec<Option<usize>>,
+    count: usize,
+    state: State,
+    /// How many steps were taken.
+    iterations: usize,
+}
+
+/// What Newton's method asks for.
+struct Step {
+    /// By unknown, mm.
+    displacements: Vec<f64>,
+    /// Of rings that are held, in place of the last ones, MPa.
+    pressures: Vec<f64>,
+}
+
+impl<'a> System<'a> {
+    pub fn new(stack: &'a Stack) -> Self {
+        let (mesh, grips) = (&*stack.mesh, grips(&stack.rings));
+        let (mut rows, mut count) = (Vec::with_capacity(2 * mesh.nodes.len()), 0);
+        for (node, place) in mesh.nodes.iter().enumerate() {
+            for is_still in [place[0] == 0.0, false] {
+                let is_still = is_still || mesh.is_fixed[node];
+                rows.push((!is_still).then_some(count));
+                count += usize::from(!is_still);
+            }
+        }
+        let state = State {
+            displacements: vec![0.0; rows.len()],
+            pressures: vec![0.0; grips.len()],
+            is_held: vec![false; grips.len()],
+            amounts: vec![Vector3::zeros(); mesh.elements().count()],
+        };
+        Self { stack, mesh, grips, shape: Shape::new(), rows, count, state, iterations: 0 }
+    }
+
+    pub fn state(&self) -> State {
+        self.state.clone()
+    }
+
+    pub fn restore(&mut self, state: State) {
+        self.state = state;
+    }
+
+    /// Begins with the rings that a press at small strain holds.
+    pub fn hold(&mut self, small: &Outcome) {
+        for (is_held, node) in self.state.is_held.iter_mut().zip(&small.nodes[1..]) {
+            *is_held = node.pressure_mpa > 0.0;
+        }
+    }
+
+    /// # Errors
+    /// What does not converge, or turns an element inside out.
+    pub fn solve(
+        &mut self,
+        presser: &dyn Presser,
+        shift_mm: &Vector3<f64>,
+        tolerance_mm: f64,
+        max_iterations: usize,
+    ) -> Result<(), ElasticError> {
+        let mut last = f64::INFINITY;
+        for iteration in 0..max_iterations {
+            let above = self.above(presser, shift_mm);
+            let held: Vec<usize> =
+                (0..self.state.is_held.len()).filter(|&ring| self.state.is_held[ring]).collect();
+            let Some(step) = self.step(&above, &held)? else { break };
+            let steps = &step.displacements;
+            let largest = steps.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()));
+            if !largest.is_finite() {
+                break;
+            }
+            self.advance(steps);
+            self.iterations += 1;
+            self.state.pressures.fill(0.0);
+            for (&ring, pressure) in held.iter().zip(step.pressures) {
+                self.state.pressures[ring] = pressure;
+            }
+            last = largest;
+            // All that is held changes at once at first, which is quick but may go in circles; then, whenever
+            // the rest has settled, the first ring that must, which ends (Murty, "Note on a Bard-type scheme for
+            // solving the complementarity problem", Opsearch 11, 1974).
+            let is_eager = iteration < EAGER_ITERATIONS;
+            let may_change = is_eager || largest <= SETTLED * tolerance_mm;
+            let is_same = !(may_change && self.regrasp(presser, shift_mm, tolerance_mm, is_eager));
+            if is_same && largest <= tolerance_mm {
+                return Ok(());
+            }
+        }
+        Err(ElasticError::NoConvergence {
+            what: "the press at large strain",
+            iterations: max_iterations,
+            residual: last,
+            tolerance: tolerance_mm,
+        })
+    }
+
+    /// Moves by a step, or by so much of it that no element is turned inside out.
+    fn advance(&mut self, steps: &[f64]) {
+        let before = self.state.displacements.clone();
+        let mut part = 1.0;
+        let targets: Vec<Option<Vector3<f64>>> =
+            self.mesh.elements().enumerate().map(|each| self.foreseen(each, steps)).collect();
+        for _ in 0..10 {
+            for (i, value) in self.state.displacements.iter_mut().enumerate() {
+                *value = before[i] + self.rows[i].map_or(0.0, |row| part * steps[row]);
+            }
+            if self.mesh.elements().enumerate().all(|each| self.strained(each).is_some()) {
+                break;
+            }
+            part *= 0.5;
+        }
+        for (amounts, target) in self.state.amounts.iter_mut().zip(targets) {
+            if let Some(target) = target {
+                *amounts += part * (target - *amounts);
+            }
+        }
+    }
+
+    /// The pressures of an element after a step, as its tangent has them.
+    fn foreseen(&self, each: (usize, [usize; 2]), steps: &[f64]) -> Option<Vector3<f64>> {
+        let strained = self.strained(each)?;
+        let nodes = self.mesh.element_nodes(each.1);
+        let step = |i: usize| self.rows[2 * nodes[i / 2] + i % 2].map_or(0.0, |row| steps[row]);
+        let step = SVector::<f64, UNKNOWNS>::from_fn(|i, _| step(i));
+        Some(strained.pressures + strained.pressures_by * step)
+    }
+
+    fn strained(&self, (number, element): (usize, [usize; 2])) -> Option<Strained> {
+        let nodes = self.mesh.element_nodes(element);
+        let moved = SVector::<f64, UNKNOWNS>::from_fn(|i, _| {
+            self.state.displacements[2 * nodes[i / 2] + i % 2]
+        });
+        let material = &self.mesh.materials[self.mesh.layer_of[element[1]]];
+        strain(
+            &self.shape,
+            &self.mesh.element_places(element),
+            material,
+            &moved,
+            &self.state.amounts[number],
+        )
+    }
+
+    /// The presser above each column of the moved surface.
+    fn above(&self, presser: &dyn Presser, shift_mm: &Vector3<f64>) -> Vec<Above> {
+        let at = |column: usize| {
+            let node = column * self.mesh.rows;
+            let moved = &self.state.displacements[2 * node..2 * node + 2];
+            let place: [f64; 2] = std::array::from_fn(|k| self.mesh.nodes[node][k] + moved[k]);
+            Above::new(presser, place, shift_mm)
+        };
+        (0..self.mesh.columns).map(at).collect()
+    }
+
+    /// Lets go of rings that pull, takes in those that have entered the presser, all of them or the first; whether
+    /// any did.
+    fn regrasp(
+        &mut self,
+        presser: &dyn Presser,
+        shift_mm: &Vector3<f64>,
+        tolerance_mm: f64,
+        all: bool,
+    ) -> bool {
+        let above = self.above(presser, shift_mm);
+        let mut has_changed = false;
+        for ring in 0..self.state.is_held.len() {
+            let gap_mm = self.grips[ring].gap_mm(&above);
+            let holds = match self.state.is_held[ring] {
+                true => self.state.pressures[ring] > 0.0 && gap_mm.is_finite(),
+                false => gap_mm < -tolerance_mm,
+            };
+            if holds != self.state.is_held[ring] {
+                self.state.is_held[ring] = holds;
+                has_changed = true;
+                if !all {
+                    break;
+                }
+            }
+        }
+        has_changed
+    }
+
+    /// Steps of displacements and new pressures of held rings; `None` where an element is inside out.
+    fn step(&self, above: &[Above], held: &[usize]) -> Result<Option<Step>, ElasticError> {
+        let level = self.count + held.len();
+        let size = level + 1;
+        let mut right = Mat::zeros(size, 1);
+        let mut entries = Vec::new();
+        for (number, element) in self.mesh.elements().enumerate() {
+            let Some(strained) = self.strained((number, element)) else { return Ok(None) };
+            let nodes = self.mesh.element_nodes(element);
+            for i in 0..UNKNOWNS {
+                let Some(row) = self.rows[2 * nodes[i / 2] + i % 2] else { continue };
+                right[(row, 0)] -= strained.forces[i];
+                for j in 0..UNKNOWNS {
+                    if let Some(column) = self.rows[2 * nodes[j / 2] + j % 2] {
+                        entries.push(Triplet::new(row, column, strained.tangent[(i, j)]));
+                    }
+                }
+            }
+        }
+        for (k, &ring) in held.iter().enumerate() {
+            let constraint = self.count + k;
+            for &(column, share) in &self.grips[ring].shares {
+                let (node, above) = (2 * column * self.mesh.rows, &above[column]);
+                right[(constraint, 0)] += share * above.gap_mm;
+                for (displacement, by) in [(node, above.slope), (node + 1, -1.0)] {
+                    if let Some(row) = self.rows[displacement] {
+                        entries.push(Triplet::new(row, constraint, -share * by));
+                        entries.push(Triplet::new(constraint, row, -share * by));
+                    }
+                }
+                if let Some(row) = self.rows[node] {
+                    let bent = -share * self.state.pressures[ring] * above.curvature;
+                    entries.push(Triplet::new(row, row, bent));
+                }
+            }
+        }
+        for (column, by) in LEVEL {
+            let displacement = 2 * column * self.mesh.rows + 1;
+            right[(level, 0)] -= by * self.state.displacements[displacement];
+            if let Some(row) = self.rows[displacement] {
+                entries.push(Triplet::new(row, level, by));
+                entries.push(Triplet::new(level, row, by));
+            }
+        }
+        let failed = |reason: String| ElasticError::Factorisation { harmonic: 0, reason };
+        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &entries)
+            .map_err(|error| failed(error.to_string()))?;
+        let factors = matrix.sp_lu().map_err(|error| failed(error.to_string()))?;
+        factors.solve_in_place(right.as_mut());
+        let all: Vec<f64> = (0..size).map(|i| right[(i, 0)]).collect();
+        Ok(Some(Step {
+            displacements: all[..self.count].to_vec(),
+            pressures: all[self.count..level].to_vec(),
+        }))
+    }
+
+    /// What the press has done so far.
+    pub fn outcome(&self, depth_mm: f64) -> Outcome {
+        let mut growth_mm3 = vec![0.0; self.mesh.materials.len()];
+        let (around, mut energy_nmm) = (2.0 * std::f64::consts::PI, 0.0);
+        for (number, element) in self.mesh.elements().enumerate() {
+            // Where the iteration has ended, no element is inside out.
+            if let Some(strained) = self.strained((number, element)) {
+                growth_mm3[self.mesh.layer_of[element[1]]] += around * strained.growth;
+                energy_nmm += around * strained.energy;
+            }
+        }
+        let State { displacements, pressures, .. } = &self.state;
+        let of_rings = [&pressures[..1], pressures].concat();
+        Outcome::finite(
+            self.stack,
+            displacements,
+            &of_rings,
+            growth_mm3,
+            [depth_mm, energy_nmm],
+            self.iterations,
+        )
+    }
+}

@@ -1,0 +1,134 @@
+//! What tractions of a patch do to the whole body: displacements, force, moment, volumes.
+
+use std::f64::consts::PI;
+
+use fabkit_geometry::Vector3;
+use rustfft::num_complex::Complex;
+
+use crate::compliance::{AROUND, directions, field_rows};
+use crate::outcome::{SurfaceNode, Touch, turned};
+use crate::patch::{Patch, Work};
+use crate::rings::Buffers;
+use crate::stack::Stack;
+
+/// Displacements of all interfaces' nodes by the tractions in `work.loads`.
+pub(crate) fn field(
+    patch: &Patch<'_>,
+    components: &[usize],
+    work: &Work,
+) -> Vec<Vec<Complex<f64>>> {
+    let stack = patch.stack;
+    let rows = field_rows(&stack.mesh);
+    let mut amplitudes = Vec::new();
+    for harmonic in 0..=patch.harmonics() {
+        let block = &stack.compliances[harmonic];
+        let (mut real, mut imaginary) = (vec![0.0; rows], vec![0.0; rows]);
+        for ring in patch.rings.start.max(block.first)..patch.rings.end {
+            for &component in components {
+                let load = work.loads[component].at(harmonic, ring - patch.rings.start);
+                let begin = (component * block.rings + ring - block.first) * rows;
+                let column = &block.field[begin..begin + rows];
+                for ((real, imaginary), entry) in real.iter_mut().zip(&mut imaginary).zip(column) {
+                    *real += entry * load.re;
+                    *imaginary += entry * load.im;
+                }
+            }
+        }
+        amplitudes
+            .push(real.iter().zip(&imaginary).map(|(re, im)| Complex::new(*re, *im)).collect());
+    }
+    amplitudes
+}
+
+/// Displacements at the nodes of the touched surface.
+pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> {
+    let mut nodes = Vec::with_capacity(stack.rings.nodes);
+    let (mut buffers, mut values) = (Buffers::default(), [Vec::new(), Vec::new(), Vec::new()]);
+    for (ring, of_ring) in stack.rings.rings.iter().enumerate() {
+        let at = |harmonic: usize, k: usize| match amplitudes.get(harmonic) {
+            Some(amplitudes) => amplitudes[3 * ring + k],
+            None => Complex::default(),
+        };
+        for (k, values) in values.iter_mut().enumerate() {
+            values.resize(of_ring.count, 0.0);
+            let turn = if k == 1 { -Complex::i() } else { Complex::new(1.0, 0.0) };
+            stack.rings.synthesise(ring, values, &mut buffers, |m| turn * at(m, k));
+        }
+        let [radial, around, axial] = &values;
+        let parts = radial.iter().zip(around).zip(axial);
+        for (node, ((radial, around), axial)) in parts.enumerate() {
+            let azimuth = stack.rings.azimuth(ring, node);
+            let (place_mm, outward) = stack.place(ring, azimuth);
+            let displacement_mm = match ring == 0 && amplitudes.len() > 1 {
+                true => Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re),
+                false => turned([*radial, *around, *axial], azimuth),
+            };
+            nodes.push(SurfaceNode {
+                place_mm,
+                outward,
+                area_mm2: stack.rings.area_mm2(ring),
+                displacement_mm,
+                pressure_mpa: 0.0,
+                shear_mpa: Vector3::zeros(),
+                touch: Touch::Free,
+            });
+        }
+    }
+    nodes
+}
+
+/// Force and moment of the tractions in `work.loads`, exactly as the elements feel them.
+pub(crate) fn resultants(
+    patch: &Patch<'_>,
+    components: &[usize],
+    work: &Work,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let stack = patch.stack;
+    let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+    for ring in patch.rings.clone() {
+        for &component in components {
+            let at = |m| work.loads[component].at(m, ring - patch.rings.start);
+            let even = at(0);
+            let first = if patch.harmonics() > 0 { at(1) } else { Complex::default() };
+            for &(column, share) in &stack.rings.rings[ring].shares {
+                let [r, z] = stack.mesh.nodes[column * stack.mesh.rows];
+                for (direction, part) in directions(&stack.mesh, column, component) {
+                    let part = part * share * PI;
+                    // Across: integrals of the first harmonic with the directions' own sine and cosine.
+                    let across = match direction {
+                        0 => Vector3::new(first.re, -first.im, 0.0) * part,
+                        1 => Vector3::new(-first.re, first.im, 0.0) * part,
+                        _ => Vector3::zeros(),
+                    };
+                    force += across;
+                    moment += Vector3::new(0.0, 0.0, z).cross(&across);
+                    match direction {
+                        1 => moment.z += 2.0 * part * r * even.im,
+                        2 => {
+                            force.z += 2.0 * part * even.re;
+                            moment += Vector3::new(-first.im, -first.re, 0.0) * (r * part);
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    (force, moment)
+}
+
+/// What layers gain by the tractions in `work.loads`, mm3.
+pub(crate) fn volumes(patch: &Patch<'_>, components: &[usize], work: &Work) -> Vec<f64> {
+    let count = patch.stack.rings.rings.len();
+    let of_layer = |by_load: &Vec<f64>| {
+        let each = components.iter().flat_map(|&component| {
+            patch.rings.clone().map(move |ring| {
+                let load = work.loads[component].at(0, ring - patch.rings.start);
+                by_load[component * count + ring]
+                    * if component == AROUND { load.im } else { load.re }
+            })
+        });
+        each.sum::<f64>()
+    };
+    patch.stack.dilations.iter().map(of_layer).collect()
+}

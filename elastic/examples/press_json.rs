@@ -9,14 +9,14 @@
 //! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0: the axis
 //! alone), `at_mm` ([x, y] of the presser), `reach_mm` (how far from the pole nodes are that fine), `cap_mm` (the
 //! height of a cap of a ball above its stiff base, in place of a flat pad), `friction` and `shear_mm` ([x, y]),
-//! `probes_mm` ([[x, y], ...], where the touched surface's displacement is asked for).
+//! `level` ("linear", or "finite" for large strain, which presses at the pole alone), `probes_mm` ([[x, y], ...], where the touched surface's displacement is asked for).
 
 use std::error::Error;
 use std::io::Read;
 use std::time::Instant;
 
 use fabkit_elastic::{
-    Body, Curve, Division, Hold, Layer, Material, Outcome, Press, SolidPresser, Stack,
+    Body, Curve, Division, FiniteStack, Hold, Layer, Material, Outcome, Press, SolidPresser, Stack,
 };
 use fabkit_geometry::{CompiledSolid, Pose, Solid, Vector3};
 use serde_json::{Value, json};
@@ -56,15 +56,24 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         _ => return Err("presser is missing: ball_mm or pin_mm".into()),
     };
-    let presser =
-        SolidPresser::new(CompiledSolid::new(&solid)?, &Pose::translation(at(0), at(1), 50.0));
+    let solid = CompiledSolid::new(&solid)?;
+    let presser = SolidPresser::new(&solid, &Pose::translation(at(0), at(1), 50.0));
     let mut press = Press::along(-Vector3::z(), number("depth_mm")?)?;
     if let Some(friction) = asked["friction"].as_f64() {
         let shear = |i: usize| asked["shear_mm"][i].as_f64().unwrap_or(0.0);
         press = press.sheared(friction, Vector3::new(shear(0), shear(1), 0.0), 1)?;
     }
     let start = Instant::now();
-    let outcome = stack.press(&presser, &press)?;
+    let outcome = match asked["level"].as_str() {
+        Some("finite") => {
+            let depth_mm = number("depth_mm")?;
+            let steps: Vec<f64> = (1..=20).map(|i| depth_mm * f64::from(i) / 20.0).collect();
+            let outcomes = FiniteStack::new(&body, &division)?.press(&presser, &steps)?;
+            outcomes.into_iter().next_back().ok_or("no outcome")?
+        }
+        None | Some("linear") => stack.press(&presser, &press)?,
+        Some(other) => return Err(format!("level {other:?} is neither linear nor finite").into()),
+    };
     let press_s = start.elapsed().as_secs_f64();
     let mut answer = described(&stack, &outcome, setup_s, press_s);
     let probes = asked["probes_mm"].as_array().map(Vec::as_slice).unwrap_or_default();

@@ -17,6 +17,12 @@ pub trait Presser {
     fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64;
 }
 
+impl<F: Fn(&Point3<f64>, &Vector3<f64>, f64) -> f64> Presser for F {
+    fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64 {
+        self(place, outward, reach_mm)
+    }
+}
+
 /// The begin of the first stretch that is not wholly deeper than what may be pressed.
 fn first_begin(stretches: impl IntoIterator<Item = [f64; 2]>, reach_mm: f64) -> f64 {
     let first = stretches.into_iter().find(|[_, end]| *end > -reach_mm);
@@ -61,22 +67,22 @@ impl Presser for Ball {
     }
 }
 
-/// Any exact solid in its place.
+/// Any exact solid in its place; one for each thread that presses.
 #[derive(Debug)]
-pub struct SolidPresser {
-    solid: CompiledSolid,
+pub struct SolidPresser<'a> {
+    solid: &'a CompiledSolid,
     presser_from_body: Pose,
     work: RefCell<(Scratch, Vec<[f64; 2]>)>,
 }
 
-impl SolidPresser {
+impl<'a> SolidPresser<'a> {
     /// From a solid and the pose that maps its frame to the soft body's.
-    pub fn new(solid: CompiledSolid, body_from_presser: &Pose) -> Self {
+    pub fn new(solid: &'a CompiledSolid, body_from_presser: &Pose) -> Self {
         Self { solid, presser_from_body: body_from_presser.inverse(), work: RefCell::default() }
     }
 }
 
-impl Presser for SolidPresser {
+impl Presser for SolidPresser<'_> {
     fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64 {
         let ray = Ray {
             origin: self.presser_from_body.point(*place),

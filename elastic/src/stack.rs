@@ -257,7 +257,8 @@ impl Stack {
         gaps
     }
 
-    /// Weights that make [`Compliance::contact`] symmetric, and its largest asymmetry: a check of reciprocity.
+    /// By how much at most what one place does to another is not what that does to it, as a part of the largest
+    /// compliance: by reciprocity nothing but rounding.
     pub fn asymmetry(&self) -> f64 {
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for block in &self.compliances {

@@ -4,7 +4,7 @@ mod support;
 
 use std::f64::consts::PI;
 
-use fabkit_elastic::{Body, Division, ElasticError, Outcome, Press, SolidPresser};
+use fabkit_elastic::{Body, Division, ElasticError, Hold, Outcome, Press, SolidPresser};
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Solid, Vector3};
 use support::{ball_over, down, press_down, round_layer, stack, two_layers};
 
@@ -124,7 +124,7 @@ fn any_solid_presses_as_the_same_ball() {
     let press = Press::along(down(), 0.6).unwrap();
     let closed = stack.press(&ball_over(1.0, 0.5, 4.0), &press).unwrap();
     let solid = CompiledSolid::new(&Solid::sphere(4.0)).unwrap();
-    let solid = SolidPresser::new(solid, &Pose::translation(1.0, 0.5, 54.0));
+    let solid = SolidPresser::new(&solid, &Pose::translation(1.0, 0.5, 54.0));
     let cast = stack.press(&solid, &press).unwrap();
     // Crossings are exact to 1e-10 mm; the contact to 1e-7 of its depth.
     assert!((closed.force_n - cast.force_n).norm() < 1e-6, "{} {}", closed.force_n, cast.force_n);
@@ -196,4 +196,33 @@ fn bodies_that_are_none_are_refused() {
         b.interfaces[1] = fabkit_elastic::Curve::new(|s| [s * 12.0 + 0.1, 1.5]);
     };
     assert!(refused(&shifted, even).contains("radius 0.1 mm"));
+}
+
+#[test]
+fn what_is_held_less_gives_more() {
+    let depth_mm = 0.4;
+    let force = |inner: Hold| {
+        let body = Body { inner, ..round_layer(0.49) };
+        -press_down(&stack(&body, Division::even(0.25, 0)), 4.0, depth_mm).force_n.z
+    };
+    let forces =
+        [Hold::Bonded, Hold::BondedBeyond(0.1), Hold::BondedBeyond(0.4), Hold::Free].map(force);
+    println!("{forces:?}");
+    assert!(forces.windows(2).all(|pair| pair[0] > 1.01 * pair[1]), "{forces:?}");
+}
+
+#[test]
+fn any_function_of_places_presses() {
+    // A plane that leans: what it touches of a dome is where the dome faces it.
+    let lean = Vector3::new(0.2, 0.0, 1.0).normalize();
+    let plane = |place: &Point3<f64>, outward: &Vector3<f64>, _: f64| {
+        let towards = outward.dot(&lean);
+        if towards > 0.0 { (12.5 - place.coords.dot(&lean)) / towards } else { f64::INFINITY }
+    };
+    let stack = stack(&round_layer(0.495), Division::even(0.2, 60));
+    let outcome = stack.press(&plane, &Press::along(-lean, 0.3).unwrap()).unwrap();
+    let along = -outcome.force_n.dot(&lean);
+    assert!(along > 0.0 && (outcome.force_n + along * lean).norm() < 0.01 * along);
+    // A round layer held by a plane: the moment about the ball's centre vanishes.
+    assert!(outcome.moment_nmm.norm() < 0.01 * along * 12.0, "{}", outcome.moment_nmm);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{build_workspace, cargo, check, fabkit, in_ci, root, skip, skipped};
+use crate::run::{build_workspace, built, cargo, check, fabkit, in_ci, root, skip, skipped};
 
 /// The sensor that is verified everywhere.
 const ALWAYS_VERIFIED: &str = "rtac0";
@@ -79,6 +79,7 @@ fn oracles(python: &Path) -> Result<(), String> {
     check(script("tests/python/check_boards.py").arg(&fabkit))?;
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
+    check(script("tests/python/check_elastic.py").arg(built("release", "examples/press_json")))?;
     crate::light::sample(python, &fabkit)?;
     let (count, seed) = VARIANTS;
     crate::variants::judge(python, &fabkit, count, seed)?;

@@ -27,6 +27,9 @@ pub(crate) struct Strained {
     pub tangent: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     /// What its volume gains, mm3.
     pub growth: f64,
+    /// Amounts of its pressures that its volume asks for, MPa, and how they change with its unknowns.
+    pub pressures: Vector3<f64>,
+    pub pressures_by: SMatrix<f64, 3, UNKNOWNS>,
 }
 
 /// Determinant of the gradient in the meridian plane, and in space, with its derivatives.
@@ -53,11 +56,15 @@ impl Volume {
 }
 
 /// Strains an element; `None` where it is turned inside out.
+///
+/// `held` are amounts of pressures, MPa, by which the tangent knows how stress turns. What its volume asks for is
+/// the same in the end, but far off on the way there: a change of volume to second order, times thousands.
 pub(crate) fn strain(
     shape: &Shape,
     places: &[[f64; 2]; 9],
     material: &Material,
     displacements: &SVector<f64, UNKNOWNS>,
+    held: &Vector3<f64>,
 ) -> Option<Strained> {
     let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
     let (middle, scale) = centre(places);
@@ -89,21 +96,23 @@ pub(crate) fn strain(
     }
     let inverse = pressures.try_inverse()?;
     let amounts = inverse * mean;
+    let pressures_by = lame * inverse * by_unknown;
     let mut strained = Strained {
         energy: 0.5 * lame * mean.dot(&amounts),
         forces: SVector::zeros(),
-        tangent: lame * by_unknown.transpose() * inverse * by_unknown,
+        tangent: by_unknown.transpose() * pressures_by,
         growth: mean[0],
+        pressures: lame * amounts,
+        pressures_by,
     };
     for (weight, gradient, f, volume, linear) in &points {
-        let pressure = lame * amounts.dot(linear);
-        let by_ratio = pressure - shear / volume.ratio;
+        let by_ratio = lame * amounts.dot(linear) - shear / volume.ratio;
         strained.energy +=
             weight * 0.5 * shear * (f.norm_squared() - 3.0 - 2.0 * volume.ratio.ln());
         let stress = shear * f + by_ratio * volume.slope;
         let stiffness = SMatrix::<f64, PARTS, PARTS>::identity() * shear
             + volume.slope * volume.slope.transpose() * (shear / volume.ratio.powi(2))
-            + by_ratio * volume.curvature;
+            + (held.dot(linear) - shear / volume.ratio) * volume.curvature;
         strained.forces += *weight * gradient.transpose() * stress;
         strained.tangent += *weight * gradient.transpose() * stiffness * gradient;
     }
@@ -136,8 +145,11 @@ mod tests {
         let shape = Shape::new();
         for poisson in [0.3, 0.495] {
             let material = Material::new(0.5, poisson).unwrap();
-            let at = |u: &SVector<f64, UNKNOWNS>| strain(&shape, &PLACES, &material, u).unwrap();
             let u = some_displacements(0.08);
+            let first = strain(&shape, &PLACES, &material, &u, &Vector3::zeros()).unwrap();
+            let at = |u: &SVector<f64, UNKNOWNS>| {
+                strain(&shape, &PLACES, &material, u, &first.pressures).unwrap()
+            };
             let here = at(&u);
             // Differences of energies of about 1, rounded to 1e-16, over twice the step; and the step squared.
             let step = 1e-5;
@@ -160,7 +172,8 @@ mod tests {
     fn a_small_strain_is_that_of_the_linear_element() {
         let shape = Shape::new();
         let material = Material::new(0.5, 0.49).unwrap();
-        let at_rest = strain(&shape, &PLACES, &material, &SVector::zeros()).unwrap();
+        let at_rest =
+            strain(&shape, &PLACES, &material, &SVector::zeros(), &Vector3::zeros()).unwrap();
         let linear = shape.stiffness(&PLACES, &material, 0).unwrap();
         assert!(at_rest.energy.abs() < 1e-15 && at_rest.forces.amax() < 1e-15);
         for i in 0..UNKNOWNS {
@@ -176,6 +189,6 @@ mod tests {
     fn what_is_inside_out_is_none() {
         let material = Material::new(0.5, 0.3).unwrap();
         let u = SVector::from_fn(|i, _| if i % 2 == 1 { -2.0 * PLACES[i / 2][1] } else { 0.0 });
-        assert!(strain(&Shape::new(), &PLACES, &material, &u).is_none());
+        assert!(strain(&Shape::new(), &PLACES, &material, &u, &Vector3::zeros()).is_none());
     }
 }

@@ -6,6 +6,7 @@
 //! presser are taken in.
 
 pub(crate) mod element;
+mod grip;
 mod system;
 
 use fabkit_geometry::Vector3;
@@ -18,7 +19,7 @@ use system::System;
 
 /// How far displacements may still move, as a part of the press's depth.
 const TOLERANCE: f64 = 1e-8;
-const MAX_ITERATIONS: usize = 30;
+const MAX_ITERATIONS: usize = 60;
 /// Into how many parts a step is divided before it is given up.
 const MAX_HALVINGS: u32 = 6;
 

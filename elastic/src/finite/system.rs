@@ -1,26 +1,32 @@
 //! Displacements and pressures of a press at large strain, and the equations that they fulfil.
 
-use fabkit_geometry::{Point3, Vector3};
+use fabkit_geometry::Vector3;
 use faer::Mat;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::SVector;
 
-use super::element::{UNKNOWNS, strain};
+use super::element::{Strained, UNKNOWNS, strain};
+use super::grip::{Above, Grip, grips};
 use crate::ElasticError;
 use crate::element::Shape;
 use crate::mesh::Mesh;
 use crate::outcome::Outcome;
 use crate::presser::Presser;
-use crate::rings::Rings;
 use crate::stack::Stack;
 
-/// Over what a presser's slope is measured, mm.
-const SLOPE_STEP_MM: f64 = 1e-4;
-/// Over what its curvature is, mm; it speeds the iteration up and does not change where it ends.
-const CURVATURE_STEP_MM: f64 = 1e-3;
-/// How far above and below a moved place its presser is looked for, mm.
-const REACH_MM: f64 = 1e3;
+/// Three times the slope of axial displacements on the axis, by column: where a surface is smooth it stays level
+/// there.
+///
+/// Under pressures of several times its shear modulus an element with pressures of its own is softer than what it
+/// stands for (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed finite elements for
+/// large deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005); the surface's node on the
+/// axis, which no pressure acts on, would sink away first.
+const LEVEL: [(usize, f64); 3] = [(0, -3.0), (1, 4.0), (2, -1.0)];
+/// Steps in which contact may change before displacements have settled.
+const EAGER_ITERATIONS: usize = 8;
+/// Displacements have settled when they move by less than this many tolerances.
+const SETTLED: f64 = 1e3;
 
 /// What may be gone back to.
 #[derive(Clone)]
@@ -30,12 +36,14 @@ pub(super) struct State {
     /// Of each ring, along the axis and by area at rest, MPa.
     pressures: Vec<f64>,
     is_held: Vec<bool>,
+    /// Amounts of each element's pressures, MPa.
+    amounts: Vec<Vector3<f64>>,
 }
 
 pub(super) struct System<'a> {
     stack: &'a Stack,
     mesh: &'a Mesh,
-    rings: &'a Rings,
+    grips: Vec<Grip>,
     shape: Shape,
     /// Row of each displacement, by node: radial and axial.
     rows: Vec<Option<usize>>,
@@ -45,16 +53,17 @@ pub(super) struct System<'a> {
     iterations: usize,
 }
 
-/// A presser above a moved place: along the axis, and how that changes with the radius.
-struct Above {
-    gap_mm: f64,
-    slope: f64,
-    curvature: f64,
+/// What Newton's method asks for.
+struct Step {
+    /// By unknown, mm.
+    displacements: Vec<f64>,
+    /// Of rings that are held, in place of the last ones, MPa.
+    pressures: Vec<f64>,
 }
 
 impl<'a> System<'a> {
     pub fn new(stack: &'a Stack) -> Self {
-        let (mesh, rings) = (&*stack.mesh, &stack.rings);
+        let (mesh, grips) = (&*stack.mesh, grips(&stack.rings));
         let (mut rows, mut count) = (Vec::with_capacity(2 * mesh.nodes.len()), 0);
         for (node, place) in mesh.nodes.iter().enumerate() {
             for is_still in [place[0] == 0.0, false] {
@@ -65,10 +74,11 @@ impl<'a> System<'a> {
         }
         let state = State {
             displacements: vec![0.0; rows.len()],
-            pressures: vec![0.0; rings.rings.len()],
-            is_held: vec![false; rings.rings.len()],
+            pressures: vec![0.0; grips.len()],
+            is_held: vec![false; grips.len()],
+            amounts: vec![Vector3::zeros(); mesh.elements().count()],
         };
-        Self { stack, mesh, rings, shape: Shape::new(), rows, count, state, iterations: 0 }
+        Self { stack, mesh, grips, shape: Shape::new(), rows, count, state, iterations: 0 }
     }
 
     pub fn state(&self) -> State {
@@ -81,7 +91,7 @@ impl<'a> System<'a> {
 
     /// Begins with the rings that a press at small strain holds.
     pub fn hold(&mut self, small: &Outcome) {
-        for (is_held, node) in self.state.is_held.iter_mut().zip(&small.nodes) {
+        for (is_held, node) in self.state.is_held.iter_mut().zip(&small.nodes[1..]) {
             *is_held = node.pressure_mpa > 0.0;
         }
     }
@@ -96,23 +106,29 @@ impl<'a> System<'a> {
         max_iterations: usize,
     ) -> Result<(), ElasticError> {
         let mut last = f64::INFINITY;
-        for _ in 0..max_iterations {
+        for iteration in 0..max_iterations {
             let above = self.above(presser, shift_mm);
             let held: Vec<usize> =
                 (0..self.state.is_held.len()).filter(|&ring| self.state.is_held[ring]).collect();
-            let Some((steps, pressures)) = self.step(&above, &held)? else { break };
+            let Some(step) = self.step(&above, &held)? else { break };
+            let steps = &step.displacements;
             let largest = steps.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()));
             if !largest.is_finite() {
                 break;
             }
-            self.advance(&steps);
+            self.advance(steps);
             self.iterations += 1;
             self.state.pressures.fill(0.0);
-            for (&ring, pressure) in held.iter().zip(pressures) {
+            for (&ring, pressure) in held.iter().zip(step.pressures) {
                 self.state.pressures[ring] = pressure;
             }
             last = largest;
-            let is_same = !self.regrasp(presser, shift_mm, tolerance_mm);
+            // All that is held changes at once at first, which is quick but may go in circles; then, whenever
+            // the rest has settled, the first ring that must, which ends (Murty, "Note on a Bard-type scheme for
+            // solving the complementarity problem", Opsearch 11, 1974).
+            let is_eager = iteration < EAGER_ITERATIONS;
+            let may_change = is_eager || largest <= SETTLED * tolerance_mm;
+            let is_same = !(may_change && self.regrasp(presser, shift_mm, tolerance_mm, is_eager));
             if is_same && largest <= tolerance_mm {
                 return Ok(());
             }
@@ -129,90 +145,95 @@ impl<'a> System<'a> {
     fn advance(&mut self, steps: &[f64]) {
         let before = self.state.displacements.clone();
         let mut part = 1.0;
+        let targets: Vec<Option<Vector3<f64>>> =
+            self.mesh.elements().enumerate().map(|each| self.foreseen(each, steps)).collect();
         for _ in 0..10 {
             for (i, value) in self.state.displacements.iter_mut().enumerate() {
                 *value = before[i] + self.rows[i].map_or(0.0, |row| part * steps[row]);
             }
-            if self.mesh.elements().all(|element| self.strained(element).is_some()) {
-                return;
+            if self.mesh.elements().enumerate().all(|each| self.strained(each).is_some()) {
+                break;
             }
             part *= 0.5;
         }
+        for (amounts, target) in self.state.amounts.iter_mut().zip(targets) {
+            if let Some(target) = target {
+                *amounts += part * (target - *amounts);
+            }
+        }
     }
 
-    fn strained(&self, element: [usize; 2]) -> Option<super::element::Strained> {
+    /// The pressures of an element after a step, as its tangent has them.
+    fn foreseen(&self, each: (usize, [usize; 2]), steps: &[f64]) -> Option<Vector3<f64>> {
+        let strained = self.strained(each)?;
+        let nodes = self.mesh.element_nodes(each.1);
+        let step = |i: usize| self.rows[2 * nodes[i / 2] + i % 2].map_or(0.0, |row| steps[row]);
+        let step = SVector::<f64, UNKNOWNS>::from_fn(|i, _| step(i));
+        Some(strained.pressures + strained.pressures_by * step)
+    }
+
+    fn strained(&self, (number, element): (usize, [usize; 2])) -> Option<Strained> {
         let nodes = self.mesh.element_nodes(element);
         let moved = SVector::<f64, UNKNOWNS>::from_fn(|i, _| {
             self.state.displacements[2 * nodes[i / 2] + i % 2]
         });
         let material = &self.mesh.materials[self.mesh.layer_of[element[1]]];
-        strain(&self.shape, &self.mesh.element_places(element), material, &moved)
+        strain(
+            &self.shape,
+            &self.mesh.element_places(element),
+            material,
+            &moved,
+            &self.state.amounts[number],
+        )
     }
 
     /// The presser above each column of the moved surface.
     fn above(&self, presser: &dyn Presser, shift_mm: &Vector3<f64>) -> Vec<Above> {
         let at = |column: usize| {
             let node = column * self.mesh.rows;
-            let [r, z] = self.mesh.nodes[node];
             let moved = &self.state.displacements[2 * node..2 * node + 2];
-            let gap = |by_mm: f64| {
-                let place = Point3::new(r + moved[0] + by_mm, 0.0, z + moved[1]) - shift_mm;
-                presser.gap_mm(&place, &Vector3::z(), REACH_MM)
-            };
-            let here = gap(0.0);
-            let (inner, outer) = (gap(-SLOPE_STEP_MM), gap(SLOPE_STEP_MM));
-            let (far_in, far_out) = (gap(-CURVATURE_STEP_MM), gap(CURVATURE_STEP_MM));
-            let curvature = (far_in - 2.0 * here + far_out) / CURVATURE_STEP_MM.powi(2);
-            Above {
-                gap_mm: here,
-                slope: (outer - inner) / (2.0 * SLOPE_STEP_MM),
-                curvature: if curvature.is_finite() { curvature } else { 0.0 },
-            }
+            let place: [f64; 2] = std::array::from_fn(|k| self.mesh.nodes[node][k] + moved[k]);
+            Above::new(presser, place, shift_mm)
         };
         (0..self.mesh.columns).map(at).collect()
     }
 
-    /// The mean gap around a ring, mm; infinite at the presser's edge and beside it.
-    fn gap(&self, above: &[Above], ring: usize) -> f64 {
-        let ring = &self.rings.rings[ring];
-        let sum: f64 =
-            ring.shares.iter().map(|&(column, share)| share * above[column].gap_mm).sum();
-        let is_whole = ring.shares.iter().all(|&(column, _)| above[column].slope.is_finite());
-        if is_whole && sum.is_finite() { sum / ring.weight } else { f64::INFINITY }
-    }
-
-    /// Lets go of rings that pull, takes in those that have entered the presser; whether any did.
+    /// Lets go of rings that pull, takes in those that have entered the presser, all of them or the first; whether
+    /// any did.
     fn regrasp(
         &mut self,
         presser: &dyn Presser,
         shift_mm: &Vector3<f64>,
         tolerance_mm: f64,
+        all: bool,
     ) -> bool {
         let above = self.above(presser, shift_mm);
         let mut has_changed = false;
         for ring in 0..self.state.is_held.len() {
-            let gap_mm = self.gap(&above, ring);
+            let gap_mm = self.grips[ring].gap_mm(&above);
             let holds = match self.state.is_held[ring] {
                 true => self.state.pressures[ring] > 0.0 && gap_mm.is_finite(),
                 false => gap_mm < -tolerance_mm,
             };
-            has_changed |= holds != self.state.is_held[ring];
-            self.state.is_held[ring] = holds;
+            if holds != self.state.is_held[ring] {
+                self.state.is_held[ring] = holds;
+                has_changed = true;
+                if !all {
+                    break;
+                }
+            }
         }
         has_changed
     }
 
     /// Steps of displacements and new pressures of held rings; `None` where an element is inside out.
-    fn step(
-        &self,
-        above: &[Above],
-        held: &[usize],
-    ) -> Result<Option<(Vec<f64>, Vec<f64>)>, ElasticError> {
-        let size = self.count + held.len();
+    fn step(&self, above: &[Above], held: &[usize]) -> Result<Option<Step>, ElasticError> {
+        let level = self.count + held.len();
+        let size = level + 1;
         let mut right = Mat::zeros(size, 1);
         let mut entries = Vec::new();
-        for element in self.mesh.elements() {
-            let Some(strained) = self.strained(element) else { return Ok(None) };
+        for (number, element) in self.mesh.elements().enumerate() {
+            let Some(strained) = self.strained((number, element)) else { return Ok(None) };
             let nodes = self.mesh.element_nodes(element);
             for i in 0..UNKNOWNS {
                 let Some(row) = self.rows[2 * nodes[i / 2] + i % 2] else { continue };
@@ -226,7 +247,7 @@ impl<'a> System<'a> {
         }
         for (k, &ring) in held.iter().enumerate() {
             let constraint = self.count + k;
-            for &(column, share) in &self.rings.rings[ring].shares {
+            for &(column, share) in &self.grips[ring].shares {
                 let (node, above) = (2 * column * self.mesh.rows, &above[column]);
                 right[(constraint, 0)] += share * above.gap_mm;
                 for (displacement, by) in [(node, above.slope), (node + 1, -1.0)] {
@@ -241,31 +262,43 @@ impl<'a> System<'a> {
                 }
             }
         }
+        for (column, by) in LEVEL {
+            let displacement = 2 * column * self.mesh.rows + 1;
+            right[(level, 0)] -= by * self.state.displacements[displacement];
+            if let Some(row) = self.rows[displacement] {
+                entries.push(Triplet::new(row, level, by));
+                entries.push(Triplet::new(level, row, by));
+            }
+        }
         let failed = |reason: String| ElasticError::Factorisation { harmonic: 0, reason };
         let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &entries)
             .map_err(|error| failed(error.to_string()))?;
         let factors = matrix.sp_lu().map_err(|error| failed(error.to_string()))?;
         factors.solve_in_place(right.as_mut());
         let all: Vec<f64> = (0..size).map(|i| right[(i, 0)]).collect();
-        Ok(Some((all[..self.count].to_vec(), all[self.count..].to_vec())))
+        Ok(Some(Step {
+            displacements: all[..self.count].to_vec(),
+            pressures: all[self.count..level].to_vec(),
+        }))
     }
 
     /// What the press has done so far.
     pub fn outcome(&self, depth_mm: f64) -> Outcome {
         let mut growth_mm3 = vec![0.0; self.mesh.materials.len()];
         let (around, mut energy_nmm) = (2.0 * std::f64::consts::PI, 0.0);
-        for element in self.mesh.elements() {
+        for (number, element) in self.mesh.elements().enumerate() {
             // Where the iteration has ended, no element is inside out.
-            if let Some(strained) = self.strained(element) {
+            if let Some(strained) = self.strained((number, element)) {
                 growth_mm3[self.mesh.layer_of[element[1]]] += around * strained.growth;
                 energy_nmm += around * strained.energy;
             }
         }
         let State { displacements, pressures, .. } = &self.state;
+        let of_rings = [&pressures[..1], pressures].concat();
         Outcome::finite(
             self.stack,
             displacements,
-            pressures,
+            &of_rings,
             growth_mm3,
             [depth_mm, energy_nmm],
             self.iterations,

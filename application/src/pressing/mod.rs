@@ -143,7 +143,7 @@ impl Pressing<'_> {
         // A tool is one body; what has several is no tool, and has no place.
         let Some(body) = press.bodies.first() else { return Err(self.no_steps()) };
         let solid = CompiledSolid::new(&body.solid).map_err(PressingError::Solid)?;
-        let presser = SolidPresser::new(solid, &stack_from_sensor.then_in(body.sensor_from_body));
+        let presser = SolidPresser::new(&solid, &stack_from_sensor.then_in(body.sensor_from_body));
         stack.press(&presser, &how).map_err(PressingError::Elastic)
     }
 

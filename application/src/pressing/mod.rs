@@ -3,10 +3,12 @@
 //! The layers are those that are drawn below the surface, with the moduli of their materials; the presser is the
 //! exact solid of a fixture's press. By [`fabkit_elastic`], at small strain.
 
+mod bodies;
 mod curve;
 mod error;
 mod files;
 mod layers;
+mod meridian;
 
 use fabkit_elastic::{Division, Level, Outcome, Press, SolidPresser, Stack};
 use fabkit_fixtures::Project;

@@ -1,0 +1,107 @@
+//! The bodies of a sensor as rays into its layers meet them.
+
+use fabkit_geometry::{
+    Assembly, CompiledSolid, Elasticity, Kind, Point3, Ray, Scratch, Sensor, TouchSurface, Vector3,
+};
+
+use super::error::PressingError;
+
+/// Stretches that begin this near to where the last one ended follow it, mm.
+const JOINT_MM: f64 = 1e-3;
+/// Of the smallest radius of curvature of a dome: deeper, layers are taken for stiff.
+const DEEPEST: f64 = 0.6;
+
+/// A body in its place in the sensor.
+pub(super) struct Placed {
+    pub(super) name: String,
+    pub(super) material: String,
+    pub(super) elasticity: Option<Elasticity>,
+    pub(super) solid: CompiledSolid,
+}
+
+/// One body on a ray: which, and from where to where, mm.
+#[derive(Clone, Copy)]
+pub(super) struct Stretch {
+    pub(super) body: usize,
+    pub(super) begin_mm: f64,
+    pub(super) end_mm: f64,
+}
+
+/// Everything below a place of the surface until it no longer gives way.
+pub(super) struct Column {
+    /// From outside inwards, each beginning where the one before ends.
+    pub(super) soft: Vec<Stretch>,
+    /// Whether something stiff follows.
+    pub(super) is_held: bool,
+    /// Which body follows; nothing where none does, and deeper than one looks.
+    pub(super) next: Option<usize>,
+}
+
+/// All bodies of the sensor, and how deep they are looked into, mm.
+pub(super) struct Bodies {
+    pub(super) placed: Vec<Placed>,
+    pub(super) deepest_mm: f64,
+}
+
+impl Bodies {
+    pub(super) fn of(sensor: &Sensor) -> Result<Self, PressingError> {
+        let mut placed = Vec::new();
+        for body in &sensor.bodies {
+            for place in body.placements.iter().filter(|p| p.assembly == Assembly::sensor()) {
+                let solid = body.solid.clone().placed(place.assembly_from_body);
+                let solid = CompiledSolid::new(&solid).map_err(PressingError::Solid)?;
+                let elasticity = body.substance.elasticity.clone();
+                let is_soft = body.kind == Kind::Cast || body.gives_way;
+                placed.push(Placed {
+                    name: body.name.clone(),
+                    material: body.material.clone(),
+                    elasticity: elasticity.filter(|_| is_soft),
+                    solid,
+                });
+            }
+        }
+        // Normals of a dome meet in its middle: far below a press, what gives way is taken for stiff.
+        let curvature = |touch: &TouchSurface| DEEPEST * touch.least_curvature_radius_mm();
+        let deepest_mm = sensor.touch.as_ref().map_or(f64::INFINITY, curvature);
+        Ok(Self { placed, deepest_mm })
+    }
+
+    /// All bodies on a ray, in the order in which they begin.
+    pub(super) fn met(&self, ray: &Ray) -> Vec<Stretch> {
+        let (mut scratch, mut found, mut met) = (Scratch::default(), Vec::new(), Vec::new());
+        for (body, placed) in self.placed.iter().enumerate() {
+            placed.solid.stretches_into(ray, &mut scratch, &mut found);
+            met.extend(found.iter().map(|&[begin_mm, end_mm]| Stretch { body, begin_mm, end_mm }));
+        }
+        met.sort_by(|a, b| a.begin_mm.total_cmp(&b.begin_mm));
+        met
+    }
+
+    pub(super) fn below(&self, place: Point3<f64>, outward: Vector3<f64>) -> Column {
+        // From a little outside, so that the surface itself is crossed.
+        let ray = Ray { origin: place + outward, direction: -outward };
+        let met = self.met(&ray);
+        let (mut soft, mut at_mm) = (Vec::<Stretch>::new(), 1.0);
+        loop {
+            let next =
+                met.iter().find(|s| (s.begin_mm - at_mm).abs() < JOINT_MM && s.end_mm > at_mm);
+            match next {
+                Some(next) if self.placed[next.body].elasticity.is_some() => {
+                    at_mm = next.end_mm.min(1.0 + self.deepest_mm);
+                    soft.push(Stretch {
+                        begin_mm: next.begin_mm - 1.0,
+                        end_mm: at_mm - 1.0,
+                        ..*next
+                    });
+                    if next.end_mm > at_mm {
+                        return Column { soft, is_held: true, next: None };
+                    }
+                }
+                other => {
+                    let next = other.map(|stretch| stretch.body);
+                    return Column { soft, is_held: next.is_some(), next };
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! The meridian of a dome's layers.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use fabkit_elastic::Hold;
+use fabkit_geometry::{DomePoints, Ray};
+
+use super::bodies::{Bodies, Column};
+
+/// Places along the meridian at which the bodies are asked.
+pub(super) const STEPS: usize = 240;
+/// Meridians that are compared: what differs between them is no body of revolution.
+const MERIDIANS: usize = 36;
+/// Differences between meridians below this are rounding, mm.
+pub(super) const ROUND_MM: f64 = 1e-6;
+/// Steps to either side over which dimples, pins and slots are spread.
+const SPREAD_STEPS: usize = 16;
+/// Of the usual depth of all layers: where they end earlier, something stands in them.
+const SHALLOW: f64 = 0.5;
+/// The rim is held where something stiff begins within this distance beyond it, mm.
+const RIM_MM: f64 = 0.3;
+
+/// The meridian of a dome's layers, as a table: what differs around the axis is left out.
+pub(super) struct Meridian {
+    /// The last polar angle that has all layers, rad.
+    pub(super) end_rad: f64,
+    /// How deep each layer's lower face lies below the surface, mm, by step and layer.
+    pub(super) depths_mm: Vec<Vec<f64>>,
+    /// Whether something stiff follows the last layer, by step.
+    pub(super) is_held: Vec<bool>,
+    /// How far depths differ around the axis, at most, mm, by layer.
+    pub(super) uneven_mm: Vec<f64>,
+}
+
+/// The bodies that lie below most places of the surface, from outside inwards: not below a pin or a hole; and how
+/// deep they reach, mm: the median.
+pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f64) {
+    let mut counted = BTreeMap::<Vec<usize>, Vec<f64>>::new();
+    for ring in 0..MERIDIANS {
+        // By area, about: more places where the rings are longer.
+        let polar = face.last_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
+        let places = ((polar.sin() * MERIDIANS as f64).ceil() as usize).max(1);
+        for place in 0..places {
+            let azimuth = (place as f64 + 0.37) * TAU / places as f64;
+            if let Some((point, outward)) = face.towards(polar, azimuth) {
+                let soft = bodies.below(point, outward).soft;
+                let names = soft.iter().map(|stretch| stretch.body).collect();
+                counted.entry(names).or_default().extend(soft.last().map(|last| last.end_mm));
+            }
+        }
+    }
+    let Some((names, mut depths_mm)) = counted.into_iter().max_by_key(|(_, depths)| depths.len())
+    else {
+        return (Vec::new(), 0.0);
+    };
+    depths_mm.sort_by(f64::total_cmp);
+    let usual_mm = depths_mm.get(depths_mm.len() / 2).copied().unwrap_or(0.0);
+    (names, usual_mm)
+}
+
+impl Meridian {
+    pub(super) fn of(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
+        let column = |polar: f64, azimuth: f64| {
+            let (point, outward) = face.towards(polar, azimuth)?;
+            let column = bodies.below(point, outward);
+            let has_all = column.soft.len() >= names.len()
+                && column.soft.iter().zip(names).all(|(stretch, name)| stretch.body == *name);
+            // A dot or a pin may stand in the last of them.
+            let is_whole = has_all && column.soft[names.len() - 1].end_mm > SHALLOW * usual_mm;
+            is_whole.then_some(column)
+        };
+        let around = |polar: f64| -> Vec<Column> {
+            let azimuths =
+                (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
+            let mut columns: Vec<Column> =
+                azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect();
+            // Without those that end at what stands in the layer: a dot, a pin.
+            let follow = |next| columns.iter().filter(|column| column.next == next).count();
+            let usual = columns.iter().map(|column| column.next).max_by_key(|next| follow(*next));
+            columns.retain(|column| Some(column.next) == usual);
+            columns
+        };
+        // Most meridians must have all layers; those that pass a pin or a slot may not.
+        let is_whole = |columns: &[Column]| 2 * columns.len() > MERIDIANS;
+        let last_rad = face.last_polar_rad() * (1.0 - 1e-6);
+        let polar = |i: usize| last_rad * i as f64 / STEPS as f64;
+        let whole = (1..=STEPS).rev().find(|i| is_whole(&around(polar(*i)))).unwrap_or(1);
+        let end_rad = polar(whole);
+        let mut uneven_mm = vec![0.0f64; names.len()];
+        let mut rows: Vec<Option<(Vec<f64>, bool)>> = Vec::new();
+        for i in 0..=STEPS {
+            let columns = around(end_rad * i as f64 / STEPS as f64);
+            if !is_whole(&columns) {
+                rows.push(None);
+                continue;
+            }
+            let mut here = Vec::new();
+            for (layer, uneven) in uneven_mm.iter_mut().enumerate() {
+                let ends = || columns.iter().map(|column| column.soft[layer].end_mm);
+                let (least, most) =
+                    (ends().fold(f64::INFINITY, f64::min), ends().fold(0.0, f64::max));
+                *uneven = uneven.max(most - least);
+                // What is even stays exact.
+                let is_even = most - least < ROUND_MM;
+                here.push(if is_even { least } else { ends().sum::<f64>() / columns.len() as f64 });
+            }
+            let held = columns.iter().filter(|c| c.is_held && c.soft.len() == names.len()).count();
+            rows.push(Some((here, 2 * held > columns.len())));
+        }
+        // Where a pin or a hole is all around, as at a tip, it is as beside it.
+        let nearest =
+            |i: usize| (0..=STEPS).filter(|j| rows[*j].is_some()).min_by_key(|j| j.abs_diff(i));
+        let filled = (0..=STEPS).filter_map(|i| rows[nearest(i)?].clone());
+        let (mut depths_mm, is_held): (Vec<_>, Vec<_>) = filled.unzip();
+        for layer in (0..names.len()).filter(|layer| uneven_mm[*layer] > ROUND_MM) {
+            spread(&mut depths_mm, layer);
+        }
+        Self { end_rad, depths_mm, is_held, uneven_mm }
+    }
+
+    /// Between the table's rows.
+    pub(super) fn depth_mm(&self, layer: usize, s: f64) -> f64 {
+        let place = s.clamp(0.0, 1.0) * STEPS as f64;
+        let i = (place as usize).min(STEPS - 1);
+        let share = place - i as f64;
+        (1.0 - share) * self.depths_mm[i][layer] + share * self.depths_mm[i + 1][layer]
+    }
+
+    /// What holds the innermost face, mostly.
+    pub(super) fn inner(&self, left_out: &mut Vec<String>) -> Hold {
+        let held = self.is_held.iter().filter(|held| **held).count();
+        let from = self.is_held.iter().position(|held| *held).unwrap_or(STEPS);
+        if from > 0 && from < STEPS && self.is_held[from..].iter().all(|held| *held) {
+            return Hold::BondedBeyond(from as f64 / STEPS as f64);
+        }
+        let share = 100.0 * held as f64 / (STEPS + 1) as f64;
+        match share {
+            100.0 => Hold::Bonded,
+            0.0 => Hold::Free,
+            50.0.. => {
+                left_out.push(format!(
+                    "that nothing stiff holds {:.0} % of the inner face",
+                    100.0 - share
+                ));
+                Hold::Bonded
+            }
+            _ => {
+                left_out.push(format!("that something stiff holds {share:.0} % of the inner face"));
+                Hold::Free
+            }
+        }
+    }
+}
+
+/// Spreads what is not round along the meridian as well, so that the layer keeps its volume, about.
+fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
+    let before: Vec<f64> = depths_mm.iter().map(|row| row[layer]).collect();
+    for (i, row) in depths_mm.iter_mut().enumerate() {
+        let (from, to) = (i.saturating_sub(SPREAD_STEPS), (i + SPREAD_STEPS).min(STEPS));
+        row[layer] = before[from..=to].iter().sum::<f64>() / (to - from + 1) as f64;
+    }
+}
+
+/// Whether something stiff begins beyond the end of the meridian, in the middle of what is soft.
+pub(super) fn rim_is_held(bodies: &Bodies, face: &DomePoints, meridian: &Meridian) -> bool {
+    let depth_mm = meridian.depths_mm[STEPS].last().copied().unwrap_or(0.0) / 2.0;
+    let place =
+        |polar: f64| face.towards(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
+    let (Some(end), Some(before)) = (place(meridian.end_rad), place(meridian.end_rad * 0.995))
+    else {
+        return false;
+    };
+    let ray = Ray { origin: before, direction: (end - before).normalize() };
+    let end_mm = (end - before).norm();
+    bodies.met(&ray).iter().any(|stretch| {
+        let is_stiff = bodies.placed[stretch.body].elasticity.is_none();
+        is_stiff && stretch.begin_mm < end_mm + RIM_MM && stretch.end_mm > end_mm
+    })
+}

@@ -4,8 +4,9 @@
 //! cargo run --release -p fabkit-elastic --example levels -- [SPACING_MM]
 //! ```
 //!
-//! A ball of 4 mm comes down on the pole. Each row: depth, force by both levels, how far the linear one is off, the
-//! bulge by both as a part of the depth; then the depth at which the linear force is 10 % off.
+//! A ball of 4 mm comes down on the pole; a pin with a round end of 0.8 mm on the second body, too. Each row:
+//! depth, force by both levels, how far the linear one is off, the bulge by both as a part of the depth; then
+//! the depth at which the linear force is 10 % off.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -15,6 +16,7 @@ use fabkit_elastic::{
 };
 use fabkit_geometry::{Point3, Vector3};
 
+const BALL_MM: f64 = 4.0;
 /// What counts as off.
 const OFF: f64 = 0.1;
 
@@ -24,27 +26,33 @@ fn main() -> Result<(), Box<dyn Error>> {
         let material = Material::new(young_mpa, 0.495)?;
         Ok(Layer { name: format!("{young_mpa} MPa"), material })
     };
+    let two = || -> Result<Body, Box<dyn Error>> {
+        Ok(Body::pad(12.0, vec![(layer(0.07)?, 1.5), (layer(1.7)?, 1.5)]))
+    };
     let bodies = [
-        ("a pad, 3 mm of one gel", Body::pad(12.0, vec![(layer(0.1)?, 3.0)]), 1.5),
+        ("a pad, 3 mm of one gel", Body::pad(12.0, vec![(layer(0.1)?, 3.0)]), BALL_MM, 1.5),
+        ("a pad, 1.5 mm soft on 1.5 mm stiff", two()?, BALL_MM, 1.1),
+        ("the same under a pin", two()?, 0.8, 0.7),
         (
-            "a pad, 1.5 mm soft on 1.5 mm stiff",
-            Body::pad(12.0, vec![(layer(0.07)?, 1.5), (layer(1.7)?, 1.5)]),
-            1.1,
+            "a round layer, 3 mm on a ball of 11 mm",
+            dome(&[14.0, 11.0], vec![layer(0.1)?]),
+            BALL_MM,
+            1.5,
         ),
-        ("a round layer, 3 mm on a ball of 11 mm", dome(&[14.0, 11.0], vec![layer(0.1)?]), 1.5),
         (
-            "the same, 1.5 mm soft on 1.5 mm stiff",
+            "the same ball under 1.5 mm soft on 1.5 mm stiff",
             dome(&[14.0, 12.5, 11.0], vec![layer(0.07)?, layer(1.7)?]),
+            BALL_MM,
             1.1,
         ),
-        ("half a ball of gel, 14 mm, on its flat face", half_ball(14.0, layer(0.1)?), 2.5),
+        ("half a ball of gel, 14 mm, on its flat face", half_ball(14.0, layer(0.1)?), BALL_MM, 2.5),
     ];
-    for (name, body, deepest_mm) in bodies {
+    for (name, body, radius_mm, deepest_mm) in bodies {
         println!("{name}");
-        let division = Division::around_pole(spacing_mm, 5.0, 0);
+        let division = Division::around_pole(spacing_mm * radius_mm / BALL_MM, 1.25 * radius_mm, 0);
         let linear = Stack::new(&body, &division, 1)?;
         let finite = FiniteStack::new(&body, &division)?;
-        let ball = Ball::new(Point3::new(0.0, 0.0, 40.0), 4.0)?;
+        let ball = Ball::new(Point3::new(0.0, 0.0, 40.0), radius_mm)?;
         let steps = 10;
         let depths: Vec<f64> =
             (1..=steps).map(|i| deepest_mm * f64::from(i) / f64::from(steps)).collect();

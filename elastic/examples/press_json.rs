@@ -6,10 +6,11 @@
 //!     cargo run --release -p fabkit-elastic --example press_json
 //! ```
 //!
-//! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0: the axis
-//! alone), `at_mm` ([x, y] of the presser), `reach_mm` (how far from the pole nodes are that fine), `cap_mm` (the
-//! height of a cap of a ball above its stiff base, in place of a flat pad), `friction` and `shear_mm` ([x, y]),
-//! `level` ("linear", or "finite" for large strain, which presses at the pole alone), `probes_mm` ([[x, y], ...], where the touched surface's displacement is asked for).
+//! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0: the
+//! axis alone), `at_mm` ([x, y] of the presser), `reach_mm` (how far from the pole nodes are that fine),
+//! `cap_mm` (the height of a cap of a ball above its stiff base, in place of a flat pad), `friction` and
+//! `shear_mm` ([x, y]), `level` ("linear", or "finite" for large strain, which presses at the pole alone),
+//! `probes_mm` ([[x, y], ...], where the touched surface's displacement is asked for).
 
 use std::error::Error;
 use std::io::Read;

@@ -4,8 +4,9 @@
 //! cargo run --release -p fabkit-elastic --example timing -- [SPACING_MM] [MAX_HARMONIC] [THREADS]
 //! ```
 //!
-//! A soft layer on a stiffer one, each 1.5 mm, on a stiff ball: a half sphere of 14 mm, pressed by a ball of 4 mm
-//! in different places. The least of five times is printed: what others do on the machine only adds to it.
+//! A soft layer on a stiffer one, each 1.5 mm, on a stiff ball: a half sphere of 14 mm, pressed by a ball of
+//! 4 mm in different places. The least of five times is printed: what others do on the machine only adds to
+//! it.
 
 use std::error::Error;
 use std::time::{Duration, Instant};
@@ -43,7 +44,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let stack = Stack::new(&body, &Division::even(spacing_mm, max_harmonic), threads)?;
     let [unknowns, harmonics] = stack.size();
     println!(
-        "setup {:.2} s on {threads} threads: {} surface nodes, {unknowns} unknowns, harmonics 0 to {harmonics}",
+        "setup {:.2} s on {threads} threads: {} surface nodes, {unknowns} unknowns, \
+         harmonics 0 to {harmonics}",
         start.elapsed().as_secs_f64(),
         stack.surface_nodes()
     );
@@ -68,6 +70,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             -outcome.force_n.dot(&outward),
             outcome.contact_radius_mm,
             outcome.bulge_mm
+        );
+        let shear_mm = 0.3 * outward.cross(&Vector3::y());
+        let start = Instant::now();
+        let sheared = stack.press(&ball, &press.sheared(0.6, shear_mm, 2)?)?;
+        println!(
+            "    sheared by 0.3 mm with friction 0.6: {:.1} ms; {:.4} N along, {:.0} % of its area sticks",
+            start.elapsed().as_secs_f64() * 1e3,
+            sheared.force_n.dot(&shear_mm) / shear_mm.norm(),
+            100.0 * sheared.stick_area_mm2 / sheared.contact_area_mm2
         );
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! What tractions on rings do: of each harmonic, two dense matrices.
 //!
-//! For a body of revolution the map from tractions on the touched surface to displacements is block-circulant in
-//! the azimuth; each harmonic has its own blocks, and none feels another.
+//! For a body of revolution the map from tractions on the touched surface to displacements is block-circulant
+//! in the azimuth; each harmonic has its own blocks, and none feels another.
 
 use faer::Mat;
 
@@ -31,8 +31,8 @@ pub(crate) struct Compliance {
     /// Tractions to mean displacements of rings, mm/MPa: square, column after column, each component's rings
     /// together. Weighted by the rings' weights it is symmetric (Betti's reciprocity).
     pub contact: Vec<f64>,
-    /// Tractions to displacements of the nodes of interfaces that move, mm/MPa: column after column; interface after
-    /// interface, column of the mesh after column; radial, around, axial.
+    /// Tractions to displacements of the nodes of interfaces that move, mm/MPa: column after column;
+    /// interface after interface, column of the mesh after column; radial, around, axial.
     pub field: Vec<f64>,
 }
 
@@ -126,8 +126,8 @@ pub(crate) fn check_size(mesh: &Mesh, rings: &Rings) -> Result<(), ElasticError>
     }
 }
 
-/// All harmonics, shared out to threads; each is the work of one thread, so that bytes do not depend on how many
-/// there are.
+/// All harmonics, shared out to threads; each is the work of one thread, so that bytes do not depend on how
+/// many there are.
 ///
 /// # Errors
 /// The first harmonic, by its number, that cannot be factorised.
@@ -164,8 +164,8 @@ pub(crate) fn all(
     found.into_iter().map(|(_, compliance)| compliance).collect()
 }
 
-/// What each layer's volume gains by a traction of one on each ring, mm3/MPa: layer after layer, of the harmonic
-/// 0 alone, the others gain none.
+/// What each layer's volume gains by a traction of one on each ring, mm3/MPa: layer after layer, of the
+/// harmonic 0 alone, the others gain none.
 ///
 /// # Errors
 /// A body that nothing holds.

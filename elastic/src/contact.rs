@@ -1,8 +1,8 @@
 //! Contact without friction: where the presser holds the surface, and with what pressure.
 //!
-//! The least energy under pressures that only push is found by conjugate gradients that let go of nodes that would
-//! pull, and take in those that would enter the presser (Polonsky and Keer, "A numerical method for solving rough
-//! contact problems", Wear 231, 1999), here with the presser's place given, not its force.
+//! The least energy under pressures that only push is found by conjugate gradients that let go of nodes that
+//! would pull, and take in those that would enter the presser (Polonsky and Keer, "A numerical method for
+//! solving rough contact problems", Wear 231, 1999), here with the presser's place given, not its force.
 
 use crate::ElasticError;
 use crate::compliance::NORMAL;

@@ -12,8 +12,8 @@ const MAX_THROUGH: usize = 60;
 
 /// How finely a body is divided.
 ///
-/// Nodes of the touched surface are `spacing_mm` apart up to `reach_mm` from the pole, along the meridian, and
-/// from there further and further apart, by `growth` from element to element (each has two spacings).
+/// Nodes of the touched surface are `spacing_mm` apart up to `reach_mm` from the pole, along the meridian,
+/// and from there further and further apart, by `growth` from element to element (each has two spacings).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Division {
     /// Between neighbouring nodes of the touched surface, mm.
@@ -24,7 +24,8 @@ pub struct Division {
     pub growth: f64,
     /// How much thicker each element inwards is than the one outside it, at most; 1 for even.
     pub growth_inwards: f64,
-    /// The highest harmonic of the azimuth; 0 for presses that are symmetric about the axis, and for these alone.
+    /// The highest harmonic of the azimuth; 0 for presses that are symmetric about the axis, and for these
+    /// alone.
     pub max_harmonic: usize,
 }
 

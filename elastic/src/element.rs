@@ -104,8 +104,8 @@ impl Shape {
 
     /// Stiffness of an element for one harmonic of the azimuth, N/mm per radian.
     ///
-    /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; unknowns are U, V, W
-    /// of node after node. `None` for an element without area, which has no pressures of its own.
+    /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; unknowns are U, V,
+    /// W of node after node. `None` for an element without area, which has no pressures of its own.
     pub fn stiffness(
         &self,
         places: &[[f64; 2]; 9],

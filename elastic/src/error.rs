@@ -7,7 +7,8 @@ use crate::material::MAX_POISSON_RATIO;
 pub enum ElasticError {
     /// A modulus that no material has.
     #[error(
-        "a Young's modulus of {young_mpa} MPa is not positive and finite; silicones lie between 0.02 and 5 MPa"
+        "a Young's modulus of {young_mpa} MPa is not positive and finite; \
+         silicones lie between 0.02 and 5 MPa"
     )]
     Young {
         /// As told.
@@ -23,7 +24,9 @@ pub enum ElasticError {
         poisson: f64,
     },
     /// Layers and interfaces that do not go together.
-    #[error("{layers} layers need {} interfaces, from the touched one inwards, not {interfaces}", .layers + 1)]
+    #[error(
+        "{layers} layers need {} interfaces, from the touched one inwards, not {interfaces}", .layers + 1
+    )]
     Interfaces {
         /// How many layers.
         layers: usize,
@@ -134,7 +137,8 @@ pub enum ElasticError {
     },
     /// An iteration that did not end.
     #[error(
-        "{what} did not converge in {iterations} iterations: {residual:.3e} is left, {tolerance:.3e} is asked for"
+        "{what} did not converge in {iterations} iterations: {residual:.3e} is left, \
+         {tolerance:.3e} is asked for"
     )]
     NoConvergence {
         /// Which iteration.

@@ -1,9 +1,10 @@
 //! A press that is sheared: what sticks, what slips, and with what force.
 //!
-//! Coulomb's law, one step of the presser's way after the other. In each, tractions across the normal are those of
-//! least energy within friction times pressure (what sticks moves with the presser, what slips is dragged against
-//! its slip); pressures and tractions then take turns until neither changes. The pressing itself is without
-//! friction, as in Cattaneo's and Mindlin's solution (Johnson, "Contact mechanics", 1985, section 7.2).
+//! Coulomb's law, one step of the presser's way after the other. In each, tractions across the normal are
+//! those of least energy within friction times pressure (what sticks moves with the presser, what slips is
+//! dragged against its slip); pressures and tractions then take turns until neither changes. The pressing
+//! itself is without friction, as in Cattaneo's and Mindlin's solution (Johnson, "Contact mechanics", 1985,
+//! section 7.2).
 
 use fabkit_geometry::Vector3;
 

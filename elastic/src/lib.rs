@@ -1,29 +1,33 @@
 //! Layers that give: what a press does to soft layers that are bonded to each other and to what is stiff.
 //!
-//! Exact meridians in; displacements of every interface, tractions, contact and slip, force and moment out. Nothing
-//! here knows what looks at the layers.
+//! Exact meridians in; displacements of every interface, tractions, contact and slip, force and moment out.
+//! Nothing here knows what looks at the layers.
 //!
 //! # Conventions
 //!
 //! - Millimetres, radians, newtons, MPa (N/mm2), `f64`. Names carry the unit.
-//! - A [`Body`] is of revolution about the z axis of its own frame; whatever presses is placed in the same frame.
-//!   Interfaces are counted from the touched one, 0, inwards. On each, s runs from 0 on the axis to 1 at the rim.
+//! - A [`Body`] is of revolution about the z axis of its own frame; whatever presses is placed in the same
+//!   frame. Interfaces are counted from the touched one, 0, inwards. On each, s runs from 0 on the axis to 1 at
+//!   the rim.
 //! - The outward normal points out of the soft body; a gap along it is positive where the presser is away.
 //! - Forces and tractions are those of the presser on the body.
 //!
 //! # What is solved
 //!
-//! [`Level::Linear`]: small strain, isotropic layers, contact along the surface's normals at rest. Displacements are
-//! expanded in harmonics of the azimuth; each is solved on the meridian with biquadratic displacements and
-//! pressures that are linear in each element, so that Poisson's ratios up to [`MAX_POISSON_RATIO`] neither lock nor
-//! lose volume. Pressures on the touched surface are linear along s between nodes and trigonometric around. They
-//! push or vanish, and friction follows Coulomb's law ([`Press::sheared`]). All is in proportion: strains beyond
-//! about a tenth, a press of a fifth of what is soft, are outside of the theory, and nothing here says so.
+//! [`Level::Linear`]: small strain, isotropic layers, contact along the surface's normals at rest.
+//! Displacements are expanded in harmonics of the azimuth; each is solved on the meridian with biquadratic
+//! displacements and pressures that are linear in each element, so that Poisson's ratios up to
+//! [`MAX_POISSON_RATIO`] neither lock nor lose volume. Pressures on the touched surface are linear along s
+//! between nodes and trigonometric around. They push or vanish, and friction follows Coulomb's law
+//! ([`Press::sheared`]). All is in proportion to tractions. How far off that is for deep presses, the other level
+//! tells.
 //!
-//! [`Level::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for what is symmetric
-//! about the axis alone, a few seconds a press ([`FiniteStack`]): it tells how far the other one is off.
+//! [`Level::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for what is
+//! symmetric about the axis alone, a few seconds a press ([`FiniteStack`]): it tells how far the other one is
+//! off.
 //!
-//! A [`Stack`] is made once for a design (seconds) and pressed in milliseconds. What does not converge is an error.
+//! A [`Stack`] is made once for a design (seconds) and pressed in milliseconds. What does not converge is an
+//! error.
 //!
 //! ```
 //! use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Press, Stack};

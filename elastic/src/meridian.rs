@@ -13,8 +13,8 @@ pub struct Curve(Meridian);
 impl Curve {
     /// From a function of s, which runs from 0 on the axis to 1 at the rim, to radius and height, mm.
     ///
-    /// The curve must be smooth but for kinks at [`Body::kinks`], and equal s on neighbouring curves should lie
-    /// across from each other: elements reach from one to the next in straight lines.
+    /// The curve must be smooth but for kinks at [`Body::kinks`], and equal s on neighbouring curves should
+    /// lie across from each other: elements reach from one to the next in straight lines.
     ///
     /// ```
     /// use fabkit_elastic::Curve;

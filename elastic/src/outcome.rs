@@ -46,8 +46,8 @@ pub struct SurfaceNode {
     pub area_mm2: f64,
     /// From rest, mm.
     pub displacement_mm: Vector3<f64>,
-    /// What the presser pushes with, MPa: against the outward normal at rest; at large strain along the axis, per
-    /// area at rest.
+    /// What the presser pushes with, MPa: against the outward normal at rest; at large strain along the axis,
+    /// per area at rest.
     pub pressure_mpa: f64,
     /// What friction drags with, across the normal, MPa.
     pub shear_mpa: Vector3<f64>,
@@ -82,7 +82,7 @@ pub struct Outcome {
     pub force_n: Vector3<f64>,
     /// Of the presser on the body about the origin, N mm.
     pub moment_nmm: Vector3<f64>,
-    /// Of all nodes that the presser pushes, mm2.
+    /// Of all nodes that the presser pushes, mm2: at rest; at large strain of the disc that it then holds.
     pub contact_area_mm2: f64,
     /// Of those nodes that move with the presser, mm2; all others slip.
     pub stick_area_mm2: f64,
@@ -191,8 +191,16 @@ impl Outcome {
             force_n.z -= 2.0 * PI * stack.rings.rings[ring].weight * pressures[ring];
         }
         let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);
-        let held = nodes.iter().filter(|node| node.pressure_mpa > 0.0);
-        let contact_area_mm2 = held.map(|node| node.area_mm2).sum::<f64>();
+        // The edge is where the surface then is, between the last node that is held and the next.
+        let moved_mm = |node: &SurfaceNode| node.place_mm.x + node.displacement_mm.x;
+        let contact_radius_mm = match nodes.iter().rposition(|node| node.pressure_mpa > 0.0) {
+            Some(last) => {
+                let next = (last + 1).min(nodes.len() - 1);
+                0.5 * (moved_mm(&nodes[last]) + moved_mm(&nodes[next]))
+            }
+            None => 0.0,
+        };
+        let contact_area_mm2 = PI * contact_radius_mm.powi(2);
         Self {
             mesh: Arc::clone(mesh),
             amplitudes,
@@ -202,7 +210,7 @@ impl Outcome {
             moment_nmm: Vector3::zeros(),
             contact_area_mm2,
             stick_area_mm2: 0.0,
-            contact_radius_mm: (contact_area_mm2 / PI).sqrt(),
+            contact_radius_mm,
             max_indentation_mm: nodes.iter().map(|node| -outwards(node)).fold(0.0, f64::max),
             bulge_mm: nodes.iter().map(outwards).fold(0.0, f64::max),
             nodes,
@@ -220,8 +228,12 @@ impl Outcome {
         }
         let (column, values) = self.mesh.interpolation(s);
         let mut parts = [0.0; 3];
-        for (harmonic, amplitudes) in self.amplitudes.iter().enumerate() {
-            let (sin, cos) = (harmonic as f64 * azimuth).sin_cos();
+        // A turn more with each harmonic: a hundred of them lose two digits of sixteen.
+        let step = Complex::from_polar(1.0, azimuth);
+        let mut turn = Complex::new(1.0, 0.0);
+        for amplitudes in &self.amplitudes {
+            let (sin, cos) = (turn.im, turn.re);
+            turn *= step;
             for (i, value) in values.iter().enumerate() {
                 let here = 3 * (interface * self.mesh.columns + column + i);
                 let [radial, around, axial] = [0, 1, 2].map(|k| amplitudes[here + k]);

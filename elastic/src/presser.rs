@@ -10,10 +10,10 @@ use crate::ElasticError;
 pub trait Presser {
     /// How far from a place, along a unit vector out of the soft body, the presser begins, mm.
     ///
-    /// Negative where the place lies inside the presser, by how far the presser reaches below it, and infinite
-    /// where the line misses the presser. What lies more than `reach_mm` below the place is another part of
-    /// the presser on the other side of the body, and does not count; but a stretch that begins there and
-    /// reaches above does. All in the soft body's frame.
+    /// Negative where the place lies inside the presser, by how far the presser reaches below it, and
+    /// infinite where the line misses the presser. What lies more than `reach_mm` below the place is another
+    /// part of the presser on the other side of the body, and does not count; but a stretch that begins there
+    /// and reaches above does. All in the soft body's frame.
     fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64;
 }
 
@@ -109,8 +109,8 @@ impl Press {
         Self { way: None, friction: 0.0, shear_mm: Vector3::zeros(), shear_steps: 1 }
     }
 
-    /// The presser moves along a direction, in the soft body's frame, until it touches the surface at rest, and
-    /// then `depth_mm` further.
+    /// The presser moves along a direction, in the soft body's frame, until it touches the surface at rest,
+    /// and then `depth_mm` further.
     ///
     /// # Errors
     /// A depth that is not positive, a direction of no length.
@@ -128,8 +128,8 @@ impl Press {
     }
 
     /// The presser then moves on by `way_mm`, in the soft body's frame, in `steps` equal steps, and holds the
-    /// surface by Coulomb's friction. Steps tell what has slipped from what sticks: a way that does not turn back
-    /// needs few.
+    /// surface by Coulomb's friction. Steps tell what has slipped from what sticks: a way that does not turn
+    /// back needs few.
     ///
     /// # Errors
     /// A friction that is negative or not finite, a way that is not finite, no steps.

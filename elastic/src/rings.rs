@@ -1,8 +1,8 @@
 //! The touched surface as rings of nodes about the axis.
 //!
-//! Each column of the mesh is a ring. Its nodes are as many as keep about the spacing along the meridian: near
-//! the axis few, since a smooth field has few harmonics there. Numbers are odd, so that a ring of N nodes and its
-//! (N - 1) / 2 harmonics say the same.
+//! Each column of the mesh is a ring. Its nodes are as many as keep about the spacing along the meridian:
+//! near the axis few, since a smooth field has few harmonics there. Numbers are odd, so that a ring of N
+//! nodes and its (N - 1) / 2 harmonics say the same.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -186,7 +186,8 @@ fn odd_and_smooth(at_least: usize) -> usize {
     (at_least.max(3)..).find(is_smooth).unwrap_or(at_least)
 }
 
-/// Of each column's hat function over s, its integrals with the quadratic functions of all columns, times radius.
+/// Of each column's hat function over s, its integrals with the quadratic functions of all columns, times
+/// radius.
 ///
 /// Pressures are linear between neighbouring columns, displacements quadratic between every second.
 fn shares(mesh: &Mesh) -> Vec<Vec<(usize, f64)>> {

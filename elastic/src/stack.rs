@@ -27,8 +27,8 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// Meshes a body, and factorises and solves each harmonic, by up to `threads` threads; the result does not
-    /// depend on how many.
+    /// Meshes a body, and factorises and solves each harmonic, by up to `threads` threads; the result does
+    /// not depend on how many.
     ///
     /// # Errors
     /// A body or a division that is none, and one that takes too much memory.
@@ -58,7 +58,8 @@ impl Stack {
         [3 * free, self.rings.harmonics()]
     }
 
-    /// A place of the touched surface at rest, and the direction out of the body there, by column of the mesh.
+    /// A place of the touched surface at rest, and the direction out of the body there, by column of the
+    /// mesh.
     pub(crate) fn place(&self, column: usize, azimuth: f64) -> (Point3<f64>, Vector3<f64>) {
         let [r, z] = self.mesh.nodes[column * self.mesh.rows];
         let [n_r, n_z] = self.mesh.frames[column].normal;
@@ -257,8 +258,8 @@ impl Stack {
         gaps
     }
 
-    /// By how much at most what one place does to another is not what that does to it, as a part of the largest
-    /// compliance: by reciprocity nothing but rounding.
+    /// By how much at most what one place does to another is not what that does to it, as a part of the
+    /// largest compliance: by reciprocity nothing but rounding.
     pub fn asymmetry(&self) -> f64 {
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for block in &self.compliances {

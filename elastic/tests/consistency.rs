@@ -112,8 +112,8 @@ fn incompressible_layers_keep_their_volume() {
     let change = outcome.volume_change_mm3[0];
     println!("{change} of {pushed_in}");
     assert!(change.abs() < 0.005 * pushed_in, "{change} of {pushed_in}");
-    // The rim and the floor are bonded: what goes in at one place of the surface comes out at another. Midpoints of
-    // 800 by 240 pieces are within 1e-4 of the volume pushed in.
+    // The rim and the floor are bonded: what goes in at one place of the surface comes out at another.
+    // Midpoints of 800 by 240 pieces are within 1e-4 of the volume pushed in.
     let through_surface = flux(&outcome, 0);
     assert!((through_surface - change).abs() < 1e-3 * pushed_in, "{through_surface} {change}");
 }

@@ -14,7 +14,8 @@ fn a_shallow_press_is_the_linear_one() {
         let finite = FiniteStack::new(&body, &division).unwrap();
         let outcome = &finite.press(&ball_over(0.0, 0.0, 4.0), &[depth_mm]).unwrap()[0];
         assert_eq!(outcome.level, Level::Finite);
-        // Strains are about a / R = 5 %; what they change is of their square, and of the press by its thickness.
+        // Strains are about a / R = 5 %; what they change is of their square, and of the press by its
+        // thickness.
         let of_force = outcome.force_n.z / linear.force_n.z - 1.0;
         println!("{of_force:+.5}");
         assert!(of_force.abs() < 0.02, "{of_force}");

@@ -19,13 +19,13 @@ fn sheared(
     stack.press(&ball_over(0.0, 0.0, BALL_MM), &press).unwrap()
 }
 
-/// A ball on a half space, sheared until its edge slips (Cattaneo 1938, Mindlin 1949; Johnson, "Contact mechanics",
-/// 1985, section 7.2): a disc of radius c sticks, `c = a (1 - Q / (mu P))^(1/3)`, and the ball moves by
-/// `3 (2 - nu) mu P / (16 G a) (1 - (c / a)^2)`, half of what two equal bodies would.
+/// A ball on a half space, sheared until its edge slips (Cattaneo 1938, Mindlin 1949; Johnson, "Contact
+/// mechanics", 1985, section 7.2): a disc of radius c sticks, `c = a (1 - Q / (mu P))^(1/3)`, and the ball
+/// moves by `3 (2 - nu) mu P / (16 G a) (1 - (c / a)^2)`, half of what two equal bodies would.
 ///
-/// The solution takes all slip to be along the shear and leaves out that shear lifts the surface; for what hardly
-/// changes its volume neither matters. A floor 100 radii below adds about 1 % to stiffness; the edge of what sticks
-/// lies between nodes a twenty-fifth of the radius apart.
+/// The solution takes all slip to be along the shear and leaves out that shear lifts the surface; for what
+/// hardly changes its volume neither matters. A floor 100 radii below adds about 1 % to stiffness; the edge
+/// of what sticks lies between nodes a twenty-fifth of the radius apart.
 #[test]
 fn a_sheared_ball_sticks_in_the_middle() {
     let (a_mm, friction, poisson) = (0.1, 0.5, 0.49);

@@ -5,12 +5,13 @@ mod support;
 use fabkit_elastic::{Body, Division, Material};
 use support::{layer, press_down, stack};
 
-/// A ball on a half space, as far as a pad can be one: Hertz (Johnson, "Contact mechanics", 1985, section 4.2).
+/// A ball on a half space, as far as a pad can be one: Hertz (Johnson, "Contact mechanics", 1985, section
+/// 4.2).
 ///
-/// The pad is 200 contact radii thick and as wide. A bonded floor at depth t adds about `1.5 a / t` to the force
-/// (the first term of Hayes' expansion for an incompressible layer is 1.13 a / t): 0.8 %. The surface's quadratic
-/// shape differs from the ball's by `(a / 2R)^2`, 0.0002. The contact's edge lies between nodes a fortieth of
-/// the radius apart: half of that, 1.3 %.
+/// The pad is 200 contact radii thick and as wide. A bonded floor at depth t adds about `1.5 a / t` to the
+/// force (the first term of Hayes' expansion for an incompressible layer is 1.13 a / t): 0.8 %. The surface's
+/// quadratic shape differs from the ball's by `(a / 2R)^2`, 0.0002. The contact's edge lies between nodes a
+/// fortieth of the radius apart: half of that, 1.3 %.
 #[test]
 fn a_small_ball_on_a_thick_gel_is_hertz() {
     for poisson in [0.3, 0.495] {
@@ -57,10 +58,10 @@ fn bessel(x: f64) -> [f64; 2] {
 
 /// Press and force of a ball on a thin bonded layer by its contact radius.
 ///
-/// The layer gives by flowing aside between a floor that holds it and a surface without friction, and by being
-/// compressed: `t^3 / (3 G) (p'' + p' / r) - t p / M = -(d - r^2 / 2R)`, where p and p' vanish at the edge (Barber,
-/// "Contact mechanics", 2018, chapter on thin layers; Johnson, 1985, section 5.8). Without compression that is
-/// `d = a^2 / 4R`, `F = 2 pi G R^2 d^3 / t^3`.
+/// The layer gives by flowing aside between a floor that holds it and a surface without friction, and by
+/// being compressed: `t^3 / (3 G) (p'' + p' / r) - t p / M = -(d - r^2 / 2R)`, where p and p' vanish at the
+/// edge (Barber, "Contact mechanics", 2018, chapter on thin layers; Johnson, 1985, section 5.8). Without
+/// compression that is `d = a^2 / 4R`, `F = 2 pi G R^2 d^3 / t^3`.
 fn thin_layer(material: &Material, thickness_mm: f64, radius_mm: f64, a_mm: f64) -> [f64; 2] {
     let (shear, poisson) = (material.shear_modulus_mpa(), material.poisson());
     let oedometer = 2.0 * shear * (1.0 - poisson) / (1.0 - 2.0 * poisson);
@@ -94,9 +95,9 @@ fn the_thin_layers_law_has_both_limits() {
     assert!((force / law - 1.0).abs() < 0.1, "{}", force / law);
 }
 
-/// The law leaves out what happens within about a thickness of the edge: of the force a few times `(t / a)^2` for
-/// a nearly incompressible layer, whose pressure vanishes there twice over, and of the depth `t / a` times a
-/// number that two radii tell: the error must fall at least as `t / a`, and be below 5 % at 60 thicknesses.
+/// The law leaves out what happens within about a thickness of the edge. Where pressure and its slope vanish, that
+/// is of the force a few times `(t / a)^2`: 4 of it at 15 thicknesses is 2 %, at most 20 of it for what hardly
+/// changes its volume, and 0.6 % at 60. Contact ends about a thickness early, where pressures are next to nothing.
 #[test]
 fn a_thin_bonded_layer_flows_aside() {
     for poisson in [0.3, 0.495, 0.4999] {
@@ -114,7 +115,9 @@ fn a_thin_bonded_layer_flows_aside() {
                 "nu {poisson}, a / t {thicknesses}: force {of_force:+.4}, radius {of_radius:+.4}"
             );
             errors.push(of_force.abs());
+            assert!(of_radius.abs() < 1.5 / thicknesses, "{of_radius}");
         }
-        assert!(errors[2] < 0.05, "{errors:?}");
+        assert!(errors[2] < 0.006, "{errors:?}");
+        assert!(errors[0] > 2.0 * errors[1] && errors[1] > 2.0 * errors[2], "{errors:?}");
     }
 }

@@ -3,10 +3,10 @@
     cargo build --release -p fabkit-elastic --example press_json
     python check_elastic.py target/release/examples/press_json
 
-An axisymmetric solution of its own: Taylor-Hood elements (biquadratic displacements, pressures that are bilinear
-within each layer and break between layers), contact where nodes of the surface are held by the presser. Contact
-is a disc: the largest one whose outermost element is not pulled. Nothing of fabkit's is used but the numbers that
-the example prints. Needs scikit-fem 12 and scipy.
+An axisymmetric solution of its own: Taylor-Hood elements (biquadratic displacements, pressures that are
+bilinear within each layer and break between layers), contact where nodes of the surface are held by the
+presser. Contact is a disc: the largest one whose outermost element is not pulled. Nothing of fabkit's is used
+but the numbers that the example prints. Needs scikit-fem 12 and scipy.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class Pad:
         self.top_r_mm = places[0][self.top]
 
     def press(self, case: Case, held: int) -> tuple[Array, Array]:
-        """Displacements and forces on surface nodes, N per radian, with the innermost `held` nodes on the presser."""
+        """Displacements, and forces in N per radian on the innermost `held` nodes, which the presser holds."""
         nodes = self.top[:held]
         solution = np.zeros(self.matrix.shape[0])
         solution[nodes] = case.shape_mm(self.top_r_mm[:held]) - case.depth_mm
@@ -194,7 +194,9 @@ def compared(case: Case, example: str) -> bool:
     solution, force_n, radius_mm = solved(pad, case)
     seconds = time.monotonic() - start
     asked = json.dumps(case.asked())
-    answer = json.loads(subprocess.run([example], input=asked, check=True, capture_output=True, text=True).stdout)
+    answer = json.loads(
+        subprocess.run([example], input=asked, check=True, capture_output=True, text=True).stdout
+    )
 
     probe_r = np.concatenate([np.arange(0.05, 4.9, 0.05), np.arange(5.0, 11.0, 0.25)])
     worst = 0.0
@@ -225,7 +227,9 @@ def compared(case: Case, example: str) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("example", help="the example press_json, built")
     asked = parser.parse_args()
     return 0 if all([compared(case, asked.example) for case in CASES]) else 1

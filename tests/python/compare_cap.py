@@ -3,11 +3,12 @@
     cargo build --release -p fabkit-elastic --example press_json
     python compare_cap.py target/release/examples/press_json DIR [--poisson 0.44]
 
-DIR holds the six files that Taxim published (`0705_dome_node_dz_0.3_x.txt` and so on): a cap of a ball, 33.6 mm wide
-and 5.5 mm high, pressed and pressed and sheared at its tip by what is too small for its mesh; nodes moved 0.117 mm
-at most, in `dz` sideways, too. Neither the material nor the pin's shape is published, so that Poisson's ratio is an
-argument, and three numbers are fitted: how much of a unit press, and of a unit shear along x and y. Everything else
-must follow: outside of 0.8 mm from the tip, displacements agree within 5 % of the largest.
+DIR holds the six files that Taxim published (`0705_dome_node_dz_0.3_x.txt` and so on): a cap of a ball, 33.6 mm
+wide and 5.5 mm high, pressed and pressed and sheared at its tip by what is too small for its mesh; nodes moved
+0.117 mm at most, in `dz` sideways, too. Neither the material nor the pin's shape is published, so that
+Poisson's ratio is an argument, and three numbers are fitted: how much of a unit press, and of a unit shear
+along x and y. Everything else must follow: outside of 0.8 mm from the tip, displacements agree within 5 % of
+the largest.
 """
 
 from __future__ import annotations
@@ -63,7 +64,9 @@ def units(example: str, poisson: float, places: Array) -> Array:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("example", help="the example press_json, built")
     parser.add_argument("folder", type=Path, help="where the published files are")
     parser.add_argument("--poisson", type=float, default=0.44)
@@ -82,7 +85,8 @@ def main() -> int:
         agrees &= bool(is_close)
         print(
             f"{name}: {outside.sum()} nodes, largest displacement {largest_mm:.3f} mm; "
-            f"apart by {apart[worst] / largest_mm:.1%} of it at most, {radii[outside][worst]:.2f} mm from the tip, "
+            f"apart by {apart[worst] / largest_mm:.1%} of it at most, {radii[outside][worst]:.2f} mm from the "
+            "tip, "
             f"{np.sqrt((apart**2).mean()) / largest_mm:.2%} in the root mean square: "
             f"{'ok' if is_close else 'FAILED'}"
         )

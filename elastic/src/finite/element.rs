@@ -1,9 +1,9 @@
 //! The element at large strain: its energy, forces and tangent.
 //!
-//! A compressible neo-Hookean material: `W = G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2` (after Bonet and Wood,
-//! "Nonlinear continuum mechanics for finite element analysis", 2008, section 6.4), where the second `J - 1` is the
-//! nearest function that is linear in the element, as at small strain. For small displacements it becomes
-//! [`crate::element`]'s.
+//! A compressible neo-Hookean material: `W = G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2` (after Bonet and
+//! Wood, "Nonlinear continuum mechanics for finite element analysis", 2008, section 6.4), where the second `J
+//! - 1` is the nearest function that is linear in the element, as at small strain. For small displacements it
+//! becomes [`crate::element`]'s.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -57,8 +57,9 @@ impl Volume {
 
 /// Strains an element; `None` where it is turned inside out.
 ///
-/// `held` are amounts of pressures, MPa, by which the tangent knows how stress turns. What its volume asks for is
-/// the same in the end, but far off on the way there: a change of volume to second order, times thousands.
+/// `held` are amounts of pressures, MPa, by which the tangent knows how stress turns. What its volume asks
+/// for is the same in the end, but far off on the way there: a change of volume to second order, times
+/// thousands.
 pub(crate) fn strain(
     shape: &Shape,
     places: &[[f64; 2]; 9],
@@ -151,7 +152,8 @@ mod tests {
                 strain(&shape, &PLACES, &material, u, &first.pressures).unwrap()
             };
             let here = at(&u);
-            // Differences of energies of about 1, rounded to 1e-16, over twice the step; and the step squared.
+            // Differences of energies of about 1, rounded to 1e-16, over twice the step; and the step
+            // squared.
             let step = 1e-5;
             for i in 0..UNKNOWNS {
                 let moved = |sign: f64| {

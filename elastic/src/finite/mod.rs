@@ -1,9 +1,9 @@
 //! Large strain: presses at the pole by what is symmetric about the axis, step by step.
 //!
-//! Newton's method on the energy of [`element`], with the same mesh and the same pressures as at small strain.
-//! Gaps are those of the moved surface, along the axis; the presser pushes along its own normal, without friction.
-//! Contact is found together with displacements: nodes that would pull are let go, nodes that would enter the
-//! presser are taken in.
+//! Newton's method on the energy of [`element`], with the same mesh and the same pressures as at small
+//! strain. Gaps are those of the moved surface, along the axis; the presser pushes along its own normal,
+//! without friction. Contact is found together with displacements: nodes that would pull are let go, nodes
+//! that would enter the presser are taken in.
 
 pub(crate) mod element;
 mod grip;
@@ -42,9 +42,8 @@ impl FiniteStack {
 
     /// Presses along the axis to each of several depths below the first touch, mm, rising.
     ///
-    /// # Errors
-    /// A presser that is not symmetric about the axis, starts inside or goes too deep, depths that do not rise,
-    /// and what does not converge.
+    /// # Errors A presser that is not symmetric about the axis, starts inside or goes too deep, depths that
+    /// do not rise, and what does not converge.
     pub fn press(
         &self,
         presser: &dyn Presser,

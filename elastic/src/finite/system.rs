@@ -15,13 +15,13 @@ use crate::outcome::Outcome;
 use crate::presser::Presser;
 use crate::stack::Stack;
 
-/// Three times the slope of axial displacements on the axis, by column: where a surface is smooth it stays level
-/// there.
+/// Three times the slope of axial displacements on the axis, by column: where a surface is smooth it stays
+/// level there.
 ///
-/// Under pressures of several times its shear modulus an element with pressures of its own is softer than what it
-/// stands for (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed finite elements for
-/// large deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005); the surface's node on the
-/// axis, which no pressure acts on, would sink away first.
+/// Under pressures of several times its shear modulus an element with pressures of its own is softer than
+/// what it stands for (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed
+/// finite elements for large deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005);
+/// the surface's node on the axis, which no pressure acts on, would sink away first.
 const LEVEL: [(usize, f64); 3] = [(0, -3.0), (1, 4.0), (2, -1.0)];
 /// Steps in which contact may change before displacements have settled.
 const EAGER_ITERATIONS: usize = 8;
@@ -124,8 +124,8 @@ impl<'a> System<'a> {
             }
             last = largest;
             // All that is held changes at once at first, which is quick but may go in circles; then, whenever
-            // the rest has settled, the first ring that must, which ends (Murty, "Note on a Bard-type scheme for
-            // solving the complementarity problem", Opsearch 11, 1974).
+            // the rest has settled, the first ring that must, which ends (Murty, "Note on a Bard-type scheme
+            // for solving the complementarity problem", Opsearch 11, 1974).
             let is_eager = iteration < EAGER_ITERATIONS;
             let may_change = is_eager || largest <= SETTLED * tolerance_mm;
             let is_same = !(may_change && self.regrasp(presser, shift_mm, tolerance_mm, is_eager));
@@ -198,8 +198,8 @@ impl<'a> System<'a> {
         (0..self.mesh.columns).map(at).collect()
     }
 
-    /// Lets go of rings that pull, takes in those that have entered the presser, all of them or the first; whether
-    /// any did.
+    /// Lets go of rings that pull, takes in those that have entered the presser, all of them or the first;
+    /// whether any did.
     fn regrasp(
         &mut self,
         presser: &dyn Presser,

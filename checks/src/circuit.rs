@@ -187,8 +187,9 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
             found.push(error(circuit, &what, fix).measured(one.supply_v, circuit.supply_v, "V"));
         }
     }
-    if let Some(most_a) =
-        circuit.supply_a.filter(|most| !(circuit.current_a <= most * (1.0 + SAME)))
+    if let Some(most_a) = circuit
+        .supply_a
+        .filter(|most| circuit.current_a.is_nan() || circuit.current_a > most * (1.0 + SAME))
     {
         let what = format!(
             "all lamps take {:.0} mA, and the supply gives {:.0} mA",

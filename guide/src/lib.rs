@@ -48,7 +48,7 @@ pub use html::{BoardArt, Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPic
 pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
 pub use outer::Outer;
 pub use printing::{Printing, Sliced};
-pub use sheets::SheetPlan;
+pub use sheets::{SheetPiece, SheetPlan};
 pub use shop::{Figure, NoShop, Purchase, Shop, Use};
 pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};

@@ -17,12 +17,21 @@ pub struct SheetPlan {
     pub stock_mm: [f64; 2],
     /// How many sheets.
     pub sheets: usize,
-    /// What is cut: names, and how often each lies on all of them.
-    pub pieces: Vec<(String, usize)>,
+    /// What is cut.
+    pub pieces: Vec<SheetPiece>,
     /// Length of all cuts, mm.
     pub cut_mm: f64,
     /// Share of the sheets that the pieces take, 0 to 1.
     pub used: f64,
+}
+
+/// A piece of a sheet.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SheetPiece {
+    /// The part's name.
+    pub name: String,
+    /// How often it lies on all sheets.
+    pub count: usize,
 }
 
 impl Guide {

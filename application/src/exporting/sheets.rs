@@ -8,7 +8,7 @@ use fabkit_export::{
     widen_for_kerf,
 };
 use fabkit_geometry::{Body, Process, Profile};
-use fabkit_guide::SheetPlan;
+use fabkit_guide::{SheetPiece, SheetPlan};
 
 use super::compensation::compensation;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, stock};
@@ -202,7 +202,7 @@ pub(crate) fn plan(
             thickness_mm: stocked.thickness_mm,
             stock_mm,
             sheets,
-            pieces: pieces.into_iter().collect(),
+            pieces: pieces.into_iter().map(|(name, count)| SheetPiece { name, count }).collect(),
             cut_mm: stocked.cut_mm,
         });
     }

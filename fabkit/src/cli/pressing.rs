@@ -27,7 +27,7 @@ pub struct PressArgs {
     #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
     pub shear: [f64; 2],
     /// Coulomb's coefficient of friction for that [default: that of the touched material]
-    #[arg(long, value_parser = friction, value_name = "NUMBER")]
+    #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
     pub friction: Option<f64>,
     /// By which theory the layers give way
     #[arg(long, value_enum, value_name = "LEVEL", default_value = "linear")]

@@ -17,9 +17,9 @@ impl Guide {
         }
         *body += "<h2 id=\"sheets\">How to cut</h2>\n";
         let row = |plan: &SheetPlan| {
-            let pieces = plan.pieces.iter().map(|(name, count)| match count {
-                1 => escape(name),
-                count => format!("{count} × {}", escape(name)),
+            let pieces = plan.pieces.iter().map(|piece| match piece.count {
+                1 => escape(&piece.name),
+                count => format!("{count} × {}", escape(&piece.name)),
             });
             let [width, height] = plan.stock_mm;
             format!(

@@ -103,6 +103,15 @@ pub enum ElasticError {
         /// The least gap along the surface's normals, mm; infinite where none of them meets the presser.
         gap_mm: f64,
     },
+    /// A presser that slips between the nodes.
+    #[error(
+        "the presser reaches {depth_mm:.3} mm deep but holds no node: its print is smaller than the distance of \
+         nodes; take a smaller spacing, and more harmonics"
+    )]
+    TooCoarse {
+        /// Along the surface's normal, mm.
+        depth_mm: f64,
+    },
     /// A presser that does not come from outside.
     #[error(
         "on its way the presser starts {inside_mm:.3} mm inside the surface, or behind it: \

@@ -20,7 +20,14 @@ const TOLERANCE: f64 = 1e-4;
 /// By how much pressures may still change when they and tractions have taken turns, as a part of the largest,
 /// and what has been dragged along, as a part of the presser's way.
 const TURN_TOLERANCE: f64 = 1e-3;
-const MAX_TURNS: usize = 40;
+const MAX_TURNS: usize = 60;
+/// Turns in which the presser's print goes all the way to where the surface has been dragged; then less and
+/// less of it, towards the mean.
+const FREE_TURNS: usize = 6;
+/// Turns after which it stays: at a sharp edge, nodes that come and go would move it for ever.
+const HELD_TURNS: usize = 24;
+/// How far it may then be from there, as a part of the presser's way.
+const PRINT_TOLERANCE: f64 = 0.03;
 const MAX_ITERATIONS: usize = 3000;
 /// How many energies back a step may climb to (Birgin, Martinez and Raydan, "Nonmonotone spectral projected
 /// gradient methods on convex sets", SIAM J. Optim. 10, 2000).
@@ -57,17 +64,17 @@ pub(crate) fn solve(
     let (steps, friction) = (way.press.shear_steps, way.press.friction);
     let step_mm = way.press.shear_mm / steps as f64;
     // How far the surface that is held has been dragged along, and what pressing alone does to each node.
-    let mut dragged_mm = Vector3::zeros();
+    let mut print_mm = Vector3::zeros();
     let mut before = by_pressure(patch, &contact.pressures, work);
     for step in 1..=steps {
         let mut turns = 0;
         loop {
             // What has been dragged along keeps its place on the presser: only the rest moves across it.
-            let across_mm = way.shift_mm + step as f64 * step_mm - dragged_mm;
+            let across_mm = way.shift_mm + step as f64 * step_mm - print_mm;
             let mut gaps = patch.stack.gaps(patch, way.presser, &across_mm, way.depth_mm);
             let lifted = moved(patch, &tractions, NORMAL, work);
             for (i, gap) in gaps.iter_mut().enumerate() {
-                *gap += frames[i][0].dot(&dragged_mm) - lifted[0][i];
+                *gap += frames[i][0].dot(&print_mm) - lifted[0][i];
             }
             let last = contact.pressures.clone();
             contact = contact::solve(patch, &gaps, way.depth_mm, Some(&last), work)?;
@@ -81,13 +88,22 @@ pub(crate) fn solve(
             let by_tractions =
                 drag(patch, &targets, &limits, &areas, step_mm.norm(), &mut tractions, work)?;
             let peak = contact.pressures.iter().copied().fold(0.0, f64::max);
+            if peak == 0.0 {
+                let gap_mm = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+                return Err(ElasticError::NoContact { gap_mm });
+            }
             let pairs = contact.pressures.iter().zip(&last);
             let of_pressure = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak;
             let now_mm = mean(&frames, &areas, &contact.pressures, &by_tractions);
-            let of_way = (now_mm - dragged_mm).norm() / way.press.shear_mm.norm();
-            dragged_mm = now_mm;
+            let of_way = (now_mm - print_mm).norm() / way.press.shear_mm.norm();
             turns += 1;
-            let change = of_pressure.max(of_way);
+            if turns < FREE_TURNS {
+                print_mm = now_mm;
+            } else if turns < HELD_TURNS {
+                print_mm += (now_mm - print_mm) / (turns - FREE_TURNS + 2) as f64;
+            }
+            let is_held = turns >= HELD_TURNS && of_way <= PRINT_TOLERANCE;
+            let change = if is_held { of_pressure } else { of_pressure.max(of_way) };
             if change <= TURN_TOLERANCE {
                 for k in 0..2 {
                     let both = pressed[k].iter().zip(&by_tractions[k]);

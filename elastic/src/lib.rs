@@ -19,8 +19,9 @@
 //! displacements and pressures that are linear in each element, so that Poisson's ratios up to
 //! [`MAX_POISSON_RATIO`] neither lock nor lose volume. Pressures on the touched surface are linear along s
 //! between nodes and trigonometric around. They push or vanish, and friction follows Coulomb's law
-//! ([`Press::sheared`]). All is in proportion to tractions. How far off that is for deep presses, the other level
-//! tells.
+//! ([`Press::sheared`]): what the presser holds goes along with it, so that its print is where the surface
+//! has been dragged, to 3 % of the way where sharp edges let go of nodes one by one. All is in proportion to
+//! tractions. How far off that is for deep presses, the other level tells.
 //!
 //! [`Level::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for what is
 //! symmetric about the axis alone, a few seconds a press ([`FiniteStack`]): it tells how far the other one is

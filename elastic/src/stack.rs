@@ -117,8 +117,8 @@ impl Stack {
 
     /// Presses.
     ///
-    /// # Errors
-    /// A presser that does not touch, or goes deeper than what is soft; a contact that does not converge.
+    /// # Errors A presser that does not touch, goes deeper than what is soft, or is too small for the nodes;
+    /// a contact that does not converge.
     pub fn press(&self, presser: &dyn Presser, press: &Press) -> Result<Outcome, ElasticError> {
         let shift_mm = match &press.way {
             Some((direction, depth_mm)) => {
@@ -141,6 +141,9 @@ impl Stack {
         let gaps = self.gaps(&patch, presser, &shift_mm, depth_mm);
         let mut work = Work::default();
         let mut contact = contact::solve(&patch, &gaps, depth_mm, None, &mut work)?;
+        if contact.pressures.iter().all(|pressure| *pressure == 0.0) {
+            return Err(ElasticError::TooCoarse { depth_mm });
+        }
         let mut shear = None;
         if is_sheared {
             let way = Way { presser, press, shift_mm, depth_mm };

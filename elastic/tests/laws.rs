@@ -95,9 +95,10 @@ fn the_thin_layers_law_has_both_limits() {
     assert!((force / law - 1.0).abs() < 0.1, "{}", force / law);
 }
 
-/// The law leaves out what happens within about a thickness of the edge. Where pressure and its slope vanish, that
-/// is of the force a few times `(t / a)^2`: 4 of it at 15 thicknesses is 2 %, at most 20 of it for what hardly
-/// changes its volume, and 0.6 % at 60. Contact ends about a thickness early, where pressures are next to nothing.
+/// The law leaves out what happens within about a thickness of the edge. Where pressure and its slope vanish,
+/// that is of the force a few times `(t / a)^2`: 4 of it at 15 thicknesses is 2 %, at most 20 of it for what
+/// hardly changes its volume, and 0.6 % at 60. Contact ends about a thickness early, where pressures are next
+/// to nothing.
 #[test]
 fn a_thin_bonded_layer_flows_aside() {
     for poisson in [0.3, 0.495, 0.4999] {

@@ -166,14 +166,14 @@ fn stocked(
     stocks.into_iter().map(stock).collect()
 }
 
+/// What is cut, and each sheet as SVG by its title.
+pub(crate) type Planned = (Vec<SheetPlan>, BTreeMap<String, Vec<u8>>);
+
 /// What is cut for so many units as `export` would cut it, and a drawing of each sheet by its title.
 ///
 /// # Errors
 /// As of the export itself.
-pub(crate) fn plan(
-    design: &Design,
-    units: u32,
-) -> Result<(Vec<SheetPlan>, BTreeMap<String, Vec<u8>>), ExportFailure> {
+pub(crate) fn plan(design: &Design, units: u32) -> Result<Planned, ExportFailure> {
     let options = ExportOptions::default();
     let mut cut = Vec::new();
     for body in design.sensor.parts().filter(|body| body.process() == Some(Process::Laser)) {

@@ -12,7 +12,7 @@ use crate::blocks::{LED, PRINTED_WALL_MM};
 
 /// A wire's pad along and across the wire, mm.
 const PAD_MM: [f64; 2] = [1.6, 1.2];
-/// From the middle of the board's edge to each of both pads, mm.
+/// From the middle of the board's edge to each of both pads at least, mm.
 const BESIDE_MM: f64 = 1.0;
 /// Between a pad and the board's edge, mm.
 const EDGE_MM: f64 = 0.5;
@@ -39,10 +39,15 @@ impl Light<'_> {
             "leds.resistor_ohms, or leds.current_ma where that is 0",
         );
         // On the lower side, where the long edge has its middle and the camera's wires leave.
-        let (rect, _) = self.board_rect();
+        let (rect, bore_mm) = self.board_rect();
         let long = self.chamber.longer();
         let out = rect.half[1 - long] - EDGE_MM - PAD_MM[0] / 2.0;
-        for (along, net, color) in [(-BESIDE_MM, SUPPLY, "red"), (BESIDE_MM, GROUND, "black")] {
+        // Where the rim beside the hole is narrow, as far apart as keeps their inner corners on the board.
+        let inner_mm = out - PAD_MM[0] / 2.0;
+        let clear_mm = ((bore_mm + EDGE_MM).powi(2) - inner_mm.powi(2)).max(0.0).sqrt();
+        let beside_mm =
+            if clear_mm > 0.0 { BESIDE_MM.max(clear_mm + PAD_MM[1] / 2.0) } else { BESIDE_MM };
+        for (along, net, color) in [(-beside_mm, SUPPLY, "red"), (beside_mm, GROUND, "black")] {
             let at_mm = if long == 0 { [along, -out] } else { [out, along] };
             let turn_rad = if long == 0 { -FRAC_PI_2 } else { 0.0 };
             board.wire(

@@ -12,8 +12,6 @@ pub enum CircuitKind {
     Led,
     /// A resistor, whose two pins may be exchanged.
     Resistor,
-    /// A capacitor, whose two pins may be exchanged.
-    Capacitor,
     /// A switch in a package with numbered pins.
     Switch,
     /// Where a wire is soldered to the board.

@@ -123,7 +123,6 @@ fn wiring(circuit: &Circuit) -> Wiring {
             kind: match part.kind {
                 CircuitKind::Led => "led",
                 CircuitKind::Resistor => "resistor",
-                CircuitKind::Capacitor => "capacitor",
                 CircuitKind::Switch => "switch",
                 CircuitKind::WirePad => "wire",
                 CircuitKind::TestPoint => "test point",

@@ -166,7 +166,7 @@ impl Electric {
 /// A circuit that is being put together.
 pub struct Builder {
     circuit: Circuit,
-    counts: [u32; 6],
+    counts: [u32; 5],
 }
 
 impl Builder {
@@ -194,7 +194,7 @@ impl Builder {
             connections: Vec::new(),
             notes: Vec::new(),
         };
-        Self { circuit, counts: [0; 6] }
+        Self { circuit, counts: [0; 5] }
     }
 
     fn next(&mut self, kind: CircuitKind) -> String {
@@ -204,7 +204,6 @@ impl Builder {
             CircuitKind::Switch => (2, "U"),
             CircuitKind::WirePad => (3, "W"),
             CircuitKind::TestPoint => (4, "TP"),
-            CircuitKind::Capacitor => (5, "C"),
         };
         self.counts[index] += 1;
         format!("{letters}{}", self.counts[index])

@@ -55,7 +55,7 @@ pub use plate::{Bed, Spot, pack};
 pub use ply::{Cloud, CloudPoint};
 pub use runs::{Run, RunContent, zstd_of_runs};
 pub use stl::stl;
-pub use svg::svg;
+pub use svg::{sheet_picture, svg};
 pub use three_mf::{Document, Object, SlicerSettings, three_mf, three_mf_of_one_piece};
 pub use tiff::float_tiff;
 pub use tree::{

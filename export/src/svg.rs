@@ -4,11 +4,15 @@ use std::fmt::Write as _;
 
 use fabkit_geometry::{Path, Segment};
 
-use crate::drawing::{Drawing, Operation, sweep};
+use crate::drawing::{Drawing, NestedSheet, Operation, sweep};
 use crate::{Document, ExportError, VERSION};
 
 /// Cutters take thinner lines than 0.001 inch for cuts, not for pictures.
 const HAIRLINE_MM: f64 = 0.02;
+
+/// The longer side of a picture of a large sheet, and how much the picture of a small one is enlarged.
+const PICTURE_PX: f64 = 640.0;
+const MOST_PX_PER_MM: f64 = 4.0;
 
 /// Writes a drawing as SVG: user units are millimetres, one group per operation in its own colour,
 /// every outline one closed path of lines and circular arcs.
@@ -35,6 +39,46 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
         "<desc>fabkit {VERSION}; unit mm; design {}</desc>",
         escaped(document.design_hash)
     );
+    lines(&mut xml, drawing, |operation| {
+        let (layer, color) = (operation.layer(), operation.color_css());
+        format!("id=\"{layer}\" stroke=\"{color}\" stroke-width=\"{HAIRLINE_MM}\"")
+    })?;
+    xml.push_str("</svg>\n");
+    Ok(xml.into_bytes())
+}
+
+/// A picture of a sheet's used corner, for people: the stock grey to its edges, what is cut as lines that can be
+/// seen.
+///
+/// # Errors
+/// As [`svg`].
+pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
+    let [stock_width, stock_height] = sheet.drawing.size_mm;
+    let [width, height] = sheet.needs_mm;
+    let px_per_mm = (PICTURE_PX / width.max(height)).min(MOST_PX_PER_MM);
+    let (stroke, top) = (1.2 / px_per_mm, stock_height - height);
+    let mut xml = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" \
+         viewBox=\"0 {top} {width} {height}\">\n\
+         <rect width=\"{stock_width}\" height=\"{stock_height}\" fill=\"#f2efe8\"/>\n",
+        width * px_per_mm,
+        height * px_per_mm,
+    );
+    lines(&mut xml, &sheet.drawing, |operation| {
+        let color = if operation == Operation::Label { "#666" } else { "#1f4e79" };
+        format!("stroke=\"{color}\" stroke-width=\"{stroke}\"")
+    })?;
+    xml.push_str("</svg>\n");
+    Ok(xml.into_bytes())
+}
+
+/// One group of lines for each operation, which look as `look` says.
+fn lines(
+    xml: &mut String,
+    drawing: &Drawing,
+    look: impl Fn(Operation) -> String,
+) -> Result<(), ExportError> {
+    let height = drawing.size_mm[1];
     for operation in Operation::ALL {
         let mut paths = Vec::new();
         if operation == Operation::Label {
@@ -46,18 +90,13 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
         if paths.is_empty() {
             continue;
         }
-        let (layer, color) = (operation.layer(), operation.color_css());
-        let _ = writeln!(
-            xml,
-            "<g id=\"{layer}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{HAIRLINE_MM}\">"
-        );
+        let _ = writeln!(xml, "<g fill=\"none\" {}>", look(operation));
         for path in paths {
             let _ = writeln!(xml, "<path d=\"{path}\"/>");
         }
         xml.push_str("</g>\n");
     }
-    xml.push_str("</svg>\n");
-    Ok(xml.into_bytes())
+    Ok(())
 }
 
 pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {

@@ -17,6 +17,8 @@ pub struct SheetPlan {
     pub stock_mm: [f64; 2],
     /// How many sheets.
     pub sheets: usize,
+    /// For each sheet, the corner of it that holds everything, mm: a remnant of this size will do.
+    pub needs_mm: Vec<[f64; 2]>,
     /// What is cut.
     pub pieces: Vec<SheetPiece>,
     /// Length of all cuts, mm.

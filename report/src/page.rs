@@ -17,7 +17,7 @@ svg { width: 100%; height: auto; } circle:hover { stroke: currentColor; }
 @media screen and (prefers-color-scheme: dark) {
 :root { --ink: #ddd; --paper: #16181b; --quiet: #aaa; --line: #444; --chosen: #22303f; --warn: #33290f; }
 svg text { fill: #bbb; } svg [fill='#fafafa'] { fill: #1f2226; } svg [fill='#fbe9d0'] { fill: #4a3413; } svg [fill='#1f4e79'] { fill: #7db4e6; }
-svg [stroke='#e3e3e3'] { stroke: #3a3d41; } svg [stroke='#c0392b'] { stroke: #ff7b6b; } }
+svg [stroke='#e3e3e3'] { stroke: #3a3d41; } svg [stroke='#1f4e79'] { stroke: #7db4e6; } svg [stroke='#c0392b'] { stroke: #ff7b6b; } }
 @media print { body { margin: 0; max-width: none; } h2, figure, tr { break-inside: avoid; } h2 { break-after: avoid; } .table { overflow: visible; } }
 ";
 

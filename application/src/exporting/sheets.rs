@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    Compensation, Document, Drawing, ExportError, NestedSheet, Piece, SheetFigures, dxf, nest, svg,
-    widen_for_kerf,
+    Compensation, Document, Drawing, ExportError, NestedSheet, Piece, SheetFigures, dxf, nest,
+    sheet_picture, svg, widen_for_kerf,
 };
 use fabkit_geometry::{Body, Process, Profile};
 use fabkit_guide::{SheetPiece, SheetPlan};
@@ -189,8 +189,7 @@ pub(crate) fn plan(design: &Design, units: u32) -> Result<Planned, ExportFailure
         for (i, sheet) in stocked.sheets.iter().enumerate() {
             sheet.pieces.iter().for_each(|name| *pieces.entry(name.clone()).or_default() += 1);
             let title = format!("{}-{}", stocked.name, i + 1);
-            let document = Document { title: &title, design_hash: "" };
-            let bytes = svg(document, &sheet.drawing)
+            let bytes = sheet_picture(sheet)
                 .map_err(|source| ExportFailure::Write { file: title.clone(), source })?;
             drawings.insert(title, bytes);
         }
@@ -202,6 +201,7 @@ pub(crate) fn plan(design: &Design, units: u32) -> Result<Planned, ExportFailure
             thickness_mm: stocked.thickness_mm,
             stock_mm,
             sheets,
+            needs_mm: stocked.sheets.iter().map(|sheet| sheet.needs_mm.map(f64::ceil)).collect(),
             pieces: pieces.into_iter().map(|(name, count)| SheetPiece { name, count }).collect(),
             cut_mm: stocked.cut_mm,
         });

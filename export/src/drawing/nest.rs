@@ -24,6 +24,8 @@ pub struct Piece<'a> {
 pub struct NestedSheet {
     /// As large as the stock.
     pub drawing: Drawing,
+    /// The corner of the stock that holds everything with the spacing around it, mm: a remnant of this size will do.
+    pub needs_mm: [f64; 2],
     /// Names of the pieces in the order in which they are cut; each as often as it lies there.
     pub pieces: Vec<String>,
 }
@@ -65,11 +67,16 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
     })?;
     let count = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
     let empty = Drawing { size_mm: stock.size_mm, ..Drawing::default() };
-    let mut sheets = vec![NestedSheet { drawing: empty, pieces: Vec::new() }; count];
-    for (cell, spot) in cells.iter().zip(&spots) {
+    let mut sheets =
+        vec![NestedSheet { drawing: empty, needs_mm: [0.0; 2], pieces: Vec::new() }; count];
+    for ((cell, (_, size_mm)), spot) in cells.iter().zip(&footprints).zip(&spots) {
         let [left_mm, front_mm] = spot.corner_mm;
         let sheet = &mut sheets[spot.plate];
         sheet.drawing.add(&cell.profile.shifted([left_mm, front_mm + cell.strip_mm]));
+        for i in 0..2 {
+            let reaches_mm = spot.corner_mm[i] + size_mm[i] + stock.spacing_mm;
+            sheet.needs_mm[i] = sheet.needs_mm[i].max(reaches_mm);
+        }
         if cell.strip_mm > 0.0 {
             sheet.drawing.strokes.extend(lettering::strokes(cell.name, [left_mm, front_mm]));
         }

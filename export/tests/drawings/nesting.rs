@@ -38,10 +38,14 @@ fn pieces_and_labels_lie_in_the_stock_and_apart() {
     assert!(sheets.len() > 1, "the case is meant to need several sheets");
 
     let mut area_mm2 = 0.0;
-    for NestedSheet { drawing, pieces } in &sheets {
+    for NestedSheet { drawing, needs_mm, pieces } in &sheets {
         assert_eq!(drawing.size_mm, STOCK.size_mm);
         let boxes = outer_boxes(drawing);
         assert_eq!(boxes.len(), pieces.len());
+        for i in 0..2 {
+            let reaches = boxes.iter().map(|one| one[1][i]).fold(0.0, f64::max);
+            assert!(needs_mm[i] >= reaches + 3.0 - 1e-9 && needs_mm[i] <= STOCK.size_mm[i] + 1e-9);
+        }
         let strokes = drawing.strokes.iter().flatten().map(|&point| [point, point]);
         for (k, marked) in boxes.iter().copied().chain(strokes).enumerate() {
             for i in 0..2 {

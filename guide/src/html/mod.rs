@@ -69,8 +69,8 @@ dl { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: .2re
 .step { border: 1px solid var(--line); border-radius: 6px; padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
 .step h3 { margin: .5rem 0; font-size: 1.05rem; } .step img { max-width: 100%; height: auto; } .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: .3rem 0; flex: 0 1 21rem; } .typed pre, details pre { white-space: pre-wrap; margin: .2rem 0 .6rem; } .step ul { margin: 0; padding: 0; list-style: none; } .step input { transform: scale(1.3); margin-right: .6rem; }
 .known { display: block; color: var(--quiet); font-size: .85em; } td.word { min-width: 6rem; }
-.board { display: flex; flex-wrap: wrap; gap: 1rem; } .board svg { width: 22rem; max-width: 100%; height: auto; } .circuit svg { max-width: 40rem; }
-.sheet img { width: 40rem; max-width: 100%; height: auto; }
+.board { display: flex; flex-wrap: wrap; gap: 1rem; } .board svg { width: 22rem; max-width: 100%; height: auto; } .circuit { overflow-x: auto; } .circuit svg { max-width: 40rem; min-width: 36rem; } .circuit svg text { font-size: 12px; }
+.sheet img { max-width: 100%; height: auto; }
 img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { color: inherit; }
 @page { margin: 14mm; }
 @media print { nav { display: none; } .step { border-color: #999; } .step img { max-height: 60mm; width: auto; } .sheet img { max-height: 200mm; width: auto; } }

@@ -18,19 +18,20 @@ impl Guide {
         *body += "<h2 id=\"sheets\">How to cut</h2>\n";
         let row = |plan: &SheetPlan| {
             let pieces = plan.pieces.iter().map(|piece| match piece.count {
-                1 => escape(&piece.name),
-                count => format!("{count} × {}", escape(&piece.name)),
+                1 => piece.name.clone(),
+                count => format!("{count} × {}", piece.name),
             });
             let [width, height] = plan.stock_mm;
             format!(
-                "{}{}<td>{}</td><td>{width} × {height} × {} mm</td><td>{:.2} m</td><td>{:.0} %</td><td>{}</td>",
+                "{}{}<td>{}</td><td class=\"as-one\">{width} × {height} × {} mm</td><td class=\"as-one\">{:.2} m</td>\
+                 <td>{:.0} %</td>{}",
                 name(&plan.name),
                 word(&plan.material),
                 plan.sheets,
                 plan.thickness_mm,
                 plan.cut_mm / MM_PER_M,
                 100.0 * plan.used,
-                pieces.collect::<Vec<_>>().join(", "),
+                word(&pieces.collect::<Vec<_>>().join(", ")),
             )
         };
         let heads = ["sheet", "material", "n", "size", "cuts", "used", "pieces"];
@@ -40,11 +41,15 @@ impl Guide {
              them. Grain and protective film stay on until everything is cut.</p>\n",
             if self.units == 1 { "one unit".to_owned() } else { format!("{} units", self.units) }
         );
-        for (title, svg) in &pictures.sheets {
+        let needs = self.sheets.iter().flat_map(|plan| {
+            (1..).zip(&plan.needs_mm).map(|(i, needs)| (format!("{}-{i}", plan.name), needs))
+        });
+        for (title, [width, height]) in needs {
+            let Some(svg) = pictures.sheets.get(&title) else { continue };
             *body += &format!(
                 "<figure class=\"sheet\"><img alt=\"Outlines on {0}\" src=\"data:image/svg+xml;base64,{1}\">\
-                 <figcaption>{0}</figcaption></figure>\n",
-                escape(title),
+                 <figcaption>{0}: a piece of {width} × {height} mm is enough.</figcaption></figure>\n",
+                escape(&title),
                 STANDARD.encode(svg)
             );
         }

@@ -27,7 +27,7 @@ impl Guide {
             if let Some(diagram) = diagram(wiring) {
                 let _ = writeln!(
                     body,
-                    "<figure class=\"circuit\">{diagram}<figcaption>The circuit of {}.</figcaption></figure>",
+                    "<figure class=\"circuit\" tabindex=\"0\">{diagram}<figcaption>The circuit of {}.</figcaption></figure>",
                     escape(&wiring.name)
                 );
             }
@@ -150,7 +150,7 @@ fn diagram(wiring: &Wiring) -> Option<String> {
         svg.line([x, top], [x, led_y], line);
         for (row, text) in branch.boxes.iter().enumerate() {
             let y = top + 14.0 + row as f64 * pitch;
-            svg.rect([x - 40.0, y], [80.0, box_height], &format!("fill=\"#fff\" {line}"));
+            svg.rect([x - 40.0, y], [80.0, box_height], &format!("fill=\"#fafafa\" {line}"));
             svg.text([x, y + 16.0], "middle", text);
         }
         // A triangle towards ground, and the bar of the cathode.

@@ -43,13 +43,12 @@ pub fn complete(
     exported: &mut Exported,
     design: &Design,
     fixtures: &NamedDesigns,
-    family: Option<&str>,
     terms: &Terms,
 ) -> Result<bool, ExportFailure> {
     let camera = Viewpoint::new(&design.sensor.camera, None, None)?;
     let camera = files::write(&CameraEstimate::from(*camera.camera()), CameraFormat::Fabkit);
     let name = &design.sensor.name;
-    let resolved = family.and_then(|family| resolved_yaml(design, fixtures, family));
+    let resolved = resolved_yaml(design, fixtures);
     let has_file = resolved.is_some();
     let texts = [
         ("LICENSE.txt".to_owned(), Some(terms.license_text(design))),

@@ -130,19 +130,6 @@ impl<'a> Target<'a> {
         Self { preset, ..self }
     }
 
-    /// The family of the sensor, as its file, or the one that it extends, says it.
-    ///
-    /// # Errors
-    /// As for [`Source::find`].
-    pub fn family(&self) -> Result<Option<String>, Error> {
-        let source = self.source()?;
-        let said = |text: &SourceText| {
-            let line = text.text.lines().find_map(|line| line.strip_prefix("family:"))?;
-            Some(line.split('#').next().unwrap_or_default().trim().trim_matches('"').to_owned())
-        };
-        Ok(source.texts().find_map(said))
-    }
-
     fn source(&self) -> Result<Source, Error> {
         match self.preset {
             None => Source::find(self.sensor),

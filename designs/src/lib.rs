@@ -89,6 +89,8 @@ pub(crate) use layout;
 /// A sensor built from validated parameters.
 #[derive(Clone, Debug)]
 pub struct Design {
+    /// The family that read the files.
+    pub family: &'static str,
     /// The parts, layers and components.
     pub sensor: Sensor,
     /// Every parameter in the order of the schema, with value and source.

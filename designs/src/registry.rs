@@ -425,10 +425,15 @@ impl Registry {
                 adhere(&mut sensor);
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));
-                let companions = Vec::new();
-                let articles = own.articles.clone();
-                let design =
-                    Design { sensor, parameters, derived, materials, companions, articles };
+                let design = Design {
+                    family: family.name,
+                    sensor,
+                    parameters,
+                    derived,
+                    materials,
+                    companions: Vec::new(),
+                    articles: own.articles.clone(),
+                };
                 let workshop =
                     Workshop { processes: own.processes, making, labels, articles: own.articles };
                 Ok(Loaded { design, report, workshop })

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use fabkit_application::packaging::resolved_yaml;
 use fabkit_application::source::Target;
+use fabkit_designs::builtin_names;
 use fabkit_tests::{contents, fabkit};
 use serde_json::Value;
 
@@ -154,14 +155,13 @@ fn slips_are_told_before_anything_is_made() {
     assert!(contents(root.path()).is_empty());
 }
 
-/// Sensors of three families can be said in one text, with their fixtures.
+/// Every built-in sensor can be said in one text, with its fixtures.
 #[test]
 fn resolved_files_are_the_same_designs() {
-    for name in ["9dtact", "digit-like", "fluidic", "gelsight-like", "rtac0"] {
+    for name in builtin_names() {
         let target = Target::new(name);
         let (design, fixtures) = target.design_with_fixtures(&[]).unwrap();
-        let family = target.family().unwrap().unwrap();
-        let text = resolved_yaml(&design, &fixtures, &family);
+        let text = resolved_yaml(&design, &fixtures);
         assert!(text.is_some_and(|text| text.contains("family: ")), "{name}");
     }
 }

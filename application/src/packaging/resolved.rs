@@ -15,7 +15,7 @@ use crate::source::{NamedDesigns, Source};
 /// design: names with dots in them cannot be told from sections.
 ///
 /// What a family does by itself is left to it.
-pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns, family: &str) -> Option<String> {
+pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String> {
     let sensor = &design.sensor;
     let mut text = String::from(
         "# Every value as it is used; comments and sources are in the files it comes from.\n",
@@ -23,7 +23,8 @@ pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns, family: &str) -> 
     let quoted = |text: &str| json!(text).to_string();
     let _ = write!(
         text,
-        "format: 1\nfamily: {family}\nname: {}\ntitle: {}\nreference: {}\n",
+        "format: 1\nfamily: {}\nname: {}\ntitle: {}\nreference: {}\n",
+        design.family,
         sensor.name,
         quoted(&sensor.title),
         quoted(&sensor.reference)

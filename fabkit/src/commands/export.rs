@@ -130,9 +130,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let mut has_file = true;
     if args.all {
         let terms = Terms { license: args.license, authors: args.authors.clone() };
-        let family = target.family()?;
-        has_file =
-            packaging::complete(&mut exported, &design, &fixtures, family.as_deref(), &terms)?;
+        has_file = packaging::complete(&mut exported, &design, &fixtures, &terms)?;
     }
 
     if args.zip.is_some() {

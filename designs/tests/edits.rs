@@ -151,7 +151,8 @@ fn pin_tip() {
 
 #[test]
 fn half_ellipsoid() {
-    few_are_refused("uvdtact", [3.9, 8.1], [3.9, 5.4]);
+    // At 2.25 V its white lamps take more than the resistor that four of them share bears.
+    few_are_refused("uvdtact", [3.9, 8.5], [3.9, 5.4]);
 }
 
 #[test]

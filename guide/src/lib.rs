@@ -12,8 +12,8 @@
 //! let request =
 //!     Request { design_hash: "00", units: 2, density: &|_| None, shop, stages: &stages, calibration: None };
 //! let guide = Guide::of(&sensor, &request)?;
-//! // Two pucks are poured one after the other in the same mold.
-//! assert_eq!(guide.mixes[0].batches, 2);
+//! // What does not stay in the sensor, as this puck, is poured once for all units.
+//! assert_eq!(guide.mixes[0].batches, 1);
 //! assert!(guide.parts_csv().starts_with("name,quantity,"));
 //! let page = guide.to_html(&Default::default());
 //! assert!(page.contains(&guide.mixes[0].components[0].name));

@@ -25,6 +25,7 @@ fn design(parts: Vec<Body>) -> Design {
     };
     let sensor = Sensor::new("small", "Small", "", camera, parts);
     Design {
+        family: "none",
         sensor,
         parameters: Vec::new(),
         derived: Vec::new(),

@@ -73,9 +73,9 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
         let [left_mm, front_mm] = spot.corner_mm;
         let sheet = &mut sheets[spot.plate];
         sheet.drawing.add(&cell.profile.shifted([left_mm, front_mm + cell.strip_mm]));
-        for i in 0..2 {
-            let reaches_mm = spot.corner_mm[i] + size_mm[i] + stock.spacing_mm;
-            sheet.needs_mm[i] = sheet.needs_mm[i].max(reaches_mm);
+        let ends_mm = [left_mm + size_mm[0], front_mm + size_mm[1]];
+        for (needs_mm, end_mm) in sheet.needs_mm.iter_mut().zip(ends_mm) {
+            *needs_mm = needs_mm.max(end_mm + stock.spacing_mm);
         }
         if cell.strip_mm > 0.0 {
             sheet.drawing.strokes.extend(lettering::strokes(cell.name, [left_mm, front_mm]));

@@ -42,9 +42,13 @@ fn pieces_and_labels_lie_in_the_stock_and_apart() {
         assert_eq!(drawing.size_mm, STOCK.size_mm);
         let boxes = outer_boxes(drawing);
         assert_eq!(boxes.len(), pieces.len());
+        // No more than pieces, labels and the spacing take.
         for i in 0..2 {
-            let reaches = boxes.iter().map(|one| one[1][i]).fold(0.0, f64::max);
-            assert!(needs_mm[i] >= reaches + 3.0 - 1e-9 && needs_mm[i] <= STOCK.size_mm[i] + 1e-9);
+            let ends = boxes.iter().map(|[_, end]| end[i]);
+            let ends = ends.chain(drawing.strokes.iter().flatten().map(|point| point[i]));
+            let least_mm = ends.fold(0.0, f64::max) + 3.0;
+            assert!(needs_mm[i] >= least_mm - 1e-9, "{needs_mm:?} {least_mm}");
+            assert!(needs_mm[i] <= least_mm + 1e-9, "{needs_mm:?} {least_mm}");
         }
         let strokes = drawing.strokes.iter().flatten().map(|&point| [point, point]);
         for (k, marked) in boxes.iter().copied().chain(strokes).enumerate() {

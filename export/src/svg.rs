@@ -41,7 +41,7 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
     );
     lines(&mut xml, drawing, |operation| {
         let (layer, color) = (operation.layer(), operation.color_css());
-        format!("id=\"{layer}\" stroke=\"{color}\" stroke-width=\"{HAIRLINE_MM}\"")
+        format!("id=\"{layer}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{HAIRLINE_MM}\"")
     })?;
     xml.push_str("</svg>\n");
     Ok(xml.into_bytes())
@@ -66,13 +66,13 @@ pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     );
     lines(&mut xml, &sheet.drawing, |operation| {
         let color = if operation == Operation::Label { "#666" } else { "#1f4e79" };
-        format!("stroke=\"{color}\" stroke-width=\"{stroke}\"")
+        format!("fill=\"none\" stroke=\"{color}\" stroke-width=\"{stroke}\"")
     })?;
     xml.push_str("</svg>\n");
     Ok(xml.into_bytes())
 }
 
-/// One group of lines for each operation, which look as `look` says.
+/// One group of lines for each operation, with the attributes that `look` gives it.
 fn lines(
     xml: &mut String,
     drawing: &Drawing,
@@ -90,7 +90,7 @@ fn lines(
         if paths.is_empty() {
             continue;
         }
-        let _ = writeln!(xml, "<g fill=\"none\" {}>", look(operation));
+        let _ = writeln!(xml, "<g {}>", look(operation));
         for path in paths {
             let _ = writeln!(xml, "<path d=\"{path}\"/>");
         }

@@ -138,6 +138,9 @@ pub fn about(error: &Error) -> About {
         Error::Scene(error) => About::of(scene(error)),
         Error::Pressing(error) => About::of(pressing(error)),
         Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => About::of("no_presses"),
+        Error::DatasetRequest(DatasetRequestError::Presses { .. }) => {
+            About::of("no_contact_solution")
+        }
         Error::DatasetRequest(DatasetRequestError::HalfCaptures(_)) => About::of("half_captures"),
         Error::Dataset(DatasetError::Folder(error)) | Error::Sweep(SweepError::Folder(error)) => {
             folder(error)
@@ -301,11 +304,12 @@ fn scene(error: &SceneError) -> &'static str {
 fn pressing(error: &PressingError) -> &'static str {
     match error {
         PressingError::Press(_) => "unknown_press",
-        PressingError::Range { .. } | PressingError::NoFriction { .. } => "out_of_range",
+        PressingError::Range { .. }
+        | PressingError::NoFriction { .. }
+        | PressingError::Contact { .. }
+        | PressingError::RigidShear { .. } => "out_of_range",
         PressingError::Elastic(_) => "no_contact_solution",
-        PressingError::Stiff { .. } | PressingError::Loose | PressingError::Solid(_) => {
-            "nothing_soft"
-        }
+        PressingError::Soft(_) => "nothing_soft",
     }
 }
 

@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use fabkit_depth::truth::{DepthMap, PixelRays, Presser, ReferenceSurface};
-use fabkit_fixtures::{Press, Project};
-use fabkit_geometry::TouchSurface;
+use fabkit_fixtures::{Press, PressBody, Project};
+use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_optics::{Sights, TILE};
 
 use self::contacts::Meeting;
@@ -20,6 +20,7 @@ use crate::ground_truth::{
     Deepest, SurfaceCoverage, Viewpoint, coverage, coverage_map, deepest, pressers,
 };
 use crate::memory::{self, Less};
+use crate::pressing::{Answer, Contact, PressingError, Ready, threads};
 
 /// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
 /// carries.
@@ -39,6 +40,8 @@ const BAND_RAYS: u32 = 1 << 18;
 const BAND_BYTES: u64 = 475;
 /// The same with a transition around contacts.
 const MEMBRANE_BYTES: u64 = 575;
+/// The same where the surface gives way.
+const YIELDING_BYTES: u64 = 540;
 
 /// A sensor whose surface a camera sees.
 #[derive(Clone, Debug)]
@@ -60,8 +63,10 @@ pub struct Cast<'a> {
     pub presses: &'a [Press],
     /// Rays along each side of a pixel.
     pub samples: u32,
-    /// Radius of the transition around contacts, mm.
-    pub membrane_mm: f64,
+    /// How the surface answers.
+    pub contact: Contact,
+    /// How far all of it moves on along the surface, mm, as for [`Ready::answer`]; elastic contact alone knows.
+    pub shear_mm: [f64; 2],
     /// Standard deviation of printed and cast surfaces along their normals, mm.
     pub print_sigma_mm: f64,
     /// Whether a press may miss the surface, or touch it where the camera sees nothing of it.
@@ -79,6 +84,14 @@ pub struct Seen<'a> {
     pub deepest: Option<Deepest>,
     /// How many pixels see the surface.
     pub surface_px: usize,
+    /// What the soft layers answer, if they were asked.
+    pub answer: Option<&'a Answer<'a>>,
+}
+
+/// What presses, where it ends up, and what the soft layers answer.
+struct Pressing<'a> {
+    pressers: Vec<Presser>,
+    answer: Option<Answer<'a>>,
 }
 
 impl SensorView {
@@ -138,8 +151,10 @@ impl SensorView {
         cast: &Cast,
         look: impl FnOnce(Seen) -> Result<R, E>,
     ) -> Result<R, E> {
-        let (pressers, meetings) = self.pressers(cast)?;
-        self.cast_rows(cast, &pressers, 0..u32::MAX, |seen| {
+        let meetings = self.meetings(cast)?;
+        let ready = self.ready(cast)?;
+        let pressed = self.press(cast, ready.as_ref())?;
+        self.cast_rows(cast, &pressed, 0..u32::MAX, |seen| {
             if seen.deepest.is_none() && !cast.allow_no_contact {
                 self.check_seen(&meetings).map_err(Error::from)?;
             }
@@ -161,22 +176,28 @@ impl SensorView {
         let [width, height] = self.check(cast).map_err(Error::from)?;
         let rays = u64::from(width) * u64::from(height);
         // A transition spreads as far as it likes.
-        let is_whole = cast.membrane_mm > 0.0;
+        let is_whole = cast.contact.membrane_mm() > 0.0;
         // Bands end where tiles do, so that rays are bundled as they are in the whole.
         let band = (BAND_RAYS / width / TILE * TILE).max(TILE);
         let rows = if is_whole { height } else { band.min(height) };
         let at_once = u64::from(width) * u64::from(rows);
-        let per_ray = if is_whole { MEMBRANE_BYTES } else { BAND_BYTES };
+        let per_ray = match cast.contact {
+            Contact::Rigid => BAND_BYTES,
+            Contact::Membrane(_) => MEMBRANE_BYTES,
+            Contact::Linear(_) => YIELDING_BYTES,
+        };
         memory::admit(
             &format!("casting {width} x {height} rays for these files"),
             kept * rays + per_ray * at_once,
             Less::Rays,
         )
         .map_err(Error::from)?;
-        let (pressers, meetings) = self.pressers(cast)?;
+        let meetings = self.meetings(cast)?;
+        let ready = self.ready(cast)?;
+        let pressed = self.press(cast, ready.as_ref())?;
         let mut is_seen = false;
         (0..height).step_by(rows as usize).try_for_each(|top| {
-            self.cast_rows(cast, &pressers, top..top.saturating_add(rows), |seen| {
+            self.cast_rows(cast, &pressed, top..top.saturating_add(rows), |seen| {
                 is_seen |= seen.deepest.is_some();
                 look(seen)
             })
@@ -187,28 +208,78 @@ impl SensorView {
         Ok(())
     }
 
-    fn pressers(&self, cast: &Cast) -> Result<(Vec<Presser>, Vec<Meeting>), Error> {
+    fn meetings(&self, cast: &Cast) -> Result<Vec<Meeting>, Error> {
         self.check(cast)?;
         let presses = cast.presses.iter().map(|press| (press.id.as_str(), press));
-        let meetings = self.check_presses(presses, cast.allow_no_contact)?;
-        Ok((pressers(cast.presses).map_err(Error::bug)?, meetings))
+        self.check_presses(presses, cast.allow_no_contact)
+    }
+
+    /// The soft layers, if something presses them and they are asked.
+    fn ready(&self, cast: &Cast) -> Result<Option<Ready>, Error> {
+        let Contact::Linear(linear) = cast.contact else {
+            return match cast.shear_mm == [0.0; 2] {
+                true => Ok(None),
+                false => Err(PressingError::RigidShear { contact: cast.contact.name() }.into()),
+            };
+        };
+        let bodies: Vec<PressBody> =
+            cast.presses.iter().flat_map(|press| press.bodies.clone()).collect();
+        if bodies.is_empty() {
+            return Ok(None);
+        }
+        let sensor = &self.project.design.sensor;
+        Ok(Some(Ready::for_press(sensor, &bodies, linear.spacing_mm, threads())?))
+    }
+
+    /// What presses, where it ends up, and what the layers answer.
+    fn press<'r>(&self, cast: &Cast, ready: Option<&'r Ready>) -> Result<Pressing<'r>, Error> {
+        let mut presses = cast.presses.to_vec();
+        let answer = match (ready, cast.contact) {
+            (Some(ready), Contact::Linear(linear)) => {
+                let bodies: Vec<PressBody> =
+                    presses.iter().flat_map(|press| press.bodies.clone()).collect();
+                let touch = self.touch()?;
+                match ready.answer(touch, &bodies, cast.shear_mm, linear.friction) {
+                    Err(error) if error.is_no_contact() && cast.allow_no_contact => None,
+                    answer => Some(answer?),
+                }
+            }
+            _ => None,
+        };
+        if let Some(answer) = &answer {
+            let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
+            for body in presses.iter_mut().flat_map(|press| &mut press.bodies) {
+                body.sensor_from_body = way.then_in(body.sensor_from_body);
+            }
+        }
+        Ok(Pressing { pressers: pressers(&presses).map_err(Error::bug)?, answer })
     }
 
     fn cast_rows<R, E: From<Error>>(
         &self,
         cast: &Cast,
-        pressers: &[Presser],
+        pressed: &Pressing,
         rows: Range<u32>,
         look: impl FnOnce(Seen) -> Result<R, E>,
     ) -> Result<R, E> {
         let touch = self.touch().map_err(Error::from)?;
         let rays = self.rays_of_rows(cast.samples, rows);
         let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
-        let rigid = surface.pressed(pressers);
-        let deepest = deepest(&rigid, touch);
-        let map = rigid.with_membrane(cast.membrane_mm);
+        let Pressing { pressers, answer } = pressed;
+        let contact = match answer {
+            Some(answer) => surface.yielded(pressers, answer, true),
+            None => surface.pressed(pressers),
+        };
+        let deepest = deepest(&contact, touch);
+        let map = contact.with_membrane(cast.contact.membrane_mm());
         let sigma_mm = map.sigma_mm(&self.viewpoint.uncertainty(cast.print_sigma_mm));
-        look(Seen { map: &map, sigma_mm: &sigma_mm, deepest, surface_px: surface.seen() })
+        look(Seen {
+            map: &map,
+            sigma_mm: &sigma_mm,
+            deepest,
+            surface_px: surface.seen(),
+            answer: answer.as_ref(),
+        })
     }
 
     /// Refuses presses, by the names they go by, that go deeper than the surface is soft, or do not
@@ -231,7 +302,7 @@ impl SensorView {
         if !(1..=MAX_SAMPLES).contains(&samples) {
             return Err(SceneError::Samples { samples });
         }
-        within("membrane", cast.membrane_mm, MEMBRANE_LIMITS_MM)?;
+        within("membrane", cast.contact.membrane_mm(), MEMBRANE_LIMITS_MM)?;
         within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
         let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
         if u64::from(width) * u64::from(height) <= MAX_RAYS {

@@ -1,7 +1,9 @@
 //! Ground truth against closed forms that are written here once more, differently.
 
 use fabkit_camera::{Camera, Flat, Interface};
-use fabkit_depth::truth::{PixelRays, Presser, ReferenceSurface, SURFACE_LABEL, Seam, Side};
+use fabkit_depth::truth::{
+    PixelRays, Presser, ReferenceSurface, SURFACE_LABEL, Seam, Side, Yielding,
+};
 use fabkit_geometry::{
     Angle, DomeSurface, EllipsoidOffset, Grip, Path, PlaneSurface, Point3, Pose, Ray, Solid,
     TouchSurface, Vector3,
@@ -340,4 +342,70 @@ fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
             assert!(place.x * sign > 1.0, "{place}");
         }
     }
+}
+
+/// A dent of a pad, in closed form: pressed in within a millimetre, raised around it.
+struct Dent;
+
+impl Dent {
+    fn outwards_mm(x: f64, y: f64) -> f64 {
+        let r2 = x * x + (y - 1.0) * (y - 1.0);
+        -(1.0 - r2 / 3.0) * (-r2 / 2.0).exp()
+    }
+}
+
+impl Yielding for Dent {
+    fn outwards_mm(&self, point: &Point3<f64>, _: &Vector3<f64>) -> f64 {
+        Self::outwards_mm(point.x, point.y)
+    }
+
+    fn is_touched(&self, point: &Point3<f64>, _: &Vector3<f64>) -> bool {
+        point.x.hypot(point.y - 1.0) < 0.5
+    }
+
+    fn limits_mm(&self) -> [f64; 2] {
+        [1.0, 0.2]
+    }
+}
+
+#[test]
+fn rays_end_on_a_surface_that_has_moved() {
+    let touch = pad(Path::circle([0.0, 0.0], 12.0));
+    let rays = PixelRays::new(&camera(), &sensor_from_camera());
+    let surface = ReferenceSurface::cast(&touch, &rays).unwrap();
+    // A punch that presses within its edge, and stands over the raised gel beyond.
+    let pose = Pose::translation(0.0, 1.0, 3.4);
+    let punch = Presser::new("punch", &Solid::cylinder(0.8, 5.0), pose).unwrap();
+    let map = surface.yielded(&[punch], &Dent, true);
+    let normals = map.normal_in_sensor();
+    let rest: Vec<Point3<f64>> = surface.untouched().point_in_sensor().collect();
+    let (mut touched, mut moved, mut out) = (0, 0, 0);
+    for (pixel, point) in map.point_in_sensor().enumerate() {
+        // Where the pad ends, what moves may leave it.
+        if point.x.is_nan() || rest[pixel].coords.xy().norm() > 9.0 {
+            continue;
+        }
+        if map.label()[pixel] > SURFACE_LABEL {
+            touched += 1;
+            assert!((point.z - 3.4).abs() < 1e-9, "on the punch");
+            continue;
+        }
+        let z_mm = 4.0 + Dent::outwards_mm(point.x, point.y);
+        let is_under_the_punch = point.x.hypot(point.y - 1.0) < 0.8 + 1e-6;
+        assert!((point.z - z_mm.min(if is_under_the_punch { 3.4 } else { 9.0 })).abs() < 2e-6);
+        if !is_under_the_punch {
+            // The surface z = 4 + w(x, y) has the normal (-w_x, -w_y, 1).
+            let h = 1e-5;
+            let slope = |dx: f64, dy: f64| {
+                (Dent::outwards_mm(point.x + dx, point.y + dy)
+                    - Dent::outwards_mm(point.x - dx, point.y - dy))
+                    / (2.0 * h)
+            };
+            let expected = Vector3::new(-slope(h, 0.0), -slope(0.0, h), 1.0).normalize();
+            assert!((normals[pixel] - expected).norm() < 1e-4, "{} {expected}", normals[pixel]);
+            moved += 1;
+        }
+        out += usize::from(point.z > 4.01);
+    }
+    assert!(touched > 20 && moved > 3000 && out > 300, "{touched} {moved} {out}");
 }

@@ -71,7 +71,7 @@ pub enum Touch {
 pub struct Outcome {
     mesh: Arc<Mesh>,
     /// By harmonic: interface after interface, column after column, radial, around, axial.
-    amplitudes: Vec<Vec<Complex<f64>>>,
+    pub(crate) amplitudes: Vec<Vec<Complex<f64>>>,
     /// Nodes of the touched surface, ring after ring from the pole outwards.
     pub nodes: Vec<SurfaceNode>,
     /// By which theory.

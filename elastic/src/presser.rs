@@ -94,6 +94,20 @@ impl Presser for SolidPresser<'_> {
     }
 }
 
+/// Several bodies at once: what is met first counts.
+impl<P: Presser> Presser for [P] {
+    fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64 {
+        let gaps = self.iter().map(|body| body.gap_mm(place, outward, reach_mm));
+        gaps.fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl<P: Presser> Presser for Vec<P> {
+    fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64 {
+        self.as_slice().gap_mm(place, outward, reach_mm)
+    }
+}
+
 /// How a presser moves: from where it stands until it touches, and on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Press {

@@ -14,6 +14,9 @@ use crate::presser::{Press, Presser};
 use crate::rings::Rings;
 use crate::{Body, Division, ElasticError};
 
+/// A presser that rises by more than this over the distance of two places is met as two parts of it.
+const STEEPEST: f64 = 4.0;
+
 /// A body whose answers to tractions are known: made once for a design, then pressed as often as one likes.
 #[derive(Debug)]
 pub struct Stack {
@@ -246,11 +249,18 @@ impl Stack {
                     let (place, outward) = self.place(column, azimuth);
                     presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[column])
                 };
-                gaps.push(match gap(ring) <= depth_mm {
+                let own_mm = gap(ring);
+                gaps.push(match own_mm <= depth_mm {
                     true => {
-                        let shares =
-                            of_ring.shares.iter().map(|&(column, share)| share * gap(column));
-                        let mean = shares.sum::<f64>() / of_ring.weight;
+                        let share_of = |&(column, share): &(usize, f64)| {
+                            let gap_mm = if column == ring { own_mm } else { gap(column) };
+                            // What is that much higher is another part of the presser: a shank, a holder.
+                            let apart_mm = self.apart_mm(ring, column);
+                            let is_met = gap_mm - own_mm <= STEEPEST * apart_mm;
+                            share * if is_met { gap_mm } else { f64::INFINITY }
+                        };
+                        let mean =
+                            of_ring.shares.iter().map(share_of).sum::<f64>() / of_ring.weight;
                         // Neighbours that miss the presser: the node is at the presser's edge.
                         if mean.is_finite() { mean } else { f64::INFINITY }
                     }
@@ -259,6 +269,12 @@ impl Stack {
             }
         }
         gaps
+    }
+
+    /// How far two columns of the touched surface are from each other, mm.
+    fn apart_mm(&self, one: usize, other: usize) -> f64 {
+        let [a, b] = [one, other].map(|column| self.mesh.nodes[column * self.mesh.rows]);
+        (a[0] - b[0]).hypot(a[1] - b[1])
     }
 
     /// By how much at most what one place does to another is not what that does to it, as a part of the

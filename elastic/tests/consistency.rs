@@ -226,3 +226,28 @@ fn any_function_of_places_presses() {
     // A round layer held by a plane: the moment about the ball's centre vanishes.
     assert!(outcome.moment_nmm.norm() < 0.01 * along * 12.0, "{}", outcome.moment_nmm);
 }
+
+#[test]
+fn what_a_ball_is_glued_to_does_not_matter() {
+    let stack = stack(&round_layer(0.495), Division::even(0.25, 70));
+    // Deep beside the tip, so that some lines past the ball meet the holder and others do not.
+    let outward = Vector3::new(0.5, 0.0, 0.75_f64.sqrt());
+    let centre = Point3::origin() + (12.0 + 2.5 - 1.0) * outward;
+    let ball = fabkit_elastic::Ball::new(centre, 2.5).unwrap();
+    let alone = stack.press(&ball, &Press::in_place()).unwrap();
+    let holder = |place: &Point3<f64>, out: &Vector3<f64>, reach_mm: f64| {
+        let to_plane = (centre + 1.0 * outward - place).dot(&outward) / out.dot(&outward);
+        // On this side of the dome alone.
+        let holder_mm = if out.dot(&outward) > 0.5 { to_plane } else { f64::INFINITY };
+        fabkit_elastic::Presser::gap_mm(&ball, place, out, reach_mm).min(holder_mm)
+    };
+    let held = stack.press(&holder, &Press::in_place()).unwrap();
+    assert!((held.force_n - alone.force_n).norm() < 1e-9 * alone.force_n.norm());
+    assert_eq!(held.contact_area_mm2, alone.contact_area_mm2);
+    // What is pushed lies on the ball; at the edge nodes stand for what lies around them.
+    for node in alone.nodes.iter().filter(|node| node.pressure_mpa > 0.0) {
+        let gap_mm = fabkit_elastic::Presser::gap_mm(&ball, &node.place_mm, &node.outward, 3.0);
+        let moved_mm = node.displacement_mm.dot(&node.outward);
+        assert!((moved_mm - gap_mm).abs() < 0.05, "{gap_mm} {moved_mm}");
+    }
+}

@@ -33,6 +33,7 @@ from fabkit.designs import (
 )
 from fabkit.errors import FabkitError, InvalidInputError, Problem, UnknownNameError
 from fabkit.meshes import Mesh
+from fabkit.pressing import Pressed, press
 
 __all__ = [
     "Body",
@@ -46,6 +47,7 @@ __all__ = [
     "InvalidInputError",
     "Mesh",
     "Parameter",
+    "Pressed",
     "Problem",
     "Section",
     "Sensor",
@@ -58,6 +60,7 @@ __all__ = [
     "depth",
     "export",
     "load",
+    "press",
     "sensors",
     "sweep",
 ]

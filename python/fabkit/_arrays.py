@@ -72,6 +72,23 @@ def length_mm(value: float | str, name: str) -> float:
     return _fabkit.length_mm(value, name) if isinstance(value, str) else float(value)
 
 
+def lengths_mm(value: tuple[float | str, float | str], name: str) -> tuple[float, float]:
+    """Give two lengths in mm."""
+    first, second = value
+    return length_mm(first, name), length_mm(second, name)
+
+
+def contact(
+    level: str | None,
+    membrane_mm: float | str,
+    friction: float | None,
+    spacing_mm: float | str | None,
+) -> tuple[str | None, float, float | None, float | None]:
+    """Give all that says how a surface answers what presses."""
+    spacing = None if spacing_mm is None else length_mm(spacing_mm, "spacing_mm")
+    return level, length_mm(membrane_mm, "membrane_mm"), friction, spacing
+
+
 def sides_mm(
     value: tuple[float | str, float | str] | None, name: str
 ) -> tuple[float, float] | None:

@@ -140,6 +140,8 @@ class Camera:
     ) -> tuple[_Floats, _Floats, _Floats]: ...
     def unproject(self, pixels: _Floats) -> tuple[_Floats, _Floats]: ...
 
+_Contact = tuple[str | None, float, float | None, float | None]
+
 class Scene:
     def __new__(
         cls,
@@ -161,10 +163,22 @@ class Scene:
         self,
         presses: list[str],
         samples: int,
-        membrane_mm: float,
+        contact: _Contact,
+        shear_mm: tuple[float, float],
         print_sigma_mm: float,
         allow_no_contact: bool,
-    ) -> dict[str, Any]: ...
+    ) -> tuple[dict[str, Any], str | None]: ...
+
+def press(
+    project: Project,
+    sensor: str,
+    indenter: str,
+    depth_mm: float,
+    shear_mm: tuple[float, float],
+    friction: float | None,
+    steps: int,
+    spacing_mm: float | None,
+) -> tuple[str, dict[str, Any]]: ...
 
 class DatasetOrder:
     def __new__(
@@ -172,7 +186,7 @@ class DatasetOrder:
         scene: Scene,
         presses: str | None,
         captures: str | None,
-        membrane_mm: float,
+        contact: _Contact,
         seam_margin_mm: float,
         seed: int,
         materialise: bool,

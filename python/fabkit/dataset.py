@@ -187,7 +187,10 @@ def write(
     camera: Camera | str | PathLike[str] | None = None,
     pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
     captures: str | PathLike[str] | None = None,
+    contact: str | None = None,
     membrane_mm: float | str = 0.0,
+    friction: float | None = None,
+    spacing_mm: float | str | None = None,
     seam_margin_mm: float | str = 0.5,
     seed: int = 1,
     materialise: bool = False,
@@ -211,9 +214,16 @@ def write(
         As for :class:`fabkit.depth.Scene`.
     captures
         Pictures of the halves, to be stitched like them: a folder, or a CSV file.
+    contact
+        How the surface answers: ``"rigid"``, ``"membrane"`` with ``membrane_mm``, or ``"linear"``:
+        its layers give way as elastic ones do, and bulge. Without it, ``"membrane"`` where there is
+        a distance, else ``"rigid"``.
     membrane_mm
         Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; as all
         lengths, a number of mm, or text with a unit.
+    friction, spacing_mm
+        In linear contact: Coulomb's coefficient, instead of the touched material's own, and the
+        distance of the surface's nodes.
     seam_margin_mm
         Leave out what lies this near to the seam between the halves, 0 mm to 10 mm.
     seed
@@ -247,7 +257,7 @@ def write(
     options = (
         None if presses is None else os.fspath(presses),
         None if captures is None else os.fspath(captures),
-        _arrays.length_mm(membrane_mm, "membrane_mm"),
+        _arrays.contact(contact, membrane_mm, friction, spacing_mm),
         _arrays.length_mm(seam_margin_mm, "seam_margin_mm"),
         seed,
         materialise,

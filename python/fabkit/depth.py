@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
@@ -44,7 +45,7 @@ class Truth:
     label: NDArray[np.uint16]
     """What each pixel sees: an index into ``label_names``."""
     indentation_mm: NDArray[np.float64]
-    """Range without contact minus range with it, mm: at least 0."""
+    """Range without contact minus range with it, mm: at least 0, but where elastic layers bulge."""
     contact: NDArray[np.bool_]
     """Whether each pixel sees what presses."""
     incidence_rad: NDArray[np.float64]
@@ -57,10 +58,14 @@ class Truth:
     """What of the sensor each pixel sees, contact or not: an index into ``seen_by_names``."""
     seen_by_names: list[str]
     """``nothing``, ``surface``, then the sensor's bodies, and ``total reflection``."""
+    elastic: dict[str, Any] | None = None
+    """In linear contact, what the layers answer: ``force_n``, ``moment_nmm``, ``bulge_mm`` and
+    what they rest on, as in ``fabkit depth --json``; simulated."""
 
     def arrays(self) -> dict[str, NDArray[np.generic] | list[str]]:
-        """Everything by name, for example for ``numpy.savez``."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        """All maps by name, for example for ``numpy.savez``."""
+        names = [field.name for field in fields(self) if field.name != "elastic"]
+        return {name: getattr(self, name) for name in names}
 
     def picture(self, show: str = "indentation_mm") -> bytes:
         """Draw a map with a colour for each value and a scale beside it: PNG.
@@ -186,18 +191,25 @@ class Scene:
         press: str | Sequence[str] = (),
         *,
         samples: int = 1,
+        contact: str | None = None,
         membrane_mm: float | str = 0.0,
+        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+        friction: float | None = None,
+        spacing_mm: float | str | None = None,
         print_sigma_mm: float | str = 0.05,
         allow_no_contact: bool = False,
     ) -> Truth:
         """Cast a ray for each pixel; see :func:`cast`."""
         presses = [press] if isinstance(press, str) else list(press)
-        lengths = (
-            _arrays.length_mm(membrane_mm, "membrane_mm"),
+        seen, elastic = self._native.cast(
+            presses,
+            samples,
+            _arrays.contact(contact, membrane_mm, friction, spacing_mm),
+            _arrays.lengths_mm(shear_mm, "shear_mm"),
             _arrays.length_mm(print_sigma_mm, "print_sigma_mm"),
+            allow_no_contact,
         )
-        seen = self._native.cast(presses, samples, *lengths, allow_no_contact)
-        return Truth(**seen)
+        return Truth(**seen, elastic=None if elastic is None else json.loads(elastic))
 
 
 def _scene(sensor: Sensor, camera: Any, pose: Any, pose_covariance: Any) -> Scene:
@@ -211,7 +223,11 @@ def cast(
     camera: Camera | str | PathLike[str] | None = None,
     pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
     samples: int = 1,
+    contact: str | None = None,
     membrane_mm: float | str = 0.0,
+    shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+    friction: float | None = None,
+    spacing_mm: float | str | None = None,
     print_sigma_mm: float | str = 0.05,
     allow_no_contact: bool = False,
 ) -> Truth:
@@ -230,8 +246,18 @@ def cast(
         As for :class:`Scene`.
     samples
         Cast this many rays along each side of a pixel, 1 to 8; the maps grow by that.
+    contact
+        How the surface answers: ``"rigid"``, ``"membrane"`` with ``membrane_mm``, or ``"linear"``:
+        its layers give way as elastic ones do, and bulge. Without it, ``"membrane"`` where there is
+        a distance, else ``"rigid"``.
     membrane_mm
         Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm.
+    shear_mm
+        In linear contact, how far all that presses then moves along the surface: on a dome away
+        from the tip and around it where it goes deepest, on a pad along x and y.
+    friction, spacing_mm
+        In linear contact: Coulomb's coefficient, instead of the touched material's own, and the
+        distance of the surface's nodes.
     print_sigma_mm
         Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm.
     allow_no_contact
@@ -254,7 +280,11 @@ def cast(
     return scene.cast(
         press,
         samples=samples,
+        contact=contact,
         membrane_mm=membrane_mm,
+        shear_mm=shear_mm,
+        friction=friction,
+        spacing_mm=spacing_mm,
         print_sigma_mm=print_sigma_mm,
         allow_no_contact=allow_no_contact,
     )

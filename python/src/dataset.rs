@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use fabkit_application::Error;
 use fabkit_application::dataset::{
     self, Begun, DatasetError, DatasetRequest, Job, SampleArray, WrittenDataset,
 };
@@ -15,7 +16,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::shaped;
 use crate::errors::{Failure, OrRaise};
 use crate::running::{Interrupted, run, short};
-use crate::scene::Scene;
+use crate::scene::{Contacting, Scene, named};
 
 /// A file: its path below the folder, and its content.
 type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
@@ -27,7 +28,7 @@ pub struct DatasetOrder {
     sensor: String,
     presses: Option<PathBuf>,
     captures: Option<PathBuf>,
-    membrane_mm: f64,
+    contact: Contacting,
     seam_margin_mm: f64,
     seed: u64,
     materialise: bool,
@@ -42,7 +43,7 @@ impl DatasetOrder {
         scene: &Scene,
         presses: Option<PathBuf>,
         captures: Option<PathBuf>,
-        membrane_mm: f64,
+        contact: Contacting,
         seam_margin_mm: f64,
         seed: u64,
         materialise: bool,
@@ -54,7 +55,7 @@ impl DatasetOrder {
             sensor,
             presses,
             captures,
-            membrane_mm,
+            contact,
             seam_margin_mm,
             seed,
             materialise,
@@ -109,7 +110,7 @@ impl DatasetOrder {
         let order = DatasetRequest {
             presses: self.presses.as_deref(),
             captures: self.captures.as_deref(),
-            membrane_mm: self.membrane_mm,
+            contact: named(self.contact.clone()).map_err(Error::from)?,
             seam_margin_mm: self.seam_margin_mm,
             seed: self.seed,
             materialise: self.materialise,

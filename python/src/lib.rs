@@ -14,6 +14,7 @@ mod errors;
 mod export;
 mod hints;
 mod mesh;
+mod press;
 mod running;
 mod scene;
 mod sweep;
@@ -39,6 +40,8 @@ mod _fabkit {
     use crate::export::{Exported, write_files};
     #[pymodule_export]
     use crate::mesh::Mesh;
+    #[pymodule_export]
+    use crate::press::press;
     #[pymodule_export]
     use crate::running::fall;
     #[pymodule_export]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use fabkit_application::camera::files::{PoseFile, read_pose};
 use fabkit_application::export::png;
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
+use fabkit_application::pressing::{self, Contact, Linear, PressingError};
 use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
 use numpy::{PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -16,6 +17,16 @@ use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::running::{Interrupted, run, short};
+
+/// How the surface answers: the level's name, the membrane's reach, mm, friction, and the distance of nodes, mm.
+pub type Contacting = (Option<String>, f64, Option<f64>, Option<f64>);
+
+/// What these mean together.
+pub fn named(
+    (name, membrane_mm, friction, spacing_mm): Contacting,
+) -> Result<Contact, PressingError> {
+    Contact::named(name.as_deref(), membrane_mm, Linear { spacing_mm, friction })
+}
 
 /// A PNG picture of a map, with a colour for each value and a scale.
 #[pyfunction]
@@ -118,25 +129,36 @@ impl Scene {
         (self.scene.coverage.area, self.scene.coverage.area_mm2)
     }
 
-    /// Casts a press; the arrays of `fabkit depth -o FILE.npz`, by name.
+    /// Casts a press; the arrays of `fabkit depth -o FILE.npz`, by name, and what the soft layers answer, as JSON.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn cast<'py>(
         &self,
         py: Python<'py>,
         presses: Vec<String>,
         samples: u32,
-        membrane_mm: f64,
+        contact: Contacting,
+        shear_mm: [f64; 2],
         print_sigma_mm: f64,
         allow_no_contact: bool,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<(Bound<'py, PyDict>, Option<String>)> {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
-        let seen = run(py, Interrupted::Leave, None, move |_| {
+        let (seen, elastic) = run(py, Interrupted::Leave, None, move |_| {
             let finder = scene.project.press_finder();
             let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
-            let cast =
-                Cast { presses: &presses, samples, membrane_mm, print_sigma_mm, allow_no_contact };
-            scene.cast(&cast, |seen| Ok(arrays(seen.map, seen.sigma_mm)))
+            let cast = Cast {
+                presses: &presses,
+                samples,
+                contact: named(contact)?,
+                shear_mm,
+                print_sigma_mm,
+                allow_no_contact,
+            };
+            scene.cast(&cast, |seen| {
+                let elastic = seen.answer.map(|answer| pressing::answer(answer).to_string());
+                Ok((arrays(seen.map, seen.sigma_mm), elastic))
+            })
         })?;
-        arrays::dictionary(py, seen)
+        Ok((arrays::dictionary(py, seen)?, elastic))
     }
 }

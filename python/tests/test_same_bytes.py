@@ -54,11 +54,23 @@ def test_a_part_is_exported_alone(command, rtac0, tmp_path, ending):
         ([], {}),
         (["semi-dome-017"], {"membrane_mm": 0.5}),
         (["hemisphere@30deg,120deg,1.2mm"], {"samples": 2, "print_sigma_mm": 0.1}),
+        (["ball@30deg,120deg,0.8mm"], {"contact": "linear", "spacing_mm": 0.6}),
+        (
+            ["ball@30deg,120deg,0.8mm"],
+            {"contact": "linear", "spacing_mm": 0.6, "friction": 0.7, "shear_mm": (0.2, -0.1)},
+        ),
     ],
 )
 def test_depth(command, rtac0, tmp_path, press, options):
     flags = [f"--press={name}" for name in press] or ["--reference"]
-    words = {"membrane_mm": "--membrane={}mm", "print_sigma_mm": "--print-sigma={}mm"}
+    words = {
+        "membrane_mm": "--membrane={}mm",
+        "print_sigma_mm": "--print-sigma={}mm",
+        "contact": "--contact={}",
+        "spacing_mm": "--spacing={}mm",
+        "friction": "--friction={}",
+        "shear_mm": "--shear={0[0]}mm,{0[1]}mm",
+    }
     flags += [words.get(key, "--samples={}").format(value) for key, value in options.items()]
     command("depth", "rtac0", *flags, "-o", tmp_path / "truth.npz")
     mine = fabkit.depth.cast(rtac0, press, **options).arrays()

@@ -75,6 +75,7 @@ fn casting_in_bands_changes_no_byte() {
     use fabkit_application::Error;
     use fabkit_application::fixtures::load;
     use fabkit_application::ground_truth::{Viewpoint, arrays};
+    use fabkit_application::pressing::Contact;
     use fabkit_application::scene::{Cast, SensorView};
 
     let root = tempfile::tempdir().unwrap();
@@ -90,7 +91,8 @@ fn casting_in_bands_changes_no_byte() {
     let cast = Cast {
         presses: &[press],
         samples: 2,
-        membrane_mm: 0.0,
+        contact: Contact::Rigid,
+        shear_mm: [0.0; 2],
         print_sigma_mm: 0.05,
         allow_no_contact: false,
     };

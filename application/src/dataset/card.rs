@@ -1,6 +1,7 @@
 //! The data card: what a stranger needs to train on the folder.
 
 use super::{Job, Split};
+use crate::pressing::Contact;
 
 /// The content of `README.md`.
 pub(super) fn text(job: &Job) -> String {
@@ -12,9 +13,14 @@ pub(super) fn text(job: &Job) -> String {
     };
     let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
     let about = serde_json::to_string_pretty(&plan.about).unwrap_or_default();
-    let contact = match job.membrane_mm > 0.0 {
-        true => format!("rigid, with a membrane of {} mm around it", job.membrane_mm),
-        false => "rigid: the gel follows what penetrates it".into(),
+    let contact = match job.contact {
+        Contact::Rigid => "rigid: the gel follows what penetrates it".into(),
+        Contact::Membrane(mm) => format!("rigid, with a membrane of {mm} mm around it"),
+        Contact::Linear(_) => "linear (simulated): the layers below give way as elastic ones do, at small strain, and \
+                              bulge beside contacts, where indentations are negative. `halves.csv` has forces and \
+                              moments of the presser on the sensor, in the sensor's frame, N and N mm. They rest on \
+                              the moduli below and scale with them"
+            .into(),
     };
     let samples = match job.materialise {
         true => "`samples/indentation_mm` and `samples/label` hold them stitched.",

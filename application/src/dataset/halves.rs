@@ -71,7 +71,9 @@ pub(super) fn write(
         let halves: Vec<Half> = match (is_there, tiling) {
             (true, None) => Vec::new(),
             (true, Some(_)) => read_halves(store, arrays, places.clone())?,
-            (false, _) => places.clone().map(|half| cast_half(job, half)).collect(),
+            (false, _) => {
+                places.clone().map(|half| cast_half(job, half)).collect::<Result<_, _>>()?
+            }
         };
         for ((name, array), values) in names.iter().zip(arrays).zip(VALUES) {
             store.put(name, || pack(array, &halves, values))?;
@@ -102,7 +104,8 @@ pub(super) fn shard_files(
 ) -> Result<Files, DatasetError> {
     let Some(first) = arrays.first() else { return Ok(Files::new()) };
     let places = as_usize(first.samples_of(shard));
-    let halves: Vec<Half> = places.into_par_iter().map(|half| cast_half(job, half)).collect();
+    let halves: Vec<Half> =
+        places.into_par_iter().map(|half| cast_half(job, half)).collect::<Result<_, _>>()?;
     let names = shard_names(arrays, shard);
     let packed = names.into_iter().zip(arrays).zip(VALUES);
     packed.map(|((name, array), values)| Ok((name, pack(array, &halves, values)?))).collect()
@@ -159,13 +162,18 @@ fn read_halves(
 }
 
 /// Casts one half: the left ones in order, then the right ones.
-pub(super) fn cast_half(job: &Job, half: usize) -> Half {
-    let pressers = match job.half(half) {
-        (pattern, Side::Left) => &pattern.left,
-        (pattern, _) => &pattern.right,
+pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
+    let (pattern, side) = job.half(half);
+    let pressers = if side == Side::Left { &pattern.left } else { &pattern.right };
+    let answer = match (job.ready, &pattern.felt) {
+        (Some(ready), Some(felt)) => felt.answer(ready, job.contact, side)?,
+        _ => None,
     };
-    let map = job.surface.pressed(pressers).with_membrane(job.membrane_mm);
-    Half { indentation_mm: indentation_f32(&map), label: labels_u8(&map) }
+    let map = match &answer {
+        Some(answer) => job.surface.yielded(pressers, answer, false),
+        None => job.surface.pressed(pressers).with_membrane(job.contact.membrane_mm()),
+    };
+    Ok(Half { indentation_mm: indentation_f32(&map), label: labels_u8(&map) })
 }
 
 /// Whether any pixel on its own side sees what presses.

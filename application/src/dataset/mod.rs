@@ -9,6 +9,7 @@
 //! | `halves/indentation_mm`, `halves/label` | (2 N, rows, columns): left halves, then right ones |
 //! | `reference.npz` | range, points, normals without contact; the side of the seam of each pixel |
 //! | `samples.csv` | which two halves each sample consists of, and its split |
+//! | `halves.csv` | forces, moments and contact of each half, if layers give way |
 //! | `samples/indentation_mm`, `samples/label` | the same, stitched, if materialised |
 //! | `halves/image`, `samples/image` | captures of the halves, and stitched, if there are any |
 //! | `dataset.json`, `README.md` | what everything means, for programs and for people |
@@ -23,6 +24,7 @@
 mod captures;
 mod card;
 mod elsewhere;
+mod felt;
 mod halves;
 mod order;
 mod patterns;
@@ -44,6 +46,7 @@ use serde_json::json;
 
 pub use captures::{HalfCaptures, InvalidCaptures};
 pub use elsewhere::{Files, shard};
+pub use felt::Felt;
 pub use order::{DatasetRequest, DatasetRequestError, prepare};
 pub use patterns::{MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, read as read_patterns};
 pub use plan::{DatasetPlan, Split};
@@ -53,6 +56,7 @@ pub use room::Room;
 pub use sheet::sheet;
 pub use store::{DatasetError, KIND};
 
+use crate::pressing::{Contact, Ready};
 use crate::progress::OnProgress;
 use crate::resumable::{Folder, FolderError};
 use tiling::Tiling;
@@ -66,6 +70,8 @@ pub struct PressPattern {
     pub left: Vec<Presser>,
     /// The same bodies after half a turn about z.
     pub right: Vec<Presser>,
+    /// What soft layers feel of either, if they are asked.
+    pub felt: Option<Felt>,
 }
 
 /// What to compute, and from what.
@@ -77,8 +83,10 @@ pub struct Job<'a> {
     pub seam: &'a Seam,
     /// What is pressed, in order.
     pub patterns: &'a [PressPattern],
-    /// Radius of the transition around contacts, mm; 0 for rigid contact.
-    pub membrane_mm: f64,
+    /// How the surface answers.
+    pub contact: Contact,
+    /// The soft layers, if they are asked.
+    pub ready: Option<&'a Ready>,
     /// What the folder will say about itself.
     pub plan: &'a DatasetPlan,
     /// Pictures of all halves.
@@ -175,11 +183,14 @@ impl Begun {
         let samples = samples.unwrap_or_default();
         let images = job.captures.map(|captures| captures.arrays(job, tiling, [height, width]));
         let images = images.unwrap_or_default();
+        let felt = felt::halves_csv(job);
         // Group, reference, list, card, plan.
         let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
         let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
-        let files =
-            5 + groups.len() + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
+        let files = 5
+            + usize::from(felt.is_some())
+            + groups.len()
+            + arrays.map(|array| 1 + array.shards() as usize).sum::<usize>();
 
         let store = store::Store::new(&self.folder, files, progress, cancelled);
         store.put("zarr.json", || Ok(fabkit_export::zarr_group(&job.plan.attributes())?))?;
@@ -189,6 +200,9 @@ impl Begun {
             })?;
         }
         store.put("samples.csv", || Ok(job.plan.samples_csv().into_bytes()))?;
+        if let Some(felt) = felt {
+            store.put("halves.csv", || Ok(felt.into_bytes()))?;
+        }
         store.put("README.md", || Ok(card::text(job).into_bytes()))?;
         let (reference, cast) = rayon::join(
             || store.put("reference.npz", || halves::reference(job)),

@@ -8,11 +8,14 @@ use fabkit_text::InvalidDesign;
 use serde_json::{Value, json};
 
 use super::room::Room;
-use super::{DatasetPlan, HalfCaptures, InvalidCaptures, Job, NamedPresses, NoPatterns, patterns};
+use super::{
+    DatasetPlan, HalfCaptures, InvalidCaptures, Job, NamedPresses, NoPatterns, felt, patterns,
+};
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::documents;
-use crate::error::{Error, ErrorKind, Explained};
+use crate::error::{Error, ErrorKind, Explained, listed};
 use crate::identity::design_hash;
+use crate::pressing::{Contact, Linear, Ready, threads};
 use crate::reading::{self, Expected};
 use crate::scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, SensorView, press_error, within};
 use crate::source::MAX_YAML_BYTES;
@@ -24,8 +27,8 @@ pub struct DatasetRequest<'a> {
     pub presses: Option<&'a Path>,
     /// Pictures of the halves.
     pub captures: Option<&'a Path>,
-    /// Radius of the transition around contacts, mm.
-    pub membrane_mm: f64,
+    /// How the surface answers.
+    pub contact: Contact,
     /// What is left out on either side of the seam, mm.
     pub seam_margin_mm: f64,
     /// Whether presses may miss the surface.
@@ -44,6 +47,14 @@ pub enum DatasetRequestError {
     /// Nothing was named, and the sensor has no halves of its own.
     #[error(transparent)]
     NoPatterns(NoPatterns),
+    /// Presses that the layers do not answer.
+    #[error("{}", listed(.faults))]
+    Presses {
+        /// One line for each.
+        faults: Vec<String>,
+        /// What to do about the first.
+        hint: Option<String>,
+    },
     /// Pictures that are not there, or not of this camera.
     #[error(transparent)]
     HalfCaptures(#[from] InvalidCaptures),
@@ -56,6 +67,7 @@ impl Explained for DatasetRequestError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
+            Self::Presses { hint, .. } => return hint.clone(),
             Self::NoPatterns(_) => "list presses in a text file and name it",
             Self::HalfCaptures(_) => {
                 "a folder holds `PATTERN-left.png` and `PATTERN-right.png` (or .jpg, .tif, .bmp) for \
@@ -77,7 +89,7 @@ pub fn prepare<R, E: From<Error>>(
     order: &DatasetRequest,
     work: impl FnOnce(&Job, Room) -> Result<R, E>,
 ) -> Result<R, E> {
-    within("membrane_mm", order.membrane_mm, MEMBRANE_LIMITS_MM).map_err(Error::from)?;
+    within("membrane_mm", order.contact.membrane_mm(), MEMBRANE_LIMITS_MM).map_err(Error::from)?;
     within("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
     let named = patterns_of(order, sensor, scene)?;
     let room = Room::new(scene, order, named.len());
@@ -85,20 +97,30 @@ pub fn prepare<R, E: From<Error>>(
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
     scene.check_contacts(presses, order.allow_no_contact)?;
-    let patterns = named.iter().map(NamedPresses::prepare).collect::<Result<Vec<_>, _>>();
-    let patterns = patterns.map_err(Error::bug)?;
-    let rays = scene.rays_of_rows(1, 0..u32::MAX);
     let touch = scene.touch().map_err(Error::from)?;
+    let ready = match order.contact {
+        Contact::Linear(Linear { spacing_mm, .. }) => {
+            let sensor = &scene.project.design.sensor;
+            Some(Ready::for_all(sensor, spacing_mm, threads()).map_err(Error::from)?)
+        }
+        _ => None,
+    };
+    let patterns = felt::prepare(&named, touch, ready.as_ref(), order)?;
+    let rays = scene.rays_of_rows(1, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
     let captures = captures_of(order, &named, [rays.width_px(), rays.height_px()])?;
-    let plan =
-        DatasetPlan::new(&patterns, order.seed, about(order, scene, &named, captures.as_ref()));
+    let mut about = about(order, scene, &named, captures.as_ref());
+    if let Some(ready) = &ready {
+        about["elastic"] = felt::about(ready, &patterns);
+    }
+    let plan = DatasetPlan::new(&patterns, order.seed, about);
     let job = Job {
         surface: &surface,
         seam: &seam,
         patterns: &patterns,
-        membrane_mm: order.membrane_mm,
+        contact: order.contact,
+        ready: ready.as_ref(),
         plan: &plan,
         captures: captures.as_ref(),
         materialise: order.materialise,
@@ -159,8 +181,8 @@ fn about(
             "left_to_right_in_sensor": <[f64; 3]>::from(SEAM_NORMAL),
             "margin_mm": order.seam_margin_mm,
         },
-        "membrane_mm": order.membrane_mm,
-        "contact": if order.membrane_mm > 0.0 { "membrane" } else { "rigid" },
+        "membrane_mm": order.contact.membrane_mm(),
+        "contact": order.contact.name(),
         "units": { "length": "mm", "angle": "rad", "pixel": "px, centres at integers" },
         "frames": {
             "sensor": "right-handed; origin at the centre of the surface's base circle, +z toward \

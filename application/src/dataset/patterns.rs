@@ -1,11 +1,9 @@
 //! Which patterns a data set has: the sensor's semi-domes, or what a text file lists.
 
-use fabkit_depth::truth::Presser;
 use fabkit_fixtures::{Press, PressError, PressFinder, Project};
+use fabkit_geometry::Length;
 use fabkit_text::{Fault, Position, shown};
 
-use super::PressPattern;
-use crate::ground_truth::pressers;
 use crate::scene::unknown_hint;
 
 /// Each half is cast, each pair stitched: beyond this, a million samples.
@@ -15,7 +13,11 @@ pub const MAX_BODIES: usize = 254;
 const MAX_NAME: usize = 64;
 
 /// What a line looks like.
-const FORM: &str = "a line is `NAME = ID + ID`, or an ID alone";
+const FORM: &str = "a line is `NAME = ID + ID`, or an ID alone, and may end in `shear 0.5mm,0mm`";
+/// Before how far what presses moves along the surface.
+const SHEAR: &str = " shear ";
+/// No sensor's surface is larger, mm.
+const MAX_SHEAR_MM: f64 = 50.0;
 
 /// Why there are no patterns.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +40,9 @@ pub struct NamedPresses {
     pub name: String,
     /// What presses.
     pub presses: Vec<Press>,
+    /// How far all of it then moves along the surface, mm: on a dome away from the tip and around it where it goes
+    /// deepest, on a pad along x and y.
+    pub shear_mm: [f64; 2],
 }
 
 /// All presses of the sensor that are halves.
@@ -59,7 +64,11 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
         }
         return Err(NoPatterns::NoSemiDomes { sensor: project.design.sensor.name.clone() });
     }
-    let named = |press: Press| NamedPresses { name: press.id.clone(), presses: vec![press] };
+    let named = |press: Press| NamedPresses {
+        name: press.id.clone(),
+        presses: vec![press],
+        shear_mm: [0.0; 2],
+    };
     Ok(presses.into_iter().map(named).collect())
 }
 
@@ -105,7 +114,11 @@ type Wrong = (String, String);
 fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
     let (name, ids) = match content.split_once('=') {
         Some((name, ids)) => (name.trim(), ids),
-        None => (content, content),
+        None => (content.split(SHEAR).next().unwrap_or_default().trim(), content),
+    };
+    let (ids, shear_mm) = match ids.split_once(SHEAR) {
+        Some((ids, lengths)) => (ids, shear(lengths)?),
+        None => (ids, [0.0; 2]),
     };
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_plain) {
@@ -132,22 +145,26 @@ fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
         let message = format!("`{name}` has {bodies} bodies; {MAX_BODIES} are possible");
         return Err((message, "make two patterns of it".into()));
     }
-    Ok(NamedPresses { name: name.into(), presses })
+    Ok(NamedPresses { name: name.into(), presses, shear_mm })
+}
+
+/// Two lengths, mm.
+fn shear(text: &str) -> Result<[f64; 2], Wrong> {
+    let length = |text: &str| text.trim().parse::<Length>().ok().map(Length::mm);
+    let lengths = text.split_once(',').and_then(|(a, b)| Some([length(a)?, length(b)?]));
+    match lengths.filter(|[a, b]| a.hypot(*b) <= MAX_SHEAR_MM) {
+        Some(lengths) => Ok(lengths),
+        None => {
+            let message = format!("`{}` is no way along the surface", text.trim());
+            Err((message, format!("write two lengths up to {MAX_SHEAR_MM} mm: `shear 0.5mm,0mm`")))
+        }
+    }
 }
 
 impl NamedPresses {
-    /// Prepared for both sides.
-    ///
-    /// # Errors
-    /// A solid that is none.
-    pub fn prepare(&self) -> Result<PressPattern, fabkit_geometry::InvalidSolid> {
-        let sides = |presses: &[Press]| -> Result<Vec<Presser>, _> { pressers(presses) };
-        let flipped: Vec<Press> = self.presses.iter().cloned().map(Press::flipped).collect();
-        Ok(PressPattern {
-            name: self.name.clone(),
-            left: sides(&self.presses)?,
-            right: sides(&flipped)?,
-        })
+    /// The same after half a turn about z: bodies on the left and on the right.
+    pub(super) fn sides(&self) -> [Vec<Press>; 2] {
+        [self.presses.clone(), self.presses.iter().cloned().map(Press::flipped).collect()]
     }
 }
 
@@ -162,6 +179,9 @@ pub fn hash(patterns: &[NamedPresses]) -> String {
         for body in pattern.presses.iter().flat_map(|press| &press.bodies) {
             let json = serde_json::to_vec(&(&body.name, &body.solid, &body.sensor_from_body));
             hasher.update(&json.expect("solids and poses are JSON"));
+        }
+        if pattern.shear_mm != [0.0; 2] {
+            hasher.update(format!("{:?}", pattern.shear_mm).as_bytes());
         }
         hasher.update(b"\n");
     }

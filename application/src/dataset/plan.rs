@@ -144,7 +144,12 @@ mod tests {
     use super::*;
 
     fn plan(count: usize, seed: u64) -> DatasetPlan {
-        let named = |i| PressPattern { name: format!("p{i}"), left: Vec::new(), right: Vec::new() };
+        let named = |i| PressPattern {
+            name: format!("p{i}"),
+            left: Vec::new(),
+            right: Vec::new(),
+            felt: None,
+        };
         DatasetPlan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
     }
 

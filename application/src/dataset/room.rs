@@ -2,6 +2,7 @@
 
 use super::DatasetRequest;
 use crate::memory::{self, Less, MemoryError};
+use crate::pressing::Contact;
 use crate::scene::SensorView;
 
 /// For each pixel, bytes: rays, the surface, the seam, and the reference with the file made of it.
@@ -10,6 +11,9 @@ const SHARED: u64 = 24 + 24 + 1 + 8 + 1 + 150;
 const EACH: u64 = 150;
 /// What a transition around contacts adds to the one being cast.
 const MEMBRANE: u64 = 200;
+/// What a surface that gives way adds, and its table, bytes in all.
+const YIELDING: u64 = 60;
+const FIELD: u64 = 40 << 20;
 /// What samples are stitched from: a half holds half a picture of 5 bytes, packed at worst not at all.
 const PART: u64 = 3;
 /// A capture in three colours, and as a part.
@@ -36,8 +40,13 @@ impl Room {
             (patterns as u64, |so: bool, bytes: u64| if so { bytes } else { 0 });
         let of_halves = if_so(order.materialise, PART) + if_so(order.captures.is_some(), CAPTURE);
         let shared = SHARED + 2 * patterns * of_halves;
-        let each = EACH + if_so(order.membrane_mm > 0.0, MEMBRANE);
-        Self { size_px, shared: pixels * shared + LINE * patterns * patterns, each: pixels * each }
+        let (more, field) = match order.contact {
+            Contact::Rigid => (0, 0),
+            Contact::Membrane(_) => (MEMBRANE, 0),
+            Contact::Linear(_) => (YIELDING, FIELD),
+        };
+        let each = pixels * (EACH + more) + field;
+        Self { size_px, shared: pixels * shared + LINE * patterns * patterns, each }
     }
 
     /// The same with a sheet of samples.

@@ -6,6 +6,7 @@ use fabkit_export::ExportError;
 use serde_json::Map;
 
 use super::read::SampleError;
+use crate::pressing::PressingError;
 use crate::progress::{OnProgress, Step};
 use crate::resumable::{Folder, FolderError, FolderKind, SAME_VERSION};
 use crate::{ErrorKind, Explained};
@@ -25,6 +26,14 @@ pub enum DatasetError {
     /// A half that an earlier run wrote cannot be read again.
     #[error(transparent)]
     Read(#[from] SampleError),
+    /// A press that the layers do not answer.
+    #[error("`{half}`: {error}")]
+    Press {
+        /// Which half.
+        half: String,
+        /// What is wrong.
+        error: PressingError,
+    },
     /// Somebody else sent a file that is none of this data set's.
     #[error("a worker sent `{name}`, {what}")]
     Stranger {
@@ -43,6 +52,7 @@ impl Explained for DatasetError {
         match self {
             Self::Folder(error) => error.kind(),
             Self::Read(error) => error.kind(),
+            Self::Press { error, .. } => error.kind(),
             Self::Stranger { .. } => ErrorKind::Io,
             Self::Cancelled => ErrorKind::Interrupted,
             Self::Export(_) => ErrorKind::Bug,
@@ -53,6 +63,7 @@ impl Explained for DatasetError {
         match self {
             Self::Folder(error) => error.hint(),
             Self::Read(error) => error.hint(),
+            Self::Press { error, .. } => error.hint(),
             Self::Stranger { .. } => Some(SAME_VERSION.into()),
             Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
             Self::Export(_) => None,

@@ -1,9 +1,7 @@
 //! Force by depth, in the sensor's frame.
 
-use fabkit_elastic::{Level, Outcome};
+use fabkit_elastic::{Level, Outcome, SoftStack};
 use fabkit_geometry::{Point3, Vector3};
-
-use super::layers::SoftStack;
 
 /// One depth of a press.
 #[derive(Clone, Copy, Debug, PartialEq)]

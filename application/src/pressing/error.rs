@@ -1,26 +1,16 @@
 //! Why a press has no result.
 
-use fabkit_elastic::ElasticError;
+use fabkit_elastic::{ElasticError, SoftError};
 use fabkit_fixtures::PressError;
-use fabkit_geometry::InvalidSolid;
 
 use crate::error::{ErrorKind, Explained};
 
 /// Why a press has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum PressingError {
-    /// Nothing of known elasticity below the surface.
-    #[error("nothing of known elasticity lies below the surface of {sensor}")]
-    Stiff {
-        /// Its name.
-        sensor: String,
-    },
-    /// Layers that nothing holds.
-    #[error("nothing stiff holds the soft layers: neither from inside nor at their rim")]
-    Loose,
-    /// A body that is none.
+    /// Nothing to press.
     #[error(transparent)]
-    Solid(InvalidSolid),
+    Soft(SoftError),
     /// No such press.
     #[error(transparent)]
     Press(#[from] PressError),
@@ -32,6 +22,18 @@ pub enum PressingError {
     NoFriction {
         /// Its name.
         material: String,
+    },
+    /// Words that do not go together.
+    #[error("{problem}")]
+    Contact {
+        /// What is wrong.
+        problem: String,
+    },
+    /// A way along a surface that is not asked how it gives way.
+    #[error("a way along the surface needs contact that gives way, not `{contact}`")]
+    RigidShear {
+        /// The level asked for.
+        contact: &'static str,
     },
     /// A depth or a number of steps out of range.
     #[error("{what}: {value}; {limit}")]
@@ -57,18 +59,41 @@ impl Explained for PressingError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
-            Self::Stiff { .. } => {
+            Self::Soft(SoftError::Stiff { .. }) => {
                 "write `youngs_modulus: 70 kPa` for its material in a file of `materials:`"
             }
+            Self::RigidShear { .. } => "ask for `linear` contact",
             Self::NoFriction { .. } => {
                 "write `friction: 1.0` for it in a file of `materials:`, or say how much for this press"
             }
-            Self::Loose => "let the layers stick to a plate or a shell",
+            Self::Soft(SoftError::Loose) => "let the layers stick to a plate or a shell",
             Self::Elastic(ElasticError::NoConvergence { .. }) => {
                 "press less deep, or with nodes further apart"
             }
             _ => return None,
         };
         Some(hint.to_owned())
+    }
+}
+
+impl PressingError {
+    /// Whether nothing touches.
+    pub fn is_no_contact(&self) -> bool {
+        matches!(self, Self::Elastic(ElasticError::NoContact { .. }))
+    }
+}
+
+impl From<ElasticError> for PressingError {
+    fn from(error: ElasticError) -> Self {
+        Self::Elastic(error)
+    }
+}
+
+impl From<SoftError> for PressingError {
+    fn from(error: SoftError) -> Self {
+        match error {
+            SoftError::Elastic(error) => Self::Elastic(error),
+            other => Self::Soft(other),
+        }
     }
 }

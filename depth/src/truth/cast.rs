@@ -13,7 +13,7 @@ use super::tiles::Tile;
 #[derive(Clone, Debug)]
 pub struct ReferenceSurface<'a> {
     rays: &'a PixelRays,
-    touch: TouchSurface,
+    pub(super) touch: TouchSurface,
     inside: SensingSurface,
     /// Row by row; `NaN` where the surface is not seen.
     range_mm: Vec<f64>,

@@ -31,6 +31,7 @@ mod rays;
 mod sigma;
 mod stitch;
 mod tiles;
+mod yielding;
 
 pub use cast::ReferenceSurface;
 pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
@@ -39,3 +40,4 @@ pub use presser::Presser;
 pub use rays::PixelRays;
 pub use sigma::Uncertainty;
 pub use stitch::{Seam, Side};
+pub use yielding::Yielding;

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use fabkit_application::ground_truth::Shown;
-use fabkit_application::scene::{
-    MARGIN_LIMITS_MM, MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM,
-};
+use fabkit_application::scene::{MARGIN_LIMITS_MM, MAX_SAMPLES, SIGMA_LIMITS_MM};
 
+use super::pressing::{ContactArgs, shear};
 use super::{Design, length_within};
 
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
@@ -23,10 +22,9 @@ pub struct View {
     /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
-    /// Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without
-    /// it, it follows what presses and nothing else
-    #[arg(long, value_parser = membrane, default_value = "0mm", value_name = "LENGTH")]
-    pub membrane: f64,
+    /// How the surface answers.
+    #[command(flatten)]
+    pub contact: ContactArgs,
 }
 
 /// `fabkit depth`.
@@ -51,6 +49,10 @@ pub struct Depth {
     /// Nothing presses
     #[arg(long)]
     pub reference: bool,
+    /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
+    /// it where it goes deepest, on a pad along x and y
+    #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
+    pub shear: [f64; 2],
     /// Go on where a press does not touch the surface, or where the camera sees nothing of it
     #[arg(long, requires = "press")]
     pub allow_no_contact: bool,
@@ -123,7 +125,8 @@ pub struct Dataset {
     /// Folder of the data set; with --probes, the CSV file
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`
+    /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`, and in linear contact
+    /// `shear 0.5mm,0mm` after it
     /// [default: all semi-domes or half-plates of the sensor]
     #[arg(long, value_name = "FILE")]
     pub presses: Option<PathBuf>,
@@ -159,10 +162,6 @@ pub struct Dataset {
     /// Deepest probe [default: 1.6 mm, or as deep as the surface is soft]
     #[arg(long, value_parser = probe_length, value_name = "LENGTH", requires = "probes")]
     pub depth: Option<f64>,
-}
-
-fn membrane(text: &str) -> Result<f64, String> {
-    length_within(text, MEMBRANE_LIMITS_MM)
 }
 
 fn sigma(text: &str) -> Result<f64, String> {

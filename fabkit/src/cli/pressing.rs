@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fabkit_application::pressing::MAX_STEPS;
+use fabkit_application::Error;
+use fabkit_application::pressing::{Contact, Linear, MAX_STEPS};
+use fabkit_application::scene::MEMBRANE_LIMITS_MM;
 
 use super::{Design, length_within};
 
@@ -53,11 +55,58 @@ pub struct PressArgs {
 /// By which theory layers give way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ContactLevel {
-    /// Small strain, layered, nearly incompressible, without friction
+    /// Small strain, layered, nearly incompressible, with Coulomb's friction
     Linear,
 }
 
-fn shear(text: &str) -> Result<[f64; 2], String> {
+/// How the surface answers what presses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ContactName {
+    /// It follows what presses, and nothing else moves
+    Rigid,
+    /// It comes back to rest over --membrane
+    Membrane,
+    /// Its layers give way as elastic ones do, and bulge
+    Linear,
+}
+
+/// How ground truth has the surface answer.
+#[derive(Debug, Args)]
+pub struct ContactArgs {
+    /// How the surface answers what presses [default: membrane with --membrane, else rigid]
+    #[arg(long, value_enum, value_name = "LEVEL")]
+    pub contact: Option<ContactName>,
+    /// Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without
+    /// it, it follows what presses and nothing else
+    #[arg(long, value_parser = membrane, default_value = "0mm", value_name = "LENGTH")]
+    pub membrane: f64,
+    /// Coulomb's coefficient of friction where something moves along the surface, in linear contact
+    /// [default: that of the touched material]
+    #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
+    pub friction: Option<f64>,
+    /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
+    #[arg(long, value_parser = spacing, value_name = "LENGTH")]
+    pub spacing: Option<f64>,
+}
+
+impl ContactArgs {
+    /// What they mean together.
+    pub fn contact(&self) -> Result<Contact, Error> {
+        let name = self.contact.map(|name| match name {
+            ContactName::Rigid => "rigid",
+            ContactName::Membrane => "membrane",
+            ContactName::Linear => "linear",
+        });
+        let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
+        Ok(Contact::named(name, self.membrane, linear)?)
+    }
+}
+
+fn membrane(text: &str) -> Result<f64, String> {
+    length_within(text, MEMBRANE_LIMITS_MM)
+}
+
+pub(super) fn shear(text: &str) -> Result<[f64; 2], String> {
     let (first, second) = text.split_once(',').ok_or("two lengths, for example `0.5mm,0mm`")?;
     let mm = |text: &str| {
         let within = [-DEPTH_LIMITS_MM[1], DEPTH_LIMITS_MM[1]];

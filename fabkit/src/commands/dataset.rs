@@ -33,7 +33,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let order = DatasetRequest {
         presses: args.presses.as_deref(),
         captures: args.captures.as_deref(),
-        membrane_mm: args.view.membrane,
+        contact: args.view.contact.contact()?,
         seam_margin_mm: args.seam_margin,
         allow_no_contact: args.allow_no_contact,
         seed: args.seed,
@@ -81,8 +81,7 @@ fn sheet_of(path: &Path, job: &Job, seed: u64) -> Result<Vec<u8>, Failure> {
         let message = format!("{} does not name a .png file", path.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let sheet =
-        dataset::sheet(job, seed).map_err(|error| Failure::plain(ErrorKind::Limit, error))?;
+    let sheet = dataset::sheet(job, seed)?;
     png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)
 }
 

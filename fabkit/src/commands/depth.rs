@@ -6,10 +6,11 @@ use fabkit_application::documents;
 use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
+use fabkit_application::pressing;
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::{Cast, SensorView, press_error};
 use fabkit_application::staging::write_each;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{Outcome, view};
 use crate::cli::Depth;
@@ -36,7 +37,8 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     let cast = Cast {
         presses: &presses,
         samples: args.samples,
-        membrane_mm: args.view.membrane,
+        contact: args.view.contact.contact()?,
+        shear_mm: args.shear,
         print_sigma_mm: args.print_sigma,
         allow_no_contact: args.allow_no_contact,
     };
@@ -54,16 +56,18 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     let camera = scene.viewpoint.camera();
     let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
     let mut collected = Collected::new(wanted, [width, height]);
+    let mut elastic = None;
     scene.cast_in_bands(&cast, wanted.bytes_per_ray(), |seen| {
         collected.add(seen.map, seen.sigma_mm).map_err(unwritable)?;
         collected.surface_px += seen.surface_px;
+        elastic = elastic.take().or_else(|| seen.answer.map(pressing::answer));
         // Of equals, the last one, as within a band.
         let before = collected.deepest.map_or(f64::NEG_INFINITY, |deepest| deepest.depth_mm);
         let deeper = seen.deepest.filter(|deepest| deepest.depth_mm.total_cmp(&before).is_ge());
         collected.deepest = deeper.or(collected.deepest);
         Ok::<_, Failure>(())
     })?;
-    write(args, &scene, [width, height], collected)
+    write(args, &scene, [width, height], collected, (cast.contact.name(), elastic))
 }
 
 fn write(
@@ -71,6 +75,7 @@ fn write(
     scene: &SensorView,
     [width, height]: [u32; 2],
     mut collected: Collected,
+    (level, elastic): (&str, Option<Value>),
 ) -> Result<Outcome, Failure> {
     let median = collected.median_sigma_mm();
     let mut files = files(args, &mut collected)?;
@@ -99,6 +104,15 @@ fn write(
         let name = &names[usize::from(label)];
         text += &format!("deepest contact seen: {depth_mm:.3} mm ({name})\n");
     }
+    if let Some(force_n) = elastic.as_ref().and_then(|elastic| elastic["force_n"].as_array()) {
+        let part = |i: usize| force_n.get(i).and_then(Value::as_f64).unwrap_or(f64::NAN);
+        text += &format!(
+            "{level} contact (simulated): force on the sensor {:.3}, {:.3}, {:.3} N\n",
+            part(0),
+            part(1),
+            part(2)
+        );
+    }
     let sigma_of = scene.viewpoint.sigma_of();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
     let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
@@ -121,7 +135,9 @@ fn write(
         "labels": names,
         "deepest_mm": deepest.map(|deepest| deepest.depth_mm),
         "deepest_in_sensor_mm": deepest.map(|d| <[f64; 3]>::from(d.point_in_sensor)),
-        "membrane_mm": args.view.membrane,
+        "membrane_mm": args.view.contact.membrane,
+        "contact_level": level,
+        "elastic": elastic,
         "median_sigma_mm": Some(median).filter(|median| median.is_finite()),
         "sigma_of": sigma_of,
         "sigma_parameters": sigma_parameters,

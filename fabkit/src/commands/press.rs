@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use fabkit_application::Error;
 use fabkit_application::export::npz;
 use fabkit_application::pressing::{
-    Pressed, Pressing, PressingError, SoftLayer, Step, arrays, curve_csv, curve_svg, threads,
+    Pressed, Pressing, PressingError, SoftLayer, arrays, curve_csv, curve_svg, document, threads,
 };
 use fabkit_application::scene::press_error;
 use fabkit_application::source::{Source, Target};
@@ -70,7 +70,9 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
     for (path, bytes) in &files {
         text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
     }
-    Ok(Outcome { text, json: document(&pressed, listed), failed: false })
+    let mut json = document(&pressed);
+    json["files"] = json!(listed);
+    Ok(Outcome { text, json, failed: false })
 }
 
 fn text(pressed: &Pressed) -> String {
@@ -103,54 +105,4 @@ fn text(pressed: &Pressed) -> String {
         pressed.stiffness_n_mm()
     );
     text
-}
-
-fn document(pressed: &Pressed, files: Vec<Value>) -> Value {
-    let layer = |layer: &SoftLayer| {
-        json!({
-            "name": layer.name,
-            "material": layer.material,
-            "thickness_mm": layer.thickness_mm,
-            "young_mpa": layer.elasticity.young_mpa,
-            "young_range_mpa": layer.elasticity.young_range_mpa,
-            "poissons_ratio": layer.elasticity.poissons_ratio,
-            "source": layer.elasticity.source,
-        })
-    };
-    let step = |step: &Step| {
-        json!({
-            "depth_mm": step.depth_mm,
-            "shear_mm": step.shear_mm,
-            "force_n": <[f64; 3]>::from(step.force_n),
-            "moment_nmm": <[f64; 3]>::from(step.moment_nmm),
-            "contact_radius_mm": step.contact_radius_mm,
-            "contact_area_mm2": step.contact_area_mm2,
-            "max_indentation_mm": step.max_indentation_mm,
-            "bulge_mm": step.bulge_mm,
-        })
-    };
-    let mut document = json!({
-        "format": "fabkit-press",
-        "version": 1,
-        "press": pressed.id,
-        "contact_level": pressed.level.name(),
-        "is_simulated": true,
-        "layers": pressed.soft.layers.iter().map(layer).collect::<Vec<_>>(),
-        "left_out": pressed.soft.left_out,
-        "nodes": pressed.nodes,
-        "spacing_mm": pressed.spacing_mm,
-        "friction": pressed.friction,
-        "stiffness_n_mm": pressed.stiffness_n_mm(),
-        "force_range_n": pressed.force_range_n(),
-        "curve": pressed.steps.iter().map(step).collect::<Vec<_>>(),
-        "files": files,
-    });
-    // At full depth, beside the curve.
-    if let (Some(last), Some(document)) = (pressed.last().map(step), document.as_object_mut())
-        && let Value::Object(last) = last
-    {
-        document.extend(last.into_iter().filter(|(key, _)| key != "depth_mm"));
-        document.insert("depth_mm".into(), json!(pressed.last().map(|step| step.depth_mm)));
-    }
-    document
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use fabkit_elastic::Hold;
 use fabkit_geometry::{DomePoints, Ray};
 
 use super::bodies::{Bodies, Column};
+use crate::Hold;
 
 /// Places along the meridian at which the bodies are asked.
 pub(super) const STEPS: usize = 240;

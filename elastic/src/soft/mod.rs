@@ -1,16 +1,24 @@
 //! What lies below a sensing surface, as far down as it gives way: the elastic solver's layers, met by rays in the
 //! drawn bodies.
 
+mod bodies;
+mod error;
+mod meridian;
+mod plan;
+mod yielded;
+
 use std::sync::Arc;
 
-use fabkit_elastic::{Body, Curve, Hold, Layer, Material};
 use fabkit_geometry::{
     DomePoints, Elasticity, PlanePoints, Point3, Pose, Sensor, SurfacePoints, Vector3,
 };
 
-use super::bodies::{Bodies, Stretch};
-use super::error::PressingError;
-use super::meridian::{Meridian, ROUND_MM, most_common, rim_is_held};
+use self::bodies::{Bodies, Stretch};
+pub use self::error::SoftError;
+use self::meridian::{Meridian, ROUND_MM, most_common, rim_is_held};
+use self::plan::Plan;
+pub use self::yielded::Yielded;
+use crate::{Body, Curve, Hold, Layer, Material};
 
 /// Layers thinner than this on the axis are given to the next one: coats of paint, which bend with it, mm.
 const THIN_MM: f64 = 0.1;
@@ -43,6 +51,7 @@ pub struct SoftStack {
     pub sensor_from_stack: Pose,
     /// What was simplified, in words.
     pub left_out: Vec<String>,
+    plan: Plan,
 }
 
 impl SoftStack {
@@ -50,11 +59,7 @@ impl SoftStack {
     ///
     /// # Errors
     /// Nothing soft below the surface, or nothing that holds it.
-    pub fn of(
-        sensor: &Sensor,
-        points: &SurfacePoints,
-        place: &Place,
-    ) -> Result<Self, PressingError> {
+    pub fn of(sensor: &Sensor, points: &SurfacePoints, place: &Place) -> Result<Self, SoftError> {
         let bodies = Bodies::of(sensor)?;
         match points {
             SurfacePoints::Dome(face) => dome(bodies, sensor, face),
@@ -71,13 +76,13 @@ fn pad(
     sensor: &Sensor,
     face: &PlanePoints,
     (point, outward): &Place,
-) -> Result<SoftStack, PressingError> {
+) -> Result<SoftStack, SoftError> {
     let column = bodies.below(*point, *outward);
     if column.soft.is_empty() {
         return Err(nothing_soft(sensor));
     }
     if !column.is_held {
-        return Err(PressingError::Loose);
+        return Err(SoftError::Loose);
     }
     let mut left_out = Vec::new();
     let layers = layers(bodies, &column.soft, &mut left_out)?;
@@ -92,13 +97,14 @@ fn pad(
     let solver = layers
         .iter()
         .map(|layer| Ok((layer_of(layer)?, layer.thickness_mm)))
-        .collect::<Result<Vec<_>, PressingError>>()?;
-    let floor_mm = point.z - thickness_mm;
+        .collect::<Result<Vec<_>, SoftError>>()?;
+    let (floor_mm, radius_mm) = (point.z - thickness_mm, PAD_THICKNESSES * thickness_mm);
     Ok(SoftStack {
-        body: Body::pad(PAD_THICKNESSES * thickness_mm, solver),
+        body: Body::pad(radius_mm, solver),
         sensor_from_stack: Pose::translation(point.x, point.y, floor_mm),
         layers,
         left_out,
+        plan: Plan::Disc { radius_mm },
     })
 }
 
@@ -118,7 +124,7 @@ fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
     directions.map(to_edge).fold(f64::INFINITY, f64::min)
 }
 
-fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, PressingError> {
+fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, SoftError> {
     let (names, usual_mm) = most_common(&bodies, face);
     if names.is_empty() {
         return Err(nothing_soft(sensor));
@@ -152,7 +158,7 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     }
     let is_rim_bonded = rim_is_held(&bodies, face, &meridian);
     if matches!(inner, Hold::Free) && !is_rim_bonded {
-        return Err(PressingError::Loose);
+        return Err(SoftError::Loose);
     }
     // The stretches at the pole, but with depths that are the same all around.
     let soft: Vec<Stretch> = (0..names.len())
@@ -165,6 +171,11 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     let kept: Vec<usize> =
         (0..soft.len()).filter(|i| !is_thin(&soft[*i]) || soft.len() == 1).collect();
     let layers = layers(&bodies, &soft, &mut left_out)?;
+    let plan = Plan::Dome {
+        centre: face.centre(),
+        end_rad: meridian.end_rad,
+        equator_radius_mm: face.equator_radius_mm(),
+    };
     let (face, meridian) = (Arc::new(face.clone()), Arc::new(meridian));
     let outer = curve(&face, &meridian, None);
     let interfaces = std::iter::once(outer)
@@ -177,7 +188,7 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
         is_rim_bonded,
         kinks: Vec::new(),
     };
-    Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), left_out })
+    Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), left_out, plan })
 }
 
 /// The meridian of the surface, or of a layer's lower face.
@@ -202,7 +213,7 @@ fn layers(
     bodies: &Bodies,
     soft: &[Stretch],
     left_out: &mut Vec<String>,
-) -> Result<Vec<SoftLayer>, PressingError> {
+) -> Result<Vec<SoftLayer>, SoftError> {
     let (mut layers, mut begin_mm) = (Vec::<SoftLayer>::new(), 0.0);
     for (i, stretch) in soft.iter().enumerate() {
         let placed = &bodies.placed[stretch.body];
@@ -225,15 +236,15 @@ fn layers(
         });
         begin_mm = stretch.end_mm;
     }
-    if layers.is_empty() { Err(PressingError::Loose) } else { Ok(layers) }
+    if layers.is_empty() { Err(SoftError::Loose) } else { Ok(layers) }
 }
 
-fn layer_of(layer: &SoftLayer) -> Result<Layer, PressingError> {
+fn layer_of(layer: &SoftLayer) -> Result<Layer, SoftError> {
     let Elasticity { young_mpa, poissons_ratio, .. } = layer.elasticity;
-    let material = Material::new(young_mpa, poissons_ratio).map_err(PressingError::Elastic)?;
+    let material = Material::new(young_mpa, poissons_ratio)?;
     Ok(Layer { name: layer.name.clone(), material })
 }
 
-fn nothing_soft(sensor: &Sensor) -> PressingError {
-    PressingError::Stiff { sensor: sensor.name.clone() }
+fn nothing_soft(sensor: &Sensor) -> SoftError {
+    SoftError::Stiff { sensor: sensor.name.clone() }
 }

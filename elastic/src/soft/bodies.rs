@@ -4,7 +4,7 @@ use fabkit_geometry::{
     Assembly, CompiledSolid, Elasticity, Kind, Point3, Ray, Scratch, Sensor, TouchSurface, Vector3,
 };
 
-use super::error::PressingError;
+use super::error::SoftError;
 
 /// Stretches that begin this near to where the last one ended follow it, mm.
 const JOINT_MM: f64 = 1e-3;
@@ -44,12 +44,12 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    pub(super) fn of(sensor: &Sensor) -> Result<Self, PressingError> {
+    pub(super) fn of(sensor: &Sensor) -> Result<Self, SoftError> {
         let mut placed = Vec::new();
         for body in &sensor.bodies {
             for place in body.placements.iter().filter(|p| p.assembly == Assembly::sensor()) {
                 let solid = body.solid.clone().placed(place.assembly_from_body);
-                let solid = CompiledSolid::new(&solid).map_err(PressingError::Solid)?;
+                let solid = CompiledSolid::new(&solid)?;
                 let elasticity = body.substance.elasticity.clone();
                 let is_soft = body.kind == Kind::Cast || body.gives_way;
                 placed.push(Placed {

@@ -1,0 +1,181 @@
+//! The displacements of an interface as a table, to be asked at millions of places.
+
+use std::f64::consts::TAU;
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+use crate::outcome::Outcome;
+use crate::stack::Stack;
+
+/// Steps around for each wave of the highest harmonic: cubic pieces are then off by less than 1 % of it, and it
+/// is the smallest.
+const STEPS_A_WAVE: usize = 4;
+/// The most steps along the meridian.
+const MAX_ALONG: usize = 1024;
+
+/// How an interface moves, over s along its meridian and the azimuth; bicubic between the steps of a table.
+///
+/// ```
+/// use std::f64::consts::PI;
+/// use fabkit_elastic::{Ball, Body, Division, Field, Layer, Material, Press, Stack};
+/// use fabkit_geometry::{Point3, Vector3};
+///
+/// // A pad of 2 mm, pressed 1 mm beside its middle.
+/// let gel = Layer { name: "gel".to_owned(), material: Material::new(0.2, 0.49)? };
+/// let pad = Body::pad(20.0, vec![(gel, 2.0)]);
+/// let stack = Stack::new(&pad, &Division::around_pole(0.2, 4.0, 24), 1)?;
+/// let ball = Ball::new(Point3::new(1.0, 0.0, 9.0), 4.0)?;
+/// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+/// let field = Field::new(&stack, &outcome, 0);
+/// // The deepest place follows the ball; the other side of the axis rises.
+/// let s = 1.0 / 20.0;
+/// assert!((field.outwards_mm(s, 0.0) + 0.3).abs() < 0.01);
+/// assert!(field.outwards_mm(3.0 * s, PI) > 0.0);
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Rows are 0 to this.
+    along: usize,
+    /// Columns.
+    around: usize,
+    /// Row after row: out of the body along the touched surface's normal, away from the pole along its meridian,
+    /// around counter-clockwise.
+    parts: [Vec<f64>; 3],
+    rings: Vec<RingPressures>,
+}
+
+/// What pushes a ring of nodes.
+#[derive(Clone, Debug)]
+struct RingPressures {
+    s: f64,
+    pressures_mpa: Vec<f64>,
+}
+
+impl Field {
+    /// Of an interface of what was pressed; 0 is the touched surface. Those that do not move are all zero.
+    pub fn new(stack: &Stack, outcome: &Outcome, interface: usize) -> Self {
+        let mesh = &stack.mesh;
+        let nearest = mesh.s.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min);
+        let along = ((1.0 / nearest).ceil() as usize).clamp(16, MAX_ALONG);
+        let harmonics = outcome.amplitudes.len();
+        // Even, so that what lies behind the pole is half of the columns away.
+        let around = (STEPS_A_WAVE * harmonics).max(8);
+        let mut parts = [(); 3].map(|()| vec![0.0; (along + 1) * around]);
+        if interface < mesh.moving_interfaces() {
+            let plan = FftPlanner::new().plan_fft_inverse(around);
+            let mut work = vec![Complex::default(); plan.get_inplace_scratch_len()];
+            let mut line = vec![Complex::default(); around];
+            for row in 0..=along {
+                let (column, values) = mesh.interpolation(row as f64 / along as f64);
+                let frame = |part: fn(&crate::mesh::Frame) -> [f64; 2]| {
+                    let sums = [0, 1].map(|k| {
+                        let each = values.iter().enumerate();
+                        each.map(|(i, value)| value * part(&mesh.frames[column + i])[k])
+                            .sum::<f64>()
+                    });
+                    let length = sums[0].hypot(sums[1]);
+                    sums.map(|part| part / length)
+                };
+                let (normal, tangent) = (frame(|frame| frame.normal), frame(|frame| frame.tangent));
+                let at = |amplitudes: &[Complex<f64>], k: usize| {
+                    let each = values.iter().enumerate();
+                    each.map(|(i, value)| {
+                        amplitudes[3 * (interface * mesh.columns + column + i) + k] * value
+                    })
+                    .sum::<Complex<f64>>()
+                };
+                for (k, part) in parts.iter_mut().enumerate() {
+                    line.fill(Complex::default());
+                    for (harmonic, amplitudes) in outcome.amplitudes.iter().enumerate() {
+                        line[harmonic] = match k {
+                            0 => normal[0] * at(amplitudes, 0) + normal[1] * at(amplitudes, 2),
+                            1 => tangent[0] * at(amplitudes, 0) + tangent[1] * at(amplitudes, 2),
+                            // Around, the real part is that of the sine.
+                            _ => Complex::new(0.0, -1.0) * at(amplitudes, 1),
+                        };
+                    }
+                    plan.process_with_scratch(&mut line, &mut work);
+                    let row = &mut part[row * around..(row + 1) * around];
+                    row.iter_mut().zip(&line).for_each(|(to, from)| *to = from.re);
+                }
+            }
+        }
+        let rings = stack.rings.rings.iter().zip(&mesh.s).map(|(ring, s)| RingPressures {
+            s: *s,
+            pressures_mpa: outcome.nodes[ring.first..ring.first + ring.count]
+                .iter()
+                .map(|node| node.pressure_mpa)
+                .collect(),
+        });
+        Self { along, around, parts, rings: rings.collect() }
+    }
+
+    /// How far it moves out of the body, along the normal of the touched surface, mm. Beyond the rim: nothing.
+    #[inline]
+    pub fn outwards_mm(&self, s: f64, azimuth: f64) -> f64 {
+        self.at(0, s, azimuth)
+    }
+
+    /// How far it moves along the touched surface, away from the pole and around it, mm.
+    pub fn sideways_mm(&self, s: f64, azimuth: f64) -> [f64; 2] {
+        [self.at(1, s, azimuth), self.at(2, s, azimuth)]
+    }
+
+    /// What the presser pushes the nearest node of the touched surface with, MPa.
+    pub fn pressure_mpa(&self, s: f64, azimuth: f64) -> f64 {
+        let after = self.rings.partition_point(|ring| ring.s < s);
+        let near = after.saturating_sub(1)..(after + 1).min(self.rings.len());
+        let nearest = self.rings[near]
+            .iter()
+            .min_by(|a, b| (a.s - s).abs().total_cmp(&(b.s - s).abs()))
+            .filter(|_| s <= 1.0);
+        nearest.map_or(0.0, |ring| {
+            let count = ring.pressures_mpa.len();
+            let node = (azimuth.rem_euclid(TAU) / TAU * count as f64).round() as usize;
+            ring.pressures_mpa[node % count]
+        })
+    }
+
+    #[inline]
+    fn at(&self, part: usize, s: f64, azimuth: f64) -> f64 {
+        if !(0.0..=1.0).contains(&s) {
+            return 0.0;
+        }
+        let row = s * self.along as f64;
+        let column = azimuth.rem_euclid(TAU) / TAU * self.around as f64;
+        let (first_row, first_column) = (row.floor(), column.floor());
+        let (by_row, by_column) = (cubic(row - first_row), cubic(column - first_column));
+        let (first_row, first_column) = (first_row as isize, first_column as usize);
+        let mut sum = 0.0;
+        for (i, by_row) in (-1..).zip(by_row) {
+            let row = first_row + i;
+            // Behind the pole the other side goes on; what points away from it points back.
+            let (row, turn, sign) = match row < 0 {
+                true => (-row, self.around / 2, if part == 0 { 1.0 } else { -1.0 }),
+                false => (row.min(self.along as isize), 0, 1.0),
+            };
+            let values = &self.parts[part][row as usize * self.around..][..self.around];
+            let begin = first_column + self.around + turn - 1;
+            let mut around = 0.0;
+            for (j, by_column) in by_column.iter().enumerate() {
+                around += by_column * values[(begin + j) % self.around];
+            }
+            sum += sign * by_row * around;
+        }
+        sum
+    }
+}
+
+/// Shares of the four values around a place between the middle two (Catmull and Rom).
+#[inline]
+fn cubic(t: f64) -> [f64; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        0.5 * (-t3 + 2.0 * t2 - t),
+        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+        0.5 * (t3 - t2),
+    ]
+}

@@ -1,0 +1,79 @@
+//! How places of a sensor's surface are told from each other, and how finely they are looked at.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Point3, Vector3};
+
+use super::{SoftError, SoftStack};
+use crate::{Division, Stack};
+
+/// By what places are known.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Plan {
+    /// By the direction from a centre, up to the polar angle at which the layers end.
+    Dome { centre: Point3<f64>, end_rad: f64, equator_radius_mm: f64 },
+    /// By the distance from the middle of a disc.
+    Disc { radius_mm: f64 },
+}
+
+impl SoftStack {
+    /// s and azimuth, rad, of a point of the surface at rest, sensor frame, mm; s is above 1 beyond the layers' end.
+    #[inline]
+    pub fn coordinates(&self, point_in_sensor: &Point3<f64>) -> [f64; 2] {
+        match &self.plan {
+            Plan::Dome { centre, end_rad, .. } => {
+                let out = point_in_sensor - centre;
+                let polar = out.x.hypot(out.y).atan2(out.z);
+                [polar / end_rad, out.y.atan2(out.x)]
+            }
+            Plan::Disc { radius_mm } => {
+                let middle = self.sensor_from_stack.translation_mm();
+                let [x, y] = [point_in_sensor.x - middle[0], point_in_sensor.y - middle[1]];
+                [x.hypot(y) / radius_mm, y.atan2(x)]
+            }
+        }
+    }
+
+    /// Ready to be pressed, with nodes of the touched surface `spacing_mm` apart: everywhere on a dome; on a pad up
+    /// to `reach_mm` from its middle, and further and further apart beyond, with at most so many harmonics of the
+    /// azimuth.
+    ///
+    /// # Errors
+    /// What the solver says.
+    pub fn stack(
+        &self,
+        spacing_mm: f64,
+        reach_mm: f64,
+        most_harmonics: usize,
+        threads: usize,
+    ) -> Result<Stack, SoftError> {
+        // Two nodes a wave.
+        let harmonics =
+            |radius_mm: f64| (TAU * radius_mm / (2.0 * spacing_mm)).ceil().max(1.0) as usize;
+        let division = match self.plan {
+            Plan::Dome { equator_radius_mm, .. } => {
+                Division::even(spacing_mm, harmonics(equator_radius_mm))
+            }
+            Plan::Disc { radius_mm } => {
+                let reach_mm = reach_mm.min(radius_mm);
+                let harmonics = harmonics(reach_mm).min(most_harmonics);
+                Division::around_pole(spacing_mm, reach_mm, harmonics)
+            }
+        };
+        Ok(Stack::new(&self.body, &division, threads)?)
+    }
+
+    /// Directions along the surface at one of its points at rest: away from the pole, and around it counter-clockwise.
+    /// At the pole, x and y.
+    pub fn along(
+        &self,
+        point_in_sensor: &Point3<f64>,
+        outward: &Vector3<f64>,
+    ) -> [Vector3<f64>; 2] {
+        let middle = self.sensor_from_stack.translation_mm();
+        let out = Vector3::new(point_in_sensor.x - middle[0], point_in_sensor.y - middle[1], 0.0);
+        let out = out.try_normalize(1e-9).unwrap_or_else(Vector3::x);
+        let around = Vector3::z().cross(&out);
+        [around.cross(outward), around]
+    }
+}

@@ -1,0 +1,49 @@
+//! Presses of soft layers: forces by depth, and the moved surface.
+
+use std::sync::Arc;
+
+use fabkit_application::Error;
+use fabkit_application::pressing::{self, Pressing, PressingError, threads};
+use fabkit_application::scene::press_error;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays;
+use crate::design::Project;
+use crate::errors::Failure;
+use crate::running::{Interrupted, run};
+
+/// What `fabkit press --json` says, as JSON, and the arrays of `fabkit press -o FILE.npz` by name.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+pub fn press<'py>(
+    py: Python<'py>,
+    project: &Project,
+    sensor: String,
+    indenter: String,
+    depth_mm: f64,
+    shear_mm: [f64; 2],
+    friction: Option<f64>,
+    steps: u32,
+    spacing_mm: Option<f64>,
+) -> PyResult<(String, Bound<'py, PyDict>)> {
+    let project = Arc::clone(&project.project);
+    let (document, field) = run(py, Interrupted::Leave, None, move |_| {
+        let pressing = Pressing {
+            indenter: &indenter,
+            depth_mm,
+            steps,
+            shear_mm,
+            friction,
+            spacing_mm,
+            threads: threads(),
+        };
+        let pressed = pressing.run(&project).map_err(|error| match error {
+            PressingError::Press(error) => press_error(&sensor, error),
+            other => Error::from(other),
+        })?;
+        let document = pressing::document(&pressed).to_string();
+        Ok::<_, Failure>((document, pressing::arrays(&pressed)))
+    })?;
+    Ok((document, arrays::dictionary(py, field)?))
+}

@@ -307,6 +307,7 @@ fn pressing(error: &PressingError) -> &'static str {
         PressingError::Range { .. }
         | PressingError::NoFriction { .. }
         | PressingError::Contact { .. }
+        | PressingError::Finite { .. }
         | PressingError::RigidShear { .. } => "out_of_range",
         PressingError::Elastic(_) => "no_contact_solution",
         PressingError::Soft(_) => "nothing_soft",

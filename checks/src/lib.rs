@@ -53,6 +53,7 @@ mod sight;
 mod slicing;
 mod softness;
 mod standing;
+mod tearing;
 mod waiting;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -227,7 +228,8 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     let ways = motion::examine(sensor, &scene, memo);
     tell(Rule::Motion, "bodies that get to a place", (ways.findings, ways.bodies));
     tell(Rule::Access, "places for hands and tools", (adjusting::examine(sensor), ways.tools));
-    let loose = sensor.loose.iter().map(|loose| unbonded(sensor, loose)).collect();
+    let loose = sensor.loose.iter().map(|loose| unbonded(sensor, loose));
+    let loose = loose.chain(tearing::examine(sensor)).collect();
     tell(Rule::Bonding, "layers", (loose, sensor.layers().count()));
     tell(Rule::Chemistry, "faces of liquids", chemistry::examine(sensor));
     tell(Rule::Softness, "bodies of known hardness", softness::examine(sensor, &scene));

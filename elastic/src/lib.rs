@@ -95,5 +95,5 @@ pub use material::{MAX_POISSON_RATIO, Material};
 pub use meridian::{Body, Curve, Hold, Layer};
 pub use outcome::{Level, Outcome, SurfaceNode, Touch};
 pub use presser::{Ball, Press, Presser, SolidPresser};
-pub use soft::{Place, SoftError, SoftLayer, SoftStack, Yielded};
+pub use soft::{BondLine, Place, SoftError, SoftLayer, SoftStack, TipPress, Yielded};
 pub use stack::Stack;

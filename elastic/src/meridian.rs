@@ -1,13 +1,15 @@
 //! A layered body of revolution, as its interfaces' exact meridians.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::{ElasticError, Material};
 
 /// Radius, mm, and height, mm, at s from 0 (on the axis) to 1 (at the rim).
-type Meridian = Box<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
+type Meridian = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
 
 /// The meridian of one interface between layers.
+#[derive(Clone)]
 pub struct Curve(Meridian);
 
 impl Curve {
@@ -26,12 +28,22 @@ impl Curve {
     /// assert_eq!(dome.at(0.0), [0.0, 10.0]);
     /// ```
     pub fn new(at: impl Fn(f64) -> [f64; 2] + Send + Sync + 'static) -> Self {
-        Self(Box::new(at))
+        Self(Arc::new(at))
     }
 
     /// A disc: the meridian of a flat pad's face.
     pub fn disc(radius_mm: f64, height_mm: f64) -> Self {
         Self::new(move |s| [s * radius_mm, height_mm])
+    }
+
+    /// Between two curves: at 0 on the first, at 1 on the second.
+    #[must_use]
+    pub fn between(first: &Self, second: &Self, share: f64) -> Self {
+        let (first, second) = (first.clone(), second.clone());
+        Self::new(move |s| {
+            let (a, b) = (first.at(s), second.at(s));
+            [0, 1].map(|k| (1.0 - share) * a[k] + share * b[k])
+        })
     }
 
     /// Radius, mm, and height, mm.
@@ -80,7 +92,7 @@ impl Hold {
 /// Layers of revolution about the z axis, bonded to each other.
 ///
 /// A flat pad is the same thing: its interfaces are discs.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Body {
     /// From the touched surface inwards; one more than layers.
     pub interfaces: Vec<Curve>,

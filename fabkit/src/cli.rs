@@ -22,7 +22,7 @@ use fabkit_application::pictures::Viewer;
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
 pub use ground_truth::{Dataset, Depth, View};
 pub use new::New;
-pub use pressing::PressArgs;
+pub use pressing::{ContactLevel, PressArgs};
 pub use sweep::Sweep;
 
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt

@@ -174,6 +174,7 @@ def press(
     sensor: str,
     indenter: str,
     depth_mm: float,
+    is_finite: bool,
     shear_mm: tuple[float, float],
     friction: float | None,
     steps: int,

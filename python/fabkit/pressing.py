@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fabkit import _arrays, _fabkit
 from fabkit.designs import Sensor, load
+from fabkit.errors import invalid
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +43,7 @@ class Pressed:
     stiffness_n_mm: float
     """How force grows with depth at the end, N/mm."""
     contact_level: str
-    """By which theory: ``linear``."""
+    """By which theory: ``linear`` or ``finite``."""
     curve: list[dict[str, Any]]
     """The same figures step by step, with ``depth_mm`` and ``shear_mm``."""
     place_mm: NDArray[np.float64]
@@ -66,6 +67,7 @@ def press(
     indenter: str,
     depth_mm: float | str,
     *,
+    contact: str = "linear",
     shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
     friction: float | None = None,
     steps: int = 10,
@@ -86,6 +88,9 @@ def press(
     depth_mm
         How deep, along the surface's normal there; as all lengths, a number of mm, or text with a
         unit.
+    contact
+        ``"linear"``, or ``"finite"``: large strain, at the tip of a dome or on a pad, by what is
+        symmetric about the axis; seconds.
     shear_mm
         How far it then moves along the surface: on a dome away from the tip and around it, on a pad
         along x and y.
@@ -106,12 +111,15 @@ def press(
     >>> [round(step["depth_mm"], 1) for step in pressed.curve], pressed.force_n[2] < 0
     ([0.2, 0.4, 0.6], True)
     """
+    if contact not in ("linear", "finite"):
+        raise invalid(f"there is no contact `{contact}`: linear or finite")
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     text, field = _fabkit.press(
         sensor._project,  # pyright: ignore[reportPrivateUsage]
         sensor.name,
         indenter,
         _arrays.length_mm(depth_mm, "depth_mm"),
+        contact == "finite",
         _arrays.lengths_mm(shear_mm, "shear_mm"),
         friction,
         steps,

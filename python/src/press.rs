@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fabkit_application::Error;
-use fabkit_application::pressing::{self, Pressing, PressingError, threads};
+use fabkit_application::pressing::{self, Level, Pressing, PressingError, threads};
 use fabkit_application::scene::press_error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -22,16 +22,19 @@ pub fn press<'py>(
     sensor: String,
     indenter: String,
     depth_mm: f64,
+    is_finite: bool,
     shear_mm: [f64; 2],
     friction: Option<f64>,
     steps: u32,
     spacing_mm: Option<f64>,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
+    let level = if is_finite { Level::Finite } else { Level::Linear };
     let project = Arc::clone(&project.project);
     let (document, field) = run(py, Interrupted::Leave, None, move |_| {
         let pressing = Pressing {
             indenter: &indenter,
             depth_mm,
+            level,
             steps,
             shear_mm,
             friction,

@@ -188,3 +188,102 @@ fn what_cannot_be_pressed_is_refused_with_numbers() {
         refused(&[&["own.yaml"], &tip[..], &["1mm"]].concat(), 2, &["own.yaml", key, word]);
     }
 }
+
+#[test]
+fn a_press_that_tears_a_bond_is_found() {
+    let root = tempfile::tempdir().unwrap();
+    let own = |modulus: &str| {
+        let text = format!(
+            "format: 1\nextends: digit-like\nname: own\nmaterials:\n  Smooth-On Solaris:\n    youngs_modulus: {modulus}\n    \
+             youngs_modulus_most: 5 MPa\n"
+        );
+        std::fs::write(root.path().join("own.yaml"), text).unwrap();
+        fabkit(root.path(), &["check", "own.yaml", "--json"]).json()
+    };
+    let torn = |document: &Value| -> Vec<String> {
+        let findings = document["findings"].as_array().unwrap().iter();
+        let bonding = findings.filter(|finding| finding["rule"] == "bonding");
+        bonding.map(|finding| finding["message"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(torn(&own("340 kPa")), Vec::<String>::new());
+    let found = torn(&own("3 MPa"));
+    assert_eq!(found.len(), 1);
+    assert!(
+        found[0].contains("drives gel along plate") && found[0].contains("bears 200.0 kPa"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn sweeps_know_what_a_press_says() {
+    let root = tempfile::tempdir().unwrap();
+    let plan = "format: 1\nsensor: rtac0\naxes:\n  translucent_gel.thickness: [1.5 mm, 2 mm]\nmetrics: [press]\n";
+    std::fs::write(root.path().join("plan.yaml"), plan).unwrap();
+    fabkit(root.path(), &["sweep", "plan.yaml", "-o", "swept"]).ok();
+    let table = std::fs::read_to_string(root.path().join("swept/sweep.csv")).unwrap();
+    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    let at = |name: &str| names.iter().position(|known| *known == name).unwrap();
+    let rows: Vec<Vec<&str>> = lines.collect();
+    let value = |row: usize, name: &str| rows[row][at(name)].parse::<f64>().unwrap();
+    for (name, least, most) in [
+        ("force_at_1mm_n", 0.5, 0.8),
+        ("stiffness_n_mm", 0.5, 0.8),
+        ("bulge_mm", 0.5, 0.9),
+        ("bond_shear_strain", 0.5, 0.8),
+    ] {
+        // A thicker layer gives way more easily, bulges less and is sheared less.
+        let share = value(1, name) / value(0, name);
+        assert!((least..most).contains(&share), "{name}: {share}");
+    }
+    let place = ["--indenter", "ball@0deg,0deg", "--depth", "1mm"];
+    let ball = ["fixtures.indenters.ball_diameter=8mm", "fixtures.indenters.shank_diameter=9mm"];
+    let ball = ball.map(|setting| ["--set", setting]).concat();
+    let pressed = press(root.path(), "rtac0", &[&place[..], &ball].concat());
+    let force = norm(vector(&pressed["force_n"]));
+    // Nodes of the whole dome are coarser than those around a tip alone.
+    assert!((value(0, "force_at_1mm_n") / force - 1.0).abs() < 0.05, "{force}");
+    assert!((value(0, "bulge_mm") / number(&pressed["bulge_mm"]) - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn large_strain_is_asked_for_at_the_tip() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |level: &str| {
+        let more = [
+            "--indenter",
+            "ball@0deg,0deg",
+            "--depth",
+            "0.9mm",
+            "--steps",
+            "3",
+            "--contact",
+            level,
+        ];
+        press(root.path(), "rtac0", &more)
+    };
+    let (linear, finite) = (at("linear"), at("finite"));
+    assert!(
+        linear["warning"].as_str().is_some_and(|text| text.contains("0.60 mm")),
+        "{}",
+        linear["warning"]
+    );
+    assert!(finite["warning"].is_null());
+    assert_eq!(finite["contact_level"], "finite");
+    let forces = |document: &Value| -> Vec<f64> {
+        let steps = document["curve"].as_array().unwrap().iter();
+        steps.map(|step| norm(vector(&step["force_n"]))).collect()
+    };
+    for (small, large) in forces(&linear).iter().zip(forces(&finite)) {
+        // As in the table of the book, and by how much coarser the whole dome's nodes are.
+        assert!((small / large - 1.0).abs() < 0.12, "{small} {large}");
+    }
+    let refused = |more: &[&str], word: &str| {
+        let base = ["press", "rtac0", "--depth", "0.5mm", "--contact", "finite"];
+        let run = fabkit(root.path(), &[&base[..], more].concat());
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.stderr.contains(word), "{}", run.stderr);
+    };
+    refused(&["--indenter", "ball@20deg,0deg"], "at the tip");
+    refused(&["--indenter", "ball@0deg,0deg", "--shear", "0.1mm,0mm"], "straight in");
+}

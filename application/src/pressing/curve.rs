@@ -78,6 +78,19 @@ impl Pressed {
         last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
     }
 
+    /// What is doubtful about small strain at this depth, in words.
+    pub fn warning(&self) -> Option<String> {
+        let (limit_mm, strain) = self.soft.small_strain_mm();
+        let depth_mm = self.last().map_or(0.0, |step| step.depth_mm);
+        (self.level == Level::Linear && depth_mm > limit_mm).then(|| {
+            format!(
+                "{depth_mm} mm is more than {:.0} % of what gives way, {limit_mm:.2} mm: at large strain forces may be \
+                 10 to 30 % lower",
+                100.0 * strain
+            )
+        })
+    }
+
     /// The forces for the least and the most that is known of the moduli: all of them scale together, N.
     pub fn force_range_n(&self) -> [f64; 2] {
         let force_n = self.last().map_or(f64::NAN, |step| step.force_n.norm());

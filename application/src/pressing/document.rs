@@ -64,6 +64,7 @@ pub fn document(pressed: &Pressed) -> Value {
         "left_out": pressed.soft.left_out,
         "nodes": pressed.nodes,
         "spacing_mm": pressed.spacing_mm,
+        "warning": pressed.warning(),
         "friction": pressed.friction,
         "stiffness_n_mm": pressed.stiffness_n_mm(),
         "force_range_n": pressed.force_range_n(),

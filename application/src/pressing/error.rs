@@ -23,6 +23,12 @@ pub enum PressingError {
         /// Its name.
         material: String,
     },
+    /// A press that is not asked at large strain.
+    #[error("a press at large strain {what}")]
+    Finite {
+        /// What it is.
+        what: &'static str,
+    },
     /// Words that do not go together.
     #[error("{problem}")]
     Contact {
@@ -62,6 +68,7 @@ impl Explained for PressingError {
             Self::Soft(SoftError::Stiff { .. }) => {
                 "write `youngs_modulus: 70 kPa` for its material in a file of `materials:`"
             }
+            Self::Finite { .. } => "ask for `linear` contact, or press at `@0deg,0deg`",
             Self::RigidShear { .. } => "ask for `linear` contact",
             Self::NoFriction { .. } => {
                 "write `friction: 1.0` for it in a file of `materials:`, or say how much for this press"

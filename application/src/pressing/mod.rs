@@ -8,9 +8,11 @@ mod curve;
 mod document;
 mod error;
 mod files;
+mod finite;
 mod ready;
 
-use fabkit_elastic::{Level, Press};
+pub use fabkit_elastic::Level;
+use fabkit_elastic::Press;
 use fabkit_fixtures::Project;
 
 pub use contact::{Answer, Contact, Linear};
@@ -33,6 +35,8 @@ pub struct Pressing<'a> {
     pub indenter: &'a str,
     /// How deep, mm, along the surface's normal at that place.
     pub depth_mm: f64,
+    /// By which theory.
+    pub level: Level,
     /// Of how many equal steps of depth the force curve is made.
     pub steps: u32,
     /// How far the presser moves on along the surface, mm: on a dome away from the tip and around it, counter-clockwise
@@ -53,9 +57,11 @@ impl Pressing<'_> {
     /// [`PressingError`]: no such press, nothing soft, a contact that does not converge.
     pub fn run(&self, project: &Project) -> Result<Pressed, PressingError> {
         self.check()?;
+        if self.level == Level::Finite {
+            return self.run_finite(project);
+        }
         let finder = project.press_finder();
-        let id = |depth_mm: f64| format!("{},{depth_mm}mm", self.indenter);
-        let last = finder.press(&id(self.depth_mm))?;
+        let last = finder.press(&self.id(self.depth_mm))?;
         let sensor = &project.design.sensor;
         let touch = ready::touch(sensor)?;
         let ready = Ready::for_press(sensor, &last.bodies, self.spacing_mm, self.threads)?;
@@ -63,8 +69,8 @@ impl Pressing<'_> {
         let mut steps = Vec::new();
         let mut outcome = None;
         for i in 1..=self.steps {
-            let depth_mm = self.depth_mm * f64::from(i) / f64::from(self.steps);
-            let press = finder.press(&id(depth_mm))?;
+            let depth_mm = self.depth_at(i);
+            let press = finder.press(&self.id(depth_mm))?;
             let pressed = ready.press(&press.bodies, &Press::in_place())?;
             steps.push(Step::of([depth_mm, 0.0], &pressed, soft));
             outcome = Some(pressed);
@@ -94,6 +100,16 @@ impl Pressing<'_> {
             soft: ready.soft,
             nodes,
         })
+    }
+
+    /// As fixtures know a press.
+    fn id(&self, depth_mm: f64) -> String {
+        format!("{},{depth_mm}mm", self.indenter)
+    }
+
+    /// Of the i-th step, mm.
+    fn depth_at(&self, i: u32) -> f64 {
+        self.depth_mm * f64::from(i) / f64::from(self.steps)
     }
 
     fn check(&self) -> Result<(), PressingError> {

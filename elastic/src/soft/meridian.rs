@@ -29,6 +29,8 @@ pub(super) struct Meridian {
     pub(super) depths_mm: Vec<Vec<f64>>,
     /// Whether something stiff follows the last layer, by step.
     pub(super) is_held: Vec<bool>,
+    /// The stiff body that mostly follows.
+    pub(super) held_by: Option<usize>,
     /// How far depths differ around the axis, at most, mm, by layer.
     pub(super) uneven_mm: Vec<f64>,
 }
@@ -88,6 +90,7 @@ impl Meridian {
         let whole = (1..=STEPS).rev().find(|i| is_whole(&around(polar(*i)))).unwrap_or(1);
         let end_rad = polar(whole);
         let mut uneven_mm = vec![0.0f64; names.len()];
+        let mut held = BTreeMap::<usize, usize>::new();
         let mut rows: Vec<Option<(Vec<f64>, bool)>> = Vec::new();
         for i in 0..=STEPS {
             let columns = around(end_rad * i as f64 / STEPS as f64);
@@ -105,8 +108,9 @@ impl Meridian {
                 let is_even = most - least < ROUND_MM;
                 here.push(if is_even { least } else { ends().sum::<f64>() / columns.len() as f64 });
             }
-            let held = columns.iter().filter(|c| c.is_held && c.soft.len() == names.len()).count();
-            rows.push(Some((here, 2 * held > columns.len())));
+            let holding = || columns.iter().filter(|c| c.is_held && c.soft.len() == names.len());
+            holding().filter_map(|c| c.next).for_each(|body| *held.entry(body).or_default() += 1);
+            rows.push(Some((here, 2 * holding().count() > columns.len())));
         }
         // Where a pin or a hole is all around, as at a tip, it is as beside it.
         let nearest =
@@ -116,7 +120,8 @@ impl Meridian {
         for layer in (0..names.len()).filter(|layer| uneven_mm[*layer] > ROUND_MM) {
             spread(&mut depths_mm, layer);
         }
-        Self { end_rad, depths_mm, is_held, uneven_mm }
+        let held_by = held.into_iter().max_by_key(|(_, count)| *count).map(|(body, _)| body);
+        Self { end_rad, depths_mm, is_held, held_by, uneven_mm }
     }
 
     /// Between the table's rows.

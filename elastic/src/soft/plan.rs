@@ -63,6 +63,11 @@ impl SoftStack {
         Ok(Stack::new(&self.body, &division, threads)?)
     }
 
+    /// Fine around the axis, for what is the same all around.
+    pub fn division_at_pole(&self, spacing_mm: f64, reach_mm: f64) -> Division {
+        Division::around_pole(spacing_mm, reach_mm, 0)
+    }
+
     /// Directions along the surface at one of its points at rest: away from the pole, and around it counter-clockwise.
     /// At the pole, x and y.
     pub fn along(

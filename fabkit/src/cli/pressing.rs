@@ -57,6 +57,8 @@ pub struct PressArgs {
 pub enum ContactLevel {
     /// Small strain, layered, nearly incompressible, with Coulomb's friction
     Linear,
+    /// Large strain, neo-Hookean, without friction: at the tip of a dome or on a pad, by what is symmetric; seconds
+    Finite,
 }
 
 /// How the surface answers what presses.

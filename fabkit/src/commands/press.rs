@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use fabkit_application::Error;
 use fabkit_application::export::npz;
 use fabkit_application::pressing::{
-    Pressed, Pressing, PressingError, SoftLayer, arrays, curve_csv, curve_svg, document, threads,
+    Level, Pressed, Pressing, PressingError, SoftLayer, arrays, curve_csv, curve_svg, document,
+    threads,
 };
 use fabkit_application::scene::press_error;
 use fabkit_application::source::{Source, Target};
@@ -13,7 +14,7 @@ use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 
 use super::Outcome;
-use crate::cli::PressArgs;
+use crate::cli::{ContactLevel, PressArgs};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::Roles;
@@ -36,6 +37,10 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
     let pressing = Pressing {
         indenter: &args.indenter,
         depth_mm: args.depth,
+        level: match args.contact {
+            ContactLevel::Linear => Level::Linear,
+            ContactLevel::Finite => Level::Finite,
+        },
         steps: args.steps,
         shear_mm: args.shear,
         friction: args.friction,
@@ -98,6 +103,9 @@ fn text(pressed: &Pressed) -> String {
             step.max_indentation_mm,
             step.bulge_mm
         );
+    }
+    if let Some(warning) = pressed.warning() {
+        text += &format!("warning: {warning}\n");
     }
     let [low, high] = pressed.force_range_n();
     text += &format!(

@@ -6,6 +6,7 @@ mod checks;
 mod markers;
 mod masses;
 mod meshes;
+mod press;
 mod stock;
 mod walls;
 
@@ -30,6 +31,8 @@ pub enum Group {
     Walls,
     /// What calibration will tell.
     Calibration,
+    /// How the layers give way; takes tenths of a second.
+    Press,
     /// All rules of `fabkit check`; takes seconds.
     Checks,
     /// Triangles; takes tenths of a second.
@@ -37,12 +40,13 @@ pub enum Group {
 }
 
 /// All groups, in the order of tables.
-pub const GROUPS: [Group; 7] = [
+pub const GROUPS: [Group; 8] = [
     Group::Camera,
     Group::Markers,
     Group::Masses,
     Group::Walls,
     Group::Calibration,
+    Group::Press,
     Group::Checks,
     Group::Meshes,
 ];
@@ -56,6 +60,7 @@ impl Group {
             Self::Masses => "masses",
             Self::Walls => "walls",
             Self::Calibration => "calibration",
+            Self::Press => "press",
             Self::Checks => "checks",
             Self::Meshes => "meshes",
         }
@@ -63,7 +68,7 @@ impl Group {
 
     /// Whether a plan that names no metrics leaves it out.
     pub fn is_slow(self) -> bool {
-        matches!(self, Self::Checks | Self::Meshes)
+        matches!(self, Self::Press | Self::Checks | Self::Meshes)
     }
 }
 
@@ -160,6 +165,19 @@ pub const METRICS: &[Metric] = &[
     ),
     metric(Group::Calibration, "camera_rotation_sigma_deg", "the same of its direction"),
     metric(Group::Calibration, "seating_offset_sigma_mm", "the same of the pins' seating offset"),
+    metric(
+        Group::Press,
+        "force_at_1mm_n",
+        "force of a ball of 8 mm that stands 1 mm deep on the tip or the pad's middle, simulated at small strain",
+    ),
+    metric(Group::Press, "stiffness_n_mm", "how its force grows with depth there"),
+    metric(Group::Press, "bulge_mm", "how far the surface comes out beside it"),
+    metric(
+        Group::Press,
+        "bond_shear_strain",
+        "shear strain where a layer is bonded to what lies below, at the bond that bears most stress",
+    ),
+    metric(Group::Press, "bond_shear_kpa", "the stress along that bond"),
     metric(Group::Checks, "check_errors", "findings that keep the sensor from being built"),
     metric(Group::Checks, "check_warnings", "findings that may"),
     metric(Group::Checks, "check_notes", "findings worth knowing"),
@@ -277,6 +295,7 @@ pub(crate) fn compute(
             Group::Masses => masses::compute(sensor, computed)?,
             Group::Walls => walls::compute(sensor, computed)?,
             Group::Calibration => calibration::compute(project, computed),
+            Group::Press => press::compute(sensor, computed),
             Group::Checks => checks::compute(sensor, &shared.checks, computed),
             Group::Meshes => meshes::compute(sensor, &shared.meshes, computed),
         }

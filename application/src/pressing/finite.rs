@@ -1,0 +1,72 @@
+//! The same press at large strain, at the tip of a dome or anywhere on a pad: the reference for small strain.
+
+use fabkit_elastic::{FiniteStack, Level, Press, SoftError, SoftStack, SolidPresser};
+use fabkit_fixtures::Project;
+use fabkit_geometry::{CompiledSolid, Pose, SurfacePoints};
+
+use super::contact::deepest_place;
+use super::{Pressed, Pressing, PressingError, Step, ready};
+
+/// Farther from the axis a press is none at the tip, mm.
+const OFF_AXIS_MM: f64 = 1e-6;
+/// Nodes across a contact, from its middle to its edge, about.
+const ACROSS_CONTACT: f64 = 16.0;
+/// The surface is looked at finely up to this many times the contact's radius.
+const AROUND_CONTACT: f64 = 2.5;
+/// The presser starts this far above the surface, mm.
+const ABOVE_MM: f64 = 0.5;
+
+impl Pressing<'_> {
+    /// Step by step, with forces, contact and bulge of each.
+    ///
+    /// # Errors
+    /// A press off the axis, along the surface, or by what is not symmetric; what does not converge.
+    pub(super) fn run_finite(&self, project: &Project) -> Result<Pressed, PressingError> {
+        let press = project.press_finder().press(&self.id(self.depth_mm))?;
+        let sensor = &project.design.sensor;
+        let touch = ready::touch(sensor)?;
+        let place = deepest_place(touch, &press.bodies)?;
+        let points = SurfacePoints::new(touch).map_err(SoftError::Solid)?;
+        let soft = SoftStack::of(sensor, &points, &place)?;
+        let pole = soft.sensor_from_stack.inverse().point(place.0);
+        if self.shear_mm != [0.0; 2] {
+            return Err(PressingError::Finite { what: "goes straight in, not along the surface" });
+        }
+        let [body] = &press.bodies[..] else {
+            return Err(PressingError::Finite { what: "is one of a single body" });
+        };
+        if pole.x.hypot(pole.y) > OFF_AXIS_MM {
+            return Err(PressingError::Finite { what: "is one at the tip" });
+        }
+        let solid = CompiledSolid::new(&body.solid).map_err(SoftError::Solid)?;
+        let up = Pose::translation(0.0, 0.0, self.depth_mm + ABOVE_MM);
+        let pose = soft.sensor_from_stack.inverse().then_in(body.sensor_from_body);
+        let presser = SolidPresser::new(&solid, &up.then_in(pose));
+        let around = |spacing_mm: f64, across: f64| {
+            soft.division_at_pole(spacing_mm, AROUND_CONTACT * across * spacing_mm)
+        };
+        // A coarse press tells how wide the contact is.
+        let coarse_mm = (8.0 * self.depth_mm).sqrt() / 8.0;
+        let coarse = fabkit_elastic::Stack::new(&soft.body, &around(coarse_mm, 8.0), self.threads)?;
+        let down = Press::along(-fabkit_geometry::Vector3::z(), self.depth_mm)?;
+        let contact_mm = coarse.press(&presser, &down)?.contact_radius_mm;
+        let spacing_mm = self.spacing_mm.unwrap_or(contact_mm.max(coarse_mm) / ACROSS_CONTACT);
+        let stack = FiniteStack::new(&soft.body, &around(spacing_mm, ACROSS_CONTACT))?;
+        let depths_mm: Vec<f64> = (1..=self.steps).map(|i| self.depth_at(i)).collect();
+        let mut outcomes = stack.press(&presser, &depths_mm)?;
+        let both = depths_mm.iter().zip(&outcomes);
+        let steps = both.map(|(mm, outcome)| Step::of([*mm, 0.0], outcome, &soft)).collect();
+        let outcome = outcomes.pop().ok_or_else(|| self.no_steps())?;
+        let nodes = outcome.nodes.len();
+        Ok(Pressed {
+            id: press.id,
+            level: Level::Finite,
+            spacing_mm,
+            friction: None,
+            steps,
+            outcome,
+            soft,
+            nodes,
+        })
+    }
+}

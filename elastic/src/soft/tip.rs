@@ -1,0 +1,284 @@
+//! A ball on the tip of a dome, or on the middle of a pad: what a design is worth under a press, in tenths of a
+//! second, because it is the same all around.
+
+use fabkit_geometry::{Point3, Sensor, SurfacePoints, Vector3};
+
+use super::{SoftError, SoftStack};
+use crate::{Ball, Body, Curve, Division, FiniteStack, Hold, Outcome, Press, Stack};
+
+/// Nodes across a contact's rigid radius.
+const ACROSS: f64 = 24.0;
+/// A surface is looked at finely up to this many times that radius.
+const AROUND: f64 = 2.5;
+/// The part of a layer next to a bond in which its strain is measured.
+const AT_BOND: f64 = 0.04;
+/// The part of a press by which the last of its stiffness is measured.
+const LAST: f64 = 0.05;
+/// The ball starts this far above the surface, mm.
+const ABOVE_MM: f64 = 1.0;
+/// Steps along a bond line.
+const ALONG: usize = 400;
+
+/// What a press on the tip does.
+#[derive(Clone, Debug)]
+pub struct TipPress {
+    /// Of the ball on the sensor, N, as a push.
+    pub force_n: f64,
+    /// How force grows with depth at the end, N/mm.
+    pub stiffness_n_mm: f64,
+    /// How far the surface comes out beside the ball, mm.
+    pub bulge_mm: f64,
+    /// Of the contact, mm.
+    pub contact_radius_mm: f64,
+    /// From outside inwards: below each layer, where it is bonded to something.
+    pub bonds: Vec<BondLine>,
+}
+
+/// The line along which a layer is bonded to what lies below.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BondLine {
+    /// The layer's name.
+    pub layer: String,
+    /// What it is bonded to: the next layer, or what holds the last one; nothing where nobody knows its name.
+    pub below: Option<String>,
+    /// The largest shear strain of the layer next to it, as an angle's tangent.
+    pub shear_strain: f64,
+    /// The stress along the bond there, MPa.
+    pub shear_mpa: f64,
+    /// How far from the axis, mm.
+    pub radius_mm: f64,
+}
+
+impl SoftStack {
+    /// The layers below the tip of a dome, or below the middle of a pad.
+    ///
+    /// # Errors
+    /// As [`SoftStack::of`]; a sensor without a surface has nothing soft.
+    pub fn at_tip(sensor: &Sensor) -> Result<Self, SoftError> {
+        let stiff = || SoftError::Stiff { sensor: sensor.name.clone() };
+        let touch = sensor.touch.as_ref().ok_or_else(stiff)?;
+        let points = SurfacePoints::new(touch)?;
+        let [x, y] = match &points {
+            SurfacePoints::Dome(_) => [0.0; 2],
+            SurfacePoints::Plane(face) => face.bounds_mm().map(|[a, b]| f64::midpoint(a, b)),
+        };
+        let place = (Point3::new(x, y, touch.apex_z_mm()), Vector3::z());
+        Self::of(sensor, &points, &place)
+    }
+
+    /// Presses a ball onto the tip, or onto the place of a pad that the stack was made for, at small strain.
+    ///
+    /// Bond lines are looked at in a twenty-fifth of the layer above: there shear is that of the line itself, to the
+    /// size of that part.
+    ///
+    /// # Errors
+    /// A ball or a depth that is none, a press deeper than the layers, what does not converge.
+    pub fn press_tip(&self, radius_mm: f64, depth_mm: f64) -> Result<TipPress, SoftError> {
+        let (body, lines) = self.with_bond_lines();
+        let stack = Stack::new(&body, &self.tip_division(radius_mm, depth_mm), 1)?;
+        let ball = self.ball_above(radius_mm)?;
+        let pressed = |depth_mm: f64| stack.press(&ball, &Press::along(-Vector3::z(), depth_mm)?);
+        let (before, last) = (pressed((1.0 - LAST) * depth_mm)?, pressed(depth_mm)?);
+        let bonds = lines.iter().map(|line| line.measure(self, &last)).collect();
+        Ok(TipPress {
+            force_n: -last.force_n.z,
+            stiffness_n_mm: (before.force_n.z - last.force_n.z) / (LAST * depth_mm),
+            bulge_mm: last.bulge_mm,
+            contact_radius_mm: last.contact_radius_mm,
+            bonds,
+        })
+    }
+
+    /// The same press at large strain, to each of several rising depths, mm: seconds.
+    ///
+    /// # Errors
+    /// As [`SoftStack::press_tip`].
+    pub fn press_tip_finite(
+        &self,
+        radius_mm: f64,
+        depths_mm: &[f64],
+    ) -> Result<Vec<Outcome>, SoftError> {
+        let deepest_mm = depths_mm.iter().copied().fold(0.0, f64::max);
+        let division = self.tip_division(radius_mm, deepest_mm);
+        let stack = FiniteStack::new(&self.body, &division)?;
+        Ok(stack.press(&self.ball_above(radius_mm)?, depths_mm)?)
+    }
+
+    /// Both levels at the same nodes: linear first.
+    ///
+    /// # Errors
+    /// As [`SoftStack::press_tip`].
+    pub fn levels(
+        &self,
+        radius_mm: f64,
+        depths_mm: &[f64],
+    ) -> Result<Vec<[Outcome; 2]>, SoftError> {
+        let deepest_mm = depths_mm.iter().copied().fold(0.0, f64::max);
+        let stack = Stack::new(&self.body, &self.tip_division(radius_mm, deepest_mm), 1)?;
+        let ball = self.ball_above(radius_mm)?;
+        let finite = self.press_tip_finite(radius_mm, depths_mm)?;
+        let both = depths_mm.iter().zip(finite).map(|(depth_mm, finite)| {
+            Ok([stack.press(&ball, &Press::along(-Vector3::z(), *depth_mm)?)?, finite])
+        });
+        both.collect()
+    }
+
+    fn tip_division(&self, radius_mm: f64, depth_mm: f64) -> Division {
+        let cut_mm = (depth_mm * (2.0 * radius_mm - depth_mm)).max(0.0).sqrt();
+        Division::around_pole(cut_mm / ACROSS, AROUND * cut_mm, 0)
+    }
+
+    fn ball_above(&self, radius_mm: f64) -> Result<Ball, SoftError> {
+        let top_mm = self.body.interfaces.first().map_or(0.0, |surface| surface.at(0.0)[1]);
+        Ok(Ball::new(Point3::new(0.0, 0.0, top_mm + radius_mm + ABOVE_MM), radius_mm)?)
+    }
+
+    /// The same body with a thin part of each layer next to its bond as a layer of its own.
+    fn with_bond_lines(&self) -> (Body, Vec<Line>) {
+        let old = &self.body;
+        let last = old.layers.len().saturating_sub(1);
+        let (mut interfaces, mut layers, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, layer) in old.layers.iter().enumerate() {
+            interfaces.push(old.interfaces[i].clone());
+            layers.push(layer.clone());
+            if i == last && matches!(old.inner, Hold::Free) {
+                continue;
+            }
+            let pair = [&old.interfaces[i], &old.interfaces[i + 1]];
+            interfaces.push(Curve::between(pair[0], pair[1], 1.0 - AT_BOND));
+            layers.push(layer.clone());
+            lines.push(Line { layer: i, above: interfaces.len() - 1 });
+        }
+        interfaces.extend(old.interfaces.last().cloned());
+        (Body { interfaces, layers, ..old.clone() }, lines)
+    }
+}
+
+/// A bond line by the interface just above it.
+struct Line {
+    layer: usize,
+    above: usize,
+}
+
+impl Line {
+    fn measure(&self, soft: &SoftStack, outcome: &Outcome) -> BondLine {
+        let (mut worst, mut radius_mm) = (0.0, 0.0);
+        for i in 1..ALONG {
+            let s = i as f64 / ALONG as f64;
+            let strain = self.shear_strain(outcome, s);
+            if strain > worst {
+                (worst, radius_mm) = (strain, outcome.place_mm(self.above + 1, 0.0, s).x);
+            }
+        }
+        let layer = &soft.body.layers[self.layer];
+        let next = soft.layers.get(self.layer + 1).map(|layer| layer.name.clone());
+        BondLine {
+            layer: layer.name.clone(),
+            below: next.or_else(|| soft.held_by.clone()),
+            shear_strain: worst,
+            shear_mpa: layer.material.shear_modulus_mpa() * worst,
+            radius_mm,
+        }
+    }
+
+    /// Twice the tensor's component along and across the line: du_t/dn + du_n/dt.
+    fn shear_strain(&self, outcome: &Outcome, s: f64) -> f64 {
+        let place = |interface: usize, s: f64| outcome.place_mm(interface, 0.0, s);
+        let moved = |interface: usize, s: f64| outcome.displacement_mm(interface, 0.0, s);
+        let step = 0.5 / ALONG as f64;
+        let along = place(self.above + 1, s + step) - place(self.above + 1, s - step);
+        let tangent = along.normalize();
+        let across = place(self.above, s) - place(self.above + 1, s);
+        // Out of the body: along goes outwards from the pole.
+        let normal = Vector3::new(-tangent.z, 0.0, tangent.x);
+        let apart_mm = across.dot(&normal);
+        let turns = moved(self.above + 1, s + step) - moved(self.above + 1, s - step);
+        let by_length = turns / along.norm();
+        // What lies across from each other need not lie along the normal.
+        let slides =
+            moved(self.above, s) - moved(self.above + 1, s) - across.dot(&tangent) * by_length;
+        (slides.dot(&tangent) / apart_mm + by_length.dot(&normal)).abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_geometry::Pose;
+
+    use super::*;
+    use crate::soft::Plan;
+    use crate::{Layer, Material};
+
+    fn pad(layers: &[(f64, f64)]) -> SoftStack {
+        let layer = |(young_mpa, thickness_mm): &(f64, f64)| {
+            let material = Material::new(*young_mpa, 0.499).unwrap();
+            (Layer { name: format!("{young_mpa} MPa"), material }, *thickness_mm)
+        };
+        SoftStack {
+            layers: Vec::new(),
+            body: Body::pad(12.0, layers.iter().map(layer).collect()),
+            sensor_from_stack: Pose::identity(),
+            left_out: Vec::new(),
+            held_by: Some("floor".to_owned()),
+            plan: Plan::Disc { radius_mm: 12.0 },
+        }
+    }
+
+    #[test]
+    fn a_thin_layer_is_sheared_by_what_flows_out() {
+        // Incompressible, much wider than thick, held below and free to slide above: pressure drives it out as it
+        // does a film, and the floor bears all of it: shear is thickness times the slope of pressure.
+        let (soft, thickness_mm) = (pad(&[(0.3, 0.1)]), 0.1);
+        let (body, lines) = soft.with_bond_lines();
+        let stack = Stack::new(&body, &soft.tip_division(50.0, 0.02), 1).unwrap();
+        let press = Press::along(-Vector3::z(), 0.02).unwrap();
+        let outcome = stack.press(&soft.ball_above(50.0).unwrap(), &press).unwrap();
+        let edge_mm = outcome.contact_radius_mm;
+        // At the edge it is free to rise, and in the middle nothing flows.
+        for share in [0.3, 0.5, 0.7] {
+            let here_mm = share * edge_mm;
+            let at = outcome.nodes.iter().position(|node| node.place_mm.x > here_mm).unwrap();
+            let [a, b] = [&outcome.nodes[at - 4], &outcome.nodes[at + 4]];
+            let slope = (a.pressure_mpa - b.pressure_mpa) / (b.place_mm.x - a.place_mm.x);
+            let middle_mm = f64::midpoint(a.place_mm.x, b.place_mm.x);
+            let strain = lines[0].shear_strain(&outcome, middle_mm / 12.0);
+            let (shear_mpa, film_mpa) =
+                (body.layers[0].material.shear_modulus_mpa() * strain, thickness_mm * slope);
+            assert!((shear_mpa / film_mpa - 1.0).abs() < 0.06, "{share}: {shear_mpa} {film_mpa}");
+        }
+        let press = soft.press_tip(50.0, 0.02).unwrap();
+        let [line] = &press.bonds[..] else { panic!("{press:?}") };
+        assert_eq!(line.below.as_deref(), Some("floor"));
+        assert!((0.6..1.1).contains(&(line.radius_mm / press.contact_radius_mm)), "{line:?}");
+    }
+
+    #[test]
+    fn stress_goes_through_a_bond_and_strain_does_not() {
+        // The same material twice is one layer: its middle bears half the shear of its floor or less; a stiffer
+        // half below is strained less by about the ratio of moduli.
+        let twice = pad(&[(0.1, 1.5), (0.1, 1.5)]).press_tip(4.0, 0.6).unwrap();
+        let once = pad(&[(0.1, 3.0)]).press_tip(4.0, 0.6).unwrap();
+        assert!(
+            (twice.force_n / once.force_n - 1.0).abs() < 2e-3,
+            "{} {}",
+            twice.force_n,
+            once.force_n
+        );
+        let (floor, all) = (&twice.bonds[1], &once.bonds[0]);
+        assert!((floor.shear_mpa / all.shear_mpa - 1.0).abs() < 0.05, "{floor:?} {all:?}");
+        let stiffer = pad(&[(0.1, 1.5), (1.0, 1.5)]).press_tip(4.0, 0.6).unwrap();
+        let [above, below] = &stiffer.bonds[..] else { panic!("{stiffer:?}") };
+        assert!(above.shear_strain > 4.0 * below.shear_strain);
+        assert!(stiffer.stiffness_n_mm > 1.2 * once.stiffness_n_mm);
+        assert!((2.0 * stiffer.force_n..).contains(&(stiffer.stiffness_n_mm * 0.6 * 1.4)));
+    }
+
+    #[test]
+    fn large_strain_tells_how_far_the_other_is_off() {
+        let soft = pad(&[(0.1, 3.0)]);
+        let levels = soft.levels(4.0, &[0.1, 1.4]).unwrap();
+        let off = |[linear, finite]: &[Outcome; 2]| linear.force_n.z / finite.force_n.z - 1.0;
+        assert!(off(&levels[0]).abs() < 0.03, "{}", off(&levels[0]));
+        assert!(off(&levels[1]).abs() > off(&levels[0]).abs());
+    }
+}

@@ -6,6 +6,7 @@ use std::path::Path;
 use fabkit_export::ExportError;
 use fabkit_fixtures::FixtureError;
 use fabkit_mesh::MeshError;
+use fabkit_tetra::TetraError;
 use fabkit_text::{Problem, number_and_unit};
 use serde_json::{Value, json};
 
@@ -254,6 +255,9 @@ fn export(error: &ExportFailure) -> About {
             "profile_unused"
         }
         ExportFailure::NoOutlines { .. } => "no_outlines",
+        ExportFailure::Soft(_) => "nothing_soft",
+        ExportFailure::Tetra(TetraError::TooMany { .. }) => "too_many_tetrahedra",
+        ExportFailure::Tetra(TetraError::Edge { .. }) => "out_of_range",
         other => return of_kind(other.kind()),
     })
 }

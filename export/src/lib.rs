@@ -28,6 +28,7 @@ mod ply;
 mod runs;
 mod stl;
 mod svg;
+mod tetra;
 mod three_mf;
 mod tiff;
 mod tree;
@@ -56,6 +57,7 @@ pub use ply::{Cloud, CloudPoint};
 pub use runs::{Run, RunContent, zstd_of_runs};
 pub use stl::stl;
 pub use svg::{sheet_picture, svg};
+pub use tetra::{TetraMesh, msh, vtk};
 pub use three_mf::{Document, Object, SlicerSettings, three_mf, three_mf_of_one_piece};
 pub use tiff::float_tiff;
 pub use tree::{

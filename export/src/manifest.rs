@@ -38,6 +38,9 @@ pub struct Manifest {
 pub struct OptionsEntry {
     /// Largest distance between triangles and the exact surface, mm.
     pub tolerance_mm: f64,
+    /// Length of the edges of tetrahedra, mm; where it was said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edge_mm: Option<f64>,
     /// Printer bed of the plates, mm.
     pub bed_mm: [f64; 2],
     /// Stock sheets of flat parts, mm.

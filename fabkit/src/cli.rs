@@ -25,6 +25,8 @@ pub use new::New;
 pub use pressing::{ContactLevel, PressArgs};
 pub use sweep::Sweep;
 
+/// Shortest and longest edge of tetrahedra, mm.
+const EDGE_LIMITS_MM: [f64; 2] = [0.05, 10.0];
 /// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
 /// hole is a triangle.
 const TOLERANCE_LIMITS_MM: [f64; 2] = [0.0005, 1.0];
@@ -244,6 +246,9 @@ pub struct Export {
     /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm [default: 0.01mm]
     #[arg(long, value_parser = tolerance, value_name = "LENGTH")]
     pub tolerance: Option<f64>,
+    /// Length of the edges of tetrahedra, 0.05 mm to 10 mm; shorter where a layer is thinner [default: 0.5 mm]
+    #[arg(long, value_parser = edge, value_name = "LENGTH")]
+    pub edge: Option<f64>,
     /// Printer bed on which plates are laid out: width x depth, or a printer, such as `prusa-mk4`
     /// [default: 250x210mm]
     #[arg(long, value_parser = bed, value_name = "WxD")]
@@ -466,6 +471,10 @@ pub enum FormatArg {
     Glb,
     /// Circuit boards for a fab: Gerber X2, drills, job file, places and parts, a folder for each board
     Gerber,
+    /// The soft layers as tetrahedra for other solvers: Gmsh's MSH 4.1, with materials and sets of faces
+    Msh,
+    /// The same for VTK, legacy format
+    Vtk,
 }
 
 impl FormatArg {
@@ -482,6 +491,8 @@ impl FormatArg {
             Self::Light => Some(Format::Light),
             Self::Glb => Some(Format::Glb),
             Self::Gerber => Some(Format::Gerber),
+            Self::Msh => Some(Format::Msh),
+            Self::Vtk => Some(Format::Vtk),
             Self::Step => None,
         }
     }
@@ -492,6 +503,10 @@ pub(crate) fn license(text: &str) -> Result<License, String> {
         let known = LICENSES.map(|license| license.id);
         format!("known licences are {}", known.join(", "))
     })
+}
+
+pub(crate) fn edge(text: &str) -> Result<f64, String> {
+    length_within(text, EDGE_LIMITS_MM)
 }
 
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {

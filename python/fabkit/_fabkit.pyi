@@ -95,6 +95,7 @@ class Design:
         parts: list[str],
         formats: list[str],
         tolerance_mm: float | None,
+        edge_mm: float | None,
         nominal: bool,
         process: str | None,
         process_for_any_material: bool,

@@ -176,6 +176,7 @@ class Body:
             [self.name],
             [_FORMATS[ending]],
             _arrays.length_mm(tolerance_mm, "tolerance_mm"),
+            None,
             nominal,
             None,
             False,

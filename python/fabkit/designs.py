@@ -294,6 +294,7 @@ class Design:
         parts: Sequence[str] = (),
         formats: Sequence[str] = ("stl", "3mf", "dxf"),
         tolerance_mm: float | str = 0.01,
+        edge_mm: float | str | None = None,
         nominal: bool = False,
         process: str | PathLike[str] | None = None,
         process_for_any_material: bool = False,
@@ -313,10 +314,13 @@ class Design:
         parts
             Names of parts, layers or components; none is all parts.
         formats
-            Of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``.
+            Of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``, ``glb``, ``gerber``,
+            ``light``, ``msh``, ``vtk``.
         tolerance_mm
             Largest distance between triangles and the exact surface; as all lengths, a number of
             mm, or text with a unit, ``"10 um"``.
+        edge_mm
+            Length of the edges of tetrahedra in ``msh`` and ``vtk``; 0.5 mm if not said.
         nominal
             Leave out what makes up for shrinkage, kerf and printer.
         process
@@ -353,6 +357,7 @@ class Design:
                 list(parts),
                 list(formats),
                 _arrays.length_mm(tolerance_mm, "tolerance_mm"),
+                None if edge_mm is None else _arrays.length_mm(edge_mm, "edge_mm"),
                 nominal,
                 None if process is None else os.fspath(process),
                 process_for_any_material,

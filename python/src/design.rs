@@ -233,7 +233,7 @@ impl Design {
     }
 
     /// Makes files in memory.
-    #[pyo3(signature = (parts, formats, tolerance_mm, nominal, process, process_for_any_material, bed_mm, stock_mm, kerf_mm, progress))]
+    #[pyo3(signature = (parts, formats, tolerance_mm, edge_mm, nominal, process, process_for_any_material, bed_mm, stock_mm, kerf_mm, progress))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn exported(
         &self,
@@ -241,6 +241,7 @@ impl Design {
         parts: Vec<String>,
         formats: Vec<String>,
         tolerance_mm: Option<f64>,
+        edge_mm: Option<f64>,
         nominal: bool,
         process: Option<PathBuf>,
         process_for_any_material: bool,
@@ -253,6 +254,7 @@ impl Design {
             parts,
             formats,
             tolerance_mm,
+            edge_mm,
             nominal,
             process,
             process_for_any_material,

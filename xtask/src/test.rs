@@ -34,15 +34,22 @@ const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 /// Builds, lets the outside oracles read what the command writes, and runs all tests.
 pub fn run() -> Result<(), String> {
     build_workspace()?;
-    match crate::python::environment() {
-        Ok(python) => oracles(&python)?,
-        Err(why) => skip("the outside oracles and other kernels", &why)?,
-    }
-    match crate::python::uv() {
-        Ok(_) => crate::python_package::run()?,
-        Err(why) => skip("the Python package", &why)?,
-    }
-    crate::fuzz::run(std::iter::empty())?;
+    // Both below want it, and it is fetched once.
+    let _ = crate::python::uv();
+    // Most oracles have one thread: others work beside them.
+    std::thread::scope(|scope| {
+        let oracles = scope.spawn(|| match crate::python::environment() {
+            Ok(python) => oracles(&python),
+            Err(why) => skip("the outside oracles and other kernels", &why),
+        });
+        let package = match crate::python::uv() {
+            Ok(_) => crate::python_package::run(),
+            Err(why) => skip("the Python package", &why),
+        };
+        let fuzzed = package.and_then(|()| crate::fuzz::run(std::iter::empty()));
+        let oracles = oracles.join().map_err(|_| "an oracle's thread panicked".to_owned());
+        oracles.flatten().and(fuzzed)
+    })?;
     #[cfg(unix)]
     crate::faults::run(&[])?;
     // Last, so that its summary ends the output. Doc tests are part of it.
@@ -80,6 +87,7 @@ fn oracles(python: &Path) -> Result<(), String> {
     check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
     check(script("tests/python/check_dataset.py").arg(&fabkit))?;
     check(script("tests/python/check_elastic.py").arg(built("release", "examples/press_json")))?;
+    check(script("tests/python/check_tetrahedra.py").arg(&fabkit))?;
     crate::light::sample(python, &fabkit)?;
     let (count, seed) = VARIANTS;
     crate::variants::judge(python, &fabkit, count, seed)?;

@@ -2,10 +2,12 @@
 
 use fabkit_boards::BoardError;
 use fabkit_checks::InvalidBody;
+use fabkit_elastic::SoftError;
 use fabkit_export::ExportError;
 use fabkit_geometry::{NotASheet, Shells};
 use fabkit_mesh::{MeshError, Shell};
 use fabkit_optics::InvalidStack;
+use fabkit_tetra::TetraError;
 
 use super::topology::places;
 use crate::bodies::UnknownName;
@@ -19,6 +21,12 @@ pub enum ExportFailure {
     /// No body of that name.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
+    /// Nothing soft that tetrahedra could be made of.
+    #[error(transparent)]
+    Soft(#[from] SoftError),
+    /// Layers that tetrahedra cannot be made of.
+    #[error(transparent)]
+    Tetra(#[from] TetraError),
     /// The solid could not be turned into triangles.
     #[error("{part}: {source}")]
     Mesh {
@@ -202,6 +210,7 @@ impl Explained for ExportFailure {
     fn kind(&self) -> ErrorKind {
         match self {
             Self::TooManyTriangles { .. }
+            | Self::Tetra(TetraError::TooMany { .. })
             | Self::Mesh { source: MeshError::TooFine { .. }, .. } => ErrorKind::Limit,
             Self::Picture { source, .. } => source.kind(),
             Self::Unknown(_)
@@ -217,6 +226,8 @@ impl Explained for ExportFailure {
             | Self::Camera(_)
             | Self::Board(_)
             | Self::NoBoards { .. }
+            | Self::Soft(_)
+            | Self::Tetra(TetraError::Edge { .. })
             | Self::NoOutlines { .. } => ErrorKind::BadInput,
             _ => ErrorKind::Bug,
         }
@@ -231,6 +242,8 @@ impl Explained for ExportFailure {
             | Self::Mesh { source: MeshError::TooFine { .. }, .. } => {
                 "allow a larger tolerance, or export fewer parts"
             }
+            Self::Tetra(TetraError::TooMany { .. }) => "ask for longer edges",
+            Self::Soft(_) => "tetrahedra are of the layers below a sensing surface of known shape",
             Self::Plate(_) => "name your printer's bed, or leave plates out: ask for stl alone",
             Self::Stock(_) => "name your stock, or leave drawings out: ask for stl,3mf",
             Self::Outline { source: ExportError::KerfTooWide { .. }, .. } => {

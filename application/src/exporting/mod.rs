@@ -13,6 +13,7 @@ mod printing;
 mod profiled;
 mod sheets;
 mod stock;
+mod tetra;
 mod topology;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -36,6 +37,7 @@ pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
 pub(crate) use self::sheets::plan as sheet_plan;
+pub use self::tetra::DEFAULT_EDGE_MM;
 use self::topology::Counted;
 use crate::bodies::{self, UnknownName};
 use crate::identity::design_hash;
@@ -237,6 +239,9 @@ pub fn export(
     if options.formats.contains(&Format::Glb) {
         made.push(glb::made(design, &hash, options)?);
     }
+    if options.formats.iter().any(|format| matches!(format, Format::Msh | Format::Vtk)) {
+        made.extend(tetra::made(design, &hash, options)?);
+    }
     if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
         // Files were asked for that none of these parts has.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
@@ -407,7 +412,9 @@ fn part_files<'a>(
             Format::Png => pictures::picture_of_body(body, PART_SHOT, &unwatched)
                 .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
             // One file of all bodies, or a folder of each board.
-            Format::Light | Format::Glb | Format::Gerber => return Ok(None),
+            Format::Light | Format::Glb | Format::Gerber | Format::Msh | Format::Vtk => {
+                return Ok(None);
+            }
             Format::Tree => {
                 let process = body.process_word();
                 let document = TreeDocument {

@@ -27,11 +27,15 @@ pub enum Format {
     Glb,
     /// What a fab etches and drills: a folder for each circuit board, whichever parts are asked for.
     Gerber,
+    /// The soft layers as tetrahedra for Gmsh and what reads its files: one file, whichever parts are asked for.
+    Msh,
+    /// The same for VTK.
+    Vtk,
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Stl,
         Self::ThreeMf,
         Self::Dxf,
@@ -42,13 +46,17 @@ impl Format {
         Self::Light,
         Self::Glb,
         Self::Gerber,
+        Self::Msh,
+        Self::Vtk,
     ];
 
     /// What a package holds: what somebody builds from or looks at. The guide has pictures, and the rest is for
     /// whoever checks fabkit. Boards are in it where there are some: [`ExportOptions::for_sensor`].
     pub fn published() -> Vec<Self> {
-        let is_published =
-            |format: &Self| !matches!(format, Self::Png | Self::Tree | Self::Samples | Self::Light);
+        let is_published = |format: &Self| {
+            use Format::{Light, Msh, Png, Samples, Tree, Vtk};
+            !matches!(format, Png | Tree | Samples | Light | Msh | Vtk)
+        };
         Self::ALL.into_iter().filter(is_published).collect()
     }
 
@@ -65,6 +73,8 @@ impl Format {
             Self::Light => "light",
             Self::Glb => "glb",
             Self::Gerber => "gerber",
+            Self::Msh => "msh",
+            Self::Vtk => "vtk",
         }
     }
 
@@ -95,6 +105,8 @@ pub struct ExportOptions {
     pub formats: Vec<Format>,
     /// Largest distance between triangles and the exact surface, mm.
     pub tolerance_mm: f64,
+    /// Length of the edges of tetrahedra, mm; [`DEFAULT_EDGE_MM`](super::DEFAULT_EDGE_MM) where nothing is said.
+    pub edge_mm: Option<f64>,
     /// Where plates are laid out.
     pub bed: Bed,
     /// Sheets from which flat parts are cut.
@@ -128,6 +140,7 @@ impl ExportOptions {
         });
         OptionsEntry {
             tolerance_mm: self.tolerance_mm,
+            edge_mm: self.edge_mm,
             bed_mm: self.bed.size_mm,
             stock_mm: self.stock.size_mm,
             kerf_mm: self.kerf_mm,
@@ -157,6 +170,7 @@ impl Default for ExportOptions {
             parts: Vec::new(),
             formats: vec![Format::Stl, Format::ThreeMf, Format::Dxf],
             tolerance_mm: fabkit_mesh::DEFAULT_TOLERANCE_MM,
+            edge_mm: None,
             bed: Bed::default(),
             stock: DEFAULT_STOCK,
             kerf_mm: None,

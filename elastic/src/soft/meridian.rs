@@ -145,13 +145,13 @@ impl Meridian {
             0.0 => Hold::Free,
             50.0.. => {
                 left_out.push(format!(
-                    "that nothing stiff holds {:.0} % of the inner face",
+                    "that nothing stiff holds {:.1} % of the inner face",
                     100.0 - share
                 ));
                 Hold::Bonded
             }
             _ => {
-                left_out.push(format!("that something stiff holds {share:.0} % of the inner face"));
+                left_out.push(format!("that something stiff holds {share:.1} % of the inner face"));
                 Hold::Free
             }
         }

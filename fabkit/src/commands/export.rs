@@ -60,6 +60,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
             false => args.format.iter().filter_map(|format| format.own()).collect(),
         },
         tolerance_mm: chosen.tolerance_mm,
+        edge_mm: args.edge,
         bed: chosen.bed,
         stock: chosen.stock,
         kerf_mm: chosen.kerf_mm,

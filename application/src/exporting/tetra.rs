@@ -1,0 +1,106 @@
+//! Soft layers as tetrahedra, for other solvers, and what there is to know of them.
+
+use fabkit_designs::Design;
+use fabkit_elastic::{SoftError, SoftStack};
+use fabkit_export::TetraMesh;
+use fabkit_tetra::{Quality, Tetrahedra};
+use serde_json::json;
+
+use super::{ExportFailure, ExportOptions, Format, Made};
+use crate::resumable::seal_text;
+use crate::staging::OutputFile;
+
+/// Length of edges, where nothing is said, mm.
+pub const DEFAULT_EDGE_MM: f64 = 0.5;
+
+/// The files asked for, and `NAME.tetrahedra.json` beside them.
+pub(super) fn made(
+    design: &Design,
+    hash: &str,
+    options: &ExportOptions,
+) -> Result<Vec<Made>, ExportFailure> {
+    let sensor = &design.sensor;
+    let stiff = || SoftError::Stiff { sensor: sensor.name.clone() };
+    let touch = sensor.touch.as_ref().ok_or_else(stiff)?;
+    let soft = SoftStack::at_tip(sensor)?;
+    let mesh = Tetrahedra::new(&soft, touch, options.edge_mm.unwrap_or(DEFAULT_EDGE_MM))?;
+    let quality = mesh.quality();
+    let title = format!(
+        "{}: soft layers in its sensor frame, millimetres (times 0.001 for metres), fabkit {}",
+        sensor.name,
+        fabkit_export::VERSION
+    );
+    let materials: Vec<String> = mesh.layers.iter().map(|layer| layer.name.clone()).collect();
+    let mut notes = vec![format!("design {hash}")];
+    for layer in &mesh.layers {
+        notes.push(format!(
+            "{}: {}, Young's modulus {} MPa, Poisson's ratio {}",
+            layer.name, layer.material, layer.young_mpa, layer.poissons_ratio
+        ));
+    }
+    notes.extend(mesh.left_out.iter().map(|what| format!("left out: {what}")));
+    let tetra = TetraMesh {
+        title: &title,
+        notes: &notes,
+        points_mm: &mesh.points_mm,
+        cells: &mesh.cells,
+        material_of: &mesh.layer_of,
+        materials: &materials,
+        faces: &[("outer", &mesh.outer), ("bonded", &mesh.bonded)],
+    };
+    let file = |format: Format, bytes: Vec<u8>| Made {
+        file: OutputFile { name: format.file_name(&sensor.name), bytes },
+        format: format.word(),
+        parts: materials.clone(),
+        stock: None,
+    };
+    let mut made = Vec::new();
+    if options.formats.contains(&Format::Msh) {
+        made.push(file(Format::Msh, fabkit_export::msh(&tetra)));
+    }
+    if options.formats.contains(&Format::Vtk) {
+        made.push(file(Format::Vtk, fabkit_export::vtk(&tetra)));
+    }
+    let name = format!("{}.tetrahedra.json", sensor.name);
+    let bytes = seal_text(&document(design, hash, &mesh, &quality));
+    let about = OutputFile { name, bytes };
+    made.push(Made { file: about, format: "json", parts: materials, stock: None });
+    Ok(made)
+}
+
+fn document(design: &Design, hash: &str, mesh: &Tetrahedra, quality: &Quality) -> String {
+    let layers = mesh.layers.iter().zip(&quality.volume_mm3).enumerate();
+    let layers = layers.map(|(i, (layer, volume_mm3))| {
+        let body = design.sensor.body(&layer.name);
+        json!({
+            "id": i + 1,
+            "name": layer.name,
+            "material": layer.material,
+            "young_mpa": layer.young_mpa,
+            "poissons_ratio": layer.poissons_ratio,
+            "volume_mm3": volume_mm3,
+            "quantity": body.map(|body| body.quantity),
+        })
+    });
+    let document = json!({
+        "format": "fabkit-tetrahedra",
+        "version": 1,
+        "sensor": design.sensor.name,
+        "design_hash": hash,
+        "unit": "mm",
+        "frame": "sensor",
+        "edge_mm": mesh.edge_mm,
+        "nodes": mesh.points_mm.len(),
+        "tetrahedra": mesh.cells.len(),
+        "least_dihedral_deg": quality.least_dihedral_deg,
+        "most_dihedral_deg": quality.most_dihedral_deg,
+        "least_volume_mm3": quality.least_volume_mm3,
+        "layers": layers.collect::<Vec<_>>(),
+        "sets": {
+            "outer": { "triangles": mesh.outer.len(), "nodes": Tetrahedra::nodes_of(&mesh.outer).len() },
+            "bonded": { "triangles": mesh.bonded.len(), "nodes": Tetrahedra::nodes_of(&mesh.bonded).len() },
+        },
+        "left_out": mesh.left_out,
+    });
+    format!("{document:#}\n")
+}

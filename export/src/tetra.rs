@@ -1,0 +1,147 @@
+//! Tetrahedra with materials and sets of faces: Gmsh's MSH 4.1 and VTK's legacy format, both as text.
+
+use std::fmt::Write as _;
+
+/// A mesh of tetrahedra, lengths in mm.
+#[derive(Clone, Copy, Debug)]
+pub struct TetraMesh<'a> {
+    /// One line for people.
+    pub title: &'a str,
+    /// What else there is to say, line by line.
+    pub notes: &'a [String],
+    /// Nodes, mm.
+    pub points_mm: &'a [[f64; 3]],
+    /// Corners, of positive volume.
+    pub cells: &'a [[u32; 4]],
+    /// The material of each, by its place in `materials`.
+    pub material_of: &'a [u32],
+    /// Names of materials.
+    pub materials: &'a [String],
+    /// Named sets of triangles of the surface.
+    pub faces: &'a [(&'a str, &'a [[u32; 3]])],
+}
+
+/// Tags of Gmsh's elements.
+const TRIANGLE: u32 = 2;
+const TETRAHEDRON: u32 = 4;
+/// VTK's.
+const VTK_TETRA: u32 = 10;
+/// A title of VTK's is a line of at most 255 characters.
+const MOST_TITLE: usize = 255;
+
+/// Gmsh's MSH 4.1 in ASCII: a volume for each material and a surface for each set, each a physical group of its name.
+///
+/// Gmsh reference manual, section "MSH file format".
+pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
+    let mut text = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Comments\n");
+    // Writing to a string cannot fail, here and below.
+    let _ = writeln!(text, "{}", mesh.title);
+    mesh.notes.iter().for_each(|note| {
+        let _ = writeln!(text, "{note}");
+    });
+    text += "$EndComments\n$PhysicalNames\n";
+    let _ = writeln!(text, "{}", mesh.faces.len() + mesh.materials.len());
+    for (i, (name, _)) in mesh.faces.iter().enumerate() {
+        let _ = writeln!(text, "2 {} \"{name}\"", i + 1);
+    }
+    for (i, name) in mesh.materials.iter().enumerate() {
+        let _ = writeln!(text, "3 {} \"{name}\"", i + 1);
+    }
+    text += "$EndPhysicalNames\n$Entities\n";
+    let _ = writeln!(text, "0 0 {} {}", mesh.faces.len(), mesh.materials.len());
+    let [low, high] = bounds(mesh.points_mm);
+    let bounds = [low, high].concat().iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    for i in 1..=mesh.faces.len() {
+        let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
+    }
+    for i in 1..=mesh.materials.len() {
+        let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
+    }
+    let count = mesh.points_mm.len();
+    let _ = writeln!(text, "$EndEntities\n$Nodes\n1 {count} 1 {count}\n3 1 0 {count}");
+    for node in 1..=count {
+        let _ = writeln!(text, "{node}");
+    }
+    points(mesh.points_mm, &mut text);
+    text += "$EndNodes\n$Elements\n";
+    let triangles: usize = mesh.faces.iter().map(|(_, faces)| faces.len()).sum();
+    let all = triangles + mesh.cells.len();
+    let blocks = mesh.faces.len() + mesh.materials.len();
+    let _ = writeln!(text, "{blocks} {all} 1 {all}");
+    let mut tag = 0;
+    for (i, (_, faces)) in mesh.faces.iter().enumerate() {
+        let _ = writeln!(text, "2 {} {TRIANGLE} {}", i + 1, faces.len());
+        for [a, b, c] in *faces {
+            tag += 1;
+            let _ = writeln!(text, "{tag} {} {} {}", a + 1, b + 1, c + 1);
+        }
+    }
+    for i in 0..mesh.materials.len() {
+        let of_it = || {
+            let all = mesh.cells.iter().zip(mesh.material_of);
+            all.filter(move |(_, material)| **material as usize == i).map(|(cell, _)| cell)
+        };
+        let _ = writeln!(text, "3 {} {TETRAHEDRON} {}", i + 1, of_it().count());
+        for [a, b, c, d] in of_it() {
+            tag += 1;
+            let _ = writeln!(text, "{tag} {} {} {} {}", a + 1, b + 1, c + 1, d + 1);
+        }
+    }
+    text += "$EndElements\n";
+    text.into_bytes()
+}
+
+/// VTK's legacy format, version 3.0, as an unstructured grid of tetrahedra alone: cells have `material`, nodes have one
+/// array of 0 and 1 for each set.
+///
+/// VTK file formats, "Simple legacy formats".
+pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
+    let title: String = mesh.title.chars().filter(|c| *c != '\n').take(MOST_TITLE).collect();
+    let count = mesh.points_mm.len();
+    let mut text = format!(
+        "# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {count} double\n"
+    );
+    points(mesh.points_mm, &mut text);
+    let cells = mesh.cells.len();
+    let _ = writeln!(text, "CELLS {cells} {}", 5 * cells);
+    for [a, b, c, d] in mesh.cells {
+        let _ = writeln!(text, "4 {a} {b} {c} {d}");
+    }
+    let _ = writeln!(text, "CELL_TYPES {cells}");
+    for _ in 0..cells {
+        let _ = writeln!(text, "{VTK_TETRA}");
+    }
+    let _ = writeln!(text, "CELL_DATA {cells}\nSCALARS material int 1\nLOOKUP_TABLE default");
+    for material in mesh.material_of {
+        let _ = writeln!(text, "{}", material + 1);
+    }
+    let _ = writeln!(text, "POINT_DATA {count}");
+    for (name, faces) in mesh.faces {
+        let _ = writeln!(text, "SCALARS {name} int 1\nLOOKUP_TABLE default");
+        let mut is_in = vec![0; count];
+        faces.iter().flatten().for_each(|node| is_in[*node as usize] = 1);
+        for is_in in is_in {
+            let _ = writeln!(text, "{is_in}");
+        }
+    }
+    text.into_bytes()
+}
+
+/// The shortest digits that read as the same numbers.
+fn points(points_mm: &[[f64; 3]], text: &mut String) {
+    for [x, y, z] in points_mm {
+        let _ = writeln!(text, "{x} {y} {z}");
+    }
+}
+
+fn bounds(points_mm: &[[f64; 3]]) -> [[f64; 3]; 2] {
+    let ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    points_mm.iter().fold(ends, |[low, high], point| {
+        [0, 1].map(|end| {
+            std::array::from_fn(|axis| match end {
+                0 => low[axis].min(point[axis]),
+                _ => high[axis].max(point[axis]),
+            })
+        })
+    })
+}

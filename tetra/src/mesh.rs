@@ -1,0 +1,364 @@
+//! From layers to tetrahedra.
+
+use fabkit_elastic::{Hold, SoftStack};
+use fabkit_geometry::{Point3, TouchSurface};
+use nalgebra::Vector3;
+
+use crate::prisms::Levels;
+use crate::quality::volume_mm3;
+use crate::{outline, rings};
+
+/// Corners of a triangle.
+pub(crate) type Face = [u32; 3];
+
+/// The most tetrahedra of a mesh: files of some hundred megabytes.
+pub const MAX_CELLS: usize = 5_000_000;
+/// Edges are at most so many times as long as a layer is thick: flatter prisms have flat tetrahedra. What is thinner
+/// belongs to its neighbour.
+const FLATTEST: f64 = 2.5;
+/// Height of a prism over its edges, about: what lies inside of a dome is narrower.
+const HEIGHT: f64 = 0.8;
+/// Places along the meridian at which thicknesses are looked at.
+const PLACES: usize = 200;
+
+/// A node of the touched surface of a dome.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub s: f64,
+    pub azimuth: f64,
+}
+
+/// A layer of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// The body's name.
+    pub name: String,
+    /// What it is made of.
+    pub material: String,
+    /// Young's modulus, MPa.
+    pub young_mpa: f64,
+    /// Poisson's ratio.
+    pub poissons_ratio: f64,
+}
+
+/// Soft layers of a sensor as tetrahedra, bonded to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tetrahedra {
+    /// Nodes, sensor frame, mm.
+    pub points_mm: Vec<[f64; 3]>,
+    /// Corners of tetrahedra.
+    pub cells: Vec<[u32; 4]>,
+    /// The layer of each, by its place in `layers`.
+    pub layer_of: Vec<u32>,
+    /// From the touched one inwards.
+    pub layers: Vec<Layer>,
+    /// Triangles of the touched surface, counter-clockwise from outside.
+    pub outer: Vec<[u32; 3]>,
+    /// Triangles that are bonded to what is stiff: below the last layer, and at its rim; out of the soft body.
+    pub bonded: Vec<[u32; 3]>,
+    /// Length of edges, about, mm.
+    pub edge_mm: f64,
+    /// What was simplified, in words.
+    pub left_out: Vec<String>,
+}
+
+/// Why there is no mesh.
+#[derive(Debug, thiserror::Error)]
+pub enum TetraError {
+    /// An edge length that is none.
+    #[error("an edge of {edge_mm} mm; it must be positive and finite")]
+    Edge {
+        /// As told.
+        edge_mm: f64,
+    },
+    /// More tetrahedra than anybody reads.
+    #[error("edges of {edge_mm} mm make {cells} tetrahedra; at most {MAX_CELLS} are made")]
+    TooMany {
+        /// As long as they may be for the thinnest layer.
+        edge_mm: f64,
+        /// How many there would be.
+        cells: usize,
+    },
+    /// A face that has no triangles.
+    #[error("the pad's outline has no triangles: {what}")]
+    Outline {
+        /// Why.
+        what: String,
+    },
+    /// A layer that is folded.
+    #[error("a tetrahedron of {layer} is inverted at ({x:.2}, {y:.2}, {z:.2}) mm")]
+    Inverted {
+        /// Which layer.
+        layer: String,
+        /// Where, sensor frame, mm.
+        x: f64,
+        /// The same.
+        y: f64,
+        /// The same.
+        z: f64,
+    },
+}
+
+impl Tetrahedra {
+    /// The layers below a sensor's surface, with edges about `edge_mm` long; shorter where a layer is thinner.
+    ///
+    /// # Errors
+    /// [`TetraError`].
+    pub fn new(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Result<Self, TetraError> {
+        if !(edge_mm > 0.0 && edge_mm.is_finite()) {
+            return Err(TetraError::Edge { edge_mm });
+        }
+        let kept = Kept::of(soft, touch, edge_mm);
+        let edge_mm = kept.edge_mm;
+        let parts: Vec<usize> = kept.layers.iter().map(|layer| layer.parts).collect();
+        let levels: usize = parts.iter().sum();
+        let too_many = |faces: usize| {
+            let cells = 3 * faces * levels;
+            (cells > MAX_CELLS).then_some(TetraError::TooMany { edge_mm, cells })
+        };
+        // From the area, before anything is made.
+        let area_mm2 = match touch {
+            TouchSurface::Plane(plane) => plane.outline.signed_area_mm2().abs(),
+            TouchSurface::Dome(_) => area_mm2(soft),
+        };
+        if let Some(error) = too_many((area_mm2 / (0.433 * edge_mm * edge_mm)) as usize) {
+            return Err(error);
+        }
+        let surface = match touch {
+            TouchSurface::Dome(_) => Surface::dome(soft, edge_mm),
+            TouchSurface::Plane(plane) => Surface::pad(&plane.outline, edge_mm)?,
+        };
+        if let Some(error) = too_many(surface.faces.len()) {
+            return Err(error);
+        }
+        surface.below(soft, &kept)
+    }
+
+    /// Nodes of a set of triangles, each once, ascending.
+    pub fn nodes_of(faces: &[[u32; 3]]) -> Vec<u32> {
+        let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+}
+
+/// A layer that is meshed.
+struct KeptLayer {
+    /// Among the stack's.
+    layer: usize,
+    /// Below it.
+    interface: usize,
+    /// How many prisms lie in it, one below the other.
+    parts: usize,
+}
+
+/// What is meshed, and how finely.
+struct Kept {
+    layers: Vec<KeptLayer>,
+    edge_mm: f64,
+    left_out: Vec<String>,
+}
+
+impl Kept {
+    fn of(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Self {
+        let places = if matches!(touch, TouchSurface::Plane(_)) { 1 } else { PLACES };
+        let thickness = |upper: usize, lower: usize| {
+            let [upper, lower] = [upper, lower].map(|i| &soft.body.interfaces[i]);
+            let thickness_mm = |i: usize| {
+                let s = i as f64 / PLACES as f64;
+                let (a, b) = (upper.at(s), lower.at(s));
+                (a[0] - b[0]).hypot(a[1] - b[1])
+            };
+            let ends = (f64::INFINITY, 0.0);
+            (0..places)
+                .map(thickness_mm)
+                .fold(ends, |(least, most), mm| (least.min(mm), f64::max(most, mm)))
+        };
+        let count = soft.body.layers.len();
+        let is_thin = |i: usize| FLATTEST * thickness(i, i + 1).0 < edge_mm;
+        let mut kept: Vec<usize> = (0..count).filter(|i| !is_thin(*i)).collect();
+        if kept.is_empty() {
+            // What is thin all through is meshed more finely.
+            kept.extend(
+                (0..count).max_by(|a, b| thickness(*a, a + 1).0.total_cmp(&thickness(*b, b + 1).0)),
+            );
+        }
+        let mut left_out = Vec::new();
+        for i in (0..count).filter(|i| !kept.contains(i)) {
+            let (name, mm) = (&soft.layers[i].name, thickness(i, i + 1).0);
+            let next = kept.iter().find(|kept| **kept > i).or(kept.last()).copied().unwrap_or(0);
+            let into = &soft.layers[next].name;
+            left_out.push(format!(
+                "that {name}, {mm:.3} mm where it is thinnest, is another material than {into}"
+            ));
+        }
+        // Each reaches down to where the next one that is kept begins to count: what is thin belongs to what lies below.
+        let last = kept.len().saturating_sub(1);
+        let interface = |at: usize| if at == last { count } else { kept[at] + 1 };
+        let mut layers = Vec::new();
+        let (mut upper, mut edge_mm) = (0, edge_mm);
+        for (at, layer) in kept.iter().enumerate() {
+            let (least, _) = thickness(upper, interface(at));
+            edge_mm = edge_mm.min(FLATTEST * least);
+            upper = interface(at);
+            layers.push((*layer, upper));
+        }
+        let mut upper = 0;
+        let layers = layers.into_iter().map(|(layer, interface)| {
+            let (least, most) = thickness(upper, interface);
+            upper = interface;
+            let parts = ((least * most).sqrt() / (HEIGHT * edge_mm)).round().max(1.0) as usize;
+            KeptLayer { layer, interface, parts }
+        });
+        Self { layers: layers.collect(), edge_mm, left_out }
+    }
+}
+
+/// Of the touched surface, mm2: frustums.
+fn area_mm2(soft: &SoftStack) -> f64 {
+    let Some(surface) = soft.body.interfaces.first() else { return 0.0 };
+    let place = |i: usize| surface.at(i as f64 / PLACES as f64);
+    let frustum = |i: usize| {
+        let (a, b) = (place(i), place(i + 1));
+        std::f64::consts::PI * (a[0] + b[0]) * (a[0] - b[0]).hypot(a[1] - b[1])
+    };
+    (0..PLACES).map(frustum).sum()
+}
+
+/// The touched surface as triangles, and how to get from it inwards.
+struct Surface {
+    places: Places,
+    faces: Vec<Face>,
+    /// Nodes of a dome's rim, in order.
+    rim: Vec<u32>,
+}
+
+enum Places {
+    Dome(Vec<Node>),
+    /// x and y, mm.
+    Pad(Vec<[f64; 2]>),
+}
+
+impl Surface {
+    fn dome(soft: &SoftStack, edge_mm: f64) -> Self {
+        let (nodes, faces, rim) = rings::triangles(&soft.body.interfaces[0], edge_mm);
+        Self { places: Places::Dome(nodes), faces, rim }
+    }
+
+    fn pad(outline: &fabkit_geometry::Path, edge_mm: f64) -> Result<Self, TetraError> {
+        let (nodes, faces) = outline::triangles(outline, edge_mm)?;
+        Ok(Self { places: Places::Pad(nodes), faces, rim: Vec::new() })
+    }
+
+    fn count(&self) -> usize {
+        match &self.places {
+            Places::Dome(nodes) => nodes.len(),
+            Places::Pad(nodes) => nodes.len(),
+        }
+    }
+
+    /// Where the nodes are on an interface, sensor frame, mm.
+    fn on_interface(&self, soft: &SoftStack, interface: usize) -> Vec<Point3<f64>> {
+        let curve = &soft.body.interfaces[interface];
+        match &self.places {
+            Places::Dome(nodes) => {
+                let place = |node: &Node| {
+                    let [r, z] = curve.at(node.s);
+                    let (sin, cos) = node.azimuth.sin_cos();
+                    soft.sensor_from_stack.point(Point3::new(r * cos, r * sin, z))
+                };
+                nodes.iter().map(place).collect()
+            }
+            Places::Pad(nodes) => {
+                let z = soft.sensor_from_stack.point(Point3::new(0.0, 0.0, curve.at(0.0)[1])).z;
+                nodes.iter().map(|[x, y]| Point3::new(*x, *y, z)).collect()
+            }
+        }
+    }
+
+    /// All layers below.
+    fn below(&self, soft: &SoftStack, kept: &Kept) -> Result<Tetrahedra, TetraError> {
+        let edge_mm = kept.edge_mm;
+        let mut points_mm: Vec<[f64; 3]> = Vec::new();
+        let mut add = |points: &[Point3<f64>]| {
+            points_mm.extend(points.iter().map(|p| <[f64; 3]>::from(p.coords)))
+        };
+        let mut upper = self.on_interface(soft, 0);
+        add(&upper);
+        for KeptLayer { interface, parts, .. } in &kept.layers {
+            let lower = self.on_interface(soft, *interface);
+            for part in 1..=*parts {
+                let share = part as f64 / *parts as f64;
+                // The last one exactly on the interface.
+                let level: Vec<Point3<f64>> = match part == *parts {
+                    true => lower.clone(),
+                    false => upper.iter().zip(&lower).map(|(a, b)| a + share * (b - a)).collect(),
+                };
+                add(&level);
+            }
+            upper = lower;
+        }
+        let levels = Levels { per_level: self.count() as u32 };
+        let (mut cells, mut layer_of, mut level) = (Vec::new(), Vec::new(), 0);
+        for (layer, KeptLayer { parts, .. }) in kept.layers.iter().enumerate() {
+            for _ in 0..*parts {
+                for face in &self.faces {
+                    cells.extend(levels.prism(*face, level));
+                    layer_of.extend([layer as u32; 3]);
+                }
+                level += 1;
+            }
+        }
+        let corner = |node: u32| Vector3::from(points_mm[node as usize]);
+        for (cell, layer) in cells.iter_mut().zip(&layer_of) {
+            let volume_mm3 = volume_mm3(&cell.map(corner));
+            if volume_mm3 < 0.0 {
+                cell.swap(2, 3);
+            }
+            if volume_mm3.abs() <= 1e-9 * edge_mm.powi(3) || volume_mm3.is_nan() {
+                let [x, y, z] = points_mm[cell[0] as usize];
+                let layer = soft.layers[kept.layers[*layer as usize].layer].name.clone();
+                return Err(TetraError::Inverted { layer, x, y, z });
+            }
+        }
+        let bonded = self.bonded(soft, &levels, level);
+        let layers = kept.layers.iter().map(|kept| &soft.layers[kept.layer]).map(|layer| Layer {
+            name: layer.name.clone(),
+            material: layer.material.clone(),
+            young_mpa: layer.elasticity.young_mpa,
+            poissons_ratio: layer.elasticity.poissons_ratio,
+        });
+        Ok(Tetrahedra {
+            cells,
+            layer_of,
+            layers: layers.collect(),
+            outer: self.faces.clone(),
+            bonded,
+            points_mm,
+            edge_mm,
+            left_out: soft.left_out.iter().chain(&kept.left_out).cloned().collect(),
+        })
+    }
+
+    fn bonded(&self, soft: &SoftStack, levels: &Levels, last: usize) -> Vec<Face> {
+        let is_held = |node: u32| match (&soft.body.inner, &self.places) {
+            (Hold::Free, _) => false,
+            (Hold::BondedBeyond(from), Places::Dome(nodes)) => {
+                nodes[node as usize].s >= from - 1e-12
+            }
+            _ => true,
+        };
+        let held = self.faces.iter().filter(|face| face.iter().all(|node| is_held(*node)));
+        // Seen from below they run the other way.
+        let mut bonded: Vec<Face> =
+            held.map(|[a, b, c]| [*a, *c, *b].map(|node| levels.node(node, last))).collect();
+        if soft.body.is_rim_bonded {
+            for (i, from) in self.rim.iter().enumerate() {
+                let to = self.rim[(i + 1) % self.rim.len()];
+                bonded.extend((0..last).flat_map(|level| levels.side(*from, to, level)));
+            }
+        }
+        bonded
+    }
+}

@@ -1,0 +1,38 @@
+//! Columns of prisms below triangles, each prism three tetrahedra.
+
+use crate::mesh::Face;
+
+/// Nodes below a node of the surface: level by level, each as large as the surface.
+pub(crate) struct Levels {
+    /// Nodes of the surface.
+    pub per_level: u32,
+}
+
+impl Levels {
+    pub fn node(&self, of_surface: u32, level: usize) -> u32 {
+        of_surface + level as u32 * self.per_level
+    }
+
+    /// The prism below a triangle between two levels. Diagonals of its sides go from the corner of the lower number
+    /// above to that of the higher number below, which both neighbours see alike.
+    pub fn prism(&self, face: Face, level: usize) -> [[u32; 4]; 3] {
+        let mut corners = face;
+        corners.sort_unstable();
+        let [i, j, k] = corners;
+        let above = |node: u32| self.node(node, level);
+        let below = |node: u32| self.node(node, level + 1);
+        [
+            [above(i), below(i), below(j), below(k)],
+            [above(i), above(j), below(j), below(k)],
+            [above(i), above(j), above(k), below(k)],
+        ]
+    }
+
+    /// The side below an edge between two levels, with the same diagonal.
+    pub fn side(&self, from: u32, to: u32, level: usize) -> [Face; 2] {
+        let (i, j) = (from.min(to), from.max(to));
+        let (above_i, above_j) = (self.node(i, level), self.node(j, level));
+        let (below_i, below_j) = (self.node(i, level + 1), self.node(j, level + 1));
+        [[above_i, below_i, below_j], [above_i, above_j, below_j]]
+    }
+}

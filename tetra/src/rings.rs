@@ -1,0 +1,101 @@
+//! Triangles of a round surface: rings of nodes about the axis.
+
+use std::f64::consts::TAU;
+
+use fabkit_elastic::Curve;
+
+use crate::mesh::{Face, Node};
+
+/// Points by which the meridian's length is measured.
+const LENGTH_STEPS: usize = 4000;
+/// Height of an even triangle over its side.
+const HEIGHT: f64 = 0.866;
+/// Nodes of the smallest ring.
+const LEAST: usize = 5;
+
+/// Nodes by s and azimuth, and triangles of them, about `edge_mm` long; and the nodes of the rim, in order.
+pub(crate) fn triangles(surface: &Curve, edge_mm: f64) -> (Vec<Node>, Vec<Face>, Vec<u32>) {
+    let lengths = lengths(surface);
+    let total_mm = lengths[LENGTH_STEPS];
+    let rows = ((total_mm / (HEIGHT * edge_mm)).round() as usize).max(2);
+    let mut nodes = vec![Node { s: 0.0, azimuth: 0.0 }];
+    let mut faces = Vec::new();
+    let mut before = Ring { first: 0, count: 1, phase: 0.0 };
+    for row in 1..=rows {
+        let s = match row == rows {
+            true => 1.0,
+            false => s_at(&lengths, total_mm * row as f64 / rows as f64),
+        };
+        let around_mm = TAU * surface.at(s)[0];
+        let count = ((around_mm / edge_mm).round() as usize).max(LEAST);
+        // Every other ring begins half a step later, so that triangles are even where counts are.
+        let phase = if row % 2 == 1 { 0.5 / count as f64 } else { 0.0 };
+        let ring = Ring { first: nodes.len() as u32, count, phase };
+        nodes.extend((0..count).map(|i| Node { s, azimuth: TAU * ring.turn(i) }));
+        match before.count {
+            1 => faces.extend((0..count).map(|i| [0, ring.node(i), ring.node(i + 1)])),
+            _ => between(&before, &ring, &mut faces),
+        }
+        before = ring;
+    }
+    (nodes, faces, (0..before.count).map(|i| before.node(i)).collect())
+}
+
+struct Ring {
+    first: u32,
+    count: usize,
+    /// Where its first node is, turns.
+    phase: f64,
+}
+
+impl Ring {
+    fn node(&self, i: usize) -> u32 {
+        self.first + (i % self.count) as u32
+    }
+
+    /// Also beyond one turn.
+    fn turn(&self, i: usize) -> f64 {
+        self.phase + i as f64 / self.count as f64
+    }
+}
+
+/// A strip between two rings: whichever next node is nearer makes the next triangle.
+fn between(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
+    let (mut i, mut j) = (0, 0);
+    // The outer ring's node that is nearest to the inner one's first.
+    let skip = ((inner.phase - outer.phase) * outer.count as f64).round().max(0.0) as usize;
+    while i < inner.count || j < outer.count {
+        let (a, b) = (inner.node(i), outer.node(j + skip));
+        let across_outer = (outer.turn(j + skip + 1) - inner.turn(i)).abs();
+        let across_inner = (inner.turn(i + 1) - outer.turn(j + skip)).abs();
+        let takes_outer = j < outer.count && (i == inner.count || across_outer <= across_inner);
+        match takes_outer {
+            true => {
+                faces.push([a, b, outer.node(j + skip + 1)]);
+                j += 1;
+            }
+            false => {
+                faces.push([a, b, inner.node(i + 1)]);
+                i += 1;
+            }
+        }
+    }
+}
+
+fn lengths(surface: &Curve) -> Vec<f64> {
+    let mut lengths = vec![0.0];
+    let mut before = surface.at(0.0);
+    for i in 1..=LENGTH_STEPS {
+        let here = surface.at(i as f64 / LENGTH_STEPS as f64);
+        lengths.push(lengths[i - 1] + (here[0] - before[0]).hypot(here[1] - before[1]));
+        before = here;
+    }
+    lengths
+}
+
+fn s_at(lengths: &[f64], length_mm: f64) -> f64 {
+    let i = lengths.partition_point(|&l| l <= length_mm).clamp(1, LENGTH_STEPS) - 1;
+    let step_mm = lengths[i + 1] - lengths[i];
+    let within = if step_mm > 0.0 { (length_mm - lengths[i]) / step_mm } else { 0.0 };
+    (i as f64 + within) / LENGTH_STEPS as f64
+}

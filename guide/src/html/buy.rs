@@ -61,7 +61,7 @@ impl Guide {
             *body += "<h3>What parts are made from</h3>\n<p>As much as the parts are, solid and without support.</p>\n";
             let rows = self.stock.iter().map(|stock| {
                 let what =
-                    format!("for {}{}", escape(&stock.parts.join(", ")), figures(&stock.order));
+                    format!("for {}{}", escape(&in_series(&stock.parts)), figures(&stock.order));
                 let [by, instead, packs, cost] = ordered(&stock.order);
                 let amount = format!("<td>{:.0} {}</td>", stock.amount.max(1.0), stock.unit);
                 [name(&stock.name), cell(&what), by, instead, packs, amount, cost].concat()
@@ -166,4 +166,52 @@ fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
         Some(cost) => format!("{cost:.2}"),
     };
     [cell(&by), word(&order.substitutes), word(&packs), format!("<td>{cost}</td>")]
+}
+
+/// Names one after the other; three or more that count up are one stretch: a row of a hundred names is longer than a
+/// page.
+fn in_series(names: &[String]) -> String {
+    let counted = |name: &str| {
+        let digits = name.chars().rev().take_while(char::is_ascii_digit).count();
+        let (stem, number) = name.split_at(name.len() - digits);
+        Some((stem.to_owned(), digits, number.parse::<u64>().ok()?))
+    };
+    let follows = |a: &str, b: &str| match (counted(a), counted(b)) {
+        (Some((stem, digits, number)), Some((other, also, next))) => {
+            stem == other
+                && number.checked_add(1) == Some(next)
+                && (digits == also || next % 10 == 0)
+        }
+        _ => false,
+    };
+    let mut said: Vec<String> = Vec::new();
+    let mut rest = names;
+    while let [first, ..] = rest {
+        let more = rest.windows(2).take_while(|pair| follows(&pair[0], &pair[1])).count();
+        match more {
+            0 | 1 => said.extend(rest[..=more].iter().cloned()),
+            _ => said.push(format!("{first} to {}", rest[more])),
+        }
+        rest = &rest[more + 1..];
+    }
+    said.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_count_up_are_one_stretch() {
+        let said =
+            |names: &[&str]| in_series(&names.iter().map(ToString::to_string).collect::<Vec<_>>());
+        assert_eq!(
+            said(&["lid", "half-008", "half-009", "half-010", "pin"]),
+            "lid, half-008 to half-010, pin"
+        );
+        assert_eq!(said(&["pin-8", "pin-9", "pin-10"]), "pin-8 to pin-10");
+        assert_eq!(said(&["pin-1", "pin-2", "pin-4"]), "pin-1, pin-2, pin-4");
+        assert_eq!(said(&["base", "a-1", "b-2", "7"]), "base, a-1, b-2, 7");
+        assert_eq!(said(&[]), "");
+    }
 }

@@ -245,6 +245,16 @@ impl Outcome {
         turned(parts, azimuth)
     }
 
+    /// The unit normal out of the touched surface at rest.
+    pub fn outward(&self, azimuth: f64, s: f64) -> Vector3<f64> {
+        let (column, values) = self.mesh.interpolation(s);
+        let part = |k: usize| {
+            let each = values.iter().enumerate();
+            each.map(|(i, value)| value * self.mesh.frames[column + i].normal[k]).sum::<f64>()
+        };
+        turned([part(0), 0.0, part(1)], azimuth).normalize()
+    }
+
     /// A place of an interface at rest, mm.
     pub fn place_mm(&self, interface: usize, azimuth: f64, s: f64) -> Point3<f64> {
         self.mesh.interface_place(interface, s, azimuth)

@@ -127,10 +127,20 @@ fn files_are_the_same_on_any_number_of_threads() {
             "--steps",
             "2",
         ];
-        let files =
-            ["--csv", "curve.csv", "--plot", "curve.svg", "-o", "field.npz", "--threads", threads];
+        let files = [
+            "--csv",
+            "curve.csv",
+            "--plot",
+            "curve.svg",
+            "--png",
+            "field.png",
+            "-o",
+            "field.npz",
+            "--threads",
+            threads,
+        ];
         fabkit(&folder, &[&base[..], &COARSE, &files].concat()).ok();
-        ["curve.csv", "curve.svg", "field.npz"]
+        ["curve.csv", "curve.svg", "field.npz", "field.png"]
             .map(|name| std::fs::read(folder.join(name)).unwrap())
     };
     let one = made("1");

@@ -9,6 +9,7 @@ mod document;
 mod error;
 mod files;
 mod finite;
+mod picture;
 mod ready;
 
 pub use fabkit_elastic::Level;
@@ -21,6 +22,7 @@ pub use document::{answer, document, soft_layers};
 pub use error::PressingError;
 pub use fabkit_elastic::SoftLayer;
 pub use files::{arrays, curve_csv, curve_svg};
+pub use picture::picture;
 pub use ready::Ready;
 
 /// Most steps of a curve.

@@ -68,6 +68,14 @@ impl SoftStack {
         Division::around_pole(spacing_mm, reach_mm, 0)
     }
 
+    /// Of the disc that a pad is taken for, mm; nothing for a dome.
+    pub fn disc_radius_mm(&self) -> Option<f64> {
+        match self.plan {
+            Plan::Dome { .. } => None,
+            Plan::Disc { radius_mm } => Some(radius_mm),
+        }
+    }
+
     /// Directions along the surface at one of its points at rest: away from the pole, and around it counter-clockwise.
     /// At the pole, x and y.
     pub fn along(

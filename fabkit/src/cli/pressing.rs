@@ -47,6 +47,10 @@ pub struct PressArgs {
     /// Write the force curve as a drawing
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
+    /// Write how far the surface moves outwards in colours with a scale: all of a dome by polar angle around the tip, of a
+    /// pad what lies around the press
+    #[arg(long, value_name = "FILE.png")]
+    pub png: Option<PathBuf>,
     /// Write places, displacements and tractions of the surface for NumPy
     #[arg(short, long, value_name = "FILE.npz")]
     pub output: Option<PathBuf>,

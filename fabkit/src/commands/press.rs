@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use fabkit_application::Error;
-use fabkit_application::export::npz;
+use fabkit_application::export::{npz, png};
 use fabkit_application::pressing::{
     Level, Pressed, Pressing, PressingError, SoftLayer, arrays, curve_csv, curve_svg, document,
-    threads,
+    picture, threads,
 };
 use fabkit_application::scene::press_error;
 use fabkit_application::source::{Source, Target};
@@ -26,6 +26,7 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         .writes("-o", &args.output)
         .writes("--csv", &args.csv)
         .writes("--plot", &args.plot)
+        .writes("--png", &args.png)
         .check()?;
     let target = Target::new(&args.design.sensor);
     if let Some(name) = target.fixture.or(target.part) {
@@ -61,6 +62,11 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
     }
     if let Some(path) = &args.plot {
         files.push((path.clone(), curve_svg(&pressed).into_bytes()));
+    }
+    if let Some(path) = &args.png {
+        let shown = picture(&pressed);
+        let bytes = png(shown.width_px, shown.height_px, &shown.rgb).map_err(Failure::bug)?;
+        files.push((path.clone(), bytes));
     }
     interrupt::begin_writing()?;
     write_each(

@@ -96,7 +96,9 @@ pub use division::Division;
 pub use error::ElasticError;
 pub use field::Field;
 pub use finite::FiniteStack;
-pub use liquid::{AIR_MPA, ChannelMoved, Column, LiquidOutcome, LiquidReady, LiquidStack};
+pub use liquid::{
+    AIR_MPA, ChannelMoved, Column, LiquidOutcome, LiquidReady, LiquidStack, SkinNode,
+};
 pub use material::{MAX_POISSON_RATIO, Material};
 pub use meridian::{Body, Curve, Hold, Layer};
 pub use outcome::{Level, Outcome, SurfaceNode, Touch};

@@ -62,12 +62,14 @@ fn rigidity(material: &Material, thickness_mm: f64) -> f64 {
 /// What shear adds to the deflection in the middle of a circle, mm (Timoshenko and Woinowsky-Krieger, Theory of Plates
 /// and Shells, 1959, article 20; shear's factor 5/6).
 fn sheared_mm(material: &Material, thickness_mm: f64, pressure_mpa: f64, radius_mm: f64) -> f64 {
-    pressure_mpa * radius_mm.powi(2) / (4.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness_mm)
+    pressure_mpa * radius_mm.powi(2)
+        / (4.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness_mm)
 }
 
 #[test]
 fn a_clamped_circle_bends_as_timoshenko_says() {
-    let (material, thickness, radius, pressure) = (Material::new(1.0, 0.3).unwrap(), 3.0, 30.0, 1e-6);
+    let (material, thickness, radius, pressure) =
+        (Material::new(1.0, 0.3).unwrap(), 3.0, 30.0, 1e-6);
     let lines = lines([radius; 2], thickness, [60, 60, 4]);
     let found = middle_mm(lines, material, pressure, |x, y| x.hypot(y) < radius).unwrap();
     // q a^4 / 64 D, article 17.
@@ -98,9 +100,12 @@ fn a_long_strip_bends_as_a_clamped_beam_of_plane_strain() {
         let found = middle_mm(lines, material, pressure, |_, _| true).unwrap();
         // q b^4 / 384 D, article 1, and q b^2 / 8 of the shear.
         let bent = pressure * width.powi(4) / (384.0 * rigidity(&material, thickness));
-        let sheared = pressure * width.powi(2)
-            / (8.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness);
-        assert!((found / (bent + sheared) - 1.0).abs() < bound, "{poisson}: {found} {bent} {sheared}");
+        let sheared =
+            pressure * width.powi(2) / (8.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness);
+        assert!(
+            (found / (bent + sheared) - 1.0).abs() < bound,
+            "{poisson}: {found} {bent} {sheared}"
+        );
     }
 }
 
@@ -132,5 +137,8 @@ fn too_many_bricks_are_refused() {
     let lines = lines([50.0; 2], 9.0, [120, 120, 9]);
     let cell = |_| Cell { solid: Some((material, 1.0)), cavities: Vec::new() };
     let error = Slab::new(lines, 0, cell, |place| place.z == 0.0).unwrap_err();
-    assert!(matches!(error, ElasticError::TooFine { unknowns, .. } if unknowns == 395_307), "{error}");
+    assert!(
+        matches!(error, ElasticError::TooFine { unknowns, .. } if unknowns == 395_307),
+        "{error}"
+    );
 }

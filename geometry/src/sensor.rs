@@ -1,6 +1,8 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
-use crate::{Adhesion, Angle, Body, Circuit, Kind, Leg, LiquidSkin, NominalLens, Pose, Step, TouchSurface};
+use crate::{
+    Adhesion, Angle, Body, Circuit, Kind, Leg, LiquidSkin, NominalLens, Pose, Step, TouchSurface,
+};
 
 /// Parts of several materials that leave the printer as one piece.
 ///

@@ -46,11 +46,7 @@ pub fn curve_svg(pressed: &Pressed) -> String {
 }
 
 /// Depths, mm, and forces, N, as a drawing.
-pub(super) fn force_svg(
-    id: &str,
-    level: Level,
-    steps: impl Iterator<Item = [f64; 2]>,
-) -> String {
+pub(super) fn force_svg(id: &str, level: Level, steps: impl Iterator<Item = [f64; 2]>) -> String {
     let [width, height, margin] = PLOT;
     let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(steps).collect();
     let most = points.last().copied().unwrap_or([1.0, 1.0]).map(|most| most.max(1e-9));

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 
 use fabkit_elastic::{
-    AIR_MPA, ChannelMoved, Level, LiquidOutcome, LiquidReady, LiquidStack, SoftError, SolidPresser,
+    AIR_MPA, ChannelMoved, Level, LiquidOutcome, LiquidReady, LiquidStack, SkinNode, SoftError,
+    SolidPresser,
 };
 use fabkit_export::{Array, Values};
 use fabkit_fixtures::{Press, PressBody, Project};
-use fabkit_geometry::{CompiledSolid, Sensor};
+use fabkit_geometry::{CompiledSolid, Sensor, Vector3};
 use serde_json::{Value, json};
 
 use super::document::soft_layers;
@@ -57,7 +58,8 @@ impl Pressing<'_> {
     pub fn run_on_skin(&self, project: &Project) -> Result<PressedSkin, PressingError> {
         self.check()?;
         if self.shear_mm != [0.0; 2] || self.friction.is_some() {
-            let problem = "a skin with channels of liquid is pressed straight down, without friction";
+            let problem =
+                "a skin with channels of liquid is pressed straight down, without friction";
             return Err(PressingError::Contact { problem: problem.to_owned() });
         }
         let finder = project.skin_press_finder();
@@ -109,9 +111,8 @@ impl PressedSkin {
 
     /// How force grows with depth at full depth, N/mm.
     pub fn stiffness_n_mm(&self) -> f64 {
-        let at = |i: usize| {
-            self.steps.get(i).map(|step| (step.depth_mm, step.outcome.force_n.norm()))
-        };
+        let at =
+            |i: usize| self.steps.get(i).map(|step| (step.depth_mm, step.outcome.force_n.norm()));
         let [before, last] = [2, 1].map(|back| self.steps.len().checked_sub(back).and_then(at));
         let (depth_mm, force_n) = before.unwrap_or((0.0, 0.0));
         last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
@@ -277,8 +278,9 @@ pub fn skin_svg(pressed: &PressedSkin) -> String {
     force_svg(&pressed.id, Level::Linear, steps)
 }
 
-/// The skin's faces at full depth as arrays: `place_mm` and `displacement_mm` (N x 3, sensor frame) of the touched
-/// face, then of the underside below it; `volume_mm3` and `column_moves_mm` of each channel.
+/// The skin's faces at full depth as arrays, the touched one, then the underside below it: `place_mm`, `outward`,
+/// `displacement_mm` and `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N); and `volume_mm3` and
+/// `column_moves_mm` of each channel.
 pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
     let nodes = pressed.last().map(|step| step.outcome.nodes(&pressed.stack)).unwrap_or_default();
     let channels = pressed.last().map(|step| &step.outcome.channels[..]).unwrap_or_default();
@@ -287,15 +289,23 @@ pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
         shape,
         values: Values::F64(values),
     };
-    let vectors = |which: usize| {
-        nodes.iter().flat_map(|node| <[f64; 3]>::from(node[which])).collect::<Vec<f64>>()
+    let vectors = |name: &str, value: fn(&SkinNode) -> Vector3<f64>| {
+        let values = nodes.iter().flat_map(|node| <[f64; 3]>::from(value(node)));
+        array(name, vec![nodes.len(), 3], values.collect())
+    };
+    let numbers = |name: &str, value: fn(&SkinNode) -> f64| {
+        array(name, vec![nodes.len()], nodes.iter().map(value).collect())
     };
     let by_channel = |name: &str, value: fn(&ChannelMoved) -> f64| {
         array(name, vec![channels.len()], channels.iter().map(value).collect())
     };
     vec![
-        array("place_mm", vec![nodes.len(), 3], vectors(0)),
-        array("displacement_mm", vec![nodes.len(), 3], vectors(1)),
+        vectors("place_mm", |node| node.place_mm),
+        vectors("outward", |node| node.outward),
+        vectors("displacement_mm", |node| node.displacement_mm),
+        vectors("shear_mpa", |_| Vector3::zeros()),
+        numbers("pressure_mpa", |node| node.pressure_mpa),
+        numbers("area_mm2", |node| node.area_mm2),
         by_channel("volume_mm3", |channel| channel.volume_mm3),
         by_channel("column_moves_mm", |channel| channel.column_moves_mm),
     ]

@@ -35,7 +35,11 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
-    pub(super) fn of(sensor: &Sensor, skin: &LiquidSkin, spacing_mm: f64) -> Result<Self, SoftError> {
+    pub(super) fn of(
+        sensor: &Sensor,
+        skin: &LiquidSkin,
+        spacing_mm: f64,
+    ) -> Result<Self, SoftError> {
         let [least, most] = SPACING_LIMITS_MM;
         if !(least..=most).contains(&spacing_mm) {
             let hint = "within 0.3 to 3 mm";
@@ -99,7 +103,10 @@ impl Drawn {
         let solid = most.filter(|_| all > 0.05).map(|(which, _)| (self.soft[which].solver, all));
         // Rounding of rays along faces is no liquid.
         let reach = channels.iter().copied().enumerate().filter(|(_, share)| *share > 1e-6);
-        Cell { solid: solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all })), cavities: reach.collect() }
+        Cell {
+            solid: solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all })),
+            cavities: reach.collect(),
+        }
     }
 
     /// Lines of the nodes of the touched surface: those around bricks that are soft up to there.
@@ -156,9 +163,8 @@ impl Drawn {
                 .sum()
         };
         let columns = || (0..ny).flat_map(|j| (0..nx).map(move |i| [i, j]));
-        let thickest = |which: usize| {
-            columns().map(|[i, j]| thickness(which, i, j)).fold(0.0, f64::max)
-        };
+        let thickest =
+            |which: usize| columns().map(|[i, j]| thickness(which, i, j)).fold(0.0, f64::max);
         let layers = self.soft.iter().enumerate().map(|(which, soft)| SoftLayer {
             name: soft.name.clone(),
             material: soft.material.clone(),
@@ -189,7 +195,8 @@ impl Drawn {
 /// What gives way between the skin's faces, in the order of the sensor's bodies, but the touched one first.
 fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
     let mut soft = Vec::new();
-    let [low, high] = [skin.levels_mm.first(), skin.levels_mm.last()].map(|z| z.copied().unwrap_or(0.0));
+    let [low, high] =
+        [skin.levels_mm.first(), skin.levels_mm.last()].map(|z| z.copied().unwrap_or(0.0));
     for body in sensor.bodies.iter().filter(|body| body.kind == Kind::Cast || body.gives_way) {
         let Some(elasticity) = &body.substance.elasticity else { continue };
         let in_sensor = |place: &&fabkit_geometry::Placement| {

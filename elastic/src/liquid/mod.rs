@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 pub use self::columns::{AIR_MPA, Column};
 use self::contact::Answers;
 use self::drawn::Drawn;
-pub use self::outcome::{ChannelMoved, LiquidOutcome};
+pub use self::outcome::{ChannelMoved, LiquidOutcome, SkinNode};
 use crate::slab::{Slab, SlabField};
 use crate::{ElasticError, Presser, SoftError, SoftLayer};
 
@@ -66,10 +66,10 @@ impl LiquidStack {
             |at| drawn.cell(at),
             |place| place.x.abs() >= half_x || place.y.abs() >= half_y,
         )?;
-        let columns = skin.channels.iter().map(|channel| Column {
-            area_mm2: channel.column_mm2,
-            air_mm3: channel.air_mm3,
-        });
+        let columns = skin
+            .channels
+            .iter()
+            .map(|channel| Column { area_mm2: channel.column_mm2, air_mm3: channel.air_mm3 });
         Ok(Self {
             layers,
             left_out: drawn.left_out(skin),
@@ -105,8 +105,7 @@ impl LiquidStack {
         let lines_mm = self.slab.lines_mm(2);
         let reach_mm = lines_mm.last().unwrap_or(&0.0) - lines_mm.first().unwrap_or(&0.0);
         let up = Vector3::z();
-        let gap =
-            |at: &[usize; 2]| -presser.gap_mm(&self.slab.place(self.top(*at)), &up, reach_mm);
+        let gap = |at: &[usize; 2]| -presser.gap_mm(&self.slab.place(self.top(*at)), &up, reach_mm);
         self.surface.iter().map(gap).collect()
     }
 
@@ -147,8 +146,7 @@ impl LiquidStack {
             }
             if which < count {
                 for (row, node) in nodes.iter().enumerate() {
-                    answers.compliance[(row, which)] =
-                        -self.slab.displacement_mm(&field, *node).z;
+                    answers.compliance[(row, which)] = -self.slab.displacement_mm(&field, *node).z;
                 }
             }
         });

@@ -45,7 +45,24 @@ pub struct LiquidOutcome {
     pub sags_mm: f64,
     /// Each channel, in the drawing's order.
     pub channels: Vec<ChannelMoved>,
+    /// Of the surface's nodes, those that are touched, and with what force, N.
+    touching: Vec<(usize, f64)>,
     field: SlabField,
+}
+
+/// A node of the skin's faces, sensor frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkinNode {
+    /// Where it is at rest, mm.
+    pub place_mm: Vector3<f64>,
+    /// Out of the skin.
+    pub outward: Vector3<f64>,
+    /// How far it moves, mm.
+    pub displacement_mm: Vector3<f64>,
+    /// What the presser pushes it with, MPa.
+    pub pressure_mpa: f64,
+    /// What area it stands for, mm2.
+    pub area_mm2: f64,
 }
 
 impl LiquidOutcome {
@@ -55,18 +72,18 @@ impl LiquidOutcome {
         touching: &[(usize, f64)],
         field: SlabField,
     ) -> Result<Self, SoftError> {
-        let (mut force_n, mut moment_nmm, mut area_mm2) =
-            (Vector3::zeros(), Vector3::zeros(), 0.0);
+        let (mut force_n, mut moment_nmm, mut area_mm2) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for (i, n) in touching {
             let at = stack.top(stack.surface[*i]);
             let down = Vector3::new(0.0, 0.0, -n);
             force_n += down;
             moment_nmm += stack.slab.place(at).coords.cross(&down);
-            area_mm2 += [0, 1].map(|axis| around_mm(stack.slab.lines_mm(axis), at[axis])).iter().product::<f64>();
+            area_mm2 += area_around_mm2(stack, at);
         }
         let moved = |at: [usize; 3]| stack.slab.displacement_mm(&field, stack.slab.node(at)).z;
         let top = stack.surface.iter().map(|at| moved(stack.top(*at)));
-        let [lowest, highest] = top.fold([0.0, 0.0], |[low, high]: [f64; 2], z| [low.min(z), high.max(z)]);
+        let [lowest, highest] =
+            top.fold([0.0, 0.0], |[low, high]: [f64; 2], z| [low.min(z), high.max(z)]);
         let under = stack.surface.iter().map(|[i, j]| moved([*i, *j, 0]));
         let sags_mm = -under.fold(0.0, f64::min);
         let channels = stack.skin.channels.iter().zip(&stack.faces).zip(&stack.columns).enumerate();
@@ -102,6 +119,7 @@ impl LiquidOutcome {
             bulge_mm: highest,
             sags_mm,
             channels,
+            touching: touching.to_vec(),
             field,
         })
     }
@@ -124,16 +142,28 @@ impl LiquidOutcome {
         moved
     }
 
-    /// The nodes of the touched surface and of the underside below them: where, and how far they move, mm.
-    pub fn nodes(&self, stack: &LiquidStack) -> Vec<[Vector3<f64>; 2]> {
-        let top = stack.surface.iter().map(|at| stack.top(*at));
-        let under = stack.surface.iter().map(|[i, j]| [*i, *j, 0]);
-        let node = |at: [usize; 3]| {
-            let moved = stack.slab.displacement_mm(&self.field, stack.slab.node(at));
-            [stack.slab.place(at).coords, moved]
+    /// The nodes of the touched surface, then those of the underside below them.
+    pub fn nodes(&self, stack: &LiquidStack) -> Vec<SkinNode> {
+        let node = |at: [usize; 3], outward: Vector3<f64>| SkinNode {
+            place_mm: stack.slab.place(at).coords,
+            outward,
+            displacement_mm: stack.slab.displacement_mm(&self.field, stack.slab.node(at)),
+            pressure_mpa: 0.0,
+            area_mm2: area_around_mm2(stack, at),
         };
-        top.chain(under).map(node).collect()
+        let top = stack.surface.iter().map(|at| node(stack.top(*at), Vector3::z()));
+        let under = stack.surface.iter().map(|[i, j]| node([*i, *j, 0], -Vector3::z()));
+        let mut nodes: Vec<SkinNode> = top.chain(under).collect();
+        for (i, force_n) in &self.touching {
+            nodes[*i].pressure_mpa = force_n / nodes[*i].area_mm2;
+        }
+        nodes
     }
+}
+
+/// What area a node stands for, seen from above, mm2.
+fn area_around_mm2(stack: &LiquidStack, at: [usize; 3]) -> f64 {
+    around_mm(stack.slab.lines_mm(0), at[0]) * around_mm(stack.slab.lines_mm(1), at[1])
 }
 
 /// Half of the ways to the lines beside a line, mm.

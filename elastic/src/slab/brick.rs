@@ -60,7 +60,11 @@ mod tests {
     use super::*;
 
     /// Forces on the nodes of a brick by a displacement field of its places.
-    fn forces(edges: [f64; 3], material: &Material, field: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+    fn forces(
+        edges: [f64; 3],
+        material: &Material,
+        field: impl Fn([f64; 3]) -> [f64; 3],
+    ) -> Vec<f64> {
         let stiffness = stiffness(edges, material);
         let moved: Vec<f64> = (0..8)
             .flat_map(|node| {

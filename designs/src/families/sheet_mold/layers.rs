@@ -117,9 +117,11 @@ fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid 
 
 /// The water behind the tubes' ends.
 fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> Solid {
-    Solid::union(channel_liquids(p, layout, channels, side).into_iter().map(|(name, solid)| {
-        solid.named(format!("channel {name}"))
-    }))
+    Solid::union(
+        channel_liquids(p, layout, channels, side)
+            .into_iter()
+            .map(|(name, solid)| solid.named(format!("channel {name}"))),
+    )
 }
 
 /// The water of each channel of one side, by the channel's name.

@@ -40,7 +40,7 @@ def lengths(fabkit: str) -> dict[str, float]:
     """Every length of the sensor, mm."""
     found = {}
     for setting in told(fabkit, "show", "fluidic")["parameters"]:
-        if setting.get("unit") == "mm":
+        if setting.get("unit") == "mm" and isinstance(setting["value"], (int, float)):
             found[setting["path"]] = float(setting["value"])
     return found
 
@@ -70,8 +70,8 @@ def main(fabkit: str) -> int:
     end = wall / 2 + (1 - math.pi / 4) * width / 2
     middles = [pitch * (k + 0.5) for k in range(4)]
     across = [y for m in middles for y in (m - width / 2, m + width / 2)]
-    xs = lines([end, 5.0, port, side, window], 0.75, 3.0)
-    ys = lines([*across, side, window], 0.9, 3.0)
+    xs = lines([end, 5.0, port, side, window], 1.0, 5.0)
+    ys = lines([*across, side, window], 1.0, 5.0)
     zs = np.concatenate([np.linspace(a, b, 3)[i > 0 :] for i, (a, b) in enumerate([(0, bond), (bond, roof), (roof, top)])])
     mesh = MeshHex.init_tensor(xs, ys, zs)
     x, y, z = mesh.p[:, mesh.t].mean(axis=1)
@@ -103,7 +103,7 @@ def main(fabkit: str) -> int:
             return bulk * div(u) * div(v)
 
         cells = np.flatnonzero(where)
-        full = Basis(mesh, element, intorder=4, elements=cells)
+        full = Basis(mesh, element, intorder=5, elements=cells)
         few = Basis(mesh, element, intorder=3, elements=cells)
         stiffness = stiffness + asm(shape, full) + asm(volume, few)
     basis = Basis(mesh, element, intorder=4)
@@ -112,11 +112,16 @@ def main(fabkit: str) -> int:
     for m in middles:
         cells = np.flatnonzero(is_open & (abs(y - m) < width / 2))
         growth.append(asm(growth_form, Basis(mesh, element, intorder=4, elements=cells)))
+    # Liquid pushes on what is solid: on the end in the tube it pushes on nothing.
+    solid_cells = np.flatnonzero(~is_open & ~is_air)
+    is_solid = np.zeros(basis.N, dtype=bool)
+    is_solid[np.unique(Basis(mesh, element, intorder=4, elements=solid_cells).element_dofs)] = True
+    growth = [np.where(is_solid, g, 0.0) for g in growth]
     place = basis.doflocs
+    # Which component each unknown is of.
     names = np.empty(basis.N, dtype=int)
-    # Which component each unknown is: a field of three different constants tells.
-    told_apart = basis.project(lambda p: np.array([1.0 + 0 * p[0], 2.0 + 0 * p[0], 3.0 + 0 * p[0]]))
-    names[:] = np.rint(told_apart).astype(int) - 1
+    for component in range(3):
+        names[basis.get_dofs(elements=True).all(f"u^{component + 1}")] = component
     held = (place[0] > window - 1e-9) | (place[1] > window - 1e-9)
     held |= (names == 0) & (place[0] < 1e-9)
     held |= (names == 1) & (place[1] < 1e-9)
@@ -146,15 +151,30 @@ def main(fabkit: str) -> int:
         inside = radius[candidates] <= edge + 1e-6
         held_nodes = candidates[inside]
         compliance = np.array([[u[i] for u, is_in in zip(unit, inside, strict=True) if is_in] for i in held_nodes])
-        pressures = np.zeros(4)
-        for _ in range(20):
+        chosen = [u for u, is_in in zip(unit, inside, strict=True) if is_in]
+        squeezed = np.zeros(4)
+        for _ in range(30):
+            # Newton's method: the air along its tangent.
+            slope = AIR_MPA * air / (air - squeezed) ** 2
+            base = AIR_MPA * (air / (air - squeezed) - 1) - slope * squeezed
+            # Unknown are the forces and the pressures.
+            count = len(held_nodes)
+            system = np.zeros((count + 4, count + 4))
+            system[:count, :count] = compliance
+            system[:count, count:] = np.array([u[held_nodes] for u in by_pressure]).T
+            system[count:, :count] = np.diag(slope) @ np.array([[g @ u for u in chosen] for g in growth])
+            system[count:, count:] = np.eye(4) + np.diag(slope) @ np.array(
+                [[g @ u for u in by_pressure] for g in growth]
+            )
+            solved = np.linalg.solve(system, np.concatenate([wanted[inside], base]))
+            forces, pressures = solved[:count], solved[count:]
             lifted = sum(p * u for p, u in zip(pressures, by_pressure, strict=True))
-            forces = np.linalg.solve(compliance, wanted[inside] - lifted[held_nodes])
-            chosen = [u for u, is_in in zip(unit, inside, strict=True) if is_in]
             field = sum(f * u for f, u in zip(forces, chosen, strict=True)) + lifted
-            squeezed = np.array([-g @ field for g in growth])
-            pressures = AIR_MPA * (air / (air - squeezed) - 1)
-        if np.all(field[candidates][~inside] <= wanted[~inside] + 1e-3):
+            last, squeezed = squeezed, np.array([-g @ field for g in growth])
+            if abs(last - squeezed).max() < 1e-9:
+                break
+        outside = field[candidates][~inside] <= wanted[~inside] + 1e-3
+        if np.all(outside) and len(held_nodes) > 3:
             break
     under = (names == 2) & (place[2] < 1e-9) & (radius < 1e-9)
     theirs = {"force, N": -4 * forces.sum(), "sags, mm": -field[under][0]}

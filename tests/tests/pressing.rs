@@ -187,23 +187,6 @@ fn what_cannot_be_pressed_is_refused_with_numbers() {
         2,
         &["straight down"],
     );
-    // A channel of 1 mm below a cover of 1 mm is shut long before the skin is through.
-    refused(
-        &skin(&[
-            "--set",
-            "channels.height=1mm",
-            "--set",
-            "channel_layer.roof=1mm",
-            "--set",
-            "tubes.outer_diameter=0.9mm",
-            "--indenter",
-            "ball@-15mm,3.25mm",
-            "--depth",
-            "4mm",
-        ]),
-        2,
-        &["is pressed shut", "the channel is 1 mm high"],
-    );
     for (key, value, word) in [
         ("poissons_ratio", "0.5", "0.4999"),
         ("poissons_ratio", ".nan", "nan"),
@@ -244,9 +227,6 @@ fn a_press_on_the_fluidic_sensor_moves_the_columns_of_what_it_squeezes() {
         "{pressed} {before} {after}"
     );
     assert!(pressed > 5.0 * volume("right 5", &document));
-    // Of a channel 3 mm high, no more than the ball's own volume below the surface is squeezed out.
-    let cap = std::f64::consts::PI * 9.0 * (3.0 * 4.0 - 3.0) / 3.0;
-    assert!(pressed < cap, "{pressed} {cap}");
     // Half of an 80 mm channel of 1.4 x 3 mm, round at its end, and the vent of 0.6 mm below the strip; p V stays.
     let air = 3.0 * (1.4 * (40.0 - 0.7) + std::f64::consts::PI * (0.49 / 2.0 + 0.36));
     assert!((number(&document["shut_in_air_mm3"]) / air - 1.0).abs() < 1e-9);

@@ -101,12 +101,11 @@ impl Drawn {
         let all = soft.iter().sum::<f64>().min(1.0);
         let most = soft.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let solid = most.filter(|_| all > 0.05).map(|(which, _)| (self.soft[which].solver, all));
-        // Rounding of rays along faces is no liquid.
-        let reach = channels.iter().copied().enumerate().filter(|(_, share)| *share > 1e-6);
-        Cell {
-            solid: solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all })),
-            cavities: reach.collect(),
-        }
+        let solid = solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all }));
+        // Rounding of rays along faces is no liquid; and what is taken for all liquid is.
+        let share = |share: f64| if solid.is_none() && share > 0.5 { 1.0 } else { share };
+        let reach = channels.iter().map(|s| share(*s)).enumerate().filter(|(_, s)| *s > 1e-6);
+        Cell { solid, cavities: reach.collect() }
     }
 
     /// Lines of the nodes of the touched surface: those around bricks that are soft up to there.

@@ -208,11 +208,20 @@ impl Unsolved {
 
     fn growth(&self, cells: &[([usize; 3], Cell)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
         let mut growth = vec![BTreeMap::<usize, f64>::new(); cavities];
+        // Liquid pushes on what is solid. Of nodes within cavities, and on openings, it pushes on nothing: there
+        // bricks of liquid pull as much as they push but for rounding, and next to nothing would hold them.
+        let mut is_solid = vec![false; self.unknown.len()];
+        for (at, _) in cells.iter().filter(|(_, cell)| cell.solid.is_some()) {
+            for node in self.nodes(*at) {
+                is_solid[node] = true;
+            }
+        }
         for (at, cell) in cells {
             let (nodes, dilation) = (self.nodes(*at), brick::dilation(self.edges_mm(*at)));
             for (cavity, share) in &cell.cavities {
                 for (i, mm2) in dilation.iter().enumerate() {
-                    if let Some(first) = self.unknown[nodes[i / 3]] {
+                    let node = nodes[i / 3];
+                    if let Some(first) = self.unknown[node].filter(|_| is_solid[node]) {
                         *growth[*cavity].entry(first + i % 3).or_default() += share * mm2;
                     }
                 }
